@@ -1,0 +1,3 @@
+//! The `supple` binary.
+
+fn main() {}
