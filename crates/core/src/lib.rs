@@ -2,5 +2,13 @@
 
 pub mod dynamics;
 mod lanes;
-
 pub use lanes::Lanes;
+pub mod mesh;
+#[cfg(feature = "obj")]
+pub mod obj;
+
+pub use mesh::{Mesh, MeshError};
+mod lattice;
+pub mod reference;
+
+pub use lattice::{Components, FloatingPart, Lattice, LatticeError, LatticeReport};
