@@ -166,7 +166,11 @@ fn a_slope_holds_inside_the_friction_cone_and_lets_slide_outside_it() {
             let (_, early) = on_slope(degrees, part * tangent, 0.5);
             let (_, late) = on_slope(degrees, part * tangent, 3.5);
             println!("{degrees} {part}: {:.4} of {expected:.4}", late - early);
-            assert!(((late - early) / 3.0 / expected - 1.0).abs() < 0.5, "{degrees} {part}: {}", late - early);
+            assert!(
+                ((late - early) / 3.0 / expected - 1.0).abs() < 0.5,
+                "{degrees} {part}: {}",
+                late - early
+            );
         }
     }
 }
