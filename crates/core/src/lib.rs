@@ -2,7 +2,14 @@
 
 mod lanes;
 mod lattice;
+pub mod mesh;
+#[cfg(feature = "obj")]
+pub mod obj;
 pub mod reference;
 
 pub use lanes::Lanes;
-pub use lattice::{Components, FloatingPart, Lattice, LatticeError, LatticeReport};
+pub use lattice::{
+    CellPoints, Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport,
+    Resolution,
+};
+pub use mesh::{Mesh, MeshError};
