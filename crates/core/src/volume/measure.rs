@@ -44,7 +44,7 @@ impl Measure {
     pub(super) fn cells(lattice: &Lattice, adjacency: &Adjacency) -> Self {
         let mut faces = Vec::new();
         for (cell, index) in lattice.cells().iter().enumerate() {
-            let corners = lattice.cell_corners(cell);
+            let corners = lattice.cell_corners(cell as u32);
             for (direction, face) in DIRECTIONS.iter().zip(FACE_CORNERS) {
                 let beyond = std::array::from_fn(|k| index[k] + direction[k]);
                 if lattice.cell_at(beyond).is_none() {
@@ -75,15 +75,15 @@ impl Measure {
 
 /// The links of a lattice.
 pub(super) fn adjacency(lattice: &Lattice) -> Adjacency {
-    let row = |i: usize| lattice.neighbours(i).map(|j| j.unwrap_or(i as u32));
+    let row = |i: u32| lattice.neighbours(i).map(|j| j.unwrap_or(i));
     let components = lattice.components();
-    Adjacency::new((0..lattice.len()).map(row).collect(), components.of_vertex.clone(), components.count)
+    Adjacency::new((0..lattice.len() as u32).map(row).collect(), components.of_vertex.clone(), components.count)
 }
 
 /// Which of the eight cells around each vertex are occupied, as [`super::normals::boundary_normals`] numbers them.
 pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
     let mut octants = vec![0; lattice.len()];
-    for cell in 0..lattice.cells().len() {
+    for cell in 0..lattice.cells().len() as u32 {
         for (corner, vertex) in lattice.cell_corners(cell).into_iter().enumerate() {
             // Seen from its corner `k`, a cell lies towards the opposite corner.
             octants[vertex as usize] |= 1 << (7 - corner);

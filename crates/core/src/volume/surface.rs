@@ -85,7 +85,7 @@ fn check_volumes(
     }
     let cell_volume = lattice.cell_size().powi(3);
     let mut cells = vec![0.0; adjacency.components()];
-    for cell in 0..lattice.cells().len() {
+    for cell in 0..lattice.cells().len() as u32 {
         cells[adjacency.component(lattice.cell_corners(cell)[0] as usize)] += cell_volume;
     }
     for (component, (&mesh, &cells)) in enclosed.iter().zip(&cells).enumerate() {
