@@ -10,4 +10,8 @@ pub use mesh::{Mesh, MeshError};
 mod lattice;
 pub mod reference;
 
-pub use lattice::{Components, FloatingPart, Lattice, LatticeError, LatticeReport};
+pub use lattice::{Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution};
+mod parallel;
+pub mod volume;
+
+pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};

@@ -41,8 +41,9 @@ pub fn smallest_root(c: [f64; 4], cap: f64) -> Root {
     if !c.iter().all(|c| c.is_finite()) || cap.is_nan() || cap <= 0.0 {
         return Root { lambda: 0.0, residual: c[0], capped: true };
     }
-    // Dividing by one number leaves every root in its place and keeps products of coefficients in range.
-    let scaled = Scaled(c.map(|c| c / largest));
+    // Dividing by a power of two rounds nothing, leaves every root in its place and keeps products in range.
+    let unit = power_of_two_below(largest);
+    let scaled = Scaled(c.map(|c| c / unit));
     let end = if cap.is_finite() { cap.min(FARTHEST) } else { scaled.root_bound().min(FARTHEST) };
     let stationary = scaled.stationary();
 
@@ -58,10 +59,16 @@ pub fn smallest_root(c: [f64; 4], cap: f64) -> Root {
         Some(lambda) => (lambda, false),
         None => (scaled.least(&stationary, end), true),
     };
-    Root { lambda, residual: scaled.at(lambda) * largest, capped }
+    Root { lambda, residual: scaled.at(lambda) * unit, capped }
 }
 
-/// A cubic whose largest coefficient has magnitude one.
+/// The largest power of two that `x > 0` reaches, of the normal numbers.
+fn power_of_two_below(x: f64) -> f64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    f64::from_bits(x.to_bits() & EXPONENT).max(f64::MIN_POSITIVE)
+}
+
+/// A cubic whose largest coefficient has a magnitude from one to two.
 struct Scaled([f64; 4]);
 
 impl Scaled {
