@@ -12,6 +12,7 @@ pub mod obj;
 mod parallel;
 pub mod reference;
 mod simulation;
+pub mod volume;
 
 pub use body::{ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, Stiffness};
 pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
@@ -25,3 +26,4 @@ pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
 pub use simulation::{Simulation, SimulationBuilder};
+pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};
