@@ -121,10 +121,6 @@ fn a_body_comes_to_rest_with_its_lowest_point_on_the_ground() {
                 worst = worst.max(lowest(&block).abs());
             }
         }
-        println!(
-            "restitution {restitution} tilt {tilt:?}: at rest {worst:.5}, ever below {least:.5} cells, speed {:.5}",
-            block.mean_velocity().norm()
-        );
         assert!(least > -0.05, "sank to {least} cells");
         assert!(worst < 0.05, "{worst} cells off the ground");
         assert!(block.mean_velocity().norm() < 0.02, "{}", block.mean_velocity());
@@ -153,24 +149,15 @@ fn a_slope_holds_inside_the_friction_cone_and_lets_slide_outside_it() {
         let tangent = sine / cosine;
         let (settled, _) = on_slope(degrees, 1.2 * tangent, 2.0);
         let (moved, speed) = on_slope(degrees, 1.2 * tangent, 10.0);
-        println!(
-            "{degrees} held: settled {:.4}, moved {:.6} cells, speed {speed:.6}",
-            settled / CELL,
-            (moved - settled) / CELL
-        );
         assert!(settled.abs() < 0.25 * CELL, "{degrees}: moved {settled}");
         assert!((moved - settled).abs() < 1e-3 * CELL && speed.abs() < 1e-3, "{degrees}: creeps {moved}");
 
         for part in [0.0, 0.5, 0.8] {
             let expected = 9.81 * (sine - part * tangent * cosine);
-            let (_, early) = on_slope(degrees, part * tangent, 0.5);
+            let (_, early) = on_slope(degrees, part * tangent, 1.5);
             let (_, late) = on_slope(degrees, part * tangent, 3.5);
-            println!("{degrees} {part}: {:.4} of {expected:.4}", late - early);
-            assert!(
-                ((late - early) / 3.0 / expected - 1.0).abs() < 0.5,
-                "{degrees} {part}: {}",
-                late - early
-            );
+            let measured = (late - early) / 2.0;
+            assert!((measured / expected - 1.0).abs() < 1e-3, "{degrees} {part}: {measured} of {expected}");
         }
     }
 }
@@ -199,7 +186,6 @@ fn a_moving_collider_carries_what_lies_on_it() {
     (0..150).for_each(|_| drop(block.step(&table, DT, 1.0)));
     let expected = euler_degrees([0.0, 90.0, 0.0]) * start.coords;
     let off = (block.centre().coords - expected).norm();
-    println!("turntable: {} cells off", off / CELL);
     assert!(off < 0.2 * CELL, "{off}");
 
     // A collider that rises into a resting body lifts it at its own speed.

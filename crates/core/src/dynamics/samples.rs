@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
+use crate::Lattice;
+
 /// Points of a surface, dense enough that a coarse face is felt: its welded vertices, and on edges and in
 /// triangles longer than `spacing` further ones, no more than `spacing` apart along and across.
 ///
@@ -120,6 +122,28 @@ impl SampleCells {
         grouped.slots = vertices.iter().map(|&v| slots[v as usize]).collect();
         grouped.vertices = vertices;
         grouped
+    }
+
+    /// The samples of a bare lattice: its boundary vertices, those with fewer than eight occupied cells.
+    ///
+    /// `slots` has the slot of each lattice vertex.
+    pub fn of_lattice(lattice: &Lattice, slots: &[u32]) -> Self {
+        let (mut cells, mut local) = (Vec::new(), Vec::new());
+        let boundary =
+            lattice.occupied_cells().iter().zip(lattice.indices()).filter(|(count, _)| **count < 8);
+        for (_, index) in boundary {
+            // Any cell at the vertex will do: all give it the weight 1.
+            let found = (0..8).find_map(|k| {
+                let offset: [i32; 3] = std::array::from_fn(|a| k >> a & 1);
+                let cell = lattice.cell_at(std::array::from_fn(|a| index[a] - offset[a]))?;
+                Some((cell, offset.map(|o| o as f32)))
+            });
+            if let Some((cell, place)) = found {
+                cells.push(cell);
+                local.push(place);
+            }
+        }
+        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots)
     }
 
     /// How many samples there are.
