@@ -29,7 +29,9 @@ impl Measure {
         let mesh = || surface::measure(surface, lattice, adjacency);
         match choice {
             Preservation::Off => Ok(None),
-            Preservation::Auto => Ok(Some(mesh().map_or_else(|_| Self::cells(lattice, adjacency), Self::Mesh))),
+            Preservation::Auto => {
+                Ok(Some(mesh().map_or_else(|_| Self::cells(lattice, adjacency), Self::Mesh)))
+            }
             Preservation::By(VolumeMeasure::Lattice) => Ok(Some(Self::lattice(adjacency))),
             Preservation::By(VolumeMeasure::Cells) => Ok(Some(Self::cells(lattice, adjacency))),
             Preservation::By(VolumeMeasure::Mesh) => mesh().map(|mesh| Some(Self::Mesh(mesh))),
@@ -77,7 +79,11 @@ impl Measure {
 pub(super) fn adjacency(lattice: &Lattice) -> Adjacency {
     let row = |i: u32| lattice.neighbours(i).map(|j| j.unwrap_or(i));
     let components = lattice.components();
-    Adjacency::new((0..lattice.len() as u32).map(row).collect(), components.of_vertex.clone(), components.count)
+    Adjacency::new(
+        (0..lattice.len() as u32).map(row).collect(),
+        components.of_vertex.clone(),
+        components.count,
+    )
 }
 
 /// Which of the eight cells around each vertex are occupied, as [`super::normals::boundary_normals`] numbers them.

@@ -68,9 +68,8 @@ impl MeshMeasure {
 #[inline]
 fn embed(point: &SurfacePoint, lattice: &[Moving]) -> Moving {
     let [x, y, z] = point.local;
-    let edge = |k: usize| {
-        lattice[point.corners[k] as usize].towards(&lattice[point.corners[k + 1] as usize], x)
-    };
+    let edge =
+        |k: usize| lattice[point.corners[k] as usize].towards(&lattice[point.corners[k + 1] as usize], x);
     let [front, back] = [0, 4].map(|k| edge(k).towards(&edge(k + 2), y));
     front.towards(&back, z)
 }
