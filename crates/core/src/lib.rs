@@ -3,6 +3,7 @@
 mod body;
 pub mod dynamics;
 mod error;
+pub mod frames;
 mod lanes;
 mod lattice;
 mod matching;
