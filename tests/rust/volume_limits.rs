@@ -109,7 +109,8 @@ fn thin_parts_and_single_cells_have_a_field() {
         for measure in MEASURES {
             let (component, corrected) = report(&mut of_lattice(&lattice, measure), &squashed);
             assert!(!component.capped && component.residual.abs() < 1e-12, "{cells:?}: {component:?}");
-            let moves = |a: &[f32; 3], b: &[f32; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt();
+            let moves =
+                |a: &[f32; 3], b: &[f32; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt();
             for (a, b) in corrected.iter().zip(&squashed) {
                 assert!((f64::from(moves(a, b)) - component.lambda).abs() < 1e-5, "{cells:?}");
             }
@@ -180,14 +181,18 @@ fn nested_shells() {
 #[test]
 fn surfaces_that_enclose_nothing() {
     let closed = ball(2.0);
-    let open = Mesh::new(closed.vertices().iter().map(|p| (*p).into()).collect(), &closed.triangles()[1..]).unwrap();
+    let open =
+        Mesh::new(closed.vertices().iter().map(|p| (*p).into()).collect(), &closed.triangles()[1..]).unwrap();
     let two_sided: Vec<_> = open.triangles().iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect();
     let two_sided = Mesh::new(open.vertices().iter().map(|p| (*p).into()).collect(), &two_sided).unwrap();
     for (mesh, closed) in [(open, false), (two_sided, true)] {
         let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.5));
         let surface = Some(Surface { mesh: &mesh, embedding: &embedding });
         let error = Correction::new(&lattice, surface, &VolumeMeasure::Mesh.into(), 1).unwrap_err();
-        assert!(matches!(error, VolumeError::Flat { .. }) == closed && error.to_string().contains("`cells`"), "{error}");
+        assert!(
+            matches!(error, VolumeError::Flat { .. }) == closed && error.to_string().contains("`cells`"),
+            "{error}"
+        );
         let auto = Correction::new(&lattice, surface, &Preservation::Auto.into(), 1).unwrap().unwrap();
         assert_eq!(auto.measure(), VolumeMeasure::Cells);
         assert_eq!(VolumeMeasures::new(&lattice, surface).kinds().count(), 2);

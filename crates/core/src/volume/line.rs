@@ -32,7 +32,7 @@ impl Moving {
 }
 
 /// A vector `p + lambda v` in double precision.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Line {
     p: [f64; 3],
     v: [f64; 3],
@@ -48,6 +48,11 @@ impl Line {
     pub(super) fn minus(self, other: Self) -> Self {
         let negated = |x: [f64; 3]| x.map(|x| -x);
         Self { p: add(self.p, negated(other.p)), v: add(self.v, negated(other.v)) }
+    }
+
+    #[inline]
+    pub(super) fn times(self, factor: f64) -> Self {
+        Self { p: self.p.map(|x| factor * x), v: self.v.map(|x| factor * x) }
     }
 }
 

@@ -29,7 +29,9 @@ impl Measure {
         let mesh = || surface::measure(surface, lattice, adjacency);
         match choice {
             Preservation::Off => Ok(None),
-            Preservation::Auto => Ok(Some(mesh().map_or_else(|_| Self::cells(lattice, adjacency), Self::Mesh))),
+            Preservation::Auto => {
+                Ok(Some(mesh().map_or_else(|_| Self::cells(lattice, adjacency), Self::Mesh)))
+            }
             Preservation::By(VolumeMeasure::Lattice) => Ok(Some(Self::lattice(adjacency))),
             Preservation::By(VolumeMeasure::Cells) => Ok(Some(Self::cells(lattice, adjacency))),
             Preservation::By(VolumeMeasure::Mesh) => mesh().map(|mesh| Some(Self::Mesh(mesh))),
@@ -65,10 +67,11 @@ impl Measure {
 
     /// The coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
     pub(super) fn coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
+        out.fill([0.0; 4]);
         match self {
-            Self::Lattice(measure) => measure.coefficients(executor, points, out),
-            Self::Cells(measure) => measure.coefficients(executor, points, out),
-            Self::Mesh(measure) => measure.coefficients(executor, points, out),
+            Self::Lattice(measure) => measure.add_coefficients(executor, points, out),
+            Self::Cells(measure) => measure.add_coefficients(executor, points, out),
+            Self::Mesh(measure) => measure.add_coefficients(executor, points, out),
         }
     }
 }
@@ -77,7 +80,11 @@ impl Measure {
 pub(super) fn adjacency(lattice: &Lattice) -> Adjacency {
     let row = |i: u32| lattice.neighbours(i).map(|j| j.unwrap_or(i));
     let components = lattice.components();
-    Adjacency::new((0..lattice.len() as u32).map(row).collect(), components.of_vertex.clone(), components.count)
+    Adjacency::new(
+        (0..lattice.len() as u32).map(row).collect(),
+        components.of_vertex.clone(),
+        components.count,
+    )
 }
 
 /// Which of the eight cells around each vertex are occupied, as [`super::normals::boundary_normals`] numbers them.
@@ -123,7 +130,8 @@ mod tests {
     }
 
     fn block(n: [i32; 3]) -> Lattice {
-        let cells: Vec<_> = (0..n[0] * n[1] * n[2]).map(|i| [i % n[0], i / n[0] % n[1], i / n[0] / n[1]]).collect();
+        let cells: Vec<_> =
+            (0..n[0] * n[1] * n[2]).map(|i| [i % n[0], i / n[0] % n[1], i / n[0] / n[1]]).collect();
         Lattice::from_cells(&cells, 1.0, Point3::origin(), true).unwrap()
     }
 
@@ -146,12 +154,16 @@ mod tests {
             for lambda in [-3.0_f32, -1.0, -0.5, 0.0, 0.25, 1.5, 7.0] {
                 let moved: Vec<Moving> = points
                     .iter()
-                    .map(|point| Moving { p: std::array::from_fn(|k| point.p[k] + lambda * point.v[k]), v: [0.0; 4] })
+                    .map(|point| Moving {
+                        p: std::array::from_fn(|k| point.p[k] + lambda * point.v[k]),
+                        v: [0.0; 4],
+                    })
                     .collect();
                 measure.coefficients(&executor, &moved, &mut direct);
                 let x = f64::from(lambda);
                 let value = c[0] + x * (c[1] + x * (c[2] + x * c[3]));
-                let size = c[0].abs() + x.abs() * (c[1].abs() + x.abs() * (c[2].abs() + x.abs() * c[3].abs()));
+                let size =
+                    c[0].abs() + x.abs() * (c[1].abs() + x.abs() * (c[2].abs() + x.abs() * c[3].abs()));
                 assert!(
                     (value - direct[0][0]).abs() <= 1e-13 * size,
                     "{} at {x}: {value} {}",
