@@ -11,6 +11,7 @@ pub(super) struct Moving {
 }
 
 impl Moving {
+    #[cfg(test)]
     pub(super) fn new(p: [f32; 3], v: [f32; 3]) -> Self {
         Self { p: [p[0], p[1], p[2], 0.0], v: [v[0], v[1], v[2], 0.0] }
     }

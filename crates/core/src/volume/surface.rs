@@ -133,8 +133,7 @@ fn check_volumes(
         cells[adjacency.component(lattice.cell_corners(cell)[0] as usize)] += cell_volume;
     }
     for (component, (&mesh, &cells)) in enclosed.iter().zip(&cells).enumerate() {
-        // Also true of NaN.
-        if !(mesh > LEAST_SHARE * cells) {
+        if mesh <= LEAST_SHARE * cells {
             return Err(VolumeError::Flat { component, mesh, cells });
         }
     }
