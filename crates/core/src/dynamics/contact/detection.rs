@@ -9,6 +9,9 @@ use crate::Lanes;
 use crate::dynamics::collider::PosedCollider;
 use crate::dynamics::samples::{CellMap, STRIP, trilinear};
 
+/// Room in cells for the rounding of distances that are weighted sums of the corners'.
+const ROUNDING: f64 = 1e-4;
+
 /// One collider during one step.
 pub(super) struct Step<'a> {
     pub(super) collider: &'a PosedCollider,
@@ -53,17 +56,24 @@ impl Contacts {
         let Step { collider, dt, quiet } = *step;
         let rows = self.samples.corners[cell];
         let places = rows.map(|row| self.places[row as usize]);
-        let (centre, half) = bounds(places.iter());
-        if !may_touch(collider, &centre, &half) {
+        let corners = places.map(local);
+        let distances = collider.shape.linear_distances(&corners);
+        let may_touch = match &distances {
+            // A sample lies between the corners, and so does its distance.
+            Some(distances) => distances.iter().any(|&d| d <= SKIN + ROUNDING),
+            None => {
+                let (centre, half) = bounds(places.iter());
+                may_touch(collider, &centre, &half)
+            }
+        };
+        if !may_touch {
             return;
         }
-        let places = places.map(local);
-        let distances = collider.shape.linear_distances(&places).map(CellMap::new);
-        let place_of = CellMap::new(places);
-        let velocity_of =
-            CellMap::new(rows.map(|row| local(velocities.get(self.samples.slots[row as usize]))));
+        let distance_of = distances.map(CellMap::new);
+        let place_of = CellMap::new(corners);
+        let mut velocity_of = None;
         for &sample in self.samples.of_cell(cell) {
-            if distances.is_some_and(|distances| distances.at(sample) > SKIN) {
+            if distance_of.is_some_and(|distance| distance.at(sample) > SKIN + ROUNDING) {
                 continue;
             }
             let place = Point3::from(place_of.at(sample));
@@ -73,7 +83,12 @@ impl Contacts {
             if !touches {
                 continue;
             }
-            let (velocity, surface) = (velocity_of.at(sample), collider.velocity_at(&place));
+            let velocity = velocity_of
+                .get_or_insert_with(|| {
+                    CellMap::new(rows.map(|row| local(velocities.get(self.samples.slots[row as usize]))))
+                })
+                .at(sample);
+            let surface = collider.velocity_at(&place);
             let approach = (surface - velocity).dot(&here.normal);
             // A sample that already touched when the step began rests and does not bounce, however hard the
             // body's own forces press it down.

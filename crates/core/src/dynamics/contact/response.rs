@@ -252,7 +252,8 @@ impl Contact {
     fn spread(&self, sums: &mut [Sums], along: Vector3<f64>, across: Vector3<f64>) {
         let square: f64 = self.weights.iter().map(|w| w * w).sum();
         let (along, across) = (along / square, across / square);
-        for (&w, k) in self.weights.iter().zip(self.touched) {
+        // Those without weight stand for another vertex, which is not theirs to wait for.
+        for (&w, k) in self.weights.iter().zip(self.touched).filter(|(w, _)| **w != 0.0) {
             let vertex = &mut sums[k as usize];
             vertex.along += along * (w * w);
             vertex.across += across * (w * w);
