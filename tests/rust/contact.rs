@@ -173,7 +173,7 @@ fn a_moving_collider_carries_what_lies_on_it() {
     let mut block = Block::new([3, 2, 3], CELL, None);
     block.place(&Matrix3::identity(), Point3::origin());
     block.damping = 0.3;
-    (0..240).for_each(|_| drop(block.step(&colliders(&[belt.clone()]), DT, 1.0)));
+    block.run(240, &colliders(&[belt.clone()]), DT);
     assert!((block.mean_velocity() - Vector3::new(0.8, 0.0, 0.0)).norm() < 0.01, "{}", block.mean_velocity());
 
     // A turntable of a tenth of a turn a second: the body goes round with it.
@@ -181,9 +181,9 @@ fn a_moving_collider_carries_what_lies_on_it() {
     let mut block = Block::new([3, 2, 3], CELL, None);
     block.place(&Matrix3::identity(), Point3::new(0.5, 0.0, 0.0));
     let table = colliders(&[table]);
-    (0..60).for_each(|_| drop(block.step(&table, DT, 1.0)));
+    block.run(60, &table, DT);
     let start = block.centre();
-    (0..150).for_each(|_| drop(block.step(&table, DT, 1.0)));
+    block.run(150, &table, DT);
     let expected = euler_degrees([0.0, 90.0, 0.0]) * start.coords;
     let off = (block.centre().coords - expected).norm();
     assert!(off < 0.2 * CELL, "{off}");
@@ -199,7 +199,7 @@ fn a_moving_collider_carries_what_lies_on_it() {
     let mut block = Block::new([2, 2, 2], CELL, None);
     block.damping = 0.3;
     block.place(&Matrix3::identity(), Point3::origin());
-    (0..60).for_each(|_| drop(block.step(&colliders(&[lift.clone()]), DT, 1.0)));
+    block.run(60, &colliders(&[lift.clone()]), DT);
     assert!((lowest(&block) * CELL - 1.5).abs() < 0.05 * CELL);
     assert!((block.mean_velocity().y - 1.5).abs() < 0.05, "{}", block.mean_velocity());
 }
@@ -214,7 +214,7 @@ fn overlapping_and_repeated_colliders_support_as_one_does() {
     for p in block.surface() {
         assert!(p.y > -1e-3 * CELL && p.x > -1e-3 * CELL, "{p}");
     }
-    (0..300).for_each(|_| drop(block.step(&both, DT, 1.0)));
+    block.run(300, &both, DT);
     assert!(lowest(&block).abs() < 0.05 && block.mean_velocity().norm() < 0.01);
 }
 
@@ -259,7 +259,7 @@ fn a_second_run_has_the_same_bits() {
         let mut block = Block::new([3, 2, 2], CELL, None);
         block.place(&euler_degrees([20.0, 10.0, 5.0]), Point3::new(0.0, 0.6, 0.0));
         let set = colliders(&[ground(), Collider::sphere([0.3, -0.4, 0.2], 0.6)]);
-        (0..120).for_each(|_| drop(block.step(&set, DT, 1.0)));
+        block.run(120, &set, DT);
         (block.positions.clone(), block.velocities.clone(), block.contacts.pushes().collect::<Vec<_>>())
     };
     assert_eq!(run(), run());
@@ -270,9 +270,9 @@ fn pushes_add_up_to_the_weight_of_what_rests() {
     let mut block = Block::new([3, 3, 3], CELL, None);
     let plane = colliders(&[ground()]);
     block.place(&Matrix3::identity(), Point3::origin());
-    (0..600).for_each(|_| drop(block.step(&plane, DT, 1.0)));
+    block.run(600, &plane, DT);
     block.contacts.clear_pushes();
-    (0..120).for_each(|_| drop(block.step(&plane, DT, 1.0)));
+    block.run(120, &plane, DT);
     let sum: Vector3<f64> = block.contacts.pushes().map(|(_, push)| Vector3::from(push.map(f64::from))).sum();
     let weight = 9.81 * 2.0 / CELL * block.rest.len() as f64;
     assert!((sum - Vector3::new(0.0, weight, 0.0)).norm() < 0.01 * weight, "{sum} of {weight}");
