@@ -123,3 +123,24 @@ fn looking_changes_no_bit() {
     };
     assert_eq!(run(false), run(true));
 }
+
+#[test]
+fn probe() {
+    let mut sim = scene(VolumeMeasure::Mesh);
+    for s in 0..24 {
+    sim.steps((0.5 / DT) as u64);
+    let b = sim.body(0);
+    let x = b.positions();
+    let fast = b.velocities().iter().map(|v| v.norm()).fold(0.0, f64::max);
+    println!("t {} inverted {} fastest {fast:.4} y {:.3}", sim.time(), inverted_cells(b), b.surface().positions.iter().map(|p| p.y).fold(f64::INFINITY, f64::min));
+    if s == 23 || s == 4 {
+    for cell in 0..b.lattice().cells().len() as u32 {
+        let corners = b.lattice().cell_corners(cell);
+        for k in 0..8_usize {
+            let along = |axis: usize| x[corners[k | 1 << axis] as usize] - x[corners[k & !(1 << axis)] as usize];
+            let d = Matrix3::from_columns(&[along(0), along(1), along(2)]).determinant() / b.lattice().cell_size().powi(3);
+            if d <= 0.1 { println!("  cell {:?} corner {k} det {d:.3} at {:?}", b.lattice().cells()[cell as usize], x[corners[k] as usize]); }
+        }
+    }}
+    }
+}
