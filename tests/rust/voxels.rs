@@ -118,6 +118,21 @@ fn a_box_tilted_by_next_to_nothing_springs_no_leak() {
     }
 }
 
+#[test]
+fn a_long_bar_tilted_by_less_than_a_touch_a_cell_springs_no_leak() {
+    for slope in [6e-7, 8e-7] {
+        let (mut vertices, faces) = cuboid([0.0; 3], [2000.0, 6.0, 6.0], 1);
+        vertices.iter_mut().for_each(|p| p[1] += slope * p[0]);
+        // Cubes above and below, so that the grid does not follow the tilt.
+        let cubes = joined(
+            cuboid([0.0, -2.0, 0.0], [1.0, -1.0, 1.0], 1),
+            cuboid([0.0, 8.0, 0.0], [1.0, 9.0, 1.0], 1),
+        );
+        let lattice = lattice(&joined((vertices, faces), cubes), 1.0);
+        assert!(lattice.cells().len() >= 2000 * 36 + 2, "{}", lattice.cells().len());
+    }
+}
+
 /// A flat sheet of 4 by 4 in the plane y = `height`, facing up.
 fn sheet(height: f64) -> Soup {
     let corners = [[0.0, 0.0], [0.0, 4.0], [4.0, 4.0], [4.0, 0.0]];
@@ -176,6 +191,20 @@ fn an_open_box_is_a_shell_and_a_closed_one_is_not() {
         (closed.report().surface_cells, closed.report().filled_cells),
         (n.pow(3) - (n - 2).pow(3), (n - 2).pow(3))
     );
+}
+
+#[test]
+fn an_open_box_turned_inside_out_has_the_same_cells() {
+    let (vertices, mut faces) = cuboid([2.0; 3], [8.0; 3], 1);
+    faces.remove(0);
+    // Something beyond it on all sides, so that the grid does not end with the box.
+    let needle = cuboid([0.0, 0.0, 0.0], [10.0, 10.0, 0.5], 1);
+    let far = cuboid([0.0, 0.0, 9.5], [0.5, 0.5, 10.0], 1);
+    let (vertices, faces) = joined(joined((vertices, faces), needle), far);
+    let [outwards, inwards, ..] =
+        orientations(&faces).map(|faces| cell_set(&lattice(&(vertices.clone(), faces), 1.0)));
+    assert_eq!(outwards, inwards);
+    assert_eq!(outwards.len(), 100 + 1 + 6 * 6 * 6 - 4 * 4 * 5);
 }
 
 #[test]
