@@ -28,6 +28,7 @@ mod voxelise;
 use nalgebra::Point3;
 
 pub use components::Components;
+pub(crate) use disjoint::DisjointSets;
 pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
 pub use options::{LatticeOptions, Resolution};

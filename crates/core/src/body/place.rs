@@ -1,0 +1,45 @@
+//! Where a body starts: turned, moved, and in motion.
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use super::{RangeError, in_range};
+use crate::dynamics::euler_degrees;
+
+/// How the model is placed in the world, after its scale; and how it moves at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Placement {
+    /// Degrees about the fixed axes x, then y, then z; default 0.
+    pub rotate: [f64; 3],
+    /// Scene units; default 0.
+    pub translate: [f64; 3],
+    /// Scene units per second; default 0.
+    pub velocity: [f64; 3],
+    /// Radians per second about the centre of mass; default 0.
+    pub spin: [f64; 3],
+}
+
+impl Placement {
+    /// The turn from the model's axes to the world's.
+    pub(crate) fn rotation(&self) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_matrix(&euler_degrees(self.rotate))
+    }
+
+    /// From the model's frame to the world.
+    pub(crate) fn isometry(&self) -> Isometry3<f64> {
+        Isometry3::from_parts(Vector3::from(self.translate).into(), self.rotation())
+    }
+
+    /// Whether the numbers make sense.
+    ///
+    /// # Errors
+    ///
+    /// A number that is not finite.
+    pub fn validate(&self) -> Result<(), RangeError> {
+        let Self { rotate, translate, velocity, spin } = *self;
+        let named = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];
+        for (name, value) in named.into_iter().flat_map(|(name, values)| values.map(|value| (name, value))) {
+            in_range(name, value, true, "finite")?;
+        }
+        Ok(())
+    }
+}

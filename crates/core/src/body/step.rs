@@ -1,0 +1,134 @@
+//! One step of a body: the page that reads like the papers.
+
+use nalgebra::Vector3;
+
+use super::{Body, unlocked};
+use crate::dynamics::integrate::Advance;
+use crate::dynamics::{Colliders, Interval, Kinematics};
+use crate::parallel::Executor;
+
+/// What acts on all bodies in a step.
+pub(crate) struct World<'a> {
+    /// Scene units per second squared.
+    pub(crate) gravity: Vector3<f64>,
+    pub(crate) interval: Interval,
+    pub(crate) colliders: Option<&'a Colliders>,
+    /// Whether this is the first step of a frame.
+    pub(crate) opens_frame: bool,
+}
+
+impl Body {
+    /// One step: goal positions, damping, integration, contacts, pins and handles.
+    pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
+        self.begin_holds(world);
+        self.open_books(executor);
+        let gain = self.fall(world);
+        self.match_shape(world, gain, executor);
+        self.damp(world, executor);
+        self.advance(world, executor);
+        self.touch(world);
+        self.hold(world);
+    }
+
+    /// Pins and handles that begin now capture what they hold; the momenta of what is held are not its own.
+    fn begin_holds(&mut self, world: &World) {
+        let Self { kinematics, matching, bookkeeper, state, .. } = self;
+        if let Some(kinematics) = kinematics {
+            let slots = matching.layout.slots();
+            kinematics.begin(world.interval, &state.positions, state.frame.body_frame(), slots);
+            bookkeeper.pull(slots, kinematics.held(), &mut state.books);
+        }
+    }
+
+    /// Whether nothing holds the body and nothing can touch it.
+    fn flies(&self) -> bool {
+        self.contacts.is_none() && !self.kinematics.as_ref().is_some_and(Kinematics::holds_any)
+    }
+
+    /// Measures the momenta that no book has, and keeps the origin with the body: near it, and flying with it.
+    fn open_books(&mut self, executor: &Executor) {
+        let flies = self.flies();
+        let Self { matching, bookkeeper, state, .. } = self;
+        let slots = matching.layout.slots();
+        if !flies {
+            state.set_origin_velocity(slots, Vector3::zeros());
+        }
+        let (strayed, to_open) = (state.strayed(slots[0]), bookkeeper.any_to_open(&state.books));
+        if !strayed && !to_open {
+            return;
+        }
+        let constants = &matching.regions.constants;
+        bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        if strayed {
+            state.rebase(slots, bookkeeper.centre());
+        }
+        if to_open && flies {
+            state.set_origin_velocity(slots, state.frame.velocity() + bookkeeper.velocity());
+            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        }
+        bookkeeper.open(&mut state.books);
+    }
+
+    /// Gravity: the origin of a body that flies falls as a whole. Returns what the vertices gain beside it, in
+    /// cells/s.
+    fn fall(&mut self, world: &World) -> Vector3<f64> {
+        let dt = world.interval.dt;
+        let gain = world.gravity * (dt / self.lattice.cell_size());
+        if !self.flies() {
+            return gain;
+        }
+        self.state.frame.fly(gain, dt);
+        Vector3::zeros()
+    }
+
+    /// Goal positions by shape matching, and the velocities that they and `gain` give.
+    fn match_shape(&mut self, world: &World, gain: Vector3<f64>, executor: &Executor) {
+        let Self { matching, bookkeeper, state, .. } = self;
+        let cascade = unlocked(&mut self.cascade);
+        let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
+        matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
+        bookkeeper.enter(&mut state.books, gain);
+    }
+
+    /// Region damping, where the material has any.
+    fn damp(&mut self, world: &World, executor: &Executor) {
+        if let Some(damping) = &self.damping {
+            let share = self.material.damping_share(world.interval.dt);
+            let cascade = unlocked(&mut self.cascade);
+            damping.apply(&self.matching, cascade, executor, &mut self.state, share as f32);
+        }
+    }
+
+    /// Velocities corrected to the books, positions moved.
+    fn advance(&mut self, world: &World, executor: &Executor) {
+        let Self { matching, bookkeeper, state, .. } = self;
+        let constants = &matching.regions.constants;
+        if bookkeeper.any_free() {
+            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        }
+        let (components, corrections) = bookkeeper.corrections(&state.books);
+        let advance = Advance { constants, components, corrections, dt: world.interval.dt };
+        advance.run(executor, &mut state.positions, &mut state.carry, &mut state.velocities);
+    }
+
+    /// Contacts of the visible surface. What they do to the momenta is measured, not booked.
+    fn touch(&mut self, world: &World) {
+        let (Some(contacts), Some(colliders)) = (&mut self.contacts, world.colliders) else { return };
+        if world.opens_frame {
+            contacts.clear_pushes();
+        }
+        let mut state = self.state.shared();
+        let report = contacts.resolve(&mut state, colliders, world.interval, world.gravity.into());
+        if report.contacts > 0 {
+            self.state.books.fill(None);
+        }
+    }
+
+    /// Held vertices go where their pins and handles have them.
+    fn hold(&mut self, world: &World) {
+        if let Some(kinematics) = &self.kinematics {
+            kinematics.apply(world.interval, &mut self.state.shared(), self.matching.layout.slots());
+        }
+    }
+}
