@@ -3,3 +3,5 @@
 mod lanes;
 
 pub use lanes::Lanes;
+#[cfg(feature = "scene")]
+pub mod scene;
