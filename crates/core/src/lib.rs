@@ -1,7 +1,11 @@
 //! Soft bodies from any surface mesh, by lattice shape matching, that keep their volume.
 
 mod lanes;
+pub mod mesh;
+#[cfg(feature = "obj")]
+pub mod obj;
 
 pub use lanes::Lanes;
 #[cfg(feature = "scene")]
 pub mod scene;
+pub use mesh::{Mesh, MeshError};

@@ -1,0 +1,250 @@
+//! The surface mesh: vertices, polygons, what they enclose, and what is unusual about them.
+
+mod components;
+mod duplicates;
+mod edges;
+mod error;
+mod measure;
+mod normals;
+mod topology;
+mod weld;
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::Point3;
+
+pub use components::Component;
+pub use error::MeshError;
+pub use normals::{VertexNormals, vertex_normals};
+pub use topology::Topology;
+
+/// A surface mesh: vertices in `f64` and polygons of any size.
+///
+/// Polygons are also available as triangles, fanned from their first vertex:
+///
+/// ```text
+///     d---c          face   [a, b, c, d]
+///     | / |   ->     triangles [a, b, c], [a, c, d]
+///     a---b          counter-clockwise seen from outside
+/// ```
+///
+/// Cloning is cheap: the arrays are shared.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    vertices: Arc<[Point3<f64>]>,
+    faces: Arc<Faces>,
+    weld: Arc<[u32]>,
+    bounds: (Point3<f64>, Point3<f64>),
+    topology: Arc<OnceLock<Topology>>,
+}
+
+/// The polygons: corners of face `f` are `corners[offsets[f]..offsets[f + 1]]`.
+#[derive(Debug)]
+struct Faces {
+    offsets: Vec<u32>,
+    corners: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A mesh from `(n, 3)` vertices and faces that list their corners as vertex indices from 0.
+    ///
+    /// ```
+    /// let vertices = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    /// let mesh = supple::Mesh::new(vertices, &faces)?;
+    /// assert!(mesh.is_closed());
+    /// assert!((mesh.volume() - 1.0 / 6.0).abs() < 1e-15);
+    /// # Ok::<(), supple::MeshError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// An index out of range, a coordinate that is not finite (or not within the range of `f32`), no face with three
+    /// distinct corners, no extent at all, more than 2^32 - 1 of anything. Everything else is taken as it is and
+    /// described by [`Mesh::topology`].
+    pub fn new<F: AsRef<[u32]>>(vertices: Vec<[f64; 3]>, faces: &[F]) -> Result<Self, MeshError> {
+        let corner_count = faces.iter().map(|face| face.as_ref().len()).sum();
+        countable("corners of faces", corner_count)?;
+        let mut offsets = Vec::with_capacity(faces.len() + 1);
+        let mut corners = Vec::with_capacity(corner_count);
+        offsets.push(0);
+        for face in faces {
+            corners.extend_from_slice(face.as_ref());
+            offsets.push(corners.len() as u32);
+        }
+        Self::from_flat(vertices.into_iter().map(Point3::from).collect(), offsets, corners)
+    }
+
+    /// As [`Mesh::new`], from faces that lie one after another in `corners`, bounded by `offsets`.
+    pub(crate) fn from_flat(
+        vertices: Vec<Point3<f64>>,
+        offsets: Vec<u32>,
+        corners: Vec<u32>,
+    ) -> Result<Self, MeshError> {
+        countable("vertices", vertices.len())?;
+        check_finite(&vertices)?;
+        check_indices(&offsets, &corners, vertices.len())?;
+        let bounds = bounds(&vertices, &corners);
+        let weld = weld::weld(&vertices);
+        let faces = Faces { triangles: fan(&offsets, &corners), offsets, corners };
+        let no_faces = MeshError::NoFaces { faces: faces.offsets.len() - 1, vertices: vertices.len() };
+        let (Some(bounds), false) = (bounds, faces.triangles.is_empty()) else { return Err(no_faces) };
+        if bounds.0 == bounds.1 {
+            let mut used = faces.corners.clone();
+            used.sort_unstable();
+            used.dedup();
+            return Err(MeshError::NoExtent { vertices: used.len(), at: bounds.0.into() });
+        }
+        if (0..faces.offsets.len() - 1).all(|face| topology::is_degenerate(faces.get(face), &weld)) {
+            return Err(no_faces);
+        }
+        Ok(Self {
+            vertices: vertices.into(),
+            faces: Arc::new(faces),
+            weld: weld.into(),
+            bounds,
+            topology: Arc::default(),
+        })
+    }
+
+    /// The vertices in input order, those that no face uses included.
+    pub fn vertices(&self) -> &[Point3<f64>] {
+        &self.vertices
+    }
+
+    /// How many faces there are, degenerate ones included.
+    pub fn face_count(&self) -> usize {
+        self.faces.offsets.len() - 1
+    }
+
+    /// The faces in input order: the vertices of their corners.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> {
+        self.faces.offsets.windows(2).map(|ends| &self.faces.corners[ends[0] as usize..ends[1] as usize])
+    }
+
+    /// The faces fanned from their first vertex, in the order of the faces: `n - 2` triangles for `n >= 3` corners.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.faces.triangles
+    }
+
+    /// Smallest and largest coordinates of the vertices that faces use.
+    pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
+        self.bounds
+    }
+
+    /// For each vertex the first one at exactly the same position (`-0.0` equals `0.0`): one number a vertex.
+    pub fn weld(&self) -> &[u32] {
+        &self.weld
+    }
+
+    /// What is usual and unusual about the surface; found at the first call, kept from then on.
+    pub fn topology(&self) -> &Topology {
+        self.topology.get_or_init(|| Topology::of(self))
+    }
+
+    /// Whether, equal positions welded, the directed uses of each edge cancel: only then a volume is enclosed.
+    pub fn is_closed(&self) -> bool {
+        self.topology().open_edges == 0
+    }
+
+    /// Enclosed volume, in cubed units of length, never negative. For an open mesh it is that of the surface coned
+    /// from the centre of its bounds, and says little.
+    pub fn volume(&self) -> f64 {
+        self.signed_volume().abs()
+    }
+
+    /// [`Mesh::volume`], negative if the faces run clockwise seen from outside.
+    pub fn signed_volume(&self) -> f64 {
+        self.topology().signed_volume
+    }
+
+    /// The mesh `factor` times as large, about the origin.
+    ///
+    /// # Errors
+    /// If the factor is not finite and positive, or what comes out is no usable mesh.
+    pub fn scaled(&self, factor: f64) -> Result<Self, MeshError> {
+        if !(factor.is_finite() && factor > 0.0) {
+            return Err(MeshError::Scale(factor));
+        }
+        if factor == 1.0 {
+            return Ok(self.clone());
+        }
+        let vertices: Vec<_> = self.vertices.iter().map(|vertex| vertex * factor).collect();
+        check_finite(&vertices)?;
+        let bounds = (self.bounds.0 * factor, self.bounds.1 * factor);
+        if bounds.0 == bounds.1 {
+            return Err(MeshError::NoExtent { vertices: vertices.len(), at: bounds.0.into() });
+        }
+        Ok(Self {
+            // Welded as the input is: what was apart stays apart, even where rounding made two positions equal.
+            weld: self.weld.clone(),
+            faces: self.faces.clone(),
+            vertices: vertices.into(),
+            bounds,
+            topology: Arc::default(),
+        })
+    }
+
+    fn face(&self, face: usize) -> &[u32] {
+        self.faces.get(face)
+    }
+
+    fn corners(&self) -> &[u32] {
+        &self.faces.corners
+    }
+
+    fn centre(&self) -> Point3<f64> {
+        nalgebra::center(&self.bounds.0, &self.bounds.1)
+    }
+}
+
+impl Faces {
+    fn get(&self, face: usize) -> &[u32] {
+        &self.corners[self.offsets[face] as usize..self.offsets[face + 1] as usize]
+    }
+}
+
+fn countable(what: &'static str, count: usize) -> Result<(), MeshError> {
+    // The last value stands for "none" in index tables.
+    if count < u32::MAX as usize { Ok(()) } else { Err(MeshError::TooLarge { what, count }) }
+}
+
+fn check_finite(vertices: &[Point3<f64>]) -> Result<(), MeshError> {
+    for (vertex, point) in vertices.iter().enumerate() {
+        for (axis, &value) in ['x', 'y', 'z'].into_iter().zip(point.coords.iter()) {
+            if !(value as f32).is_finite() {
+                return Err(MeshError::NotFinite { vertex, axis, value });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_indices(offsets: &[u32], corners: &[u32], count: usize) -> Result<(), MeshError> {
+    match corners.iter().position(|&corner| corner as usize >= count) {
+        None => Ok(()),
+        Some(at) => {
+            let face = offsets.partition_point(|&offset| offset as usize <= at) - 1;
+            Err(MeshError::IndexOutOfRange { face, vertex: corners[at], count })
+        }
+    }
+}
+
+/// Bounds of the vertices that faces use; none if there are no corners.
+fn bounds(vertices: &[Point3<f64>], corners: &[u32]) -> Option<(Point3<f64>, Point3<f64>)> {
+    let used = corners.iter().map(|&corner| vertices[corner as usize]);
+    let grow =
+        |(low, high): (Point3<f64>, Point3<f64>), point: Point3<f64>| (low.inf(&point), high.sup(&point));
+    used.fold(None, |bounds, point| Some(grow(bounds.unwrap_or((point, point)), point)))
+}
+
+fn fan(offsets: &[u32], corners: &[u32]) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::with_capacity((corners.len()).saturating_sub(2 * (offsets.len() - 1)));
+    for ends in offsets.windows(2) {
+        let face = &corners[ends[0] as usize..ends[1] as usize];
+        if face.len() > 2 {
+            triangles.extend(face[1..].windows(2).map(|edge| [face[0], edge[0], edge[1]]));
+        }
+    }
+    triangles
+}

@@ -1,0 +1,89 @@
+//! Which faces the names of `o` and `g` statements cover.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// A name given by `o` or `g`, and the faces under it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Group {
+    /// The name; Latin-1 bytes are decoded as such.
+    pub name: String,
+    /// Whether `o` gave it; else `g`.
+    pub is_object: bool,
+    /// Ranges of faces, from 0, in file order. They do not overlap.
+    pub faces: Vec<Range<u32>>,
+    /// The whole text of a `g` with several names, so that a name with spaces is found too.
+    pub(super) is_alias: bool,
+}
+
+/// Collects groups while the file is scanned.
+#[derive(Debug, Default)]
+pub(super) struct GroupBuilder {
+    groups: Vec<Group>,
+    index: HashMap<(bool, String), usize>,
+    object: Option<usize>,
+    current: Vec<usize>,
+}
+
+impl GroupBuilder {
+    /// An `o` statement before face number `face`. Without a name it ends the object.
+    pub(super) fn start_object(&mut self, name: String, face: u32) {
+        let open = self.object.take();
+        self.close(open, face);
+        if !name.is_empty() {
+            self.object = Some(self.open(name, true, false, face));
+        }
+    }
+
+    /// A `g` statement before face number `face`: any number of names, and their text as it stands.
+    pub(super) fn start_groups(&mut self, names: Vec<String>, text: String, face: u32) {
+        let open = std::mem::take(&mut self.current);
+        self.close(open, face);
+        let several = names.len() > 1;
+        for name in names {
+            let group = self.open(name, false, false, face);
+            if !self.current.contains(&group) {
+                self.current.push(group);
+            }
+        }
+        if several {
+            let alias = self.open(text, false, true, face);
+            if !self.current.contains(&alias) {
+                self.current.push(alias);
+            }
+        }
+    }
+
+    /// The groups that hold faces, in order of their first statement.
+    pub(super) fn finish(mut self, faces: u32) -> Vec<Group> {
+        let open: Vec<_> = self.object.take().into_iter().chain(self.current.drain(..)).collect();
+        self.close(open, faces);
+        self.groups.retain(|group| !group.faces.is_empty());
+        self.groups
+    }
+
+    fn open(&mut self, name: String, is_object: bool, is_alias: bool, face: u32) -> usize {
+        let next = self.groups.len();
+        let group = *self.index.entry((is_object, name.clone())).or_insert(next);
+        if group == next {
+            self.groups.push(Group { name, is_object, faces: Vec::new(), is_alias });
+        }
+        let group_faces = &mut self.groups[group].faces;
+        // A range that is already open (a name given twice on one line) stays as it is.
+        if group_faces.last().is_none_or(|range| range.start != face || range.end != face) {
+            group_faces.push(face..face);
+        }
+        group
+    }
+
+    fn close(&mut self, groups: impl IntoIterator<Item = usize>, face: u32) {
+        for group in groups {
+            let faces = &mut self.groups[group].faces;
+            match faces.last_mut() {
+                Some(range) if range.start < face => range.end = face,
+                _ => drop(faces.pop()),
+            }
+        }
+    }
+}
