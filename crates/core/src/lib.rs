@@ -9,3 +9,8 @@ pub use lanes::Lanes;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub use mesh::{Mesh, MeshError};
+mod lattice;
+pub mod reference;
+
+pub use lanes::Lanes;
+pub use lattice::{Components, FloatingPart, Lattice, LatticeError, LatticeReport};

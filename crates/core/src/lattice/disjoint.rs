@@ -1,0 +1,49 @@
+//! Disjoint sets (union-find) over numbered elements.
+
+/// Disjoint sets of the elements `0..n`; the root of a set is its lowest element.
+pub(crate) struct DisjointSets {
+    parent: Vec<u32>,
+}
+
+impl DisjointSets {
+    /// `n` sets of one element each.
+    pub(crate) fn new(n: usize) -> Self {
+        Self { parent: (0..n as u32).collect() }
+    }
+
+    /// The lowest element of the set that holds `element`.
+    pub(crate) fn find(&mut self, mut element: u32) -> u32 {
+        loop {
+            let parent = self.parent[element as usize];
+            if parent == element {
+                return element;
+            }
+            let grandparent = self.parent[parent as usize];
+            self.parent[element as usize] = grandparent;
+            element = grandparent;
+        }
+    }
+
+    /// Makes one set of two; false if they were one already.
+    pub(crate) fn unite(&mut self, a: u32, b: u32) -> bool {
+        let (a, b) = (self.find(a), self.find(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+        a != b
+    }
+
+    /// Number of sets, and the set of each element; sets are numbered in the order of their lowest element.
+    pub(crate) fn labels(mut self) -> (usize, Vec<u32>) {
+        let mut count = 0;
+        let mut labels = vec![0; self.parent.len()];
+        for element in 0..self.parent.len() {
+            let root = self.find(element as u32) as usize;
+            if root == element {
+                labels[element] = count;
+                count += 1;
+            } else {
+                labels[element] = labels[root];
+            }
+        }
+        (count as usize, labels)
+    }
+}

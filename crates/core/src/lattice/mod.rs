@@ -1,0 +1,227 @@
+//! The lattice: cells along the axes that cover a shape, and their corners.
+
+mod assemble;
+mod components;
+mod corners;
+mod disjoint;
+mod error;
+mod join;
+mod memory;
+mod report;
+mod run_tree;
+mod runs;
+
+use nalgebra::Point3;
+
+pub use components::Components;
+pub use error::LatticeError;
+pub use report::{FloatingPart, LatticeReport};
+use runs::Runs;
+
+/// Highest magnitude of a grid index, so that differences of two are 32-bit numbers too.
+const HIGHEST_INDEX: i32 = 1 << 30;
+
+/// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.
+///
+/// Vertices and cells have integer grid indices `[x, y, z]` and are numbered in the order of (z, y, x), x fastest: the *vertex
+/// order* of every array that is "one per lattice vertex". The rest position of a vertex is `origin + cell_size * index`. The cell of
+/// index `c` reaches from vertex `c` to vertex `c + (1, 1, 1)`; its corner k lies at the offset `(k & 1, k >> 1 & 1, k >> 2 & 1)`:
+///
+/// ```text
+///        6-------7        z
+///       /|      /|        |  y
+///      4-------5 |        | /
+///      | 2-----|-3        |/
+///      |/      |/         +----- x
+///      0-------1
+/// ```
+///
+/// A *link* joins two vertices one step apart along an axis iff some occupied cell has that edge. Two vertices on either side of a
+/// gap are not neighbours, however close. After Rivers and James 2007, whose particles lie at the centres of cells; on the corners,
+/// each vertex belongs to at least one cell, so that every region spans space even where a part is one cell thick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lattice {
+    cell_size: f64,
+    origin: Point3<f64>,
+    indices: Vec<[i32; 3]>,
+    vertex_runs: Runs,
+    links: Vec<u8>,
+    occupied_cells: Vec<u8>,
+    cells: Vec<[i32; 3]>,
+    cell_runs: Runs,
+    components: Components,
+    report: LatticeReport,
+}
+
+impl Lattice {
+    /// The lattice of the given cells, with their indices kept.
+    ///
+    /// * `cells`: grid indices `[x, y, z]` of the occupied cells, in any order; repeated ones count once. Each index lies between
+    ///   -2^30 and 2^30.
+    /// * `cell_size`: edge of a cell, a positive length.
+    /// * `origin`: where vertex index `[0, 0, 0]` lies.
+    /// * `join`: whether parts that float apart are tied together by bridges of cells, each along a shortest path from face to face.
+    ///   Without, each is a component of its own.
+    ///
+    /// # Errors
+    ///
+    /// No cells, an index out of range, a cell size that is not positive and finite, an origin that is not finite, or more cells
+    /// than half of the machine's memory holds.
+    pub fn from_cells(
+        cells: &[[i32; 3]],
+        cell_size: f64,
+        origin: Point3<f64>,
+        join: bool,
+    ) -> Result<Self, LatticeError> {
+        check_cell_size(cell_size)?;
+        if !origin.iter().all(|x| x.is_finite()) {
+            return Err(LatticeError::Origin(origin.x, origin.y, origin.z));
+        }
+        if cells.is_empty() {
+            return Err(LatticeError::NoCells);
+        }
+        for (cell, index) in cells.iter().enumerate() {
+            if let Some(&index) = index.iter().find(|i| i.unsigned_abs() > HIGHEST_INDEX as u32) {
+                return Err(LatticeError::IndexRange { cell, index });
+            }
+        }
+        let limit = memory::limit(None);
+        memory::check(memory::of_vertices(cells.len() as u64), limit, cell_size)?;
+        let mut sorted = cells.to_vec();
+        sorted.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
+        let given = Runs::from_sorted(&sorted);
+        let joined = assemble::join(given.clone(), join, cell_size, limit)?;
+        let report = LatticeReport {
+            surface_cells: given.len(),
+            bridge_cells: joined.bridge_cells,
+            floating: assemble::floating_parts(&given, &joined),
+            ..LatticeReport::default()
+        };
+        assemble::lattice(joined.cells, cell_size, origin, report, limit)
+    }
+
+    /// Number of lattice vertices, at least 8.
+    pub fn len(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Never true: a lattice has at least one cell.
+    pub fn is_empty(&self) -> bool {
+        self.indices.is_empty()
+    }
+
+    /// Edge of a cell, in units of the scene's length.
+    pub fn cell_size(&self) -> f64 {
+        self.cell_size
+    }
+
+    /// Where vertex index `[0, 0, 0]` lies, in the model frame.
+    pub fn origin(&self) -> Point3<f64> {
+        self.origin
+    }
+
+    /// Grid indices `[x, y, z]` of the vertices, shape `(n, 3)`, sorted by (z, y, x).
+    pub fn indices(&self) -> &[[i32; 3]] {
+        &self.indices
+    }
+
+    /// Rest position of a vertex in the model frame: `origin + cell_size * index`.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such vertex.
+    pub fn rest_position(&self, vertex: u32) -> Point3<f64> {
+        let [x, y, z] = self.indices[vertex as usize].map(f64::from);
+        self.origin + nalgebra::Vector3::new(x, y, z) * self.cell_size
+    }
+
+    /// Grid indices `[x, y, z]` of the cells, those of their corner 0, shape `(m, 3)`, sorted by (z, y, x).
+    pub fn cells(&self) -> &[[i32; 3]] {
+        &self.cells
+    }
+
+    /// The vertices at the eight corners of a cell.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such cell.
+    pub fn cell_corners(&self, cell: u32) -> [u32; 8] {
+        let [x, y, z] = self.cells[cell as usize];
+        let mut corners = [0; 8];
+        for (pair, corner) in corners.chunks_exact_mut(2).enumerate() {
+            let (dy, dz) = (pair as i32 & 1, pair as i32 >> 1);
+            let first =
+                self.vertex_runs.find([x, y + dy, z + dz]).expect("each corner of a cell is a vertex");
+            // Corners one step apart along x follow each other.
+            corner.copy_from_slice(&[first, first + 1]);
+        }
+        corners
+    }
+
+    /// The vertex at a grid index, if there is one.
+    pub fn vertex_at(&self, index: [i32; 3]) -> Option<u32> {
+        self.vertex_runs.find(index)
+    }
+
+    /// The occupied cell at a grid index, if there is one.
+    pub fn cell_at(&self, index: [i32; 3]) -> Option<u32> {
+        self.cell_runs.find(index)
+    }
+
+    /// Links of each vertex, shape `(n,)`: bit n is set iff the vertex is linked to its neighbour n, in the order -x, +x, -y, +y,
+    /// -z, +z.
+    pub fn links(&self) -> &[u8] {
+        &self.links
+    }
+
+    /// The vertices that a vertex is linked to, in the order -x, +x, -y, +y, -z, +z.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such vertex.
+    pub fn neighbours(&self, vertex: u32) -> [Option<u32>; 6] {
+        let index = self.indices[vertex as usize];
+        let links = self.links[vertex as usize];
+        std::array::from_fn(|n| match n {
+            _ if links >> n & 1 == 0 => None,
+            0 => Some(vertex - 1),
+            1 => Some(vertex + 1),
+            _ => {
+                let mut neighbour = index;
+                neighbour[n / 2] += if n % 2 == 0 { -1 } else { 1 };
+                self.vertex_runs.find(neighbour)
+            }
+        })
+    }
+
+    /// Occupied cells that have each vertex as a corner, 1 to 8, shape `(n,)`. The mass of a vertex is
+    /// `density * cell_size^3 * occupied_cells / 8`.
+    pub fn occupied_cells(&self) -> &[u8] {
+        &self.occupied_cells
+    }
+
+    /// The connected parts of the link graph.
+    pub fn components(&self) -> &Components {
+        &self.components
+    }
+
+    /// What became of the input: parts that float, parts that are glued, openings.
+    pub fn report(&self) -> &LatticeReport {
+        &self.report
+    }
+
+    /// Bytes of memory that the lattice takes.
+    pub fn memory(&self) -> usize {
+        let vertex = size_of::<[i32; 3]>() + 2 * size_of::<u8>() + size_of::<u32>();
+        self.len() * vertex
+            + self.cells.len() * size_of::<[i32; 3]>()
+            + self.vertex_runs.bytes()
+            + self.cell_runs.bytes()
+            + size_of::<Self>()
+    }
+}
+
+/// Refuses a cell size that is no positive, finite length.
+fn check_cell_size(cell_size: f64) -> Result<(), LatticeError> {
+    if cell_size > 0.0 && cell_size.is_finite() { Ok(()) } else { Err(LatticeError::CellSize(cell_size)) }
+}

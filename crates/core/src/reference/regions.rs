@@ -1,0 +1,73 @@
+//! Regions: the lattice vertices that each vertex is matched with.
+
+use crate::lattice::Lattice;
+
+/// How a region grows from its vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Regions {
+    /// Up to w linked steps along z, from each vertex reached up to w along y, from each of these up to w along x. Separable, so that
+    /// sums over all regions are windows along the axes.
+    #[default]
+    Staircase,
+    /// All vertices within w steps, where one step goes to any vertex of a common cell (Rivers and James 2007).
+    BreadthFirst,
+}
+
+/// The vertices of the region of `vertex`, sorted.
+///
+/// In a full box both kinds are the cube of `2 w + 1` vertices along each edge; they differ beside concave corners and gaps.
+///
+/// # Panics
+///
+/// If there is no such vertex.
+pub fn region(lattice: &Lattice, vertex: u32, half_width: usize, regions: Regions) -> Vec<u32> {
+    let mut members = match regions {
+        Regions::Staircase => staircase(lattice, vertex, half_width),
+        Regions::BreadthFirst => breadth_first(lattice, vertex, half_width),
+    };
+    members.sort_unstable();
+    members
+}
+
+fn staircase(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> {
+    let mut members = vec![vertex];
+    for axis in [2, 1, 0] {
+        members = members.iter().flat_map(|&start| window(lattice, start, axis, half_width)).collect();
+    }
+    members
+}
+
+/// The vertices reached from `start` by up to `half_width` linked steps along an axis, both ways.
+fn window(lattice: &Lattice, start: u32, axis: usize, half_width: usize) -> Vec<u32> {
+    let mut reached = vec![start];
+    for direction in [2 * axis, 2 * axis + 1] {
+        let mut vertex = start;
+        for _ in 0..half_width {
+            let Some(next) = lattice.neighbours(vertex)[direction] else { break };
+            reached.push(next);
+            vertex = next;
+        }
+    }
+    reached
+}
+
+fn breadth_first(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> {
+    let mut members = vec![vertex];
+    let mut front = vec![vertex];
+    for _ in 0..half_width {
+        let mut next: Vec<u32> = front.iter().flat_map(|&v| cell_neighbours(lattice, v)).collect();
+        next.sort_unstable();
+        next.dedup();
+        next.retain(|v| !members.contains(v));
+        members.extend(&next);
+        front = next;
+    }
+    members
+}
+
+/// The vertices of all cells that have `vertex` as a corner, itself among them: in a full box the 26 around it.
+fn cell_neighbours(lattice: &Lattice, vertex: u32) -> Vec<u32> {
+    let index = lattice.indices()[vertex as usize];
+    let around = (0..8).map(|k| [index[0] - (k & 1), index[1] - (k >> 1 & 1), index[2] - (k >> 2 & 1)]);
+    around.filter_map(|cell| lattice.cell_at(cell)).flat_map(|cell| lattice.cell_corners(cell)).collect()
+}

@@ -1,0 +1,72 @@
+//! The rotation factor of a matrix, by a singular value decomposition.
+
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+
+/// Singular values below this fraction of the largest are rounding.
+const ROUNDING: f64 = 1e-15;
+
+/// Sweeps over the three column pairs; five reach full precision, the rest is reserve.
+const SWEEPS: usize = 30;
+
+/// The rotation R that maximises tr(R^T A): U diag(1, 1, det(U V^T)) V^T of the singular value decomposition A = U S V^T.
+///
+/// Always a rotation: for an inverted A the direction of least singular value is turned over (Umeyama 1991). Where A has rank 1 the
+/// smallest of the best rotations is taken, and for zero, or where an entry is not finite, the identity.
+///
+/// The decomposition is by one-sided Jacobi rotations (Hestenes 1958), which keep small singular values precise, because
+/// [`nalgebra`]'s for 3x3 matrices goes through A^T A and loses half of the digits.
+pub fn rotation(a: &Matrix3<f64>) -> Matrix3<f64> {
+    let scale = a.amax();
+    if !(scale > 0.0 && scale.is_finite()) {
+        return Matrix3::identity();
+    }
+    // B = (A / scale) V has columns at right angles: the left singular vectors times the singular values.
+    let (mut b, mut v) = (a.map(|x| x / scale), Matrix3::identity());
+    for _ in 0..SWEEPS {
+        let turned = [(0, 1), (0, 2), (1, 2)].map(|(p, q)| make_orthogonal(&mut b, &mut v, p, q));
+        if turned == [false; 3] {
+            break;
+        }
+    }
+    let mut order = [0, 1, 2];
+    order.sort_by(|&p, &q| b.column(q).norm().total_cmp(&b.column(p).norm()));
+    let (s1, s2) = (b.column(order[0]).norm(), b.column(order[1]).norm());
+    let u1 = b.column(order[0]) / s1;
+    let v1: Vector3<f64> = v.column(order[0]).into();
+    if s2 <= ROUNDING * s1 {
+        return shortest_turn(&v1, &u1);
+    }
+    let u2 = b.column(order[1]) / s2;
+    let v2: Vector3<f64> = v.column(order[1]).into();
+    // Two pairs of singular vectors fix the rotation; the third is theirs, whatever the sign of det A.
+    u1 * v1.transpose() + u2 * v2.transpose() + u1.cross(&u2) * v1.cross(&v2).transpose()
+}
+
+/// Turns columns p and q of B, and of V with them, so that those of B are at right angles; false if they were.
+fn make_orthogonal(b: &mut Matrix3<f64>, v: &mut Matrix3<f64>, p: usize, q: usize) -> bool {
+    let (x, y): (Vector3<f64>, Vector3<f64>) = (b.column(p).into(), b.column(q).into());
+    let (product, xx, yy) = (x.dot(&y), x.norm_squared(), y.norm_squared());
+    if product == 0.0 || product.abs() <= f64::EPSILON * (xx * yy).sqrt() {
+        return false;
+    }
+    let half_cot = (yy - xx) / (2.0 * product);
+    let tan = half_cot.signum() / (half_cot.abs() + half_cot.hypot(1.0));
+    let cos = 1.0 / tan.hypot(1.0);
+    let sin = cos * tan;
+    for m in [b, v] {
+        let (x, y): (Vector3<f64>, Vector3<f64>) = (m.column(p).into(), m.column(q).into());
+        m.set_column(p, &(x * cos - y * sin));
+        m.set_column(q, &(x * sin + y * cos));
+    }
+    true
+}
+
+/// The rotation by the least angle that takes one unit vector to another.
+fn shortest_turn(from: &Vector3<f64>, to: &Vector3<f64>) -> Matrix3<f64> {
+    let turn = Rotation3::rotation_between(from, to).unwrap_or_else(|| {
+        // Opposite: half a turn about any axis at right angles.
+        let axis = Unit::new_normalize(from.cross(&Vector3::ith(from.iamin(), 1.0)));
+        Rotation3::from_axis_angle(&axis, std::f64::consts::PI)
+    });
+    turn.into_inner()
+}

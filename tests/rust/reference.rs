@@ -1,0 +1,215 @@
+//! The naive method itself: what must hold exactly, and the rotation factor.
+
+use nalgebra::{Matrix3, Matrix4, Point3, Rotation3, Vector3};
+use proptest::prelude::*;
+use supple::Lattice;
+use supple::reference::{Regions, damped_velocities, goals, region, rotation, weights};
+
+const KINDS: [Regions; 2] = [Regions::Staircase, Regions::BreadthFirst];
+
+fn lattice(cells: &[[i32; 3]]) -> Lattice {
+    Lattice::from_cells(cells, 0.5, Point3::new(3.0, -1.0, 2.0), true).expect("cells make a lattice")
+}
+
+fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
+    let [nx, ny, nz] = size;
+    (0..nx * ny * nz).map(|i| [i % nx, i / nx % ny, i / nx / ny]).collect()
+}
+
+/// Two arms with a gap of one cell, on a foot.
+fn u_shape() -> Vec<[i32; 3]> {
+    let mut cells = block([3, 5, 2]);
+    cells.retain(|c| c[0] != 1 || c[1] == 0);
+    cells
+}
+
+fn rest(lattice: &Lattice) -> Vec<Vector3<f64>> {
+    (0..lattice.len() as u32).map(|v| lattice.rest_position(v).coords).collect()
+}
+
+/// Positions off the rest shape, the same on each run.
+fn bent(lattice: &Lattice) -> Vec<Vector3<f64>> {
+    rest(lattice)
+        .iter()
+        .map(|p| Vector3::new(p.x + 0.3 * (2.0 * p.y).sin(), 1.2 * p.y, p.z + 0.2 * (3.0 * p.x).cos()))
+        .collect()
+}
+
+fn sum(masses: &[f64], values: &[Vector3<f64>]) -> Vector3<f64> {
+    masses.iter().zip(values).map(|(m, x)| x * *m).sum()
+}
+
+#[test]
+fn in_a_box_both_regions_are_cubes() {
+    let lattice = lattice(&block([6, 6, 6]));
+    for w in 0..4usize {
+        for v in [0, 20, 171, 342] {
+            let expected: Vec<u32> = (0..lattice.len() as u32)
+                .filter(|&o| {
+                    let (a, b) = (lattice.indices()[v as usize], lattice.indices()[o as usize]);
+                    (0..3).all(|k| a[k].abs_diff(b[k]) as usize <= w)
+                })
+                .collect();
+            for kind in KINDS {
+                assert_eq!(region(&lattice, v, w, kind), expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn regions_stop_at_a_gap() {
+    let lattice = lattice(&u_shape());
+    let tip = lattice.vertex_at([1, 5, 0]).expect("on the left arm");
+    for kind in KINDS {
+        let members = region(&lattice, tip, 2, kind);
+        assert!(members.iter().all(|&v| lattice.indices()[v as usize][0] <= 1), "{kind:?}");
+    }
+    let foot = lattice.vertex_at([1, 1, 0]).expect("on the foot");
+    assert!(
+        region(&lattice, foot, 1, Regions::Staircase).iter().any(|&v| lattice.indices()[v as usize][0] == 2)
+    );
+}
+
+#[test]
+fn the_two_regions_differ_at_a_concave_corner() {
+    // From the inner side of the left arm: one step down, then one along the top of the foot.
+    let lattice = lattice(&u_shape());
+    let inner = lattice.vertex_at([1, 2, 0]).expect("on the left arm");
+    let far = lattice.vertex_at([2, 1, 0]).expect("on the foot");
+    assert!(region(&lattice, inner, 1, Regions::Staircase).contains(&far));
+    assert!(!region(&lattice, inner, 1, Regions::BreadthFirst).contains(&far));
+    // The staircase is not symmetric.
+    assert!(!region(&lattice, far, 1, Regions::Staircase).contains(&inner));
+}
+
+#[test]
+fn goals_keep_linear_momentum() {
+    for cells in [block([4, 3, 2]), u_shape(), block([8, 1, 1]), block([1, 1, 1])] {
+        let lattice = lattice(&cells);
+        let positions = bent(&lattice);
+        for kind in KINDS {
+            for w in 1..4 {
+                let masses = weights(&lattice, w, kind).masses;
+                let goals = goals(&lattice, &positions, w, kind);
+                let (before, after) = (sum(&masses, &positions), sum(&masses, &goals));
+                assert!((before - after).norm() <= 1e-13 * before.norm(), "{kind:?} {w}: {before} {after}");
+            }
+        }
+    }
+}
+
+#[test]
+fn goals_keep_angular_momentum_where_rotations_are_optimal() {
+    let lattice = lattice(&u_shape());
+    let positions = bent(&lattice);
+    for kind in KINDS {
+        let masses = weights(&lattice, 2, kind).masses;
+        let goals = goals(&lattice, &positions, 2, kind);
+        let torque: Vector3<f64> =
+            (0..lattice.len()).map(|i| positions[i].cross(&(goals[i] - positions[i])) * masses[i]).sum();
+        assert!(torque.norm() < 1e-12, "{torque}");
+    }
+}
+
+#[test]
+fn rigid_motions_are_their_own_goals() {
+    let turn = Rotation3::new(Vector3::new(0.7, -1.9, 0.4));
+    for cells in [block([4, 3, 2]), u_shape(), block([1, 1, 1])] {
+        let lattice = lattice(&cells);
+        let moved: Vec<_> = rest(&lattice).iter().map(|p| turn * p + Vector3::new(10.0, -4.0, 7.0)).collect();
+        for kind in KINDS {
+            for w in 1..4 {
+                for (goal, position) in goals(&lattice, &moved, w, kind).iter().zip(&moved) {
+                    assert!((goal - position).norm() < 1e-13 * 30.0);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn damping_leaves_rigid_motions_and_keeps_linear_momentum() {
+    let lattice = lattice(&u_shape());
+    let turn = Rotation3::new(Vector3::new(0.2, 0.5, -0.3));
+    let positions: Vec<_> = rest(&lattice).iter().map(|p| turn * p).collect();
+    let (spin, drift) = (Vector3::new(0.3, -2.0, 1.0), Vector3::new(5.0, 0.1, -1.0));
+    let rigid: Vec<_> = positions.iter().map(|p| drift + spin.cross(p)).collect();
+    let wild: Vec<_> =
+        positions.iter().map(|p| Vector3::new((7.0 * p.x).sin(), p.y * p.z, (5.0 * p.z).cos())).collect();
+    for kind in KINDS {
+        let damped = damped_velocities(&lattice, &positions, &rigid, 2, kind, 1.0);
+        assert!(damped.iter().zip(&rigid).all(|(a, b)| (a - b).norm() < 1e-12));
+        let masses = weights(&lattice, 2, kind).masses;
+        let damped = damped_velocities(&lattice, &positions, &wild, 2, kind, 0.7);
+        assert!((sum(&masses, &damped) - sum(&masses, &wild)).norm() < 1e-12);
+        let angular = |v: &[Vector3<f64>]| -> Vector3<f64> {
+            (0..v.len()).map(|i| positions[i].cross(&v[i]) * masses[i]).sum()
+        };
+        assert!((angular(&damped) - angular(&wild)).norm() < 1e-12);
+        let energy =
+            |v: &[Vector3<f64>]| -> f64 { v.iter().zip(&masses).map(|(v, m)| m * v.norm_squared()).sum() };
+        assert!(energy(&damped) < energy(&wild));
+        assert_eq!(damped_velocities(&lattice, &positions, &wild, 2, kind, 0.0), wild);
+    }
+}
+
+/// Davenport's matrix of A: its largest eigenvalue is the greatest tr(R^T A) over all rotations.
+fn greatest_trace(a: &Matrix3<f64>) -> f64 {
+    let (t, axial) = (a.trace(), Vector3::new(a.m32 - a.m23, a.m13 - a.m31, a.m21 - a.m12));
+    let mut k = Matrix4::zeros();
+    k.fixed_view_mut::<3, 3>(0, 0).copy_from(&(a + a.transpose() - Matrix3::identity() * t));
+    k.fixed_view_mut::<3, 1>(0, 3).copy_from(&axial);
+    k.fixed_view_mut::<1, 3>(3, 0).copy_from(&axial.transpose());
+    k[(3, 3)] = t;
+    k.symmetric_eigenvalues().max()
+}
+
+fn check_rotation(a: &Matrix3<f64>) {
+    let r = rotation(a);
+    assert!((r.transpose() * r - Matrix3::identity()).amax() < 1e-14, "{a} {r}");
+    assert!((r.determinant() - 1.0).abs() < 1e-14, "{a} {r}");
+    let s = (r.transpose() * a).map(|x| x / a.amax().max(f64::MIN_POSITIVE));
+    assert!((s - s.transpose()).amax() < 1e-14 * 3.0, "torque: {a} {r}");
+    let greatest = greatest_trace(&a.map(|x| x / a.amax().max(f64::MIN_POSITIVE)));
+    assert!(s.trace() >= greatest - 1e-13, "{a}: {} of {greatest}", s.trace());
+}
+
+#[test]
+fn rotations_of_singular_and_inverted_matrices_are_rotations() {
+    let diagonal = |x, y, z| Matrix3::from_diagonal(&Vector3::new(x, y, z));
+    for a in [
+        Matrix3::identity(),
+        Matrix3::zeros(),
+        -Matrix3::identity(),
+        diagonal(1.0, 1.0, -1.0),
+        diagonal(2.0, 1.0, 0.0),
+        diagonal(1.0, 0.0, 0.0),
+        diagonal(-1.0, 0.0, 0.0),
+        diagonal(1.0, 1e-9, 1e-18),
+        diagonal(1.0, 1.0, 1e-300),
+        diagonal(1e-300, 2e-300, -3e-300),
+        diagonal(1e300, 2e300, -3e300),
+        Vector3::new(1.0, 2.0, 3.0) * Vector3::new(-1.0, 0.5, 2.0).transpose(),
+    ] {
+        check_rotation(&a);
+    }
+    assert_eq!(rotation(&Matrix3::from_element(f64::NAN)), Matrix3::identity());
+    assert_eq!(rotation(&Matrix3::from_element(f64::INFINITY)), Matrix3::identity());
+    assert!((rotation(&Matrix3::from_diagonal_element(5e-324)) - Matrix3::identity()).amax() < 1e-15);
+}
+
+proptest! {
+    #[test]
+    fn rotations_are_the_global_maximum(
+        entries in prop::array::uniform9(-1.0..1.0f64),
+        flat in prop::option::of(0..3usize),
+        exponent in -100..100i32,
+    ) {
+        let mut a = Matrix3::from_column_slice(&entries);
+        if let Some(column) = flat {
+            a.column_mut(column).scale_mut(1e-12);
+        }
+        check_rotation(&(a * 10f64.powi(exponent)));
+    }
+}
