@@ -1,5 +1,6 @@
 //! Soft bodies from any surface mesh, by lattice shape matching, that keep their volume.
 
+pub mod dynamics;
 mod lanes;
 pub mod mesh;
 #[cfg(feature = "obj")]

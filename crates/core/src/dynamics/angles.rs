@@ -1,0 +1,103 @@
+//! Euler angles in degrees.
+
+use nalgebra::Matrix3;
+
+/// Coefficients of x^3, x^5, ... x^17 in the Taylor series of the sine.
+const SIN: [f64; 8] = [
+    -1.0 / 6.0,
+    1.0 / 120.0,
+    -1.0 / 5_040.0,
+    1.0 / 362_880.0,
+    -1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+    -1.0 / 1_307_674_368_000.0,
+    1.0 / 355_687_428_096_000.0,
+];
+
+/// Coefficients of x^2, x^4, ... x^16 in the Taylor series of the cosine.
+const COS: [f64; 8] = [
+    -1.0 / 2.0,
+    1.0 / 24.0,
+    -1.0 / 720.0,
+    1.0 / 40_320.0,
+    -1.0 / 3_628_800.0,
+    1.0 / 479_001_600.0,
+    -1.0 / 87_178_291_200.0,
+    1.0 / 20_922_789_888_000.0,
+];
+
+/// Sine and cosine of an angle in degrees, to about 1 ulp, and exact at multiples of 90.
+///
+/// Made of correctly rounded operations alone, so that every machine has the same bits: the mathematics
+/// library of the platform does not promise that. A whole number of turns costs no accuracy. An angle that is
+/// not finite gives NaN.
+pub fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    // Both the remainder and the difference are exact.
+    let turn = degrees % 360.0;
+    let quarter = (turn / 90.0).round();
+    let x = (turn - 90.0 * quarter) * (std::f64::consts::PI / 180.0);
+    let (s, c) = (x + x * series(&SIN, x * x), 1.0 + series(&COS, x * x));
+    match (quarter as i32).rem_euclid(4) {
+        0 => (s, c),
+        1 => (c, -s),
+        2 => (-s, -c),
+        _ => (-c, s),
+    }
+}
+
+/// The sum of `coefficients[k] * square^(k+1)`.
+fn series(coefficients: &[f64; 8], square: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * square)
+}
+
+/// The rotation by Euler angles in degrees about the *fixed* axes x, then y, then z: `Rz * Ry * Rx`.
+///
+/// Multiples of 90 degrees give entries of exactly 0 and ±1; zero angles give the identity.
+pub fn euler_degrees(angles: [f64; 3]) -> Matrix3<f64> {
+    let [(sx, cx), (sy, cy), (sz, cz)] = angles.map(sin_cos_degrees);
+    Matrix3::new(cz, -sz, 0.0, sz, cz, 0.0, 0.0, 0.0, 1.0)
+        * Matrix3::new(cy, 0.0, sy, 0.0, 1.0, 0.0, -sy, 0.0, cy)
+        * Matrix3::new(1.0, 0.0, 0.0, 0.0, cx, -sx, 0.0, sx, cx)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Rotation3, Vector3};
+
+    #[test]
+    fn agrees_with_the_mathematics_library() {
+        for i in -72_000..72_000 {
+            let degrees = f64::from(i) * 0.01 + 0.003;
+            let (s, c) = sin_cos_degrees(degrees);
+            let (s0, c0) = (degrees % 360.0).to_radians().sin_cos();
+            assert!((s - s0).abs() < 1e-15 && (c - c0).abs() < 1e-15, "{degrees}");
+        }
+    }
+
+    #[test]
+    fn quarter_turns_are_exact() {
+        for (degrees, expected) in [
+            (0.0, (0.0, 1.0)),
+            (90.0, (1.0, 0.0)),
+            (180.0, (0.0, -1.0)),
+            (270.0, (-1.0, 0.0)),
+            (720.0, (0.0, 1.0)),
+            (-90.0, (-1.0, 0.0)),
+            (90.0 * 1e9 + 90.0, (1.0, 0.0)),
+        ] {
+            assert_eq!(sin_cos_degrees(degrees), expected, "{degrees}");
+        }
+        assert!(sin_cos_degrees(f64::INFINITY).0.is_nan());
+    }
+
+    #[test]
+    fn axes_are_fixed_and_turned_in_the_order_x_y_z() {
+        let [x, y, z] = [20.0, -35.0, 70.0];
+        let about = |axis: Vector3<f64>, a: f64| Rotation3::new(axis * a.to_radians()).into_inner();
+        let expected = about(Vector3::z(), z) * about(Vector3::y(), y) * about(Vector3::x(), x);
+        assert!((euler_degrees([x, y, z]) - expected).norm() < 1e-15);
+        // x forward, quarter turn about x leaves it, about z brings it to y.
+        assert_eq!(euler_degrees([90.0, 0.0, 90.0]) * Vector3::x(), Vector3::y());
+    }
+}

@@ -1,0 +1,250 @@
+//! Colliders: shapes with friction and restitution, at rest or in motion.
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+use super::selection::direction;
+use super::shape::PosedShape;
+use super::{BodyFrame, Interval, Key, Motion, MotionError, Pose, Shape};
+
+/// Something that bodies cannot enter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collider {
+    /// What it is.
+    pub shape: Shape,
+    /// Coulomb coefficient, >= 0: greatest tangential over normal impulse. Default 0.5; 0 slides freely.
+    pub friction: f64,
+    /// Speed after over speed before an impact, [0, 1]. Default 0: no bounce.
+    pub restitution: f64,
+    /// Motion of the shape about its centre. Default: none, it rests.
+    pub keys: Vec<Key>,
+}
+
+/// Why a collider cannot be.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum ColliderError {
+    /// A number is NaN or infinite.
+    #[error("collider {collider}: {name} is {value}; it must be finite")]
+    NotFinite {
+        /// Index of the collider, from 0.
+        collider: usize,
+        /// Which number.
+        name: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A length must be positive.
+    #[error("collider {collider}: {name} is {value}; it must be greater than 0")]
+    NotPositive {
+        /// Index of the collider, from 0.
+        collider: usize,
+        /// `radius` or `half_extents`.
+        name: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A plane without direction.
+    #[error("collider {collider}: the plane's normal is zero; give the direction of the free side")]
+    ZeroNormal {
+        /// Index of the collider, from 0.
+        collider: usize,
+    },
+    /// Friction is negative.
+    #[error("collider {collider}: friction is {value}; its range is 0 and above")]
+    Friction {
+        /// Index of the collider, from 0.
+        collider: usize,
+        /// The number.
+        value: f64,
+    },
+    /// Restitution is out of range.
+    #[error("collider {collider}: restitution is {value}; its range is 0 to 1")]
+    Restitution {
+        /// Index of the collider, from 0.
+        collider: usize,
+        /// The number.
+        value: f64,
+    },
+    /// The keys are no motion.
+    #[error("collider {collider}: {source}")]
+    Motion {
+        /// Index of the collider, from 0.
+        collider: usize,
+        /// What is wrong with them.
+        source: MotionError,
+    },
+}
+
+impl Collider {
+    /// A collider at rest with the default friction and restitution.
+    pub fn new(shape: Shape) -> Self {
+        Self { shape, friction: 0.5, restitution: 0.0, keys: Vec::new() }
+    }
+
+    /// The half space below the plane through `point` whose free side `normal` points to.
+    pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
+        Self::new(Shape::Plane { point, normal })
+    }
+
+    /// A ball.
+    pub fn sphere(center: [f64; 3], radius: f64) -> Self {
+        Self::new(Shape::Sphere { center, radius })
+    }
+
+    /// A box, turned by Euler angles in degrees.
+    pub fn cuboid(center: [f64; 3], half_extents: [f64; 3], rotate: [f64; 3]) -> Self {
+        Self::new(Shape::Box { center, half_extents, rotate })
+    }
+
+    /// A capsule about the segment from `a` to `b`.
+    pub fn capsule(a: [f64; 3], b: [f64; 3], radius: f64) -> Self {
+        Self::new(Shape::Capsule { a, b, radius })
+    }
+
+    fn validate(&self, collider: usize) -> Result<(), ColliderError> {
+        let finite = |name, values: &[f64]| match values.iter().find(|v| !v.is_finite()) {
+            Some(&value) => Err(ColliderError::NotFinite { collider, name, value }),
+            None => Ok(()),
+        };
+        let positive = |name, values: &[f64]| match values.iter().find(|&&v| v <= 0.0) {
+            Some(&value) => Err(ColliderError::NotPositive { collider, name, value }),
+            None => Ok(()),
+        };
+        match &self.shape {
+            Shape::Plane { point, normal } => {
+                finite("point", point)?;
+                finite("normal", normal)?;
+                direction(*normal).ok_or(ColliderError::ZeroNormal { collider })?;
+            }
+            Shape::Sphere { center, radius } => {
+                finite("center", center)?;
+                finite("radius", &[*radius])?;
+                positive("radius", &[*radius])?;
+            }
+            Shape::Box { center, half_extents, rotate } => {
+                finite("center", center)?;
+                finite("half_extents", half_extents)?;
+                finite("rotate", rotate)?;
+                positive("half_extents", half_extents)?;
+            }
+            Shape::Capsule { a, b, radius } => {
+                finite("a", a)?;
+                finite("b", b)?;
+                finite("radius", &[*radius])?;
+                positive("radius", &[*radius])?;
+            }
+        }
+        finite("friction", &[self.friction])?;
+        finite("restitution", &[self.restitution])?;
+        if self.friction < 0.0 {
+            return Err(ColliderError::Friction { collider, value: self.friction });
+        }
+        if !(0.0..=1.0).contains(&self.restitution) {
+            return Err(ColliderError::Restitution { collider, value: self.restitution });
+        }
+        Ok(())
+    }
+}
+
+/// The checked colliders of a scene, shared by its bodies.
+#[derive(Clone, Debug)]
+pub struct Colliders {
+    colliders: Vec<Checked>,
+}
+
+#[derive(Clone, Debug)]
+struct Checked {
+    shape: Shape,
+    motion: Option<Motion>,
+    friction: f64,
+    restitution: f64,
+}
+
+impl Colliders {
+    /// The colliders, in an order that results depend on to rounding where they overlap; `None` without any.
+    ///
+    /// # Errors
+    /// Numbers out of range and keys that are no motion, by the index of the collider.
+    pub fn new(colliders: &[Collider]) -> Result<Option<Self>, ColliderError> {
+        let mut checked = Vec::with_capacity(colliders.len());
+        for (index, collider) in colliders.iter().enumerate() {
+            collider.validate(index)?;
+            let motion = match collider.keys.is_empty() {
+                true => None,
+                false => Some(
+                    Motion::new(collider.keys.clone())
+                        .map_err(|source| ColliderError::Motion { collider: index, source })?,
+                ),
+            };
+            checked.push(Checked {
+                shape: collider.shape.clone(),
+                motion,
+                friction: collider.friction,
+                restitution: collider.restitution,
+            });
+        }
+        Ok((!checked.is_empty()).then_some(Self { colliders: checked }))
+    }
+
+    /// How many there are; at least one.
+    #[allow(clippy::len_without_is_empty, reason = "a set without colliders does not exist")]
+    pub fn len(&self) -> usize {
+        self.colliders.len()
+    }
+
+    /// Each collider during a step, as a body sees it.
+    pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider> {
+        self.colliders.iter().map(move |collider| {
+            let poses = collider.motion.as_ref().map(|m| (m.pose(step.start), m.pose(step.end)));
+            let (start, end) = poses.unwrap_or((Pose::identity(), Pose::identity()));
+            let centre = Point3::from((collider.shape.centre() - frame.origin) / frame.cell_size);
+            PosedCollider {
+                before: collider.shape.posed(&start, frame),
+                shape: collider.shape.posed(&end, frame),
+                friction: collider.friction,
+                restitution: collider.restitution,
+                surface: poses.map(|_| SurfaceMotion {
+                    centre,
+                    back: start.rotation * end.rotation.transpose(),
+                    start: start.translate / frame.cell_size,
+                    end: end.translate / frame.cell_size,
+                    rate: 1.0 / step.dt,
+                }),
+            }
+        })
+    }
+}
+
+/// A collider during a step in the local frame of a body: cells, and cells per second.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PosedCollider {
+    /// The shape at the start of the step.
+    pub(super) before: PosedShape,
+    /// The shape at the end of the step.
+    pub(super) shape: PosedShape,
+    pub(super) friction: f64,
+    pub(super) restitution: f64,
+    surface: Option<SurfaceMotion>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct SurfaceMotion {
+    centre: Point3<f64>,
+    /// Turns an offset from the centre at the end of the step into that at its start.
+    back: nalgebra::Matrix3<f64>,
+    start: Vector3<f64>,
+    end: Vector3<f64>,
+    rate: f64,
+}
+
+impl PosedCollider {
+    /// Mean velocity over the step of the collider's material that ends it at `p`.
+    pub(super) fn velocity_at(&self, p: &Point3<f64>) -> Vector3<f64> {
+        self.surface.as_ref().map_or_else(Vector3::zeros, |motion| {
+            let end = p - motion.centre;
+            let start = motion.back * (end - motion.end) + motion.start;
+            (end - start) * motion.rate
+        })
+    }
+}

@@ -1,0 +1,32 @@
+//! What pulls and pushes a body: pins, handles, colliders and contacts.
+//!
+//! | file | what |
+//! |---|---|
+//! | `frame` | the body-local frame, and the interval of a step |
+//! | `angles` | Euler angles in degrees |
+//! | `selection` | which part of a body a pin, a handle or a force takes |
+//! | `motion` | keyed rigid motion of handles and colliders |
+//! | `kinematics` | pins and handles: the stage that overrides positions |
+//! | `shape`, `collider` | what a body can touch |
+//! | `samples` | points of the visible surface on which contacts act |
+//! | `contact` | contacts: the stage that pushes out, clamps and rubs |
+
+mod angles;
+mod collider;
+mod contact;
+mod frame;
+mod kinematics;
+mod motion;
+mod samples;
+mod selection;
+mod shape;
+
+pub use angles::{euler_degrees, sin_cos_degrees};
+pub use collider::{Collider, ColliderError, Colliders};
+pub use contact::{ContactReport, Contacts};
+pub use frame::{BodyFrame, BodyState, Interval};
+pub use kinematics::{Capture, Handle, Hold, Kinematics, KinematicsError, Pin, Window};
+pub use motion::{Key, Motion, MotionError, Pose};
+pub use samples::{SampleCells, surface_points};
+pub use selection::{Selection, SelectionError};
+pub use shape::{Shape, SignedDistance};

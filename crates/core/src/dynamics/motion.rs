@@ -1,0 +1,124 @@
+//! Rigid motion along keys: what moves handles and colliders.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use thiserror::Error;
+
+use super::angles::euler_degrees;
+
+/// One key of a motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Key {
+    /// Time in seconds from the start of the simulation; keys are in strictly increasing order.
+    pub time: f64,
+    /// Displacement in scene units. Default: none.
+    pub translate: [f64; 3],
+    /// Euler angles in degrees about the fixed axes x, then y, then z. Default: none.
+    pub rotate: [f64; 3],
+}
+
+/// A displacement and a rotation, linear in time between keys, constant before the first and after the last.
+///
+/// The angles are interpolated and not the rotations: from 0 to 720 degrees is two full turns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    keys: Vec<Key>,
+}
+
+/// Where a motion has brought what it moves: `p -> centre + rotation * (p - centre) + translate`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Rotation about the centre.
+    pub rotation: Matrix3<f64>,
+    /// Displacement in scene units.
+    pub translate: Vector3<f64>,
+}
+
+/// Why keys are no motion.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// There is no key at all.
+    #[error("there are no keys; give at least one, {{ time = 0 }}")]
+    NoKeys,
+    /// A number of a key is NaN or infinite.
+    #[error("key {key}: {name} is {value}; it must be finite")]
+    NotFinite {
+        /// Index of the key, from 0.
+        key: usize,
+        /// `time`, `translate` or `rotate`.
+        name: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A key does not come after the one before it.
+    #[error("key {key} is at time {time}, which is not after key {} at {previous}; sort the keys by time", key - 1)]
+    NotIncreasing {
+        /// Index of the key, from 0.
+        key: usize,
+        /// Its time in seconds.
+        time: f64,
+        /// Time of the key before it.
+        previous: f64,
+    },
+}
+
+impl Motion {
+    /// The motion along `keys`, which are in strictly increasing order of time.
+    ///
+    /// # Errors
+    /// No key, a number that is not finite, or times that do not increase.
+    pub fn new(keys: Vec<Key>) -> Result<Self, MotionError> {
+        if keys.is_empty() {
+            return Err(MotionError::NoKeys);
+        }
+        for (index, key) in keys.iter().enumerate() {
+            let numbers = [("time", &[key.time][..]), ("translate", &key.translate), ("rotate", &key.rotate)];
+            for (name, values) in numbers {
+                if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                    return Err(MotionError::NotFinite { key: index, name, value });
+                }
+            }
+            if index > 0 && key.time <= keys[index - 1].time {
+                let previous = keys[index - 1].time;
+                return Err(MotionError::NotIncreasing { key: index, time: key.time, previous });
+            }
+        }
+        Ok(Self { keys })
+    }
+
+    /// The keys, in order of time.
+    pub fn keys(&self) -> &[Key] {
+        &self.keys
+    }
+
+    /// The pose at `time` seconds.
+    pub fn pose(&self, time: f64) -> Pose {
+        let after = self.keys.partition_point(|key| key.time <= time);
+        let (translate, rotate) = match (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) {
+            (Some(a), Some(b)) => {
+                let s = (time - a.time) / (b.time - a.time);
+                (mix(a.translate, b.translate, s), mix(a.rotate, b.rotate, s))
+            }
+            (Some(only), None) | (None, Some(only)) => (only.translate, only.rotate),
+            (None, None) => ([0.0; 3], [0.0; 3]),
+        };
+        Pose { rotation: euler_degrees(rotate), translate: Vector3::from(translate) }
+    }
+}
+
+impl Pose {
+    /// No displacement, no rotation.
+    pub fn identity() -> Self {
+        Self { rotation: Matrix3::identity(), translate: Vector3::zeros() }
+    }
+
+    /// Moves `point` by this pose about `centre`.
+    #[inline]
+    pub fn apply(&self, centre: &Point3<f64>, point: &Point3<f64>) -> Point3<f64> {
+        centre + self.rotation * (point - centre) + self.translate
+    }
+}
+
+fn mix(a: [f64; 3], b: [f64; 3], s: f64) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + s * (b[i] - a[i]))
+}

@@ -1,0 +1,215 @@
+//! Which part of a body a pin, a handle or a force takes.
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+/// A part of a body, in world space at frame 0. Borders belong to the selection.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Selection {
+    /// A box along the world axes, `min <= max` on each.
+    Box {
+        /// Least corner, scene units.
+        min: [f64; 3],
+        /// Greatest corner, scene units.
+        max: [f64; 3],
+    },
+    /// A ball.
+    Sphere {
+        /// Centre, scene units.
+        center: [f64; 3],
+        /// Radius in scene units, > 0.
+        radius: f64,
+    },
+    /// A half space: the side that the normal points to.
+    Plane {
+        /// Any point of the plane, scene units.
+        point: [f64; 3],
+        /// Normal, of any length but zero.
+        normal: [f64; 3],
+    },
+    /// Lattice vertices by index, in any order.
+    Vertices(Vec<u32>),
+}
+
+/// Why a selection takes nothing, or is none.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum SelectionError {
+    /// A number is NaN or infinite.
+    #[error("{name} is {value}; it must be finite")]
+    NotFinite {
+        /// Which number.
+        name: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A box whose corners are the wrong way round.
+    #[error(
+        "the box has min {min} > max {max} along {}; swap the two",
+        ["x", "y", "z"][*axis]
+    )]
+    EmptyBox {
+        /// 0, 1, 2 = x, y, z.
+        axis: usize,
+        /// Least coordinate.
+        min: f64,
+        /// Greatest coordinate.
+        max: f64,
+    },
+    /// A sphere without extent.
+    #[error("the sphere's radius is {radius}; it must be greater than 0")]
+    Radius {
+        /// The radius.
+        radius: f64,
+    },
+    /// A plane without direction.
+    #[error("the plane's normal is zero; give the direction of the side to select")]
+    ZeroNormal,
+    /// No vertex was listed.
+    #[error("the list of vertices is empty; name at least one lattice vertex")]
+    NoVertices,
+    /// A listed vertex does not exist.
+    #[error("vertex {vertex} is out of range: the lattice has {count} vertices, 0 to {}", *count as i64 - 1)]
+    VertexOutOfRange {
+        /// The vertex.
+        vertex: u32,
+        /// Vertices of the lattice.
+        count: usize,
+    },
+    /// Nothing lies inside.
+    #[error(
+        "the {shape} selects nothing: the nearest vertex is at ({:.6}, {:.6}, {:.6}), {distance:.6} outside; \
+         move the {shape} or make it larger",
+        nearest[0], nearest[1], nearest[2]
+    )]
+    Nothing {
+        /// `box`, `sphere` or `plane`.
+        shape: &'static str,
+        /// The nearest point that could have been selected, scene units.
+        nearest: [f64; 3],
+        /// Its distance from the selection, scene units.
+        distance: f64,
+    },
+}
+
+impl Selection {
+    /// Whether the numbers make sense by themselves.
+    ///
+    /// # Errors
+    /// A number that is not finite, min > max, a radius that is not positive, a zero normal, no vertices.
+    pub fn validate(&self) -> Result<(), SelectionError> {
+        match self {
+            Self::Box { min, max } => {
+                finite("min", min)?;
+                finite("max", max)?;
+                match (0..3).find(|&a| min[a] > max[a]) {
+                    Some(axis) => Err(SelectionError::EmptyBox { axis, min: min[axis], max: max[axis] }),
+                    None => Ok(()),
+                }
+            }
+            Self::Sphere { center, radius } => {
+                finite("center", center)?;
+                finite("radius", &[*radius])?;
+                if *radius > 0.0 { Ok(()) } else { Err(SelectionError::Radius { radius: *radius }) }
+            }
+            Self::Plane { point, normal } => {
+                finite("point", point)?;
+                finite("normal", normal)?;
+                direction(*normal).map(drop).ok_or(SelectionError::ZeroNormal)
+            }
+            Self::Vertices(list) if list.is_empty() => Err(SelectionError::NoVertices),
+            Self::Vertices(_) => Ok(()),
+        }
+    }
+
+    /// Distance of `point` from the selection in scene units, 0 inside. Infinite for a list of vertices, which
+    /// has no place.
+    pub fn distance(&self, point: &Point3<f64>) -> f64 {
+        match self {
+            Self::Box { min, max } => {
+                let outside = |a: usize| (min[a] - point[a]).max(point[a] - max[a]).max(0.0);
+                Vector3::from_fn(|a, _| outside(a)).norm()
+            }
+            Self::Sphere { center, radius } => ((point - Point3::from(*center)).norm() - radius).max(0.0),
+            Self::Plane { point: on, normal } => {
+                let normal = direction(*normal).unwrap_or_else(Vector3::zeros);
+                (-normal.dot(&(point - Point3::from(*on)))).max(0.0)
+            }
+            Self::Vertices(_) => f64::INFINITY,
+        }
+    }
+
+    /// The lattice vertices that this selection takes, in increasing order, each once.
+    ///
+    /// `points` are what the shapes are tested against, at frame 0 in world space: the mesh vertices, or the
+    /// vertices of a bare lattice. `owned(i)` names the lattice vertices that point `i` brings with it: the
+    /// corners of its cell, or itself. `vertex_count` is the number of lattice vertices.
+    ///
+    /// # Errors
+    /// Those of [`validate`](Self::validate), a vertex out of range, and [`SelectionError::Nothing`].
+    pub fn lattice_vertices<I: IntoIterator<Item = u32>>(
+        &self,
+        points: &[Point3<f64>],
+        vertex_count: usize,
+        owned: impl Fn(u32) -> I,
+    ) -> Result<Vec<u32>, SelectionError> {
+        self.validate()?;
+        let mut vertices: Vec<u32> = match self {
+            Self::Vertices(list) => list.clone(),
+            _ => self.hits(points)?.into_iter().flat_map(owned).collect(),
+        };
+        vertices.sort_unstable();
+        vertices.dedup();
+        match vertices.last() {
+            Some(&vertex) if vertex as usize >= vertex_count => {
+                Err(SelectionError::VertexOutOfRange { vertex, count: vertex_count })
+            }
+            _ => Ok(vertices),
+        }
+    }
+
+    /// The points inside, by index in increasing order; at least one.
+    fn hits(&self, points: &[Point3<f64>]) -> Result<Vec<u32>, SelectionError> {
+        let mut hits = Vec::new();
+        let mut nearest = (f64::INFINITY, Point3::origin());
+        for (index, point) in (0u32..).zip(points) {
+            let distance = self.distance(point);
+            if distance <= 0.0 {
+                hits.push(index);
+            } else if distance < nearest.0 {
+                nearest = (distance, *point);
+            }
+        }
+        if hits.is_empty() {
+            let (distance, point) = nearest;
+            return Err(SelectionError::Nothing { shape: self.name(), nearest: point.into(), distance });
+        }
+        Ok(hits)
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Box { .. } => "box",
+            Self::Sphere { .. } => "sphere",
+            Self::Plane { .. } => "plane",
+            Self::Vertices(_) => "list",
+        }
+    }
+}
+
+fn finite(name: &'static str, values: &[f64]) -> Result<(), SelectionError> {
+    match values.iter().find(|v| !v.is_finite()) {
+        Some(&value) => Err(SelectionError::NotFinite { name, value }),
+        None => Ok(()),
+    }
+}
+
+/// The unit vector along `v`, whatever its length; none if it is zero or not finite.
+pub(super) fn direction(v: [f64; 3]) -> Option<Vector3<f64>> {
+    let greatest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if !(greatest > 0.0 && greatest.is_finite()) {
+        return None;
+    }
+    // Scaled first, so that neither 1e-200 nor 1e200 leaves the range of the squares.
+    Some((Vector3::from(v) / greatest).normalize())
+}

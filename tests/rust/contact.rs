@@ -1,0 +1,316 @@
+//! Contacts: what is pushed where, how friction holds and slides, and that nothing is missed.
+
+#[path = "contact/stand_in.rs"]
+mod stand_in;
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use proptest::prelude::*;
+use stand_in::Block;
+use supple::dynamics::{Collider, Colliders, Interval, Key, euler_degrees};
+
+const DT: f64 = 1.0 / 60.0;
+const CELL: f64 = 0.3;
+
+fn colliders(list: &[Collider]) -> Colliders {
+    Colliders::new(list).unwrap().unwrap()
+}
+
+fn ground() -> Collider {
+    Collider::plane([0.0; 3], [0.0, 1.0, 0.0])
+}
+
+/// Distance of the lowest sample from the plane y = 0, in cells.
+fn lowest(block: &Block) -> f64 {
+    block.surface().iter().map(|p| p.y).fold(f64::INFINITY, f64::min) / block.frame.cell_size
+}
+
+fn vertices_of(block: &Block) -> Vec<[f64; 3]> {
+    (0..block.rest.len()).map(|v| block.position(v).into()).collect()
+}
+
+#[test]
+fn a_sample_alone_is_pushed_out_exactly_and_its_velocity_left_alone() {
+    for local in [[0.3, 0.6, 0.2], [0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [0.5, 0.5, 0.5], [0.99, 0.01, 0.4]] {
+        let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, local)]));
+        let frame = block.frame;
+        block.place(&euler_degrees([20.0, 30.0, -50.0]), Point3::new(0.2, -0.1, 0.4));
+        let before = block.sample(0);
+        let normal = Vector3::new(1.0, 2.0, -0.5).normalize();
+        let point = frame.origin + (before + normal * 0.37) * frame.cell_size;
+        let plane = colliders(&[Collider::plane(point.into(), normal.into())]);
+        let report = block.resolve(&plane, Interval::of_step(0, DT));
+        assert_eq!(report.contacts, 1);
+        assert!((report.deepest - 0.37).abs() < 1e-6);
+        assert!((block.sample(0) - before - normal * 0.37).norm() < 1e-5, "{local:?}");
+        // It was at rest: being pushed out gives it no speed.
+        assert!((0..8).all(|v| block.velocity(v) == Vector3::zeros()));
+    }
+}
+
+#[test]
+fn an_even_face_is_pushed_out_in_one_pass_without_overshoot() {
+    let mut block = Block::new([3, 2, 4], CELL, None);
+    block.place(&Matrix3::identity(), Point3::new(0.0, -0.2 * CELL, 0.0));
+    block.resolve(&colliders(&[ground()]), Interval::of_step(0, DT));
+    for (i, p) in block.surface().iter().enumerate() {
+        assert!(p.y > -1e-4 * CELL && p.y < (2.0 + 1e-3) * CELL, "sample {i} at {p}");
+    }
+    let bottom = block.rest.iter().positions_of(|r| r.y == 0.0);
+    for v in bottom {
+        let y = block.position(v).y * CELL + block.frame.origin.y;
+        assert!(y.abs() < 1e-3 * CELL, "vertex {v} at {y}");
+    }
+}
+
+#[test]
+fn restitution_turns_the_approach_and_gravity_alone_does_not_bounce() {
+    for restitution in [0.0, 0.4, 1.0] {
+        let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, [0.2, 0.0, 0.7])]));
+        block.place(&Matrix3::identity(), Point3::new(0.0, -0.01, 0.0));
+        let plane = colliders(&[Collider { restitution, friction: 0.0, ..ground() }]);
+        block.set_velocity(Vector3::new(1.0, -3.0, 0.5));
+        block.resolve(&plane, Interval::of_step(0, DT));
+        let after = block.sample_velocity(0) * CELL;
+        assert!((after - Vector3::new(1.0, 3.0 * restitution, 0.5)).norm() < 1e-5, "{after}");
+
+        // A body that lay on the plane when the step began.
+        block.place(&Matrix3::identity(), Point3::new(0.0, -9.81 * DT * DT, 0.0));
+        block.set_velocity(Vector3::new(0.0, -9.81 * DT, 0.0));
+        block.resolve(&plane, Interval::of_step(0, DT));
+        assert!(block.sample_velocity(0).y.abs() < 1e-5);
+    }
+}
+
+#[test]
+fn a_dropped_body_rises_to_the_square_of_the_restitution() {
+    // One sample in the middle of one cell moves the cell as a whole.
+    let restitution: f64 = 0.7;
+    let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, [0.5; 3])]));
+    let plane = colliders(&[Collider { restitution, ..ground() }]);
+    block.place(&Matrix3::identity(), Point3::new(0.0, 2.0 - 0.5 * CELL, 0.0));
+    let (mut hit, mut top) = (false, 0.0_f64);
+    for _ in 0..2000 {
+        hit |= block.step(&plane, 1e-3, 0.0).contacts > 0;
+        if hit {
+            top = top.max(block.centre().y);
+            if block.mean_velocity().y < 0.0 {
+                break;
+            }
+        }
+    }
+    assert!((top / (2.0 * restitution * restitution) - 1.0).abs() < 0.01, "rose to {top}");
+}
+
+#[test]
+fn a_body_comes_to_rest_with_its_lowest_point_on_the_ground() {
+    for (restitution, tilt) in
+        [(0.0, [0.0; 3]), (0.5, [0.0; 3]), (0.0, [30.0, 0.0, 20.0]), (0.5, [10.0, 40.0, 0.0])]
+    {
+        let mut block = Block::new([3, 3, 3], CELL, None);
+        let plane = colliders(&[Collider { restitution, ..ground() }]);
+        block.place(&euler_degrees(tilt), Point3::new(0.0, 1.5, 0.0));
+        let (mut worst, mut least) = (0.0_f64, f64::INFINITY);
+        for step in 0..600 {
+            block.step(&plane, DT, 1.0);
+            least = least.min(lowest(&block));
+            if step >= 480 {
+                worst = worst.max(lowest(&block).abs());
+            }
+        }
+        println!(
+            "restitution {restitution} tilt {tilt:?}: at rest {worst:.5}, ever below {least:.5} cells, speed {:.5}",
+            block.mean_velocity().norm()
+        );
+        assert!(least > -0.05, "sank to {least} cells");
+        assert!(worst < 0.05, "{worst} cells off the ground");
+        assert!(block.mean_velocity().norm() < 0.02, "{}", block.mean_velocity());
+    }
+}
+
+/// A block on a slope of `degrees`; its displacement along the slope and speed there, after `seconds`.
+fn on_slope(degrees: f64, friction: f64, seconds: f64) -> (f64, f64) {
+    let turn = euler_degrees([0.0, 0.0, degrees]);
+    let (downhill, normal) = (turn * -Vector3::x(), turn * Vector3::y());
+    let mut block = Block::new([4, 2, 4], CELL, None);
+    block.place(&turn, Point3::origin());
+    let slope = colliders(&[Collider { friction, ..Collider::plane([0.0; 3], normal.into()) }]);
+    let start = block.centre();
+    for _ in 0..(seconds / DT).round() as u32 {
+        block.step(&slope, DT, 1.0);
+    }
+    ((block.centre() - start).dot(&downhill), block.mean_velocity().dot(&downhill))
+}
+
+#[test]
+fn a_slope_holds_inside_the_friction_cone_and_lets_slide_outside_it() {
+    for degrees in [10.0_f64, 20.0, 30.0] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let tangent = sine / cosine;
+        let (moved, speed) = on_slope(degrees, 1.2 * tangent, 5.0);
+        println!("{degrees} held: moved {:.4} cells, speed {speed:.5}", moved / CELL);
+        assert!(moved.abs() < 0.1 * CELL && speed.abs() < 1e-3 * 9.81, "{degrees}: moved {moved}");
+
+        for part in [0.0, 0.5, 0.8] {
+            let expected = 9.81 * (sine - part * tangent * cosine);
+            let (_, early) = on_slope(degrees, part * tangent, 0.5);
+            let (_, late) = on_slope(degrees, part * tangent, 1.5);
+            println!("{degrees} {part}: {:.4} of {expected:.4}", late - early);
+            assert!(((late - early) / expected - 1.0).abs() < 0.02, "{degrees} {part}: {}", late - early);
+        }
+    }
+}
+
+#[test]
+fn a_moving_collider_carries_what_lies_on_it() {
+    let key = |time, x, turn| Key { time, translate: [x, 0.0, 0.0], rotate: [0.0, turn, 0.0] };
+    let belt = Collider {
+        friction: 1.0,
+        keys: vec![key(0.0, 0.0, 0.0), key(10.0, 8.0, 0.0)],
+        ..Collider::cuboid([0.0, -1.0, 0.0], [30.0, 1.0, 30.0], [0.0; 3])
+    };
+    let mut block = Block::new([3, 2, 3], CELL, None);
+    block.place(&Matrix3::identity(), Point3::origin());
+    (0..240).for_each(|_| drop(block.step(&colliders(&[belt.clone()]), DT, 1.0)));
+    assert!((block.mean_velocity() - Vector3::new(0.8, 0.0, 0.0)).norm() < 0.01, "{}", block.mean_velocity());
+
+    // A turntable of a tenth of a turn a second: the body goes round with it.
+    let table = Collider { keys: vec![key(0.0, 0.0, 0.0), key(10.0, 0.0, 360.0)], ..belt };
+    let mut block = Block::new([3, 2, 3], CELL, None);
+    block.place(&Matrix3::identity(), Point3::new(0.5, 0.0, 0.0));
+    let table = colliders(&[table]);
+    (0..60).for_each(|_| drop(block.step(&table, DT, 1.0)));
+    let start = block.centre();
+    (0..150).for_each(|_| drop(block.step(&table, DT, 1.0)));
+    let expected = euler_degrees([0.0, 90.0, 0.0]) * start.coords;
+    let off = (block.centre().coords - expected).norm();
+    println!("turntable: {} cells off", off / CELL);
+    assert!(off < 0.2 * CELL, "{off}");
+
+    // A collider that rises into a resting body lifts it at its own speed.
+    let lift = Collider {
+        keys: vec![
+            Key { time: 0.0, ..Key::default() },
+            Key { time: 2.0, translate: [0.0, 3.0, 0.0], rotate: [0.0; 3] },
+        ],
+        ..ground()
+    };
+    let mut block = Block::new([2, 2, 2], CELL, None);
+    block.place(&Matrix3::identity(), Point3::origin());
+    (0..60).for_each(|_| drop(block.step(&colliders(&[lift.clone()]), DT, 1.0)));
+    assert!((lowest(&block) * CELL - 1.5).abs() < 0.05 * CELL);
+    assert!((block.mean_velocity().y - 1.5).abs() < 0.05, "{}", block.mean_velocity());
+}
+
+#[test]
+fn overlapping_and_repeated_colliders_support_as_one_does() {
+    let corner = [ground(), ground(), Collider::plane([0.0; 3], [1.0, 0.0, 0.0])];
+    let mut block = Block::new([2, 2, 2], CELL, None);
+    block.place(&Matrix3::identity(), Point3::new(-0.2 * CELL, -0.3 * CELL, 0.0));
+    let both = colliders(&corner);
+    block.resolve(&both, Interval::of_step(0, DT));
+    for p in block.surface() {
+        assert!(p.y > -1e-3 * CELL && p.x > -1e-3 * CELL, "{p}");
+    }
+    (0..300).for_each(|_| drop(block.step(&both, DT, 1.0)));
+    assert!(lowest(&block).abs() < 0.05 && block.mean_velocity().norm() < 0.01);
+}
+
+#[test]
+fn nothing_is_ever_nan_and_deep_bodies_come_out_bit_by_bit() {
+    let far = 1e300;
+    let centre = [0.45, 0.45, 0.45];
+    let hostile = [
+        Collider::sphere(centre, 50.0),
+        Collider::sphere([far, far, far], 1.0),
+        Collider::sphere([-far, 0.0, 0.0], far),
+        Collider::cuboid(centre, [40.0, 1e-9, 40.0], [30.0, 0.0, 0.0]),
+        Collider::cuboid([far, 0.0, -far], [far; 3], [1e9, 0.0, 0.0]),
+        Collider::capsule(centre, centre, 3.0),
+        Collider::capsule([-far, 0.0, 0.0], [far, 0.0, 0.0], 1.0),
+        Collider::plane([far, far, 0.0], [0.0, 1.0, 1e-300]),
+        Collider::plane([0.0, 30.0, 0.0], [0.0, 1e-200, 0.0]),
+        Collider { friction: 1e300, restitution: 1.0, ..Collider::plane([0.0; 3], [-1.0, 1e-8, 0.0]) },
+    ];
+    for set in hostile.iter().map(std::slice::from_ref).chain([&hostile[..]]) {
+        let set = colliders(set);
+        let mut block = Block::new([3, 3, 3], CELL, None);
+        block.place(&Matrix3::identity(), Point3::origin());
+        for _ in 0..60 {
+            let before = vertices_of(&block);
+            block.resolve(&set, Interval::of_step(block.steps, DT));
+            for (v, before) in before.iter().enumerate() {
+                let moved = (block.position(v) - Vector3::from(*before)).norm();
+                assert!(moved <= 20.0, "vertex {v} moved {moved} cells in a step");
+            }
+            block.step(&set, DT, 1.0);
+            assert!(vertices_of(&block).iter().flatten().all(|c| c.is_finite()));
+            assert!((0..block.rest.len()).all(|v| block.velocity(v).iter().all(|c| c.is_finite())));
+        }
+    }
+}
+
+#[test]
+fn a_second_run_has_the_same_bits() {
+    let run = || {
+        let mut block = Block::new([3, 2, 2], CELL, None);
+        block.place(&euler_degrees([20.0, 10.0, 5.0]), Point3::new(0.0, 0.6, 0.0));
+        let set = colliders(&[ground(), Collider::sphere([0.3, -0.4, 0.2], 0.6)]);
+        (0..120).for_each(|_| drop(block.step(&set, DT, 1.0)));
+        (block.positions.clone(), block.velocities.clone(), block.contacts.pushes().collect::<Vec<_>>())
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn pushes_add_up_to_the_weight_of_what_rests() {
+    let mut block = Block::new([3, 3, 3], CELL, None);
+    let plane = colliders(&[ground()]);
+    block.place(&Matrix3::identity(), Point3::origin());
+    (0..600).for_each(|_| drop(block.step(&plane, DT, 1.0)));
+    block.contacts.clear_pushes();
+    (0..120).for_each(|_| drop(block.step(&plane, DT, 1.0)));
+    let sum: Vector3<f64> = block.contacts.pushes().map(|(_, push)| Vector3::from(push.map(f64::from))).sum();
+    let weight = 9.81 * 2.0 / CELL * block.rest.len() as f64;
+    assert!((sum - Vector3::new(0.0, weight, 0.0)).norm() < 0.01 * weight, "{sum} of {weight}");
+    assert!(block.contacts.touched().count() > 0);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn culling_misses_no_contact(
+        angles in prop::array::uniform3(-180.0..180.0_f64),
+        place in prop::array::uniform3(-2.0..2.0_f64),
+        size in prop::array::uniform3(0.05..1.5_f64),
+        turn in prop::array::uniform3(-180.0..180.0_f64),
+        squash in 0.1..3.0_f64,
+        kind in 0..4,
+    ) {
+        let collider = match kind {
+            0 => Collider::plane([0.0; 3], (euler_degrees(turn) * Vector3::y()).into()),
+            1 => Collider::sphere([0.0; 3], size[0]),
+            2 => Collider::cuboid([0.0; 3], size, turn),
+            _ => Collider::capsule([0.0; 3], size, size[0]),
+        };
+        let mut block = Block::new([3, 2, 4], CELL, None);
+        let deform = euler_degrees(angles) * Matrix3::from_diagonal(&Vector3::new(squash, 1.0, 1.0 / squash));
+        block.place(&deform, Point3::from(place));
+        let depths: Vec<f64> =
+            block.surface().iter().map(|&p| -collider.shape.signed_distance(p.into()).distance / CELL).collect();
+        let expected = depths.iter().filter(|d| **d > 1e-9).count();
+        let report = block.resolve(&colliders(&[collider]), Interval::of_step(0, DT));
+        prop_assert_eq!(report.contacts, expected);
+        let deepest = depths.iter().copied().fold(0.0, f64::max);
+        prop_assert!((report.deepest - deepest).abs() < 1e-5 * (1.0 + deepest));
+    }
+}
+
+/// Indices of what satisfies a condition.
+trait PositionsOf: Iterator + Sized {
+    fn positions_of(self, condition: impl Fn(Self::Item) -> bool) -> Vec<usize> {
+        self.enumerate().filter_map(|(i, item)| condition(item).then_some(i)).collect()
+    }
+}
+
+impl<I: Iterator> PositionsOf for I {}
