@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use supple::dynamics::{Selection, Shape};
 use supple::scene::{
-    Damping, FormatName, MeasureData, Reach, ResolutionData, Scene, SceneError, SelectionData, ShapeData,
-    Stiffness, Substeps, Up,
+    Damping, FormatName, MeasureData, Reach, ResolutionData, Scene, SceneError, Stiffness, Substeps, Up,
 };
 
 const FULL: &str = r#"
@@ -98,16 +98,16 @@ fn every_key_is_read() {
     assert_eq!((body.volume.measure, body.volume.max_correction), (MeasureData::Mesh, 0.5));
     assert_eq!((body.density, body.velocity, body.spin), (500.0, [1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
     let pin = &body.pins[0];
-    assert_eq!(pin.selection, SelectionData::Box { min: [0.0; 3], max: [1.0; 3] });
-    assert_eq!((pin.from, pin.until), (0.0, Some(2.0)));
+    assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
+    assert_eq!((pin.window.from, pin.window.until), (0.0, 2.0));
     let handle = &body.handles[0];
-    assert_eq!((handle.from, handle.until, handle.keys.len()), (0.5, None, 2));
+    assert_eq!((handle.window.from, handle.window.until, handle.keys.len()), (0.5, f64::INFINITY, 2));
     assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
 
     let ball = &scene.bodies[1];
     assert_eq!((ball.resolution, ball.reach), (ResolutionData::LatticeVertices(1000), Reach::HalfWidth(2)));
     assert_eq!((ball.stiffness, ball.damping), (Stiffness::Alpha(1.0), Damping::Share(0.0)));
-    assert!(matches!(scene.colliders[2].shape, ShapeData::Capsule { radius: 0.25, .. }));
+    assert!(matches!(scene.colliders[2].shape, Shape::Capsule { radius: 0.25, .. }));
     assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
 }
 
@@ -301,7 +301,7 @@ fn a_model_falls_its_own_height_in_half_a_second() {
         let low = [-1.0, -2.0, -3.0][axis];
         let g = -scene.simulation.gravity[axis];
         assert!((0.5 * g * 0.25 - height).abs() < 1e-4 * height);
-        let ShapeData::Plane { point, normal } = scene.colliders[0].shape else { panic!("a plane") };
+        let Shape::Plane { point, normal } = scene.colliders[0].shape else { panic!("a plane") };
         assert!(point[axis] < low && point[axis] > low - 0.2 * height);
         assert_eq!(normal[axis], 1.0);
         assert_eq!(scene.bodies[0].name, "red_ball");

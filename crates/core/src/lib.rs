@@ -2,16 +2,16 @@
 
 pub mod dynamics;
 mod lanes;
+mod lattice;
 pub mod mesh;
 #[cfg(feature = "obj")]
 pub mod obj;
-
-pub use lanes::Lanes;
+pub mod reference;
+#[cfg(feature = "scene")]
+pub mod run;
 #[cfg(feature = "scene")]
 pub mod scene;
-pub use mesh::{Mesh, MeshError};
-mod lattice;
-pub mod reference;
 
 pub use lanes::Lanes;
 pub use lattice::{Components, FloatingPart, Lattice, LatticeError, LatticeReport};
+pub use mesh::{Mesh, MeshError};

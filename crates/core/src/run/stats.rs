@@ -202,8 +202,7 @@ fn csv(row: &Row) -> String {
 }
 
 fn json(row: &Row) -> String {
-    let mut line =
-        format!("{{\"frame\": {}, \"time\": {}, \"body\": \"{}\"", row.frame, row.time, row.body);
+    let mut line = format!("{{\"frame\": {}, \"time\": {}, \"body\": \"{}\"", row.frame, row.time, row.body);
     for (name, value) in numbers(row) {
         if name == "energy_kinetic" {
             let _ = write!(line, ", \"capped\": {}", row.capped);

@@ -18,7 +18,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::scene::{BodyData, ColliderData, KeyData, Scene, ShapeData, Stiffness};
+use crate::dynamics::{Collider, Key, Shape};
+use crate::scene::{BodyData, Scene, Stiffness};
 
 /// The most steps of a frame that are chosen by themselves.
 const MOST: f64 = 1000.0;
@@ -67,7 +68,7 @@ fn fall_speed(scene: &Scene, body: &BodyData, placed: &Placed) -> f64 {
     }
     let down = gravity / g;
     let centre = nalgebra::center(&placed.low, &placed.high);
-    let lift = |key: &KeyData| -Vector3::from(key.translate).dot(&down);
+    let lift = |key: &Key| -Vector3::from(key.translate).dot(&down);
     let lifted = body.handles.iter().flat_map(|handle| &handle.keys).map(lift).fold(0.0, f64::max);
     let depth = scene.colliders.iter().map(|collider| below(&collider.shape, &centre, &down));
     let fall = lifted + depth.fold(0.0, f64::max);
@@ -75,17 +76,17 @@ fn fall_speed(scene: &Scene, body: &BodyData, placed: &Placed) -> f64 {
 }
 
 /// How far a point may fall until it meets a shape, or passes beside its centre.
-fn below(shape: &ShapeData, from: &Point3<f64>, down: &Vector3<f64>) -> f64 {
+fn below(shape: &Shape, from: &Point3<f64>, down: &Vector3<f64>) -> f64 {
     let to = |point: [f64; 3]| (Point3::from(point) - from).dot(down);
     match *shape {
-        ShapeData::Plane { point, normal } => {
+        Shape::Plane { point, normal } => {
             let normal = Vector3::from(normal).normalize();
             let towards = normal.dot(down);
             // A wall, or a ceiling: nothing falls onto it.
             if towards > -1e-6 { 0.0 } else { (Point3::from(point) - from).dot(&normal) / towards }
         }
-        ShapeData::Sphere { center, .. } | ShapeData::Box { center, .. } => to(center),
-        ShapeData::Capsule { a, b, .. } => to(a).max(to(b)),
+        Shape::Sphere { center, .. } | Shape::Box { center, .. } => to(center),
+        Shape::Capsule { a, b, .. } => to(a).max(to(b)),
     }
 }
 
@@ -94,20 +95,20 @@ fn handle_speed(body: &BodyData, placed: &Placed) -> f64 {
     body.handles.iter().map(|handle| key_speed(&handle.keys, radius)).fold(0.0, f64::max)
 }
 
-fn collider_speed(collider: &ColliderData) -> f64 {
+fn collider_speed(collider: &Collider) -> f64 {
     let radius = match collider.shape {
         // A turning plane has no rim; what touches it is near the point that it turns about.
-        ShapeData::Plane { .. } => 0.0,
-        ShapeData::Sphere { radius, .. } => radius,
-        ShapeData::Box { half_extents, .. } => Vector3::from(half_extents).norm(),
-        ShapeData::Capsule { a, b, radius } => (Vector3::from(a) - Vector3::from(b)).norm() / 2.0 + radius,
+        Shape::Plane { .. } => 0.0,
+        Shape::Sphere { radius, .. } => radius,
+        Shape::Box { half_extents, .. } => Vector3::from(half_extents).norm(),
+        Shape::Capsule { a, b, radius } => (Vector3::from(a) - Vector3::from(b)).norm() / 2.0 + radius,
     };
     key_speed(&collider.keys, radius)
 }
 
 /// The greatest speed between two keys, of a point at this distance from the centre of rotation.
-fn key_speed(keys: &[KeyData], radius: f64) -> f64 {
-    let speed = |pair: &[KeyData]| {
+fn key_speed(keys: &[Key], radius: f64) -> f64 {
+    let speed = |pair: &[Key]| {
         let shift = Vector3::from(pair[1].translate) - Vector3::from(pair[0].translate);
         let turn = Vector3::from(pair[1].rotate) - Vector3::from(pair[0].rotate);
         (shift.norm() + turn.norm().to_radians() * radius) / (pair[1].time - pair[0].time)

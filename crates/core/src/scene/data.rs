@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::dynamics::{Collider, Handle, Pin};
+
 /// A scene: what is simulated, and how its frames are written.
 ///
 /// Lengths are in whatever unit the meshes use, times in seconds, masses in kilograms.
@@ -16,7 +18,7 @@ pub struct Scene {
     /// `[[body]]`, in the order of the file; at least one.
     pub bodies: Vec<BodyData>,
     /// `[[collider]]`, in the order of the file.
-    pub colliders: Vec<ColliderData>,
+    pub colliders: Vec<Collider>,
 }
 
 /// `[simulation]`: time, gravity and threads.
@@ -97,9 +99,9 @@ pub struct BodyData {
     /// Angular velocity at the start, rad/s about the centre of mass; default 0.
     pub spin: [f64; 3],
     /// `[[body.pin]]`, in the order of the file.
-    pub pins: Vec<PinData>,
+    pub pins: Vec<Pin>,
     /// `[[body.handle]]`, in the order of the file.
-    pub handles: Vec<HandleData>,
+    pub handles: Vec<Handle>,
 }
 
 /// How fine a lattice is.
@@ -158,115 +160,4 @@ pub enum MeasureData {
     Lattice,
     /// `mesh`: the exact volume of the embedded mesh.
     Mesh,
-}
-
-/// Which part of a body a pin or a handle takes: world space, frame 0, bounds included.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SelectionData {
-    /// `box = { min, max }`.
-    Box {
-        /// Least corner.
-        min: [f64; 3],
-        /// Greatest corner.
-        max: [f64; 3],
-    },
-    /// `sphere = { center, radius }`.
-    Sphere {
-        /// Centre.
-        center: [f64; 3],
-        /// Length, above 0.
-        radius: f64,
-    },
-    /// `plane = { point, normal }`: the side that the normal points to.
-    Plane {
-        /// A point of the plane.
-        point: [f64; 3],
-        /// Any length but 0.
-        normal: [f64; 3],
-    },
-}
-
-/// `[[body.pin]]`: held as it is at `from`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PinData {
-    /// What is held.
-    pub selection: SelectionData,
-    /// Seconds; default 0.
-    pub from: f64,
-    /// Seconds, after `from`; `None` is for ever.
-    pub until: Option<f64>,
-}
-
-/// `[[body.handle]]`: moved along keys, relative to the pose captured at `from`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HandleData {
-    /// What is moved.
-    pub selection: SelectionData,
-    /// In the order of time; at least one.
-    pub keys: Vec<KeyData>,
-    /// Seconds; default 0.
-    pub from: f64,
-    /// Seconds, after `from`; `None` is for ever.
-    pub until: Option<f64>,
-}
-
-/// A pose at a time; poses between keys are linear in time, angles too.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeyData {
-    /// Seconds.
-    pub time: f64,
-    /// Length; default 0.
-    pub translate: [f64; 3],
-    /// Degrees about the fixed axes x, then y, then z; may exceed a turn; default 0.
-    pub rotate: [f64; 3],
-}
-
-/// `[[collider]]`: what bodies cannot enter.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ColliderData {
-    /// Its shape at the start.
-    pub shape: ShapeData,
-    /// Coulomb coefficient, at least 0; default 0.5.
-    pub friction: f64,
-    /// Share of the normal speed that comes back, [0, 1]; default 0.
-    pub restitution: f64,
-    /// In the order of time; empty for one that stands still.
-    pub keys: Vec<KeyData>,
-}
-
-/// The shape of a collider, in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ShapeData {
-    /// `plane = { point, normal }`: solid on the side that the normal points away from.
-    Plane {
-        /// A point of the plane.
-        point: [f64; 3],
-        /// Any length but 0.
-        normal: [f64; 3],
-    },
-    /// `sphere = { center, radius }`.
-    Sphere {
-        /// Centre.
-        center: [f64; 3],
-        /// Length, above 0.
-        radius: f64,
-    },
-    /// `box = { center, half_extents, rotate }`.
-    Box {
-        /// Centre.
-        center: [f64; 3],
-        /// Half of each edge, above 0.
-        half_extents: [f64; 3],
-        /// Degrees about the fixed axes x, then y, then z; default 0.
-        rotate: [f64; 3],
-    },
-    /// `capsule = { a, b, radius }`.
-    Capsule {
-        /// One end of its axis.
-        a: [f64; 3],
-        /// The other end.
-        b: [f64; 3],
-        /// Length, above 0.
-        radius: f64,
-    },
 }

@@ -20,8 +20,8 @@ mod read;
 mod write;
 
 pub use data::{
-    BodyData, ColliderData, Damping, FormatName, HandleData, KeyData, MeasureData, OutputData, PinData,
-    Reach, ResolutionData, Scene, SelectionData, ShapeData, SimulationData, Stiffness, Substeps, VolumeData,
+    BodyData, Damping, FormatName, MeasureData, OutputData, Reach, ResolutionData, Scene, SimulationData,
+    Stiffness, Substeps, VolumeData,
 };
 pub use error::{Place, SceneError};
 pub use model::Up;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::body::name_from;
-use super::data::{BodyData, ColliderData, Damping, OutputData, Scene, ShapeData, SimulationData};
+use super::data::{BodyData, Damping, OutputData, Scene, SimulationData};
+use crate::dynamics::{Collider, Shape};
 
 /// Which axis of a model points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,8 +51,8 @@ impl Scene {
             simulation: SimulationData { frames: 90, gravity, ..Default::default() },
             output: OutputData::default(),
             bodies: vec![body],
-            colliders: vec![ColliderData {
-                shape: ShapeData::Plane { point, normal },
+            colliders: vec![Collider {
+                shape: Shape::Plane { point, normal },
                 friction: 0.5,
                 restitution: 0.0,
                 keys: Vec::new(),

@@ -1,36 +1,35 @@
 //! Pins, handles and colliders: selections, shapes and keys over time.
 
-use super::data::{ColliderData, HandleData, KeyData, PinData, SelectionData, ShapeData};
 use super::error::SceneError;
 use super::fields::{Field, Fields};
 use super::range::Range;
+use crate::dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
 
-const SELECTIONS: [&str; 3] = ["box", "sphere", "plane"];
+const SELECTIONS: [&str; 4] = ["box", "sphere", "plane", "vertices"];
 const SHAPES: [&str; 4] = ["plane", "sphere", "box", "capsule"];
 
 /// Reads one `[[body.pin]]`.
-pub(super) fn read_pin(field: &Field<'_>) -> Result<PinData, SceneError> {
-    let fields = Fields::new(field, &["box", "sphere", "plane", "from", "until"])?;
+pub(super) fn read_pin(field: &Field<'_>) -> Result<Pin, SceneError> {
+    let fields = Fields::new(field, &["box", "sphere", "plane", "vertices", "from", "until"])?;
     let selection = read_selection(&fields)?;
-    let (from, until) = read_span(&fields)?;
-    Ok(PinData { selection, from, until })
+    Ok(Pin { selection, window: read_window(&fields)? })
 }
 
 /// Reads one `[[body.handle]]`.
-pub(super) fn read_handle(field: &Field<'_>) -> Result<HandleData, SceneError> {
-    let fields = Fields::new(field, &["box", "sphere", "plane", "keys", "from", "until"])?;
+pub(super) fn read_handle(field: &Field<'_>) -> Result<Handle, SceneError> {
+    let fields = Fields::new(field, &["box", "sphere", "plane", "vertices", "keys", "from", "until"])?;
     let selection = read_selection(&fields)?;
-    let (from, until) = read_span(&fields)?;
+    let window = read_window(&fields)?;
     let keys =
         read_keys(&fields.require("keys", "a list of poses, as [{ time = 1, translate = [0, 1, 0] }]")?)?;
-    Ok(HandleData { selection, keys, from, until })
+    Ok(Handle { selection, keys, window })
 }
 
 /// Reads one `[[collider]]`.
-pub(super) fn read_collider(field: &Field<'_>) -> Result<ColliderData, SceneError> {
+pub(super) fn read_collider(field: &Field<'_>) -> Result<Collider, SceneError> {
     let known = ["plane", "sphere", "box", "capsule", "friction", "restitution", "keys"];
     let fields = Fields::new(field, &known)?;
-    Ok(ColliderData {
+    Ok(Collider {
         shape: read_shape(&fields)?,
         friction: fields.read_or("friction", 0.5, |field| field.number(Range::NotNegative))?,
         restitution: fields.read_or("restitution", 0.0, |field| field.number(Range::Unit))?,
@@ -38,7 +37,7 @@ pub(super) fn read_collider(field: &Field<'_>) -> Result<ColliderData, SceneErro
     })
 }
 
-fn read_selection(fields: &Fields<'_>) -> Result<SelectionData, SceneError> {
+fn read_selection(fields: &Fields<'_>) -> Result<Selection, SceneError> {
     let Some((kind, field)) = fields.one_of(&SELECTIONS)? else {
         return Err(fields.missing("box", "say what it takes by one of `box`, `sphere`, `plane`"));
     };
@@ -51,20 +50,26 @@ fn read_selection(fields: &Fields<'_>) -> Result<SelectionData, SceneError> {
             if (0..3).any(|axis| min[axis] > max[axis]) {
                 return Err(corner.out_of_range("at least `min` on every axis"));
             }
-            Ok(SelectionData::Box { min, max })
+            Ok(Selection::Box { min, max })
         }
         1 => {
             let (center, radius) = read_sphere(&field)?;
-            Ok(SelectionData::Sphere { center, radius })
+            Ok(Selection::Sphere { center, radius })
+        }
+        2 => {
+            let (point, normal) = read_plane(&field)?;
+            Ok(Selection::Plane { point, normal })
         }
         _ => {
-            let (point, normal) = read_plane(&field)?;
-            Ok(SelectionData::Plane { point, normal })
+            let vertices = field.list("a list of lattice vertices, as [0, 5]")?;
+            let vertices =
+                vertices.iter().map(|vertex| vertex.count(0, u32::MAX)).collect::<Result<_, _>>()?;
+            Ok(Selection::Vertices(vertices))
         }
     }
 }
 
-fn read_shape(fields: &Fields<'_>) -> Result<ShapeData, SceneError> {
+fn read_shape(fields: &Fields<'_>) -> Result<Shape, SceneError> {
     let Some((kind, field)) = fields.one_of(&SHAPES)? else {
         let hint = "give it a shape by one of `plane`, `sphere`, `box`, `capsule`";
         return Err(fields.missing("plane", hint));
@@ -72,11 +77,11 @@ fn read_shape(fields: &Fields<'_>) -> Result<ShapeData, SceneError> {
     match kind {
         0 => {
             let (point, normal) = read_plane(&field)?;
-            Ok(ShapeData::Plane { point, normal })
+            Ok(Shape::Plane { point, normal })
         }
         1 => {
             let (center, radius) = read_sphere(&field)?;
-            Ok(ShapeData::Sphere { center, radius })
+            Ok(Shape::Sphere { center, radius })
         }
         2 => {
             let fields = Fields::new(&field, &["center", "half_extents", "rotate"])?;
@@ -87,11 +92,11 @@ fn read_shape(fields: &Fields<'_>) -> Result<ShapeData, SceneError> {
             }
             let center = fields.require("center", "three numbers")?.vector()?;
             let rotate = fields.read_or("rotate", [0.0; 3], Field::vector)?;
-            Ok(ShapeData::Box { center, half_extents, rotate })
+            Ok(Shape::Box { center, half_extents, rotate })
         }
         _ => {
             let fields = Fields::new(&field, &["a", "b", "radius"])?;
-            Ok(ShapeData::Capsule {
+            Ok(Shape::Capsule {
                 a: fields.require("a", "one end of the axis, three numbers")?.vector()?,
                 b: fields.require("b", "the other end of the axis, three numbers")?.vector()?,
                 radius: fields.require("radius", "a length")?.number(Range::Positive)?,
@@ -115,23 +120,24 @@ fn read_sphere(field: &Field<'_>) -> Result<([f64; 3], f64), SceneError> {
 }
 
 /// `from` and `until`, in order.
-fn read_span(fields: &Fields<'_>) -> Result<(f64, Option<f64>), SceneError> {
-    let from = fields.read_or("from", 0.0, |field| field.number(Range::NotNegative))?;
-    let until = fields.get("until").map(|field| field.number(Range::Above(from))).transpose()?;
-    Ok((from, until))
+fn read_window(fields: &Fields<'_>) -> Result<Window, SceneError> {
+    let default = Window::default();
+    let from = fields.read_or("from", default.from, |field| field.number(Range::NotNegative))?;
+    let until = fields.read_or("until", default.until, |field| field.number(Range::Above(from)))?;
+    Ok(Window { from, until })
 }
 
-fn read_keys(field: &Field<'_>) -> Result<Vec<KeyData>, SceneError> {
+fn read_keys(field: &Field<'_>) -> Result<Vec<Key>, SceneError> {
     let tables = field.list("a list of poses, as [{ time = 1, translate = [0, 1, 0] }]")?;
     if tables.is_empty() {
         return Err(field.out_of_range("at least one pose, as { time = 1, translate = [0, 1, 0] }"));
     }
-    let mut keys: Vec<KeyData> = Vec::with_capacity(tables.len());
+    let mut keys: Vec<Key> = Vec::with_capacity(tables.len());
     for table in &tables {
         let fields = Fields::new(table, &["time", "translate", "rotate"])?;
         // Two poses at one time would be a jump, which no speed can follow.
         let range = keys.last().map_or(Range::Finite, |last| Range::Above(last.time));
-        keys.push(KeyData {
+        keys.push(Key {
             time: fields.require("time", "seconds")?.number(range)?,
             translate: fields.read_or("translate", [0.0; 3], Field::vector)?,
             rotate: fields.read_or("rotate", [0.0; 3], Field::vector)?,

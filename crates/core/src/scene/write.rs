@@ -3,9 +3,8 @@
 use std::fmt::{Display, Write};
 use std::path::Path;
 
-use super::data::{
-    BodyData, Damping, KeyData, Reach, ResolutionData, Scene, SelectionData, ShapeData, Stiffness, Substeps,
-};
+use super::data::{BodyData, Damping, Reach, ResolutionData, Scene, Stiffness, Substeps};
+use crate::dynamics::{Key, Selection, Shape, Window};
 
 impl Scene {
     /// The scene as TOML, with every key that has a value, defaults too. [`Scene::base`] is not in it.
@@ -91,41 +90,42 @@ impl Writer {
         self.key("spin", vector(body.spin));
         for pin in &body.pins {
             self.header("[[body.pin]]");
-            self.held(&pin.selection, pin.from, pin.until);
+            self.held(&pin.selection, pin.window);
         }
         for handle in &body.handles {
             self.header("[[body.handle]]");
-            self.held(&handle.selection, handle.from, handle.until);
+            self.held(&handle.selection, handle.window);
             self.key("keys", keys(&handle.keys));
         }
     }
 
-    fn held(&mut self, selection: &SelectionData, from: f64, until: Option<f64>) {
+    fn held(&mut self, selection: &Selection, window: Window) {
         match *selection {
-            SelectionData::Box { min, max } => {
+            Selection::Box { min, max } => {
                 let (min, max) = (vector(min), vector(max));
                 self.key("box", format_args!("{{ min = {min}, max = {max} }}"));
             }
-            SelectionData::Sphere { center, radius } => self.key("sphere", sphere(center, radius)),
-            SelectionData::Plane { point, normal } => self.key("plane", plane(point, normal)),
+            Selection::Sphere { center, radius } => self.key("sphere", sphere(center, radius)),
+            Selection::Plane { point, normal } => self.key("plane", plane(point, normal)),
+            Selection::Vertices(ref vertices) => self.key("vertices", format_args!("{vertices:?}")),
         }
-        self.key("from", number(from));
-        if let Some(until) = until {
-            self.key("until", number(until));
+        self.key("from", number(window.from));
+        if window.until.is_finite() {
+            self.key("until", number(window.until));
         }
     }
 }
 
 /// The key and the value of a collider's shape.
-fn shape(shape: &ShapeData) -> (&'static str, String) {
+fn shape(shape: &Shape) -> (&'static str, String) {
     match *shape {
-        ShapeData::Plane { point, normal } => ("plane", plane(point, normal)),
-        ShapeData::Sphere { center, radius } => ("sphere", sphere(center, radius)),
-        ShapeData::Box { center, half_extents, rotate } => {
+        Shape::Plane { point, normal } => ("plane", plane(point, normal)),
+        Shape::Sphere { center, radius } => ("sphere", sphere(center, radius)),
+        Shape::Box { center, half_extents, rotate } => {
             let (center, half, rotate) = (vector(center), vector(half_extents), vector(rotate));
             ("box", format!("{{ center = {center}, half_extents = {half}, rotate = {rotate} }}"))
         }
-        ShapeData::Capsule { a, b, radius } => {
+        Shape::Capsule { a, b, radius } => {
             let (a, b, radius) = (vector(a), vector(b), number(radius));
             ("capsule", format!("{{ a = {a}, b = {b}, radius = {radius} }}"))
         }
@@ -140,8 +140,8 @@ fn sphere(center: [f64; 3], radius: f64) -> String {
     format!("{{ center = {}, radius = {} }}", vector(center), number(radius))
 }
 
-fn keys(keys: &[KeyData]) -> String {
-    let key = |key: &KeyData| {
+fn keys(keys: &[Key]) -> String {
+    let key = |key: &Key| {
         let (time, translate, rotate) = (number(key.time), vector(key.translate), vector(key.rotate));
         format!("    {{ time = {time}, translate = {translate}, rotate = {rotate} }},\n")
     };
