@@ -311,3 +311,18 @@ fn a_model_falls_its_own_height_in_half_a_second() {
     let flat = Scene::of_model(Path::new("sheet.obj"), [0.0; 3], [1e-3, 0.0, 1e-3], Up::Y);
     assert!(flat.simulation.gravity[1] < 0.0);
 }
+
+#[test]
+fn every_shipped_scene_is_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let scene = Scene::read(&path).unwrap();
+            assert!(scene.bodies.iter().all(|body| scene.resolve(&body.mesh).is_file()), "{}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count >= 5);
+}

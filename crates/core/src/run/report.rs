@@ -1,0 +1,55 @@
+//! How a job ended, as plain data.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// How a job ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunReport {
+    /// The folder of the frames.
+    pub directory: PathBuf,
+    /// Whether it is finished.
+    pub outcome: Outcome,
+    /// The frame after which this run went on, counted from 0; `None` if it started from frame 0.
+    pub resumed_after: Option<u32>,
+    /// The last frame that is done, counted from 0.
+    pub last: u32,
+    /// Frames that this run simulated, frame 0 included.
+    pub simulated: u32,
+    /// Frames that this run wrote, of all bodies together.
+    pub written: u32,
+    /// Bytes that this run wrote into frames.
+    pub bytes: u64,
+    /// Steps in a frame.
+    pub substeps: u32,
+    /// Wall-clock time of this run, from reading the meshes on.
+    pub elapsed: Duration,
+    /// One for each body, at the last frame that this run looked at.
+    pub bodies: Vec<BodyReport>,
+}
+
+/// Whether a job is finished.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All its frames are there.
+    Finished,
+    /// It was asked to stop, and can be resumed.
+    Stopped,
+    /// All its frames were there before; nothing was written.
+    AlreadyFinished,
+}
+
+/// What became of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyReport {
+    /// Its name.
+    pub name: String,
+    /// Lattice vertices.
+    pub lattice_vertices: usize,
+    /// The volume that is kept, by the body's measure, at rest.
+    pub volume_rest: f64,
+    /// The greatest |volume after correction / rest - 1| over the frames that this run looked at.
+    pub volume_drift: f64,
+    /// Frames in which the correction met its cap.
+    pub capped: u32,
+}
