@@ -1,17 +1,28 @@
 //! Soft bodies from any surface mesh, by lattice shape matching, that keep their volume.
 
+mod body;
 pub mod dynamics;
+mod error;
 mod lanes;
 mod lattice;
+mod matching;
 pub mod mesh;
 #[cfg(feature = "obj")]
 pub mod obj;
+mod parallel;
 pub mod reference;
 #[cfg(feature = "scene")]
 pub mod run;
 #[cfg(feature = "scene")]
 pub mod scene;
+mod simulation;
 
+pub use body::{ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, Stiffness};
+pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
+pub use error::Error;
 pub use lanes::Lanes;
 pub use lattice::{Components, FloatingPart, Lattice, LatticeError, LatticeReport};
+pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
+pub use parallel::simd_level;
+pub use simulation::{Simulation, SimulationBuilder};

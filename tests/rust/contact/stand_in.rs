@@ -15,6 +15,8 @@ pub struct Block {
     pub contacts: Contacts,
     pub samples: Vec<(u32, [f32; 3])>,
     pub gravity: [f64; 3],
+    /// Part of the velocities relative to the body's rigid motion that a step takes.
+    pub damping: f64,
     pub steps: u64,
 }
 
@@ -47,6 +49,7 @@ impl Block {
             contacts,
             samples,
             gravity: [0.0, -9.81, 0.0],
+            damping: 0.1,
             steps: 0,
         };
         block.place(&Matrix3::identity(), Point3::origin());
@@ -125,14 +128,17 @@ impl Block {
     pub fn step(&mut self, colliders: &Colliders, dt: f64, alpha: f64) -> ContactReport {
         let goals = if alpha > 0.0 { self.goals() } else { Vec::new() };
         let gravity = Vector3::from(self.gravity) / self.frame.cell_size;
-        for v in 0..self.rest.len() {
-            let (x, mut velocity) = (self.position(v), self.velocity(v));
-            if let Some(goal) = goals.get(v) {
-                velocity += (goal - x) * (alpha / dt);
-            }
-            velocity += gravity * dt;
+        let before: Vec<_> = (0..self.rest.len()).map(|v| self.position(v)).collect();
+        let mut velocities: Vec<_> = (0..self.rest.len()).map(|v| self.velocity(v) + gravity * dt).collect();
+        for (v, goal) in goals.iter().enumerate() {
+            velocities[v] += (goal - before[v]) * (alpha / dt);
+        }
+        if alpha > 0.0 {
+            damp(&before, &mut velocities, self.damping);
+        }
+        for (v, velocity) in velocities.iter().enumerate() {
             self.velocities.set(self.slots[v], velocity.map(|c| c as f32).into());
-            self.positions.set(self.slots[v], (x + velocity * dt).map(|c| c as f32).into());
+            self.positions.set(self.slots[v], (before[v] + velocity * dt).map(|c| c as f32).into());
         }
         let report = self.resolve(colliders, Interval::of_step(self.steps, dt));
         self.steps += 1;
@@ -151,6 +157,24 @@ impl Block {
         let sign = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
         let rotation = u * sign * v_t;
         self.rest.iter().map(|rest| centre + rotation * (rest - rest_centre)).collect()
+    }
+}
+
+/// Draws velocities towards the rigid motion that has their momenta (Mueller et al. 2007, section 3.5).
+fn damp(positions: &[Vector3<f64>], velocities: &mut [Vector3<f64>], part: f64) {
+    let count = positions.len() as f64;
+    let centre = positions.iter().sum::<Vector3<f64>>() / count;
+    let mean = velocities.iter().sum::<Vector3<f64>>() / count;
+    let (mut spin, mut inertia) = (Vector3::zeros(), Matrix3::zeros());
+    for (x, v) in positions.iter().zip(velocities.iter()) {
+        let r = x - centre;
+        spin += r.cross(v);
+        inertia += Matrix3::identity() * r.norm_squared() - r * r.transpose();
+    }
+    let Some(inverse) = inertia.try_inverse() else { return };
+    let turn = inverse * spin;
+    for (x, v) in positions.iter().zip(velocities) {
+        *v += (mean + turn.cross(&(x - centre)) - *v) * part;
     }
 }
 

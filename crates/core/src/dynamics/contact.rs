@@ -27,6 +27,11 @@ const SKIN: f64 = 1e-3;
 /// Impacts slower than this many steps of free fall do not bounce, so that a body comes to rest.
 const QUIET_STEPS: f64 = 2.0;
 
+/// How far a step may push a sample out, in cells, beyond what it came in that step. Deeper ones come out over
+/// several steps: pushing all of a deep body out at once would flatten it on the surface, and its elasticity
+/// would then throw it up.
+const PUSH_LIMIT: f64 = 0.25;
+
 /// The contact stage of one body.
 #[derive(Clone, Debug)]
 pub struct Contacts {
@@ -70,8 +75,8 @@ impl Contacts {
     ///
     /// Positions change by the push-out, which does not feed the velocities, and by what friction held back.
     /// Velocities change by the clamped normal and the rubbed tangential part, relative to the collider.
-    /// A sample is pushed at most one cell a step beyond what it came in that step, so that a body that starts
-    /// deep inside is not flattened at once. `gravity` is in scene units per second squared.
+    /// A sample is pushed at most a quarter of a cell a step beyond what it came in that step: a body that starts
+    /// deep inside comes out bit by bit. `gravity` is in scene units per second squared.
     pub fn resolve(
         &mut self,
         state: &mut BodyState<'_>,
@@ -161,7 +166,7 @@ impl Contacts {
                         normal: here.normal,
                         surface,
                         bounce,
-                        allowance: 1.0 + approach.max(0.0) * step.dt,
+                        allowance: PUSH_LIMIT + approach.max(0.0) * step.dt,
                         ..Contact::default()
                     },
                 );

@@ -1,4 +1,4 @@
-//! What pulls and pushes a body: pins, handles, colliders and contacts.
+//! What moves a body: integration, damping, pins, handles, colliders and contacts.
 //!
 //! | file | what |
 //! |---|---|
@@ -10,12 +10,18 @@
 //! | `shape`, `collider` | what a body can touch |
 //! | `samples` | points of the visible surface on which contacts act |
 //! | `contact` | contacts: the stage that pushes out, clamps and rubs |
+//! | `damping` | region damping, by the moment cascade |
+//! | `momentum` | the books of free bodies, in f64 |
+//! | `integrate` | velocities corrected to the books, positions moved |
 
 mod angles;
 mod collider;
 mod contact;
+pub(crate) mod damping;
 mod frame;
+pub(crate) mod integrate;
 mod kinematics;
+pub(crate) mod momentum;
 mod motion;
 mod samples;
 mod selection;

@@ -1,0 +1,134 @@
+//! How a body behaves, as its user says it: per step, or in physical terms that do not change with the step.
+
+/// How far a region reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reach {
+    /// Half-width of a region in cells, at least 1. Larger is stiffer; so is a coarser lattice.
+    Cells(usize),
+    /// Half-width as a length in scene units, > 0: rounded to whole cells, at least one.
+    Radius(f64),
+}
+
+/// How strongly vertices are drawn to their goals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stiffness {
+    /// alpha, the share of the way to the goal in one step, in (0, 1].
+    PerStep(f64),
+    /// The frequency in Hz, > 0, of a vertex that swings about its goal: alpha = 2 (1 - cos(2 π f dt)), at most 1.
+    /// It caps at a sixth of the step rate.
+    Frequency(f64),
+}
+
+/// How much of the motion within a region is taken out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Damping {
+    /// The share in one step, in [0, 1]; 0 leaves the stage out.
+    PerStep(f64),
+    /// A rate in 1/s, >= 0: the share in a step is 1 - exp(-rate dt).
+    Rate(f64),
+}
+
+/// What a body is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// How far a region reaches; default 2 cells.
+    pub reach: Reach,
+    /// How strongly vertices are drawn to their goals; default 1 per step.
+    pub stiffness: Stiffness,
+    /// Region damping; default none.
+    pub damping: Damping,
+    /// Mass per volume, > 0; default 1000.
+    pub density: f64,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            reach: Reach::Cells(2),
+            stiffness: Stiffness::PerStep(1.0),
+            damping: Damping::PerStep(0.0),
+            density: 1000.0,
+        }
+    }
+}
+
+/// A number out of its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{name} = {value} is out of range: it must be {range}")]
+pub struct RangeError {
+    /// The name of the number, as in a scene file.
+    pub name: &'static str,
+    /// What was given.
+    pub value: f64,
+    /// What is taken.
+    pub range: &'static str,
+}
+
+/// `value` if it is finite and `inside`.
+pub(crate) fn in_range(
+    name: &'static str,
+    value: f64,
+    inside: bool,
+    range: &'static str,
+) -> Result<f64, RangeError> {
+    if value.is_finite() && inside { Ok(value) } else { Err(RangeError { name, value, range }) }
+}
+
+impl Material {
+    /// Whether the numbers make sense.
+    ///
+    /// # Errors
+    ///
+    /// A number out of its range.
+    pub fn validate(&self) -> Result<(), RangeError> {
+        match self.reach {
+            Reach::Cells(w) => {
+                in_range("half_width", w as f64, w >= 1, "a whole number of cells, at least 1")
+            }
+            Reach::Radius(r) => in_range("stiffness_radius", r, r > 0.0, "a length > 0"),
+        }?;
+        match self.stiffness {
+            Stiffness::PerStep(a) => in_range("stiffness", a, a > 0.0 && a <= 1.0, "in (0, 1]"),
+            Stiffness::Frequency(f) => in_range("frequency", f, f > 0.0, "a frequency in Hz, > 0"),
+        }?;
+        match self.damping {
+            Damping::PerStep(d) => in_range("damping", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
+            Damping::Rate(r) => in_range("damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
+        }?;
+        in_range("density", self.density, self.density > 0.0, "> 0").map(drop)
+    }
+
+    /// The half-width of the regions in cells, on a lattice that spans `extent` cells.
+    pub(crate) fn half_width(&self, cell_size: f64, extent: usize) -> usize {
+        let cells = match self.reach {
+            Reach::Cells(cells) => cells,
+            Reach::Radius(radius) => (radius / cell_size).round() as usize,
+        };
+        cells.clamp(1, extent.max(1))
+    }
+
+    /// alpha for steps of `dt` seconds.
+    pub(crate) fn alpha(&self, dt: f64) -> f64 {
+        match self.stiffness {
+            Stiffness::PerStep(alpha) => alpha,
+            Stiffness::Frequency(frequency) => {
+                // Up to 1/6 of a turn per step the cosine falls; beyond, alpha has long been capped.
+                let turn = (frequency * dt).min(0.5);
+                (2.0 * (1.0 - (std::f64::consts::TAU * turn).cos())).min(1.0)
+            }
+        }
+    }
+
+    /// The share of region damping in a step of `dt` seconds.
+    pub(crate) fn damping_share(&self, dt: f64) -> f64 {
+        match self.damping {
+            Damping::PerStep(share) => share,
+            Damping::Rate(rate) => -(-rate * dt).exp_m1(),
+        }
+    }
+
+    /// Whether there is any damping.
+    pub(crate) fn is_damped(&self) -> bool {
+        !matches!(self.damping, Damping::PerStep(0.0) | Damping::Rate(0.0))
+    }
+}

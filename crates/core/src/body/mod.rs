@@ -1,0 +1,189 @@
+//! A soft body: a lattice, what holds and touches it, and the mesh that is shown.
+
+mod builder;
+mod look;
+mod material;
+mod place;
+mod state;
+mod step;
+
+pub use builder::BodyBuilder;
+pub(crate) use material::in_range;
+pub use material::{Damping, Material, RangeError, Reach, Stiffness};
+pub use place::Placement;
+pub(crate) use state::State;
+pub(crate) use step::World;
+
+use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
+
+use crate::dynamics::damping::RegionDamping;
+use crate::dynamics::momentum::Bookkeeper;
+use crate::dynamics::{Contacts, Kinematics};
+use crate::lattice::Lattice;
+use crate::matching::Matching;
+use crate::mesh::Mesh;
+
+/// A soft body.
+///
+/// Its lattice vertices are the bodies of the dynamics; arrays are "one per vertex", in the order of
+/// [`Lattice::indices`], in the units of the scene and the axes of the world.
+#[derive(Debug)]
+pub struct Body {
+    name: String,
+    material: Material,
+    placement: Placement,
+    lattice: Lattice,
+    surface: Option<Surface>,
+    matching: Matching,
+    damping: Option<RegionDamping>,
+    bookkeeper: Bookkeeper,
+    kinematics: Option<Kinematics>,
+    contacts: Option<Contacts>,
+    state: State,
+}
+
+impl Body {
+    /// A body from a bare lattice, with no mesh to show.
+    pub fn from_lattice(lattice: Lattice) -> BodyBuilder {
+        BodyBuilder::from_lattice(lattice)
+    }
+
+    /// The body's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The lattice, in the model's frame: after `scale`, before `rotate` and `translate`.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// The mesh in the model's frame; `None` for a bare lattice.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        self.surface.as_ref().map(|surface| &surface.mesh)
+    }
+
+    /// What the body is made of.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    /// The half-width of the regions in cells: the material's, at most the extent of the lattice.
+    pub fn half_width(&self) -> usize {
+        self.matching.cascade.half_width()
+    }
+
+    /// Positions, shape `(n, 3)`.
+    pub fn positions(&self) -> Vec<Point3<f64>> {
+        self.by_vertex(|slot| self.state.frame.to_world(self.state.local(slot)))
+    }
+
+    /// Sets all positions, one per vertex. Velocities, pins and the rest stay as they are.
+    ///
+    /// # Errors
+    ///
+    /// A wrong number of positions, or a number that is not finite.
+    pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
+        self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
+        self.state.set_world(self.matching.layout.slots(), positions);
+        Ok(())
+    }
+
+    /// Velocities in scene units per second, shape `(n, 3)`.
+    pub fn velocities(&self) -> Vec<Vector3<f64>> {
+        let cell_size = self.lattice.cell_size();
+        self.by_vertex(|slot| Vector3::from(self.state.velocities.get(slot).map(f64::from)) * cell_size)
+    }
+
+    /// Sets all velocities, one per vertex. Positions, pins and the rest stay as they are.
+    ///
+    /// # Errors
+    ///
+    /// A wrong number of velocities, or a number that is not finite.
+    pub fn set_velocities(&mut self, velocities: &[Vector3<f64>]) -> Result<(), ArrayError> {
+        self.check("velocities", velocities.len(), velocities.iter().copied())?;
+        let cell_size = self.lattice.cell_size();
+        for (&slot, velocity) in self.matching.layout.slots().iter().zip(velocities) {
+            self.state.velocities.set(slot, (velocity / cell_size).map(|v| v as f32).into());
+        }
+        self.state.books.fill(None);
+        Ok(())
+    }
+
+    /// The rotation of the region around each vertex from the rest pose, in the last step, shape `(n, 3, 3)`.
+    pub fn rotations(&self) -> Vec<Matrix3<f64>> {
+        self.by_vertex(|slot| {
+            let [x, y, z, w] = self.state.rotations.get(slot).map(f64::from);
+            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
+        })
+    }
+
+    /// Masses, one per vertex: density x cell_size³ x occupied cells / 8.
+    pub fn masses(&self) -> Vec<f64> {
+        let cell = self.cell_mass();
+        self.lattice.occupied_cells().iter().map(|&cells| cell * f64::from(cells) / 8.0).collect()
+    }
+
+    /// The mass of a full cell.
+    fn cell_mass(&self) -> f64 {
+        self.material.density * self.lattice.cell_size().powi(3)
+    }
+
+    /// Rotations in all steps so far that Newton's method left to the robust path.
+    pub fn unsettled_rotations(&self) -> usize {
+        self.matching.unsettled()
+    }
+
+    /// One value per vertex, from its slot.
+    fn by_vertex<T>(&self, value: impl FnMut(u32) -> T) -> Vec<T> {
+        self.matching.layout.slots().iter().copied().map(value).collect()
+    }
+
+    fn check(
+        &self,
+        name: &'static str,
+        count: usize,
+        values: impl Iterator<Item = Vector3<f64>>,
+    ) -> Result<(), ArrayError> {
+        if count != self.lattice.len() {
+            return Err(ArrayError::Length { name, count, expected: self.lattice.len() });
+        }
+        for (index, value) in values.enumerate() {
+            if !value.iter().all(|x| x.is_finite()) {
+                return Err(ArrayError::NotFinite { name, index, value: value.into() });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The mesh that is shown, and where it lies in the lattice.
+#[derive(Debug)]
+pub(crate) struct Surface {
+    pub(crate) mesh: Mesh,
+}
+
+/// An array that does not fit the body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ArrayError {
+    /// A wrong number of entries.
+    #[error("{name} has {count} entries; the body has {expected} lattice vertices")]
+    Length {
+        /// The array.
+        name: &'static str,
+        /// Its entries.
+        count: usize,
+        /// The body's lattice vertices.
+        expected: usize,
+    },
+    /// A number that is not finite.
+    #[error("{name}[{index}] = {value:?} is not finite")]
+    NotFinite {
+        /// The array.
+        name: &'static str,
+        /// The entry.
+        index: usize,
+        /// What it is.
+        value: [f64; 3],
+    },
+}

@@ -1,0 +1,151 @@
+//! The state of a body: what a step changes and a checkpoint holds. All else can be rebuilt.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use crate::dynamics::momentum::Momentum;
+use crate::dynamics::{BodyFrame, BodyState};
+use crate::lanes::Lanes;
+use crate::lattice::Lattice;
+use crate::matching::layout::Layout;
+use crate::matching::rotation::IDENTITIES;
+
+/// Positions, velocities and rotations of a body's lattice vertices, in storage order.
+///
+/// Lengths are in cells, along the axes of the world, from the body's origin: f32 near zero, wherever the body is.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct State {
+    pub(crate) frame: Frame,
+    pub(crate) positions: Lanes<3>,
+    /// What f32 rounded away from the positions.
+    pub(crate) carry: Lanes<3>,
+    /// In cells/s.
+    pub(crate) velocities: Lanes<3>,
+    /// Of the region around each vertex, from the rest pose: unit quaternions x, y, z, w.
+    pub(crate) rotations: Lanes<4>,
+    /// The momenta of each component on which nothing pulls; `None` until they are measured anew.
+    pub(crate) books: Vec<Option<Momentum>>,
+}
+
+/// Where the body's own coordinates lie in the world: world = `base` + `cell_size` (`shift` + x).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Frame {
+    base: [f64; 3],
+    /// Whole multiples of `quantum`, in cells: a change of origin is exact.
+    shift: [f64; 3],
+    cell_size: f64,
+    /// A power of two, at least the body's extent at rest, in cells.
+    quantum: f64,
+}
+
+impl Frame {
+    /// A position of the world in cells from the body's origin.
+    pub(crate) fn to_local(self, world: Point3<f64>) -> Vector3<f64> {
+        (world - Point3::from(self.base)) / self.cell_size - Vector3::from(self.shift)
+    }
+
+    /// A position in cells from the body's origin in the world.
+    pub(crate) fn to_world(self, local: Vector3<f64>) -> Point3<f64> {
+        Point3::from(self.base) + (Vector3::from(self.shift) + local) * self.cell_size
+    }
+
+    /// The body's origin in the world, and its unit.
+    pub(crate) fn body_frame(self) -> BodyFrame {
+        BodyFrame { origin: self.to_world(Vector3::zeros()), cell_size: self.cell_size }
+    }
+
+    /// The whole multiple of the quantum nearest to a point given in cells from the origin.
+    fn nearest(self, local: Vector3<f64>) -> Vector3<f64> {
+        local.map(|x| if x.is_finite() { (x / self.quantum).round() * self.quantum } else { 0.0 })
+    }
+}
+
+impl State {
+    /// A lattice at rest, turned by `rotation` and then moved by `translation`.
+    pub(crate) fn at_rest(
+        lattice: &Lattice,
+        layout: &Layout,
+        rotation: UnitQuaternion<f64>,
+        translation: Vector3<f64>,
+    ) -> Self {
+        let (low, high) = index_bounds(lattice.indices());
+        let middle = Vector3::from_fn(|c, _| (f64::from(low[c]) + f64::from(high[c])) / 2.0).map(f64::floor);
+        let extent = (0..3).map(|c| f64::from(high[c]) - f64::from(low[c])).fold(1.0, f64::max);
+        let cell_size = lattice.cell_size();
+        let base = rotation * (lattice.origin() + middle * cell_size) + translation;
+        let quantum = 2.0_f64.powf(extent.log2().ceil());
+        let frame = Frame { base: base.coords.into(), shift: [0.0; 3], cell_size, quantum };
+
+        let mut state = Self {
+            frame,
+            positions: Lanes::zeros(layout.blocks()),
+            carry: Lanes::zeros(layout.blocks()),
+            velocities: Lanes::zeros(layout.blocks()),
+            rotations: Lanes::filled(layout.blocks(), IDENTITIES),
+            books: vec![None; lattice.components().count],
+        };
+        let turned = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
+        for (&slot, index) in layout.slots().iter().zip(lattice.indices()) {
+            let offset = Vector3::from_fn(|c, _| f64::from(index[c])) - middle;
+            state.put(slot, rotation * offset);
+            state.rotations.set(slot, turned);
+        }
+        state
+    }
+
+    /// The state as contacts, pins and handles see it.
+    pub(crate) fn shared(&mut self) -> BodyState<'_> {
+        BodyState {
+            frame: self.frame.body_frame(),
+            positions: &mut self.positions,
+            velocities: &mut self.velocities,
+        }
+    }
+
+    /// The position of a slot in cells from the body's origin.
+    pub(crate) fn local(&self, slot: u32) -> Vector3<f64> {
+        let (high, low) = (self.positions.get(slot), self.carry.get(slot));
+        Vector3::from_fn(|c, _| f64::from(high[c]) + f64::from(low[c]))
+    }
+
+    /// Sets the position of a slot, in cells from the body's origin.
+    pub(crate) fn put(&mut self, slot: u32, local: Vector3<f64>) {
+        let high: [f32; 3] = local.map(|x| x as f32).into();
+        self.positions.set(slot, high);
+        self.carry.set(slot, std::array::from_fn(|c| (local[c] - f64::from(high[c])) as f32));
+    }
+
+    /// Positions of the world for all slots of `slots`, the origin moved near their mean.
+    pub(crate) fn set_world(&mut self, slots: &[u32], world: &[Point3<f64>]) {
+        let mean = world.iter().map(|p| self.frame.to_local(*p) / world.len() as f64).sum();
+        self.frame.shift = (Vector3::from(self.frame.shift) + self.frame.nearest(mean)).into();
+        for (&slot, &point) in slots.iter().zip(world) {
+            self.put(slot, self.frame.to_local(point));
+        }
+        self.books.fill(None);
+    }
+
+    /// Whether the body has moved so far from its origin that [`State::rebase`] is due, judged by one vertex.
+    pub(crate) fn strayed(&self, slot: u32) -> bool {
+        self.positions.get(slot).iter().any(|x| f64::from(x.abs()) > 2.0 * self.frame.quantum)
+    }
+
+    /// Moves the origin to the multiple of the quantum nearest to `centre`, in cells; the body stays.
+    pub(crate) fn rebase(&mut self, slots: &[u32], centre: Vector3<f64>) {
+        let by = self.frame.nearest(centre);
+        if by == Vector3::zeros() {
+            return;
+        }
+        self.frame.shift = (Vector3::from(self.frame.shift) + by).into();
+        for &slot in slots {
+            self.put(slot, self.local(slot) - by);
+        }
+    }
+}
+
+fn index_bounds(indices: &[[i32; 3]]) -> ([i32; 3], [i32; 3]) {
+    indices.iter().fold(([i32::MAX; 3], [i32::MIN; 3]), |(low, high), index| {
+        (std::array::from_fn(|c| low[c].min(index[c])), std::array::from_fn(|c| high[c].max(index[c])))
+    })
+}

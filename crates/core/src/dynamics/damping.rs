@@ -1,0 +1,129 @@
+//! Region damping: each region's rigid velocity, averaged, pulls the velocities of its vertices.
+//!
+//! Rivers & James (2007, section 5) average the rigid velocities of the regions with the matching's weights. Here
+//! the same moment cascade sums the velocities against the window's lattice offsets, so nothing cancels far from
+//! the origin; the inertia is that of rest, turned by the region's rotation, so it never is singular.
+
+use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
+
+use crate::lanes::{LANES, Lanes};
+use crate::matching::Matching;
+use crate::matching::cascade::{RegionTransform, VertexUpdate};
+use crate::matching::goals::Weighted;
+use crate::matching::rotation::columns;
+use crate::parallel::Executor;
+
+/// The stage: what it needs to know of the regions.
+#[derive(Clone, Debug)]
+pub(crate) struct RegionDamping {
+    inverse_inertia: Lanes<6>,
+}
+
+impl RegionDamping {
+    /// For the regions of a matching stage.
+    pub(crate) fn new(matching: &Matching) -> Self {
+        let Matching { layout, regions, cascade, .. } = matching;
+        Self { inverse_inertia: regions.inverse_inertia(layout, cascade.half_width()) }
+    }
+
+    /// Pulls velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
+    ///
+    /// `rotations` are those of the regions in this step; `share` is in (0, 1].
+    pub(crate) fn apply(
+        &self,
+        matching: &mut Matching,
+        executor: &Executor,
+        rotations: &Lanes<4>,
+        velocities: &mut Lanes<3>,
+        share: f32,
+    ) {
+        let Matching { layout, regions, cascade, .. } = matching;
+        let constants = &regions.constants;
+        let field = Weighted { constants, vectors: velocities };
+        let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
+        // A vector of nothing takes no memory.
+        cascade.gather(layout, executor, &field, &fit, &mut vec![(); layout.blocks()]);
+        cascade.scatter(layout, executor, &Pull { constants, share }, velocities.blocks_mut());
+    }
+}
+
+/// The rigid velocity that has the momentum and angular momentum of each region.
+struct FitVelocities<'a> {
+    constants: &'a Lanes<6>,
+    inverse_inertia: &'a Lanes<6>,
+    rotations: &'a Lanes<4>,
+}
+
+impl RegionTransform for FitVelocities<'_> {
+    type Memory = ();
+
+    /// v = S/M; B = [Sx Sy Sz]/M - v dᵀ holds the velocities against the rest offsets y = (i, j, k) - d, so the
+    /// angular momentum over M is Σ (R y) x v = Σⱼ (R eⱼ) x Bⱼ. In the region's rest frame ω = R J⁻¹ Rᵀ of it, J
+    /// the rest inertia. The field: v - ω x R d, and the columns ω x R eⱼ.
+    #[inline(always)]
+    fn apply<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12], _: &mut ()) -> [f32x8<S>; 12] {
+        let constants = &self.constants.blocks()[block];
+        let constant = |c: usize| f32x8::load_array_ref(simd, &constants[c]);
+        let (inverse_mass, d) = (constant(2), [constant(3), constant(4), constant(5)]);
+        let mean = sums.map(|sum| sum * inverse_mass);
+        let v = [mean[0], mean[1], mean[2]];
+        let r = columns(
+            simd,
+            self.rotations.blocks()[block].each_ref().map(|row| f32x8::load_array_ref(simd, row)),
+        );
+        let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
+
+        let mut spin = [f32x8::splat(simd, 0.0); 3];
+        for j in 0..3 {
+            let against: [f32x8<S>; 3] = std::array::from_fn(|c| mean[3 + 3 * j + c] - v[c] * d[j]);
+            let turned = cross(axes[j], against);
+            for (spin, turned) in spin.iter_mut().zip(turned) {
+                *spin += turned;
+            }
+        }
+        let [xx, yy, zz, xy, xz, yz] =
+            self.inverse_inertia.blocks()[block].each_ref().map(|row| f32x8::load_array_ref(simd, row));
+        let at_rest = axes.map(|axis| axis[0] * spin[0] + axis[1] * spin[1] + axis[2] * spin[2]);
+        let turned = [
+            xx * at_rest[0] + xy * at_rest[1] + xz * at_rest[2],
+            xy * at_rest[0] + yy * at_rest[1] + yz * at_rest[2],
+            xz * at_rest[0] + yz * at_rest[1] + zz * at_rest[2],
+        ];
+        let omega: [f32x8<S>; 3] =
+            std::array::from_fn(|c| axes[0][c] * turned[0] + axes[1][c] * turned[1] + axes[2][c] * turned[2]);
+
+        let [x, y, z] = axes.map(|axis| cross(omega, axis));
+        let b: [f32x8<S>; 3] = std::array::from_fn(|c| v[c] - (x[c] * d[0] + y[c] * d[1] + z[c] * d[2]));
+        [b[0], b[1], b[2], x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]]
+    }
+}
+
+/// v += share (v̄ - v).
+struct Pull<'a> {
+    constants: &'a Lanes<6>,
+    share: f32,
+}
+
+impl VertexUpdate for Pull<'_> {
+    type Memory = [[f32; LANES]; 3];
+
+    #[inline(always)]
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        block: usize,
+        gathered: [f32x8<S>; 3],
+        velocities: &mut [[f32; LANES]; 3],
+    ) {
+        let holders = f32x8::load_array_ref(simd, &self.constants.blocks()[block][1]);
+        for (row, sum) in velocities.iter_mut().zip(gathered) {
+            let v = f32x8::load_array_ref(simd, row);
+            sum.mul_add(holders, -v).mul_add(f32x8::splat(simd, self.share), v).store_array(row);
+        }
+    }
+}
+
+#[inline(always)]
+fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}

@@ -1,0 +1,84 @@
+//! The end of a step: velocities corrected to the books, positions moved.
+//!
+//! A step moves a slow body by less than an ulp of its f32 positions, so each position carries the part that was
+//! rounded away to the next step (Kahan 1965): a position is `positions` + `carry`.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f32x8};
+
+use super::momentum::{Components, RigidVelocity};
+use crate::lanes::{LANES, Lanes};
+use crate::parallel::{Executor, level};
+
+type Block = [[f32; LANES]; 3];
+
+/// v += the correction of the vertex's component; x += dt v.
+pub(crate) struct Advance<'a> {
+    pub(crate) constants: &'a Lanes<6>,
+    pub(crate) components: &'a Components,
+    pub(crate) corrections: &'a [RigidVelocity],
+    /// Seconds.
+    pub(crate) dt: f64,
+}
+
+impl Advance<'_> {
+    /// Moves all vertices.
+    pub(crate) fn run(
+        &self,
+        executor: &Executor,
+        positions: &mut Lanes<3>,
+        carry: &mut Lanes<3>,
+        velocities: &mut Lanes<3>,
+    ) {
+        let arrays = (positions.blocks_mut(), carry.blocks_mut(), velocities.blocks_mut());
+        executor.chunks3(arrays, |first, positions, carry, velocities| {
+            dispatch!(level(), simd => {
+                for (at, ((x, low), v)) in positions.iter_mut().zip(carry).zip(velocities).enumerate() {
+                    self.correct(simd, first + at, x, v);
+                    advance(simd, self.dt, x, low, v);
+                }
+            });
+        });
+    }
+
+    #[inline(always)]
+    fn correct<S: Simd>(&self, simd: S, block: usize, positions: &Block, velocities: &mut Block) {
+        let zero = f32x8::splat(simd, 0.0);
+        let held = f32x8::load_array_ref(simd, &self.constants.blocks()[block][1]).simd_gt(zero);
+        let (linear, omega) = match self.components {
+            Components::One => {
+                let RigidVelocity { linear, angular } = self.corrections[0];
+                (linear.map(|c| f32x8::splat(simd, c)), angular.map(|c| f32x8::splat(simd, c)))
+            }
+            components @ Components::Several(_) => {
+                let of = |lane: usize| &self.corrections[components.of((block * LANES + lane) as u32)];
+                let rows = |part: fn(&RigidVelocity) -> [f32; 3]| {
+                    std::array::from_fn(|c| f32x8::from_fn(simd, |lane| part(of(lane))[c]))
+                };
+                (rows(|rigid| rigid.linear), rows(|rigid| rigid.angular))
+            }
+        };
+        let x = positions.each_ref().map(|row| f32x8::load_array_ref(simd, row));
+        for (c, row) in velocities.iter_mut().enumerate() {
+            let (next, last) = ((c + 1) % 3, (c + 2) % 3);
+            let turn = omega[next] * x[last] - omega[last] * x[next];
+            let correction = held.select(linear[c] + turn, zero);
+            (f32x8::load_array_ref(simd, row) + correction).store_array(row);
+        }
+    }
+}
+
+/// x += dt v, dt in two parts so that its own rounding adds up to nothing either.
+#[inline(always)]
+fn advance<S: Simd>(simd: S, dt: f64, positions: &mut Block, carry: &mut Block, velocities: &Block) {
+    let high = dt as f32;
+    let low = (dt - f64::from(high)) as f32;
+    let (high, low) = (f32x8::splat(simd, high), f32x8::splat(simd, low));
+    for ((x_row, carry_row), v_row) in positions.iter_mut().zip(carry).zip(velocities) {
+        let x = f32x8::load_array_ref(simd, x_row);
+        let v = f32x8::load_array_ref(simd, v_row);
+        let motion = v.mul_add(high, v.mul_add(low, f32x8::load_array_ref(simd, carry_row)));
+        let moved = x + motion;
+        (motion - (moved - x)).store_array(carry_row);
+        moved.store_array(x_row);
+    }
+}

@@ -1,0 +1,128 @@
+//! What is constant of a region: its mass, its rest centroid and its rest inertia.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::layout::Layout;
+use crate::lanes::{LANES, Lanes};
+use crate::lattice::Lattice;
+
+/// The regions of a lattice: one around each vertex, of half-width w.
+///
+/// Masses are in units of a full cell's mass: a vertex has m = (its occupied cells) / 8. In a region vertex i
+/// weighs m/n, with n the number of regions that hold i, so that the goals keep the momentum of all vertices.
+#[derive(Clone, Debug)]
+pub(crate) struct Regions {
+    /// For each vertex m and 1/n; for the region around it 1/M and its rest centroid, from its centre vertex, in
+    /// cells. Zero in lanes without a vertex.
+    pub(crate) constants: Lanes<6>,
+}
+
+impl Regions {
+    /// The regions of half-width `half_width` in cells.
+    pub(crate) fn new(lattice: &Lattice, layout: &Layout, half_width: usize) -> Self {
+        let windows = LineWindows { layout, half_width };
+        let mut mass = vec![0.0; layout.blocks() * LANES];
+        for (&slot, &cells) in layout.slots().iter().zip(lattice.occupied_cells()) {
+            mass[slot as usize] = f64::from(cells) / 8.0;
+        }
+        let holders = windows.holders(&mass);
+
+        let mut constants = Lanes::zeros(layout.blocks());
+        let mut weights = mass.clone();
+        for &slot in layout.slots() {
+            let share = (1.0 / holders[slot as usize]) as f32;
+            let m = mass[slot as usize] as f32;
+            // The weight that the sums use, rounded as they round it.
+            weights[slot as usize] = f64::from(m * share);
+            constants.set(slot, [m, share, 0.0, 0.0, 0.0, 0.0]);
+        }
+        let [s, sx, sy, sz] = windows.first_moments(&weights);
+        for &slot in layout.slots() {
+            let i = slot as usize;
+            let [m, share, ..] = constants.get(slot);
+            let centroid = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
+            constants.set(slot, [m, share, (1.0 / s[i]) as f32, centroid[0], centroid[1], centroid[2]]);
+        }
+        Self { constants }
+    }
+
+    /// The inverse of each region's rest inertia over its mass, M⁻¹ Σ m/n ((y·y) I - y yᵀ) with y the offset from
+    /// the rest centroid in cells: xx, yy, zz, xy, xz, yz.
+    pub(crate) fn inverse_inertia(&self, layout: &Layout, half_width: usize) -> Lanes<6> {
+        let mut weights = vec![0.0; layout.blocks() * LANES];
+        for &slot in layout.slots() {
+            let [m, share, ..] = self.constants.get(slot);
+            weights[slot as usize] = f64::from(m * share);
+        }
+        let second = LineWindows { layout, half_width }.second_moments(&weights);
+        let mut lanes = Lanes::zeros(layout.blocks());
+        for &slot in layout.slots() {
+            let [_, _, inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
+            let moments = second.each_ref().map(|moment| moment[slot as usize] * inverse_mass);
+            lanes.set(slot, inverse_inertia(moments, Vector3::new(x, y, z)));
+        }
+        lanes
+    }
+}
+
+/// The inverse inertia from the second moments xx, yy, zz, xy, xz, yz about the centre vertex. Every region holds
+/// the corners of a cell, so its inertia is regular.
+fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32; 6] {
+    let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose();
+    let inertia = Matrix3::identity() * spread.trace() - spread;
+    let inverse = inertia.try_inverse().unwrap_or_else(Matrix3::zeros);
+    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| inverse[at] as f32)
+}
+
+/// Explicit window sums in f64 over arrays by slot, for what is built once.
+struct LineWindows<'a> {
+    layout: &'a Layout,
+    half_width: usize,
+}
+
+impl LineWindows<'_> {
+    /// The number of regions that hold each vertex: the adjoint's passes z, y, x over ones.
+    fn holders(&self, mass: &[f64]) -> Vec<f64> {
+        let ones: Vec<f64> = mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect();
+        (0..3).rev().fold(ones, |field, axis| self.moment(axis, 0, &field))
+    }
+
+    /// S, Sx, Sy, Sz.
+    fn first_moments(&self, field: &[f64]) -> [Vec<f64>; 4] {
+        let (s, sx) = (self.moment(0, 0, field), self.moment(0, 1, field));
+        let (s, sx, sy) = (self.moment(1, 0, &s), self.moment(1, 0, &sx), self.moment(1, 1, &s));
+        [self.moment(2, 0, &s), self.moment(2, 0, &sx), self.moment(2, 0, &sy), self.moment(2, 1, &s)]
+    }
+
+    /// Sxx, Syy, Szz, Sxy, Sxz, Syz.
+    fn second_moments(&self, field: &[f64]) -> [Vec<f64>; 6] {
+        let at = |powers: [i32; 3]| {
+            (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, powers[axis], &field))
+        };
+        [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]].map(at)
+    }
+
+    /// Σ iᵖ f over the window of each vertex along `axis`, i the signed number of links from it.
+    fn moment(&self, axis: usize, power: i32, field: &[f64]) -> Vec<f64> {
+        let links = self.layout.axis(axis);
+        let mut out = vec![0.0; field.len()];
+        let mut has_previous = vec![false; field.len()];
+        for slot in 0..field.len() {
+            if let Some(next) = links.next_slot(slot) {
+                has_previous[next] = true;
+            }
+        }
+        let mut line = Vec::new();
+        for &start in self.layout.slots().iter().filter(|&&slot| !has_previous[slot as usize]) {
+            line.clear();
+            line.extend(std::iter::successors(Some(start as usize), |&slot| links.next_slot(slot)));
+            for (centre, &slot) in line.iter().enumerate() {
+                let from = centre.saturating_sub(self.half_width);
+                let to = line.len().min(centre + self.half_width + 1);
+                out[slot] =
+                    (from..to).map(|at| (at as f64 - centre as f64).powi(power) * field[line[at]]).sum();
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,60 @@
+//! The rotation of a region: R = argmax over SO(3) of tr(Rᵀ A).
+//!
+//! Always a proper rotation, also where A is singular or inverted: for det A < 0 it is U diag(1, 1, -1) Vᵀ, the
+//! proper rotation nearest to A (Umeyama 1991). It is unique iff s₂ + sign(det A) s₃ > 0; where it is not, what is
+//! nearest to the rotation before is kept, so that nothing pops.
+//!
+//! Eight at a time go through Newton's method on the quaternion ([`newton`]); the lanes that it does not settle go
+//! through an eigenvalue problem in f64 ([`eigen`]).
+
+pub(crate) mod eigen;
+pub(crate) mod newton;
+
+use fearless_simd::{Simd, SimdBase, dispatch, f32x8};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
+
+use crate::lanes::LANES;
+use crate::parallel::level;
+
+/// The columns of eight rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
+#[inline(always)]
+pub(crate) fn columns<S: Simd>(simd: S, [x, y, z, w]: [f32x8<S>; 4]) -> [f32x8<S>; 9] {
+    let one = f32x8::splat(simd, 1.0);
+    let (x2, y2, z2) = (x + x, y + y, z + z);
+    let (xx, yy, zz) = (x * x2, y * y2, z * z2);
+    let (xy, xz, yz) = (x * y2, x * z2, y * z2);
+    let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+    [one - (yy + zz), xy + wz, xz - wy, xy - wz, one - (xx + zz), yz + wx, xz + wy, yz - wx, one - (xx + yy)]
+}
+
+/// The rotation factor of each 3 x 3 matrix, as used in the step: R = argmax over SO(3) of tr(Rᵀ A).
+///
+/// The scale of a matrix does not matter. A rotation is always proper and finite for finite input; for the zero
+/// matrix it is the identity. Entries that are not finite count as zero.
+pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+    let mut out = Vec::with_capacity(matrices.len());
+    for chunk in matrices.chunks(LANES) {
+        let mut a = [[0.0; LANES]; 9];
+        for (lane, matrix) in chunk.iter().enumerate() {
+            let largest = matrix.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+            let scale = if largest > 0.0 { largest } else { 1.0 };
+            for (row, x) in a.iter_mut().zip(matrix.iter()) {
+                row[lane] = if x.is_finite() { (x / scale) as f32 } else { 0.0 };
+            }
+        }
+        let mut quaternions = IDENTITIES;
+        let occupied = (1_u32 << chunk.len()) - 1;
+        dispatch!(level(), simd => {
+            let a = a.map(|row| f32x8::load_array(simd, row));
+            newton::solve(simd, a, occupied as u8, &mut quaternions);
+        });
+        out.extend((0..chunk.len()).map(|lane| {
+            let [x, y, z, w] = quaternions.map(|row| f64::from(row[lane]));
+            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
+        }));
+    }
+    out
+}
+
+/// Eight identities, as rows x, y, z, w.
+pub(crate) const IDENTITIES: [[f32; LANES]; 4] = [[0.0; LANES], [0.0; LANES], [0.0; LANES], [1.0; LANES]];

@@ -1,0 +1,176 @@
+//! Threads, chunks and SIMD levels: the only place that knows them.
+//!
+//! Work on a body is cut into chunks of a fixed number of blocks, whatever the number of threads; each output
+//! value is computed by one thread in one order. So the bits of a result do not depend on the threads.
+
+use std::sync::{Arc, OnceLock};
+
+use fearless_simd::{Level, Simd};
+
+/// Blocks in a task: 4,096 lattice vertices. A smaller body is one task, since joins cost more than its work.
+pub(crate) const CHUNK: usize = 512;
+
+/// The environment variable that forces a SIMD level: `sse2`, `sse4.2`, `avx2`, `avx512`, `neon`.
+const LEVEL_VARIABLE: &str = "SUPPLE_SIMD";
+
+/// The SIMD level that runs: the best that the machine has, or what `SUPPLE_SIMD` names if the machine has it.
+pub(crate) fn level() -> Level {
+    static LEVEL: OnceLock<Level> = OnceLock::new();
+    *LEVEL.get_or_init(|| {
+        let best = Level::new();
+        std::env::var(LEVEL_VARIABLE).ok().and_then(|name| lowered(best, &name)).unwrap_or(best)
+    })
+}
+
+/// `best` lowered to the level called `name`; `None` if the machine lacks it.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+fn lowered(best: Level, name: &str) -> Option<Level> {
+    match name {
+        "sse2" => best.as_sse2().map(|token| token.level()),
+        "sse4.2" => best.as_sse4_2().map(|token| token.level()),
+        "avx2" => best.as_avx2().map(|token| token.level()),
+        "avx512" => best.as_avx512().map(|token| token.level()),
+        _ => None,
+    }
+}
+
+#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+fn lowered(best: Level, name: &str) -> Option<Level> {
+    (name == level_name_of(best)).then_some(best)
+}
+
+/// The name of the SIMD level that runs, as `supple inspect` shows it and a checkpoint records it.
+pub fn simd_level() -> &'static str {
+    level_name_of(level())
+}
+
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+fn level_name_of(level: Level) -> &'static str {
+    if level.as_avx512().is_some() {
+        "avx512"
+    } else if level.as_avx2().is_some() {
+        "avx2"
+    } else if level.as_sse4_2().is_some() {
+        "sse4.2"
+    } else if level.as_sse2().is_some() {
+        "sse2"
+    } else {
+        "scalar"
+    }
+}
+
+#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+fn level_name_of(level: Level) -> &'static str {
+    if level.is_fallback() { "scalar" } else { "neon" }
+}
+
+/// Who does the chunks: the calling thread, or a pool of threads.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Executor {
+    #[cfg(feature = "rayon")]
+    pool: Option<Arc<rayon::ThreadPool>>,
+    #[cfg(not(feature = "rayon"))]
+    _pool: std::marker::PhantomData<Arc<()>>,
+}
+
+impl Executor {
+    /// The calling thread alone.
+    pub(crate) fn sequential() -> Self {
+        Self::default()
+    }
+
+    /// `threads` threads; 0 = one for each processor. Without the feature `rayon`, or where the system gives
+    /// no threads, the calling thread alone.
+    #[cfg(feature = "rayon")]
+    pub(crate) fn new(threads: usize) -> Self {
+        let threads =
+            if threads == 0 { std::thread::available_parallelism().map_or(1, |n| n.get()) } else { threads };
+        let pool = (threads > 1)
+            .then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok())
+            .flatten();
+        Self { pool: pool.map(Arc::new) }
+    }
+
+    #[cfg(not(feature = "rayon"))]
+    pub(crate) fn new(_threads: usize) -> Self {
+        Self::sequential()
+    }
+
+    /// Threads that work.
+    pub(crate) fn threads(&self) -> usize {
+        #[cfg(feature = "rayon")]
+        if let Some(pool) = &self.pool {
+            return pool.current_num_threads();
+        }
+        1
+    }
+
+    /// Runs `work` where its chunks can be shared out; once for many steps, since entering a pool has a price.
+    pub(crate) fn enter<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        #[cfg(feature = "rayon")]
+        if let Some(pool) = &self.pool {
+            return pool.install(work);
+        }
+        work()
+    }
+
+    /// `work(item)` for each item, in parallel.
+    pub(crate) fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Send + Sync) {
+        #[cfg(feature = "rayon")]
+        if self.pool.is_some() && items.len() > 1 {
+            use rayon::prelude::*;
+            return items.par_iter_mut().for_each(work);
+        }
+        items.iter_mut().for_each(work);
+    }
+
+    /// `work(k, group)` for each group of `size` items, the k-th group first of all.
+    pub(crate) fn groups<T: Send>(
+        &self,
+        items: &mut [T],
+        size: usize,
+        work: impl Fn(usize, &mut [T]) + Send + Sync,
+    ) {
+        #[cfg(feature = "rayon")]
+        if self.pool.is_some() && items.len() > size {
+            use rayon::prelude::*;
+            return items.par_chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+        }
+        items.chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+    }
+
+    /// `work(first, a, b)` for chunks of two arrays of equal length, `first` the index of a chunk's first items.
+    pub(crate) fn chunks<A: Send, B: Send>(
+        &self,
+        a: &mut [A],
+        b: &mut [B],
+        work: impl Fn(usize, &mut [A], &mut [B]) + Send + Sync,
+    ) {
+        debug_assert_eq!(a.len(), b.len());
+        #[cfg(feature = "rayon")]
+        if self.pool.is_some() && a.len() > CHUNK {
+            use rayon::prelude::*;
+            let chunks = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK));
+            return chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
+        }
+        let chunks = a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK));
+        chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
+    }
+
+    /// As [`Executor::chunks`], over three arrays.
+    pub(crate) fn chunks3<A: Send, B: Send, C: Send>(
+        &self,
+        (a, b, c): (&mut [A], &mut [B], &mut [C]),
+        work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Send + Sync,
+    ) {
+        debug_assert!(a.len() == b.len() && a.len() == c.len());
+        #[cfg(feature = "rayon")]
+        if self.pool.is_some() && a.len() > CHUNK {
+            use rayon::prelude::*;
+            let chunks = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK)).zip(c.par_chunks_mut(CHUNK));
+            return chunks.enumerate().for_each(|(k, ((a, b), c))| work(k * CHUNK, a, b, c));
+        }
+        let chunks = a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK)).zip(c.chunks_mut(CHUNK));
+        chunks.enumerate().for_each(|(k, ((a, b), c))| work(k * CHUNK, a, b, c));
+    }
+}

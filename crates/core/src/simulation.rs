@@ -1,0 +1,216 @@
+//! Bodies and time.
+
+use nalgebra::Vector3;
+
+use crate::body::{Body, World, in_range};
+use crate::dynamics::{Collider, Colliders, Interval};
+use crate::error::Error;
+use crate::parallel::Executor;
+
+/// Bodies that move through time, each by itself, among colliders. Contact between bodies is not simulated.
+///
+/// The result has the same bits for any number of threads.
+#[derive(Debug)]
+pub struct Simulation {
+    bodies: Vec<Body>,
+    gravity: Vector3<f64>,
+    dt: f64,
+    colliders: Option<Colliders>,
+    substeps: u64,
+    count: u64,
+    executor: Executor,
+}
+
+/// What a [`Simulation`] is built from.
+#[derive(Debug)]
+pub struct SimulationBuilder {
+    bodies: Vec<Body>,
+    gravity: [f64; 3],
+    dt: f64,
+    colliders: Vec<Collider>,
+    substeps: u64,
+    threads: usize,
+}
+
+impl Default for SimulationBuilder {
+    fn default() -> Self {
+        Self {
+            bodies: Vec::new(),
+            gravity: [0.0, -9.81, 0.0],
+            dt: 1.0 / 60.0,
+            colliders: Vec::new(),
+            substeps: 1,
+            threads: 0,
+        }
+    }
+}
+
+impl SimulationBuilder {
+    /// Adds a body.
+    #[must_use]
+    pub fn body(mut self, body: Body) -> Self {
+        self.bodies.push(body);
+        self
+    }
+
+    /// Gravity in scene units per second squared; default (0, -9.81, 0).
+    #[must_use]
+    pub fn gravity(mut self, gravity: [f64; 3]) -> Self {
+        self.gravity = gravity;
+        self
+    }
+
+    /// Length of a step in seconds, > 0; default 1/60.
+    #[must_use]
+    pub fn dt(mut self, dt: f64) -> Self {
+        self.dt = dt;
+        self
+    }
+
+    /// Adds a collider.
+    #[must_use]
+    pub fn collider(mut self, collider: Collider) -> Self {
+        self.colliders.push(collider);
+        self
+    }
+
+    /// Steps that make a frame, at least 1; default 1. Contacts of all steps since the last frame count in the
+    /// volume correction that is shown.
+    #[must_use]
+    pub fn substeps(mut self, substeps: u64) -> Self {
+        self.substeps = substeps;
+        self
+    }
+
+    /// Threads; 0, the default, takes one for each processor. Without the feature `rayon` there is one.
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// The simulation, at time zero.
+    ///
+    /// # Errors
+    ///
+    /// No body, a number out of its range, a collider that makes no sense.
+    pub fn build(self) -> Result<Simulation, Error> {
+        if self.bodies.is_empty() {
+            return Err(Error::NoBody);
+        }
+        let dt = in_range("dt", self.dt, self.dt > 0.0, "a time in seconds, > 0")?;
+        in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;
+        for g in self.gravity {
+            in_range("gravity", g, true, "finite")?;
+        }
+        let colliders = Colliders::new(&self.colliders)?;
+        Ok(Simulation {
+            bodies: self.bodies,
+            gravity: self.gravity.into(),
+            dt,
+            colliders,
+            substeps: self.substeps,
+            count: 0,
+            executor: Executor::new(self.threads),
+        })
+    }
+}
+
+impl Simulation {
+    /// A simulation of nothing yet.
+    pub fn builder() -> SimulationBuilder {
+        SimulationBuilder::default()
+    }
+
+    /// One step of length `dt`.
+    pub fn step(&mut self) {
+        self.steps(1);
+    }
+
+    /// `count` steps of length `dt`.
+    pub fn steps(&mut self, count: u64) {
+        let executor = self.executor.clone();
+        executor.enter(|| {
+            for _ in 0..count {
+                self.step_bodies(&executor);
+            }
+        });
+    }
+
+    fn step_bodies(&mut self, executor: &Executor) {
+        let world = World {
+            gravity: self.gravity,
+            interval: Interval::of_step(self.count, self.dt),
+            colliders: self.colliders.as_ref(),
+            opens_frame: self.count.is_multiple_of(self.substeps),
+        };
+        executor.each(&mut self.bodies, |body| body.step(&world, executor));
+        self.count += 1;
+    }
+
+    /// Length of a step in seconds.
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// Time in seconds: steps x dt, never a running sum.
+    pub fn time(&self) -> f64 {
+        self.count as f64 * self.dt
+    }
+
+    /// Steps so far.
+    pub fn step_count(&self) -> u64 {
+        self.count
+    }
+
+    /// Threads that work.
+    pub fn threads(&self) -> usize {
+        self.executor.threads()
+    }
+
+    /// Gravity in scene units per second squared.
+    pub fn gravity(&self) -> [f64; 3] {
+        self.gravity.into()
+    }
+
+    /// Sets gravity, from the next step on.
+    ///
+    /// # Errors
+    ///
+    /// A number that is not finite.
+    pub fn set_gravity(&mut self, gravity: [f64; 3]) -> Result<(), Error> {
+        for g in gravity {
+            in_range("gravity", g, true, "finite")?;
+        }
+        self.gravity = gravity.into();
+        Ok(())
+    }
+
+    /// The bodies, in the order in which they were added.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The bodies, to change.
+    pub fn bodies_mut(&mut self) -> &mut [Body] {
+        &mut self.bodies
+    }
+
+    /// One body.
+    ///
+    /// # Panics
+    ///
+    /// If there are not so many.
+    pub fn body(&self, index: usize) -> &Body {
+        &self.bodies[index]
+    }
+
+    /// One body, to change.
+    ///
+    /// # Panics
+    ///
+    /// If there are not so many.
+    pub fn body_mut(&mut self, index: usize) -> &mut Body {
+        &mut self.bodies[index]
+    }
+}

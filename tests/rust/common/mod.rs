@@ -1,0 +1,121 @@
+//! Shapes and measures that the tests share.
+#![allow(dead_code, unreachable_pub, reason = "each test program uses a part")]
+
+use nalgebra::{Point3, Rotation3, Vector3};
+use supple::{Body, Lattice};
+
+/// A generator of numbers that are the same in each run (Steele, Lea & Flood 2014: SplitMix64).
+pub struct Random(pub u64);
+
+impl Random {
+    /// Any 64 bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in [-1, 1).
+    pub fn signed(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
+    }
+
+    /// Each component uniform in [-1, 1).
+    pub fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.signed(), self.signed(), self.signed())
+    }
+
+    /// Any rotation.
+    pub fn rotation(&mut self) -> Rotation3<f64> {
+        Rotation3::new(self.vector() * 3.0)
+    }
+}
+
+/// A block of cells.
+pub fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
+    let [nx, ny, nz] = size;
+    (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
+}
+
+/// A lattice of cells of edge 1 whose vertex [0, 0, 0] lies in the origin; parts that float stay apart.
+pub fn lattice(cells: &[[i32; 3]]) -> Lattice {
+    Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap()
+}
+
+/// Shapes that are easy to get wrong, with their names.
+pub fn shapes() -> Vec<(&'static str, Lattice)> {
+    let u_shape: Vec<_> = block([9, 7, 2]).into_iter().filter(|c| c[1] < 2 || c[0] < 3 || c[0] > 3).collect();
+    let mut random = Random(7);
+    let mut sparse = |size: [i32; 3], share: f64| {
+        block(size).into_iter().filter(|_| random.unit() < share).collect::<Vec<_>>()
+    };
+    vec![
+        ("single cell", lattice(&block([1, 1, 1]))),
+        ("box", lattice(&block([6, 5, 7]))),
+        ("long box", lattice(&block([21, 4, 3]))),
+        ("rod in x", lattice(&block([40, 1, 1]))),
+        ("rod in y", lattice(&block([1, 40, 1]))),
+        ("rod in z", lattice(&block([1, 1, 40]))),
+        ("sheet", lattice(&block([1, 14, 17]))),
+        ("u", lattice(&u_shape)),
+        ("random cells", lattice(&sparse([9, 8, 7], 0.35))),
+        ("more random cells", lattice(&sparse([12, 10, 9], 0.6))),
+        ("random cells far from zero", {
+            let cells: Vec<_> =
+                sparse([10, 7, 6], 0.5).into_iter().map(|c| [c[0] - 1003, c[1] + 517, c[2] - 88]).collect();
+            lattice(&cells)
+        }),
+    ]
+}
+
+/// A body of a bare lattice with regions of half-width `half_width`, and otherwise as it comes.
+pub fn bare(lattice: &Lattice, half_width: usize) -> Body {
+    Body::from_lattice(lattice.clone()).half_width(half_width).build().unwrap()
+}
+
+/// The rest positions.
+pub fn rest(lattice: &Lattice) -> Vec<Vector3<f64>> {
+    (0..lattice.len() as u32).map(|v| lattice.rest_position(v).coords).collect()
+}
+
+/// The positions of a body as vectors.
+pub fn coordinates(points: &[Point3<f64>]) -> Vec<Vector3<f64>> {
+    points.iter().map(|p| p.coords).collect()
+}
+
+/// Vectors as points.
+pub fn points(vectors: &[Vector3<f64>]) -> Vec<Point3<f64>> {
+    vectors.iter().map(|&v| v.into()).collect()
+}
+
+/// The greatest difference of a coordinate.
+pub fn worst(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
+}
+
+/// How far positions of a lattice with cells of edge 1 may be from the reference, in cells: 1e-5, or 4 ulp of the
+/// largest coordinate that the body sees.
+pub fn tolerance(extent: f64) -> f64 {
+    let ulp = 2.0_f64.powi(extent.log2().floor() as i32 - 23);
+    (4.0 * ulp).max(1e-5)
+}
+
+/// The rigid motion (R, c, d) with x ≈ R (x0 - c) + d that fits best, by masses.
+pub fn rigid_fit(
+    masses: &[f64],
+    from: &[Vector3<f64>],
+    to: &[Vector3<f64>],
+) -> (Rotation3<f64>, Vector3<f64>, Vector3<f64>) {
+    let mass: f64 = masses.iter().sum();
+    let mean = |x: &[Vector3<f64>]| x.iter().zip(masses).map(|(x, m)| x * *m).sum::<Vector3<f64>>() / mass;
+    let (c, d) = (mean(from), mean(to));
+    let a = from.iter().zip(to).zip(masses).map(|((x0, x), m)| (x - d) * (x0 - c).transpose() * *m).sum();
+    (Rotation3::from_matrix_unchecked(supple::reference::rotation(&a)), c, d)
+}

@@ -1,0 +1,124 @@
+//! The fast matching against the naive reference.
+
+mod common;
+
+use common::{Random, bare, coordinates, points, rest, rigid_fit, shapes, tolerance, worst};
+use nalgebra::{Matrix3, Vector3};
+use supple::reference::{self, Regions};
+
+/// A smooth deformation, noise and a rigid motion of a shape.
+fn deformed(x: &[Vector3<f64>], random: &mut Random) -> Vec<Vector3<f64>> {
+    let turn = random.rotation();
+    let stretch = Matrix3::from_diagonal(&Vector3::new(1.3, 0.8, 1.1));
+    let middle = x.iter().sum::<Vector3<f64>>() / x.len() as f64;
+    x.iter().map(|x| turn * (stretch * (x - middle)) + random.vector() * 0.2).collect()
+}
+
+fn extent(x: &[Vector3<f64>]) -> f64 {
+    x.iter().map(|x| x.amax()).fold(1.0, f64::max)
+}
+
+#[test]
+fn goals_equal_the_reference() {
+    let mut random = Random(1);
+    for (name, lattice) in shapes() {
+        for half_width in 1..=5 {
+            let x = deformed(&rest(&lattice), &mut random);
+            let mut body = bare(&lattice, half_width);
+            body.set_positions(&points(&x)).unwrap();
+            let fast = coordinates(&body.goals());
+            let naive = reference::goals(&lattice, &x, half_width, Regions::Staircase);
+            let error = worst(&fast, &naive);
+            assert!(error <= tolerance(extent(&x)), "{name}, w = {half_width}: {error:e} cells");
+        }
+    }
+}
+
+#[test]
+fn wide_regions_equal_the_reference() {
+    let mut random = Random(2);
+    let lattice = common::lattice(&common::block([30, 5, 4]));
+    for half_width in [7, 8, 9, 16, 17, 31, 1000] {
+        let x = deformed(&rest(&lattice), &mut random);
+        let mut body = bare(&lattice, half_width);
+        body.set_positions(&points(&x)).unwrap();
+        let naive = reference::goals(&lattice, &x, half_width.min(31), Regions::Staircase);
+        let error = worst(&coordinates(&body.goals()), &naive);
+        assert!(error <= tolerance(extent(&x)), "w = {half_width}: {error:e} cells");
+    }
+}
+
+#[test]
+fn a_rigidly_moved_body_is_its_own_goal_also_far_away() {
+    let mut random = Random(3);
+    for (name, lattice) in shapes() {
+        for away in [0.0, 1e3, 1e6] {
+            let turn = random.rotation();
+            let shift = random.vector() * away;
+            let middle = rest(&lattice).iter().sum::<Vector3<f64>>() / lattice.len() as f64;
+            let x: Vec<_> = rest(&lattice).iter().map(|x| turn * (x - middle) + shift).collect();
+            let mut body = bare(&lattice, 2);
+            body.set_positions(&points(&x)).unwrap();
+            let local: Vec<_> = x.iter().map(|x| x - shift).collect();
+            let error = worst(&coordinates(&body.goals()), &x);
+            // The body's own origin is a multiple of its extent, so coordinates reach twice as far as its points.
+            assert!(error <= tolerance(2.0 * extent(&local)), "{name}, {away:e} cells away: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn goals_keep_both_momenta() {
+    let mut random = Random(4);
+    for (name, lattice) in shapes() {
+        let x = deformed(&rest(&lattice), &mut random);
+        let mut body = bare(&lattice, 2);
+        body.set_positions(&points(&x)).unwrap();
+        let goals = coordinates(&body.goals());
+        let masses = body.masses();
+        let mass: f64 = masses.iter().sum();
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        for ((x, g), m) in x.iter().zip(&goals).zip(&masses) {
+            force += (g - x) * *m / mass;
+            torque += x.cross(&(g - x)) * *m / mass;
+        }
+        assert!(force.amax() < 2e-6, "{name}: force {force:e}");
+        assert!(torque.amax() < 1e-5 * extent(&x), "{name}: torque {torque:e}");
+    }
+}
+
+#[test]
+fn positions_and_velocities_are_read_back_as_set() {
+    let lattice = common::lattice(&common::block([5, 4, 3]));
+    let mut random = Random(5);
+    let mut body = bare(&lattice, 1);
+    let x: Vec<_> =
+        rest(&lattice).iter().map(|x| x + random.vector() + Vector3::new(1e6, -2e5, 3.0)).collect();
+    let v: Vec<_> = x.iter().map(|_| random.vector()).collect();
+    body.set_velocities(&v).unwrap();
+    body.set_positions(&points(&x)).unwrap();
+    assert!(worst(&coordinates(&body.positions()), &x) < 1e-9);
+    assert!(worst(&body.velocities(), &v) < 1e-6);
+}
+
+#[test]
+fn wrong_arrays_are_refused_by_name() {
+    let lattice = common::lattice(&common::block([1, 1, 1]));
+    let mut body = bare(&lattice, 1);
+    let short = body.set_velocities(&[Vector3::zeros()]).unwrap_err().to_string();
+    assert_eq!(short, "velocities has 1 entries; the body has 8 lattice vertices");
+    let mut x = rest(&lattice);
+    x[3].y = f64::NAN;
+    let nan = body.set_positions(&points(&x)).unwrap_err().to_string();
+    assert!(nan.starts_with("positions[3] = [1.0, NaN, 0.0]"), "{nan}");
+    assert_eq!(worst(&coordinates(&body.positions()), &rest(&lattice)), 0.0);
+}
+
+#[test]
+fn the_fit_of_a_turned_body_is_its_turn() {
+    let lattice = common::lattice(&common::block([3, 4, 2]));
+    let turn = Random(6).rotation();
+    let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
+    let (fit, ..) = rigid_fit(&bare(&lattice, 1).masses(), &rest(&lattice), &x);
+    assert!((fit.matrix() - turn.matrix()).amax() < 1e-12);
+}
