@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use supple::dynamics::{Selection, Shape};
-use supple::scene::{
-    Damping, FormatName, MeasureData, Reach, ResolutionData, Scene, SceneError, Stiffness, Substeps, Up,
-};
+use supple::scene::{FormatName, MeasureData, ResolutionData, Scene, SceneError, Substeps, Up};
+use supple::{Damping, Reach, Stiffness};
 
 const FULL: &str = r#"
 [simulation]
@@ -89,14 +88,20 @@ fn every_key_is_read() {
 
     let body = &scene.bodies[0];
     assert_eq!((body.name.as_str(), body.object.as_deref()), ("bust", Some("Head")));
-    assert_eq!((body.scale, body.rotate, body.translate), (2.0, [0.0, 90.0, 0.0], [0.0, 1.0, 0.0]));
+    assert_eq!(
+        (body.scale, body.placement.rotate, body.placement.translate),
+        (2.0, [0.0, 90.0, 0.0], [0.0, 1.0, 0.0])
+    );
     assert_eq!((body.resolution, body.join), (ResolutionData::CellSize(0.1), false));
     assert_eq!(
-        (body.reach, body.stiffness, body.damping),
-        (Reach::StiffnessRadius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
+        (body.material.reach, body.material.stiffness, body.material.damping),
+        (Reach::Radius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
     );
     assert_eq!((body.volume.measure, body.volume.max_correction), (MeasureData::Mesh, 0.5));
-    assert_eq!((body.density, body.velocity, body.spin), (500.0, [1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
+    assert_eq!(
+        (body.material.density, body.placement.velocity, body.placement.spin),
+        (500.0, [1.0, 2.0, 3.0], [4.0, 5.0, 6.0])
+    );
     let pin = &body.pins[0];
     assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
     assert_eq!((pin.window.from, pin.window.until), (0.0, 2.0));
@@ -105,8 +110,14 @@ fn every_key_is_read() {
     assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
 
     let ball = &scene.bodies[1];
-    assert_eq!((ball.resolution, ball.reach), (ResolutionData::LatticeVertices(1000), Reach::HalfWidth(2)));
-    assert_eq!((ball.stiffness, ball.damping), (Stiffness::Alpha(1.0), Damping::Share(0.0)));
+    assert_eq!(
+        (ball.resolution, ball.material.reach),
+        (ResolutionData::LatticeVertices(1000), Reach::Cells(2))
+    );
+    assert_eq!(
+        (ball.material.stiffness, ball.material.damping),
+        (Stiffness::PerStep(1.0), Damping::PerStep(0.0))
+    );
     assert!(matches!(scene.colliders[2].shape, Shape::Capsule { radius: 0.25, .. }));
     assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
 }
@@ -143,7 +154,7 @@ fn values_out_of_range_name_the_range() {
         ("density = 0", "density", "above 0"),
         ("cell_size = 0.0", "cell_size", "above 0"),
         ("lattice_vertices = 7", "lattice_vertices", "from 8"),
-        ("half_width = 0", "half_width", "from 1 to 64"),
+        ("half_width = 0", "half_width", "whole number from 1"),
         ("half_width = 2.5", "half_width", "whole number"),
         ("stiffness_radius = 0", "stiffness_radius", "above 0"),
         ("rotate = [0, nan, 0]", "rotate.1", "finite"),
@@ -265,8 +276,11 @@ fn overrides_change_the_scene() {
     assert_eq!((scene.simulation.frames, scene.output.format), (60, FormatName::Pc2));
     assert_eq!(scene.output.directory, Path::new("else where"));
     // The override takes the place of `stiffness_radius`, which said the same.
-    assert_eq!(scene.bodies[0].reach, Reach::HalfWidth(3));
-    assert_eq!((scene.bodies[1].density, scene.bodies[1].translate), (10.0, [0.0, 5.0, 0.0]));
+    assert_eq!(scene.bodies[0].material.reach, Reach::Cells(3));
+    assert_eq!(
+        (scene.bodies[1].material.density, scene.bodies[1].placement.translate),
+        (10.0, [0.0, 5.0, 0.0])
+    );
     assert_eq!(scene.bodies[0].handles[0].keys[1].translate, [0.0, 2.0, 0.0]);
     assert_eq!(scene.colliders[1].friction, 0.0);
     assert_eq!(parse_with(SMALL, &["simulation.fps=25"]).unwrap().simulation.fps, 25.0);
@@ -279,7 +293,7 @@ fn wrong_overrides_say_so() {
         ("simulation.frame=3", "unknown key `simulation.frame`; the nearest known one is `frames`"),
         ("body.bsut.half_width=3", "nothing is called `bsut`; the nearest known name is `bust`"),
         ("body.7.half_width=3", "the list has 1"),
-        ("body.bust.half_width=0", "must be a whole number from 1 to 64"),
+        ("body.bust.half_width=0", "must be a whole number whole number from 1"),
         ("body.bust.stiffness=soft", "a number, not the text \"soft\""),
         ("body.bust.name.x=1", "has no keys"),
         ("body..x=1", "is called"),
@@ -320,7 +334,11 @@ fn every_shipped_scene_is_read() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
             let scene = Scene::read(&path).unwrap();
-            assert!(scene.bodies.iter().all(|body| scene.resolve(&body.mesh).is_file()), "{}", path.display());
+            assert!(
+                scene.bodies.iter().all(|body| scene.resolve(&body.mesh).is_file()),
+                "{}",
+                path.display()
+            );
             count += 1;
         }
     }

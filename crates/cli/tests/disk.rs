@@ -26,7 +26,9 @@ fn frames_on_a_full_disk_are_whole() {
             .current_dir(stage.path(""))
             .output();
         let ended = match ended {
-            Ok(output) if output.status.code() != Some(77) && stage.path("copy").is_dir() => Ended::of(output),
+            Ok(output) if output.status.code() != Some(77) && stage.path("copy").is_dir() => {
+                Ended::of(output)
+            }
             // File systems of its own are not permitted here: the other test does without.
             _ => return,
         };
@@ -40,11 +42,8 @@ fn a_file_that_may_not_grow_stops_the_run() {
     let stage = Stage::new();
     // Blocks of 512 bytes; without the signal, a write beyond them fails as on a full disk.
     let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" run scene.toml --frames 2000 --format pc2 --quiet";
-    let output = Command::new("sh")
-        .args(["-c", script, program()])
-        .current_dir(stage.path(""))
-        .output()
-        .unwrap();
+    let output =
+        Command::new("sh").args(["-c", script, program()]).current_dir(stage.path("")).output().unwrap();
     Ended::of(output).expect(1, &["cannot write", "block.pc2"]);
     assert!(!stage.path("out/block.pc2").exists());
 }

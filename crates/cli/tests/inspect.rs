@@ -9,7 +9,9 @@ fn text_and_json_say_what_would_run() {
     let stage = Stage::new();
     let text = stage.supple(&["inspect", "scene.toml"]);
     text.expect(0, &[]);
-    for words in ["block", "10 vertices", "7 faces", "closed", "lattice", "cells", "SIMD", "threads", "PC2", "on disk"] {
+    for words in
+        ["block", "10 vertices", "7 faces", "closed", "lattice", "cells", "SIMD", "threads", "PC2", "on disk"]
+    {
         assert!(text.out.contains(words), "{words}: {}", text.out);
     }
     let json = stage.supple(&["inspect", "scene.toml", "--json"]);

@@ -78,7 +78,7 @@ fn meshes() {
 
 #[test]
 fn a_lattice_that_does_not_fit_in_memory_names_one_that_does() {
-    refused(SCENE, &["--set", "body.block.cell_size=1e-5"], &["memory", "cell_size"]);
+    refused(SCENE, &["--set", "body.block.cell_size=1e-5"], &["memory", "cell size"]);
 }
 
 #[test]

@@ -31,7 +31,9 @@ fn a_finished_run_writes_nothing_and_a_longer_one_goes_on() {
         assert!(stage.frames("out") == stage.frames("whole"), "{format}");
         let rows = std::fs::read_to_string(stage.path("s.csv")).unwrap();
         let frames: Vec<&str> = rows.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
-        assert!(frames.iter().enumerate().all(|(index, frame)| frame.parse() == Ok(index)) && frames.len() == 13);
+        assert!(
+            frames.iter().enumerate().all(|(index, frame)| frame.parse() == Ok(index)) && frames.len() == 13
+        );
     }
 }
 
@@ -91,7 +93,9 @@ fn a_damaged_checkpoint_is_refused_with_a_message() {
     let whole = std::fs::read(&path).unwrap();
     let mut flipped = whole.clone();
     flipped[whole.len() / 2] ^= 1;
-    for bytes in [&[][..], &whole[..7], &whole[..whole.len() - 1], &flipped, b"not a checkpoint, but long enough"] {
+    for bytes in
+        [&[][..], &whole[..7], &whole[..whole.len() - 1], &flipped, b"not a checkpoint, but long enough"]
+    {
         std::fs::write(&path, bytes).unwrap();
         let ended = stage.supple(&["run", "scene.toml", "--frames", "6", "--resume"]);
         ended.expect(2, &["supple.checkpoint", "start again"]);
@@ -130,7 +134,8 @@ fn kill_at_random_moments() {
         assert!(stage.frames("out") == stage.frames("whole"), "{format}: {:?}", stage.frames("out").keys());
         let rows = |name: &str| {
             let text = std::fs::read_to_string(stage.path(name)).unwrap();
-            let mut rows: Vec<serde_json::Map<String, serde_json::Value>> = serde_json::from_str(&text).unwrap();
+            let mut rows: Vec<serde_json::Map<String, serde_json::Value>> =
+                serde_json::from_str(&text).unwrap();
             rows.iter_mut().for_each(|row| row.retain(|key, _| !key.starts_with("ms_")));
             rows
         };
@@ -171,7 +176,11 @@ fn ctrl_c_keeps_what_is_written() {
         let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
         let done = rows.len();
         let frames = stage.frames("out");
-        assert!(!frames.keys().any(|name| name.contains("part") || name.contains("tmp")), "{:?}", frames.keys());
+        assert!(
+            !frames.keys().any(|name| name.contains("part") || name.contains("tmp")),
+            "{:?}",
+            frames.keys()
+        );
         if format == "obj" {
             assert_eq!(frames.len(), done);
         }

@@ -47,7 +47,9 @@ fn options_choose_frames_numbers_and_formats() {
     assert!(third.keys().eq(&["block_0000.obj", "block_0003.obj", "block_0006.obj"]));
     assert!(third.iter().all(|(name, bytes)| all[name] == *bytes));
     let shot = run(&["--frames", "7", "--start-frame", "1001"], "shot");
-    assert!(shot.keys().eq((1001..=1008).map(|frame| format!("block_{frame}.obj")).collect::<Vec<_>>().iter()));
+    assert!(
+        shot.keys().eq((1001..=1008).map(|frame| format!("block_{frame}.obj")).collect::<Vec<_>>().iter())
+    );
     assert!(shot.values().eq(all.values()));
     let wide = run(&["--frames", "1", "--start-frame", "9999"], "wide");
     assert!(wide.keys().eq(&["block_09999.obj", "block_10000.obj"]));
@@ -130,7 +132,8 @@ fn a_model_alone_is_dropped() {
     let frames = stage.frames("fall");
     let lowest = |name: &str| {
         let text = String::from_utf8(frames[name].clone()).unwrap();
-        let heights = text.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(1)?.parse().ok());
+        let heights =
+            text.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(1)?.parse().ok());
         heights.fold(f64::INFINITY, f64::min)
     };
     assert_eq!(lowest("block_0000.obj"), 0.0);
@@ -148,8 +151,18 @@ fn a_batch_goes_on_after_a_failure() {
     let stage = Stage::new();
     stage.write("bad.toml", SCENE.replace("half_width", "half_widht"));
     stage.write("last.toml", SCENE);
-    let ended =
-        stage.supple(&["run", "scene.toml", "bad.toml", "last.toml", "--frames", "2", "-o", "all", "--stats", "s.csv"]);
+    let ended = stage.supple(&[
+        "run",
+        "scene.toml",
+        "bad.toml",
+        "last.toml",
+        "--frames",
+        "2",
+        "-o",
+        "all",
+        "--stats",
+        "s.csv",
+    ]);
     ended.expect(1, &["bad", "half_width"]);
     assert_eq!(stage.frames("all/scene").len(), 3);
     assert_eq!(stage.frames("all/last").len(), 3);

@@ -18,8 +18,9 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::body::Stiffness;
 use crate::dynamics::{Collider, Key, Shape};
-use crate::scene::{BodyData, Scene, Stiffness};
+use crate::scene::{BodyData, Scene};
 
 /// The most steps of a frame that are chosen by themselves.
 const MOST: f64 = 1000.0;
@@ -42,9 +43,9 @@ pub fn substeps(scene: &Scene, placed: &[Placed]) -> u32 {
     let fps = scene.simulation.fps;
     let collider_speed = scene.colliders.iter().map(collider_speed).fold(0.0, f64::max);
     let wanted = scene.bodies.iter().zip(placed).map(|(body, placed)| {
-        let frequency = match body.stiffness {
+        let frequency = match body.material.stiffness {
             Stiffness::Frequency(frequency) => frequency,
-            Stiffness::Alpha(_) => 0.0,
+            Stiffness::PerStep(_) => 0.0,
         };
         let speed = collider_speed + fall_speed(scene, body, placed).max(handle_speed(body, placed));
         (STEPS_PER_PERIOD * frequency / fps).max(speed / (fps * placed.cell_size))
@@ -60,7 +61,8 @@ fn radius(placed: &Placed) -> f64 {
 }
 
 fn fall_speed(scene: &Scene, body: &BodyData, placed: &Placed) -> f64 {
-    let start = Vector3::from(body.velocity).norm() + Vector3::from(body.spin).norm() * radius(placed);
+    let start = Vector3::from(body.placement.velocity).norm()
+        + Vector3::from(body.placement.spin).norm() * radius(placed);
     let gravity = Vector3::from(scene.simulation.gravity);
     let g = gravity.norm();
     if g == 0.0 {

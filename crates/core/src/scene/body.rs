@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::data::{BodyData, Damping, MeasureData, Reach, ResolutionData, Stiffness, VolumeData};
+use super::data::{BodyData, MeasureData, ResolutionData, VolumeData};
 use super::error::SceneError;
 use super::fields::{Field, Fields};
 use super::motion;
 use super::range::Range;
+use crate::body::{Damping, Material, Placement, Reach, Stiffness};
 
 const KEYS: [&str; 21] = [
     "name",
@@ -32,8 +33,8 @@ const KEYS: [&str; 21] = [
     "handle",
 ];
 
-/// The widest region, in cells: beyond it a region spans any lattice that a user waits for.
-const MAX_HALF_WIDTH: u32 = 64;
+/// The widest region, in cells: wider than any lattice.
+const MAX_HALF_WIDTH: u32 = 1_000_000;
 /// The most lattice vertices that may be asked for: their indices fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
 const NAME_RANGE: &str = "made of letters, digits, `-`, `_` and `.` only, because files are named after it";
@@ -52,17 +53,11 @@ impl BodyData {
             mesh: mesh.into(),
             object: None,
             scale: 1.0,
-            rotate: [0.0; 3],
-            translate: [0.0; 3],
+            placement: Placement::default(),
             resolution: ResolutionData::LatticeVertices(1000),
             join: true,
-            reach: Reach::HalfWidth(2),
-            stiffness: Stiffness::Alpha(1.0),
-            damping: Damping::Share(0.0),
-            density: 1000.0,
+            material: Material::default(),
             volume: VolumeData::default(),
-            velocity: [0.0; 3],
-            spin: [0.0; 3],
             pins: Vec::new(),
             handles: Vec::new(),
         }
@@ -101,44 +96,55 @@ pub(super) fn read(field: &Field<'_>) -> Result<BodyData, SceneError> {
     let mut body = BodyData::new(name, path);
     body.object = fields.get("object").map(|field| field.text().map(str::to_owned)).transpose()?;
     body.scale = fields.read_or("scale", body.scale, |field| field.number(Range::Positive))?;
-    body.rotate = fields.read_or("rotate", body.rotate, Field::vector)?;
-    body.translate = fields.read_or("translate", body.translate, Field::vector)?;
+    body.placement = read_placement(&fields)?;
+    if let Some(resolution) = read_resolution(&fields)? {
+        body.resolution = resolution;
+    }
     body.join = fields.read_or("join", body.join, Field::boolean)?;
-    body.density = fields.read_or("density", body.density, |field| field.number(Range::Positive))?;
     body.volume = fields.read_or("volume", body.volume, read_volume)?;
-    body.velocity = fields.read_or("velocity", body.velocity, Field::vector)?;
-    body.spin = fields.read_or("spin", body.spin, Field::vector)?;
-    read_material(&fields, &mut body)?;
+    body.material = read_material(&fields)?;
     body.pins = fields.tables("pin")?.iter().map(motion::read_pin).collect::<Result<_, _>>()?;
     body.handles = fields.tables("handle")?.iter().map(motion::read_handle).collect::<Result<_, _>>()?;
     Ok(body)
 }
 
-/// The keys that come in pairs, of which one may be given.
-fn read_material(fields: &Fields<'_>, body: &mut BodyData) -> Result<(), SceneError> {
-    match fields.one_of(&["lattice_vertices", "cell_size"])? {
-        Some((0, field)) => {
-            body.resolution = ResolutionData::LatticeVertices(field.count(8, MAX_VERTICES)? as usize);
-        }
-        Some((_, field)) => body.resolution = ResolutionData::CellSize(field.number(Range::Positive)?),
-        None => {}
-    }
+fn read_placement(fields: &Fields<'_>) -> Result<Placement, SceneError> {
+    let vector = |key| fields.read_or(key, [0.0; 3], Field::vector);
+    Ok(Placement {
+        rotate: vector("rotate")?,
+        translate: vector("translate")?,
+        velocity: vector("velocity")?,
+        spin: vector("spin")?,
+    })
+}
+
+fn read_resolution(fields: &Fields<'_>) -> Result<Option<ResolutionData>, SceneError> {
+    Ok(match fields.one_of(&["lattice_vertices", "cell_size"])? {
+        Some((0, field)) => Some(ResolutionData::LatticeVertices(field.count(8, MAX_VERTICES)? as usize)),
+        Some((_, field)) => Some(ResolutionData::CellSize(field.number(Range::Positive)?)),
+        None => None,
+    })
+}
+
+fn read_material(fields: &Fields<'_>) -> Result<Material, SceneError> {
+    let mut material = Material::default();
     match fields.one_of(&["half_width", "stiffness_radius"])? {
-        Some((0, field)) => body.reach = Reach::HalfWidth(field.count(1, MAX_HALF_WIDTH)? as usize),
-        Some((_, field)) => body.reach = Reach::StiffnessRadius(field.number(Range::Positive)?),
+        Some((0, field)) => material.reach = Reach::Cells(field.count(1, MAX_HALF_WIDTH)? as usize),
+        Some((_, field)) => material.reach = Reach::Radius(field.number(Range::Positive)?),
         None => {}
     }
     match fields.one_of(&["stiffness", "frequency"])? {
-        Some((0, field)) => body.stiffness = Stiffness::Alpha(field.number(Range::Share)?),
-        Some((_, field)) => body.stiffness = Stiffness::Frequency(field.number(Range::Positive)?),
+        Some((0, field)) => material.stiffness = Stiffness::PerStep(field.number(Range::Share)?),
+        Some((_, field)) => material.stiffness = Stiffness::Frequency(field.number(Range::Positive)?),
         None => {}
     }
     match fields.one_of(&["damping", "damping_rate"])? {
-        Some((0, field)) => body.damping = Damping::Share(field.number(Range::Unit)?),
-        Some((_, field)) => body.damping = Damping::Rate(field.number(Range::NotNegative)?),
+        Some((0, field)) => material.damping = Damping::PerStep(field.number(Range::Unit)?),
+        Some((_, field)) => material.damping = Damping::Rate(field.number(Range::NotNegative)?),
         None => {}
     }
-    Ok(())
+    material.density = fields.read_or("density", material.density, |field| field.number(Range::Positive))?;
+    Ok(material)
 }
 
 /// The name of a body for messages, if it has a usable one.

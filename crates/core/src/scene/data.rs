@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::body::{Material, Placement};
 use crate::dynamics::{Collider, Handle, Pin};
 
 /// A scene: what is simulated, and how its frames are written.
@@ -76,28 +77,16 @@ pub struct BodyData {
     pub object: Option<String>,
     /// Factor on the mesh, applied first; above 0, default 1.
     pub scale: f64,
-    /// Degrees about the fixed axes x, then y, then z, applied second; default 0.
-    pub rotate: [f64; 3],
-    /// Length, applied last; default 0.
-    pub translate: [f64; 3],
+    /// `rotate`, then `translate`, applied after the scale; `velocity` and `spin` at the start.
+    pub placement: Placement,
     /// How fine the lattice is; default 1,000 lattice vertices.
     pub resolution: ResolutionData,
     /// Whether parts that float apart are bridged to the largest; default true.
     pub join: bool,
-    /// How far a region reaches; default 2 cells.
-    pub reach: Reach,
-    /// How strongly goals pull; default alpha = 1 per step.
-    pub stiffness: Stiffness,
-    /// How much relative motion within a region dies away; default 0.
-    pub damping: Damping,
-    /// kg per cubic length, above 0; default 1000.
-    pub density: f64,
+    /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `damping` or `damping_rate`, `density`.
+    pub material: Material,
     /// How the volume is kept; default automatic.
     pub volume: VolumeData,
-    /// Velocity at the start, length/s; default 0.
-    pub velocity: [f64; 3],
-    /// Angular velocity at the start, rad/s about the centre of mass; default 0.
-    pub spin: [f64; 3],
     /// `[[body.pin]]`, in the order of the file.
     pub pins: Vec<Pin>,
     /// `[[body.handle]]`, in the order of the file.
@@ -111,33 +100,6 @@ pub enum ResolutionData {
     LatticeVertices(usize),
     /// `cell_size`: a length in the model's frame after `scale`; above 0.
     CellSize(f64),
-}
-
-/// How far the region of a lattice vertex reaches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reach {
-    /// `half_width`: linked steps along each axis; at least 1.
-    HalfWidth(usize),
-    /// `stiffness_radius`: a length, whatever the resolution; above 0.
-    StiffnessRadius(f64),
-}
-
-/// How strongly goal positions pull.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stiffness {
-    /// `stiffness`: alpha per step, in (0, 1].
-    Alpha(f64),
-    /// `frequency`: of the free oscillation about a goal, Hz, above 0.
-    Frequency(f64),
-}
-
-/// How much the motion within a region is damped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Damping {
-    /// `damping`: share per step, in [0, 1].
-    Share(f64),
-    /// `damping_rate`: 1/s, at least 0.
-    Rate(f64),
 }
 
 /// `volume`: how the shown volume is kept.

@@ -20,8 +20,8 @@ mod read;
 mod write;
 
 pub use data::{
-    BodyData, Damping, FormatName, MeasureData, OutputData, Reach, ResolutionData, Scene, SimulationData,
-    Stiffness, Substeps, VolumeData,
+    BodyData, FormatName, MeasureData, OutputData, ResolutionData, Scene, SimulationData, Substeps,
+    VolumeData,
 };
 pub use error::{Place, SceneError};
 pub use model::Up;

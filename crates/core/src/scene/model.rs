@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::body::name_from;
-use super::data::{BodyData, Damping, OutputData, Scene, SimulationData};
+use super::data::{BodyData, OutputData, Scene, SimulationData};
+use crate::body::Damping;
 use crate::dynamics::{Collider, Shape};
 
 /// Which axis of a model points up.
@@ -45,7 +46,7 @@ impl Scene {
         point[axis] = rounded(low[axis] - GAP * height, height);
 
         let mut body = BodyData::new(name_from(path), path);
-        body.damping = Damping::Share(0.1);
+        body.material.damping = Damping::PerStep(0.1);
         Self {
             base: Default::default(),
             simulation: SimulationData { frames: 90, gravity, ..Default::default() },

@@ -3,7 +3,8 @@
 use std::fmt::{Display, Write};
 use std::path::Path;
 
-use super::data::{BodyData, Damping, Reach, ResolutionData, Scene, Stiffness, Substeps};
+use super::data::{BodyData, ResolutionData, Scene, Substeps};
+use crate::body::{Damping, Reach, Stiffness};
 use crate::dynamics::{Key, Selection, Shape, Window};
 
 impl Scene {
@@ -64,30 +65,30 @@ impl Writer {
             self.key("object", text(object));
         }
         self.key("scale", number(body.scale));
-        self.key("rotate", vector(body.rotate));
-        self.key("translate", vector(body.translate));
+        self.key("rotate", vector(body.placement.rotate));
+        self.key("translate", vector(body.placement.translate));
         match body.resolution {
             ResolutionData::LatticeVertices(count) => self.key("lattice_vertices", count),
             ResolutionData::CellSize(size) => self.key("cell_size", number(size)),
         }
         self.key("join", body.join);
-        match body.reach {
-            Reach::HalfWidth(cells) => self.key("half_width", cells),
-            Reach::StiffnessRadius(length) => self.key("stiffness_radius", number(length)),
+        match body.material.reach {
+            Reach::Cells(cells) => self.key("half_width", cells),
+            Reach::Radius(length) => self.key("stiffness_radius", number(length)),
         }
-        match body.stiffness {
-            Stiffness::Alpha(alpha) => self.key("stiffness", number(alpha)),
+        match body.material.stiffness {
+            Stiffness::PerStep(alpha) => self.key("stiffness", number(alpha)),
             Stiffness::Frequency(frequency) => self.key("frequency", number(frequency)),
         }
-        match body.damping {
-            Damping::Share(share) => self.key("damping", number(share)),
+        match body.material.damping {
+            Damping::PerStep(share) => self.key("damping", number(share)),
             Damping::Rate(rate) => self.key("damping_rate", number(rate)),
         }
-        self.key("density", number(body.density));
+        self.key("density", number(body.material.density));
         let (measure, cap) = (text(body.volume.measure.name()), number(body.volume.max_correction));
         self.key("volume", format_args!("{{ measure = {measure}, max_correction = {cap} }}"));
-        self.key("velocity", vector(body.velocity));
-        self.key("spin", vector(body.spin));
+        self.key("velocity", vector(body.placement.velocity));
+        self.key("spin", vector(body.placement.spin));
         for pin in &body.pins {
             self.header("[[body.pin]]");
             self.held(&pin.selection, pin.window);
