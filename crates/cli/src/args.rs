@@ -1,6 +1,7 @@
 //! The arguments, as users type them.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use supple::scene;
@@ -52,6 +53,9 @@ pub(crate) struct RunArgs {
     /// Go on where an earlier run ended; without it an existing sequence is replaced
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Seconds between checkpoints, from which --resume goes on
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    pub(crate) checkpoint: Duration,
     /// No progress; errors and the last line are still printed
     #[arg(short, long)]
     pub(crate) quiet: bool,
@@ -123,4 +127,9 @@ impl From<Up> for scene::Up {
             Up::Z => Self::Z,
         }
     }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().map_err(|_| "must be a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| "must be at least 0 seconds".to_owned())
 }

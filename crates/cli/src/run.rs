@@ -48,6 +48,7 @@ pub(crate) fn run_one(
     job.start_frame = args.start_frame;
     job.resume = args.resume;
     job.stats = stats;
+    job.checkpoint_interval = args.checkpoint;
     let mut watch = Watch::new(&input::stem(input), args.quiet);
     let result = job.run(&mut watch);
     watch.finish();
@@ -102,7 +103,7 @@ fn print_scenes(args: &RunArgs) -> Exit {
             Ok(scene) => say::out(scene.to_toml().trim_end()),
             Err(error) => {
                 say::error(&error);
-                return failure(&error);
+                return Exit::Input;
             }
         }
     }

@@ -21,7 +21,7 @@ pub use body::{ArrayError, Body, BodyBuilder, Damping, Material, Placement, Rang
 pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
 pub use error::Error;
 pub use lanes::Lanes;
-pub use lattice::{Components, FloatingPart, Lattice, LatticeError, LatticeReport};
+pub use lattice::{Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution};
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;

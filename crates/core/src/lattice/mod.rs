@@ -1,22 +1,40 @@
 //! The lattice: cells along the axes that cover a shape, and their corners.
 
 mod assemble;
+mod bitmap;
+mod candidate;
 mod components;
 mod corners;
 mod disjoint;
+mod embedding;
 mod error;
+mod flood;
+mod grid;
 mod join;
+mod locate;
 mod memory;
+mod options;
+mod overlap;
 mod report;
+mod resolution;
 mod run_tree;
 mod runs;
+mod surface;
+mod trace;
+mod trilinear;
+mod voxelise;
 
 use nalgebra::Point3;
 
+use crate::mesh::{Component, Mesh};
+use candidate::Request;
 pub use components::Components;
+pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
+pub use options::{LatticeOptions, Resolution};
 pub use report::{FloatingPart, LatticeReport};
 use runs::Runs;
+use surface::Surface;
 
 /// Highest magnitude of a grid index, so that differences of two are 32-bit numbers too.
 const HIGHEST_INDEX: i32 = 1 << 30;
@@ -54,6 +72,41 @@ pub struct Lattice {
 }
 
 impl Lattice {
+    /// The lattice of a surface mesh: the cells that the surface passes through and those that it encloses.
+    ///
+    /// The bounding box is centred on the grid. A cell that the surface merely touches is not occupied; a face that lies in a grid plane
+    /// belongs to the cell on its inner side, so that a cube of n cells gives n^3, and a flat sheet one layer. A cell is enclosed
+    /// iff no way leads to it from outside: an open mesh gives a layer of cells along the surface, where its openings are wider than
+    /// a cell. That is told in the [report](Self::report).
+    ///
+    /// # Errors
+    ///
+    /// A cell size that is not positive and finite, fewer than 8 wished vertices, or more memory than allowed, with a cell size that
+    /// would fit.
+    pub fn from_mesh(mesh: &Mesh, options: &LatticeOptions) -> Result<Self, LatticeError> {
+        let topology = mesh.topology();
+        let surface = Surface {
+            vertices: mesh.vertices(),
+            triangles: mesh.triangles(),
+            bounds: mesh.bounds(),
+            closed: topology.boundary_edges == 0,
+            components: first_corners(mesh),
+        };
+        Self::from_surface(&surface, options)
+    }
+
+    fn from_surface(surface: &Surface<'_>, options: &LatticeOptions) -> Result<Self, LatticeError> {
+        let request = Request { surface, join: options.join, limit: memory::limit(options.memory_limit) };
+        let candidate = match options.resolution {
+            Resolution::CellSize(cell_size) => {
+                check_cell_size(cell_size)?;
+                request.candidate(cell_size)
+            }
+            Resolution::Vertices(wished) => resolution::search(&request, wished),
+        };
+        candidate.and_then(|candidate| candidate.build(&request)).map_err(|error| request.with_way_out(error))
+    }
+
     /// The lattice of the given cells, with their indices kept.
     ///
     /// * `cells`: grid indices `[x, y, z]` of the occupied cells, in any order; repeated ones count once. Each index lies between
@@ -219,6 +272,12 @@ impl Lattice {
             + self.cell_runs.bytes()
             + size_of::<Self>()
     }
+}
+
+/// A vertex of each component of a mesh.
+fn first_corners(mesh: &Mesh) -> Vec<u32> {
+    let first = |component: &Component| mesh.faces().nth(component.first_face).and_then(|face| face.first().copied());
+    mesh.topology().components.iter().filter_map(first).collect()
 }
 
 /// Refuses a cell size that is no positive, finite length.

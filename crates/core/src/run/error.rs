@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::mesh::MeshError;
 use crate::scene::SceneError;
 
 /// What can stop a job.
@@ -19,6 +20,20 @@ pub enum RunError {
         /// Why not.
         source: io::Error,
     },
+    /// A mesh is not usable.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A body cannot be built.
+    #[error("body `{body}`: {source}")]
+    Body {
+        /// Its name.
+        body: String,
+        /// Why not.
+        source: crate::Error,
+    },
+    /// The simulation cannot be built.
+    #[error(transparent)]
+    Simulation(crate::Error),
     /// An option of the job is out of range.
     #[error("`{option}` is {value}; it must be {range}")]
     Option {

@@ -60,12 +60,17 @@ pub(super) fn existing(
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let entry = entry.map_err(failed)?;
         let name = entry.file_name();
-        if name.to_str().is_some_and(|name| bodies.iter().any(|body| belongs(name, body, format))) {
+        if name.to_str().is_some_and(|name| belongs_to_any(name, bodies, format)) {
             found.push(entry.path());
         }
     }
     found.sort();
     Ok(found)
+}
+
+/// Whether a file belongs to the sequence of one of these bodies.
+pub(super) fn belongs_to_any(file: &str, bodies: &[String], format: FormatName) -> bool {
+    bodies.iter().any(|body| belongs(file, body, format))
 }
 
 /// Whether a file is a frame, or the cache, of a body.

@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::mesh::MeshError;
+
 /// Where a value was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -38,6 +40,15 @@ pub enum SceneError {
         /// Why not.
         source: std::io::Error,
     },
+    /// Neither a scene nor a model.
+    #[error("{}: is neither a scene (.toml) nor a model (.obj)", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A model alone cannot be read.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// The text is not TOML.
     #[error("{place}: {message}")]
     Syntax {

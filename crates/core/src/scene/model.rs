@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::body::name_from;
+use super::error::SceneError;
 use super::data::{BodyData, OutputData, Scene, SimulationData};
 use crate::body::Damping;
 use crate::dynamics::{Collider, Shape};
@@ -23,6 +24,27 @@ const GAP: f64 = 0.1;
 const FALL: f64 = 0.5;
 
 impl Scene {
+    /// Opens an input: a scene file (`.toml`), or a model (`.obj`) as the scene that it means alone. Both are
+    /// changed by overrides, as in [`Scene::read_with`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::read_with`]; a model that cannot be read; a file that is neither.
+    pub fn open(path: impl AsRef<Path>, up: Up, overrides: &[String]) -> Result<Self, SceneError> {
+        let path = path.as_ref();
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        match extension.to_ascii_lowercase().as_str() {
+            "toml" => Self::read_with(path, overrides),
+            "obj" => {
+                let (low, high) = crate::obj::read(path)?.bounds();
+                let scene = Self::of_model(path, low.into(), high.into(), up);
+                let name = format!("scene of {}", path.display());
+                Self::parse(&scene.to_toml(), &name, &scene.base, overrides)
+            }
+            _ => Err(SceneError::Kind { path: path.to_owned() }),
+        }
+    }
+
     /// The scene of a model alone, whose bounds are `low` and `high` in the unit of the file: it is
     /// dropped on a ground a tenth of its height below it, under a gravity that makes it fall its own
     /// height in half a second (g = 2 h / t^2), and its volume is kept.

@@ -85,6 +85,11 @@ impl Scene {
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.base.join(path)
     }
+
+    /// Where the frames go by `output.directory`.
+    pub fn output_folder(&self) -> PathBuf {
+        self.resolve(&self.output.directory)
+    }
 }
 
 fn read_simulation(field: Option<Field<'_>>) -> Result<SimulationData, SceneError> {

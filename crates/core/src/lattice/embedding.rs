@@ -1,0 +1,160 @@
+//! Points embedded in the cells of a lattice, which carry them along.
+
+use std::ops::Range;
+
+use nalgebra::Point3;
+
+use super::Lattice;
+use super::locate::{locate, nearest};
+use super::run_tree::RunTree;
+use super::trilinear;
+
+/// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
+///
+/// A point belongs to an occupied cell that holds it, boundary included. A point that no occupied cell holds, such as a vertex of a mesh
+/// that no face uses, belongs to the nearest one, whose motion it follows from outside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Embedding {
+    /// Coordinates within the cell of each point.
+    local: Vec<[f32; 3]>,
+    /// Group of each point.
+    group: Vec<u32>,
+    /// The points, sorted by cell.
+    order: Vec<u32>,
+    /// The cells that hold points, in order.
+    groups: Vec<Group>,
+}
+
+/// A cell that holds points.
+#[derive(Clone, Debug, PartialEq)]
+struct Group {
+    cell: u32,
+    corners: [u32; 8],
+    /// First of its points in the order.
+    start: u32,
+}
+
+/// The points of one cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellPoints<'a> {
+    /// Number of the cell.
+    pub cell: u32,
+    /// The lattice vertices at its corners, in their order.
+    pub corners: &'a [u32; 8],
+    /// Numbers of the points, rising; at least one.
+    pub points: &'a [u32],
+}
+
+impl Embedding {
+    /// Embeds points given in the model frame, at rest.
+    ///
+    /// A point with a coordinate that is not finite belongs to some cell, and its coordinates there are not finite either.
+    pub fn new(lattice: &Lattice, points: &[Point3<f64>]) -> Self {
+        let cells = &lattice.cell_runs;
+        let mut tree = None;
+        let mut cell_of = Vec::with_capacity(points.len());
+        let mut local = Vec::with_capacity(points.len());
+        for point in points {
+            let place: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
+            let held = locate(cells, place);
+            let cell = held.unwrap_or_else(|| nearest(cells, tree.get_or_insert_with(|| RunTree::new(cells)), place));
+            let corner = lattice.cells[cell as usize];
+            let offset: [f64; 3] = std::array::from_fn(|a| place[a] - f64::from(corner[a]));
+            local.push(offset.map(|x| if held.is_some() { x.clamp(0.0, 1.0) } else { x } as f32));
+            cell_of.push(cell);
+        }
+        Self::grouped(lattice, &cell_of, local)
+    }
+
+    fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
+        let mut order: Vec<u32> = (0..cell_of.len() as u32).collect();
+        order.sort_by_key(|&point| cell_of[point as usize]);
+        let mut group = vec![0; cell_of.len()];
+        let mut groups: Vec<Group> = Vec::new();
+        for (start, &point) in order.iter().enumerate() {
+            let cell = cell_of[point as usize];
+            if groups.last().is_none_or(|last| last.cell != cell) {
+                groups.push(Group { cell, corners: lattice.cell_corners(cell), start: start as u32 });
+            }
+            group[point as usize] = groups.len() as u32 - 1;
+        }
+        Self { local, group, order, groups }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.local.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.local.is_empty()
+    }
+
+    /// The cell of a point.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such point, as all that take one.
+    pub fn cell(&self, point: usize) -> u32 {
+        self.group_of(point).cell
+    }
+
+    /// Where a point lies in its cell, in cells from corner 0: between 0 and 1, or outside for a point that no occupied cell holds.
+    pub fn local(&self, point: usize) -> [f32; 3] {
+        self.local[point]
+    }
+
+    /// The lattice vertices at the corners of a point's cell.
+    pub fn corners(&self, point: usize) -> [u32; 8] {
+        self.group_of(point).corners
+    }
+
+    /// The weights of the eight corners of a point's cell; their sum is 1. Trilinear within the cell, continued linearly outside, so
+    /// that a point far away is not thrown about by the third power of its distance.
+    pub fn weights(&self, point: usize) -> [f32; 8] {
+        trilinear::weights(self.local[point])
+    }
+
+    fn group_of(&self, point: usize) -> &Group {
+        &self.groups[self.group[point] as usize]
+    }
+
+    /// The cells that hold points, in the order of the cells, each with its points.
+    pub fn by_cell(&self) -> impl ExactSizeIterator<Item = CellPoints<'_>> {
+        (0..self.groups.len()).map(|group| {
+            let Group { cell, corners, .. } = &self.groups[group];
+            CellPoints { cell: *cell, corners, points: &self.order[self.range(group)] }
+        })
+    }
+
+    /// The points of a group in the order.
+    fn range(&self, group: usize) -> Range<usize> {
+        let end = self.groups.get(group + 1).map_or(self.order.len(), |next| next.start as usize);
+        self.groups[group].start as usize..end
+    }
+
+    /// Where the points are, given where the lattice vertices are, in any frame and unit.
+    ///
+    /// * `vertices`: one per lattice vertex, in vertex order, shape `(n, 3)`.
+    /// * `points`: one per embedded point, written to, shape `(k, 3)`.
+    ///
+    /// # Panics
+    ///
+    /// If `vertices` is shorter than the lattice's, or `points` has another length than the embedding.
+    pub fn interpolate(&self, vertices: &[[f32; 3]], points: &mut [[f32; 3]]) {
+        assert_eq!(points.len(), self.len(), "one output per embedded point");
+        for CellPoints { corners, points: inside, .. } in self.by_cell() {
+            let map = trilinear::CellMap::new(corners.map(|corner| vertices[corner as usize]));
+            for &point in inside {
+                points[point as usize] = map.at(self.local[point as usize]);
+            }
+        }
+    }
+
+    /// Bytes of memory that the embedding takes.
+    pub fn memory(&self) -> usize {
+        let point = size_of::<[f32; 3]>() + 2 * size_of::<u32>();
+        self.len() * point + self.groups.len() * size_of::<Group>() + size_of::<Self>()
+    }
+}

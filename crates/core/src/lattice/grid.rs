@@ -1,0 +1,63 @@
+//! The grid of cells around a surface.
+
+use nalgebra::Point3;
+
+/// What counts as lying in a grid plane, and as merely touching a cell, as a fraction of a cell: far above rounding, also that of
+/// coordinates written with six digits, and far below what can be seen.
+pub(crate) const TOLERANCE: f64 = 1e-6;
+
+/// Highest tolerance, for meshes so far from their origin that their coordinates are rounded more coarsely than [`TOLERANCE`].
+const HIGHEST_TOLERANCE: f64 = 1e-3;
+
+/// Cells along each axis around a bounding box, which is centred on them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Grid {
+    pub(crate) cell_size: f64,
+    /// Number of cells along each axis, at least 1.
+    pub(crate) size: [usize; 3],
+    centre: Point3<f64>,
+    tolerance: f64,
+}
+
+impl Grid {
+    /// The smallest grid around a box; none where it has more cells along an axis than can be numbered.
+    pub(crate) fn new((low, high): (Point3<f64>, Point3<f64>), cell_size: f64) -> Option<Self> {
+        let counts = Self::counts(&(low, high), cell_size);
+        if counts.iter().any(|&n| n > f64::from(super::HIGHEST_INDEX)) {
+            return None;
+        }
+        Some(Self {
+            cell_size,
+            size: counts.map(|n| n as usize),
+            centre: nalgebra::center(&low, &high),
+            tolerance: Self::tolerance(&(low, high), cell_size),
+        })
+    }
+
+    /// Number of cells along each axis, as it would be; infinite where it overflows.
+    pub(crate) fn counts((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> [f64; 3] {
+        let tolerance = Self::tolerance(&(*low, *high), cell_size);
+        std::array::from_fn(|a| ((high[a] - low[a]) / cell_size - tolerance).ceil().max(1.0))
+    }
+
+    /// What counts as lying in a grid plane, in cells.
+    fn tolerance((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> f64 {
+        let farthest = low.coords.amax().max(high.coords.amax());
+        (4.0 * f64::EPSILON * farthest / cell_size).clamp(TOLERANCE, HIGHEST_TOLERANCE)
+    }
+
+    /// Where cell `[0, 0, 0]` begins.
+    pub(crate) fn origin(&self) -> Point3<f64> {
+        let at = |a: usize| self.centre[a] - 0.5 * self.size[a] as f64 * self.cell_size;
+        Point3::new(at(0), at(1), at(2))
+    }
+
+    /// A point in cells from the origin; a coordinate that all but lies in a grid plane is put there.
+    pub(crate) fn place(&self, point: &Point3<f64>) -> [f64; 3] {
+        std::array::from_fn(|a| {
+            let x = (point[a] - self.centre[a]) / self.cell_size + 0.5 * self.size[a] as f64;
+            let plane = x.round();
+            if (x - plane).abs() <= self.tolerance { plane } else { x }
+        })
+    }
+}

@@ -1,0 +1,96 @@
+//! Trilinear interpolation within a cell, continued linearly outside.
+
+/// Trilinear weights of the eight corners at a place in a cell, continued linearly outside [0, 1]^3.
+pub(crate) fn weights(local: [f32; 3]) -> [f32; 8] {
+    let [inside, outside] = split(local);
+    let one = |k: usize, a: usize| if k >> a & 1 == 0 { 1.0 - inside[a] } else { inside[a] };
+    std::array::from_fn(|k| {
+        let mut weight = one(k, 0) * one(k, 1) * one(k, 2);
+        for a in 0..3 {
+            let slope = if k >> a & 1 == 0 { -1.0 } else { 1.0 };
+            weight += outside[a] * slope * one(k, (a + 1) % 3) * one(k, (a + 2) % 3);
+        }
+        weight
+    })
+}
+
+/// The nearest place within the cell, and the rest of the way.
+fn split(local: [f32; 3]) -> [[f32; 3]; 2] {
+    let inside = local.map(|x| x.clamp(0.0, 1.0));
+    [inside, std::array::from_fn(|a| local[a] - inside[a])]
+}
+
+/// The trilinear map of one deformed cell, as a polynomial about corner 0: small differences, so that little is lost to rounding.
+pub(crate) struct CellMap {
+    origin: [f32; 3],
+    x: [f32; 3],
+    y: [f32; 3],
+    z: [f32; 3],
+    xy: [f32; 3],
+    xz: [f32; 3],
+    yz: [f32; 3],
+    xyz: [f32; 3],
+}
+
+impl CellMap {
+    /// The map of a cell with the given positions of its corners.
+    pub(crate) fn new(corners: [[f32; 3]; 8]) -> Self {
+        let difference = |k: usize, l: usize| std::array::from_fn(|a| corners[k][a] - corners[l][a]);
+        let second = |p: [f32; 3], q: [f32; 3]| std::array::from_fn(|a| p[a] - q[a]);
+        let (x, y, z) = (difference(1, 0), difference(2, 0), difference(4, 0));
+        let (xy, xz, yz) =
+            (second(difference(3, 2), x), second(difference(5, 4), x), second(difference(6, 4), y));
+        let xyz = second(second(difference(7, 6), difference(5, 4)), xy);
+        Self { origin: corners[0], x, y, z, xy, xz, yz, xyz }
+    }
+
+    /// Where a place in the cell is taken.
+    #[inline]
+    pub(crate) fn at(&self, local: [f32; 3]) -> [f32; 3] {
+        let [[u, v, w], [du, dv, dw]] = split(local);
+        std::array::from_fn(|a| {
+            let (along_x, along_y) = (self.xy[a] + w * self.xyz[a], self.yz[a]);
+            // p = o + u (x + v (xy + w xyz) + w xz) + v (y + w yz) + w z, and its derivatives times the way outside.
+            let at_x = self.x[a] + v * along_x + w * self.xz[a];
+            let inside = u * at_x + v * (self.y[a] + w * along_y) + w * self.z[a];
+            let outside = du * at_x
+                + dv * (self.y[a] + w * along_y + u * along_x)
+                + dw * (self.z[a] + v * along_y + u * (self.xz[a] + v * self.xyz[a]));
+            self.origin[a] + (inside + outside)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_map_is_the_weighted_mean_of_the_corners() {
+        let corners: [[f32; 3]; 8] =
+            std::array::from_fn(|k| std::array::from_fn(|a| ((7 * k + 3 * a) % 5) as f32 + (k >> a & 1) as f32));
+        let map = CellMap::new(corners);
+        for local in [[0.0; 3], [1.0; 3], [0.25, 0.5, 0.75], [1.5, 0.5, -2.0], [-1.0, 3.0, 2.0]] {
+            let weights = weights(local);
+            assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+            let at = map.at(local);
+            for a in 0..3 {
+                let mean: f32 = (0..8).map(|k| weights[k] * corners[k][a]).sum();
+                assert!((mean - at[a]).abs() < 1e-4, "{local:?}: {mean} {}", at[a]);
+            }
+        }
+        for k in 0..8 {
+            let corner = std::array::from_fn(|a| (k >> a & 1) as f32);
+            assert_eq!(map.at(corner), corners[k]);
+        }
+    }
+
+    #[test]
+    fn far_points_follow_affine_motions() {
+        let corners: [[f32; 3]; 8] = std::array::from_fn(|k| {
+            let [x, y, z] = std::array::from_fn(|a| (k >> a & 1) as f32);
+            [2.0 * x + y, y - z, 3.0 + z]
+        });
+        assert_eq!(CellMap::new(corners).at([100.0, -50.0, 8.0]), [150.0, -58.0, 11.0]);
+    }
+}
