@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use supple::dynamics::{Selection, Shape};
-use supple::scene::{FormatName, MeasureData, ResolutionData, Scene, SceneError, Substeps, Up};
-use supple::{Damping, Reach, Stiffness};
+use supple::scene::{FormatName, Scene, SceneError, Substeps, Up};
+use supple::volume::{Preservation, VolumeMeasure};
+use supple::{Damping, Reach, Resolution, Stiffness};
 
 const FULL: &str = r#"
 [simulation]
@@ -92,12 +93,15 @@ fn every_key_is_read() {
         (body.scale, body.placement.rotate, body.placement.translate),
         (2.0, [0.0, 90.0, 0.0], [0.0, 1.0, 0.0])
     );
-    assert_eq!((body.resolution, body.join), (ResolutionData::CellSize(0.1), false));
+    assert_eq!((body.resolution, body.join), (Resolution::CellSize(0.1), false));
     assert_eq!(
         (body.material.reach, body.material.stiffness, body.material.damping),
         (Reach::Radius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
     );
-    assert_eq!((body.volume.measure, body.volume.max_correction), (MeasureData::Mesh, 0.5));
+    assert_eq!(
+        (body.volume.measure, body.volume.max_correction),
+        (Preservation::By(VolumeMeasure::Mesh), 0.5)
+    );
     assert_eq!(
         (body.material.density, body.placement.velocity, body.placement.spin),
         (500.0, [1.0, 2.0, 3.0], [4.0, 5.0, 6.0])
@@ -110,10 +114,7 @@ fn every_key_is_read() {
     assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
 
     let ball = &scene.bodies[1];
-    assert_eq!(
-        (ball.resolution, ball.material.reach),
-        (ResolutionData::LatticeVertices(1000), Reach::Cells(2))
-    );
+    assert_eq!((ball.resolution, ball.material.reach), (Resolution::Vertices(1000), Reach::Cells(2)));
     assert_eq!(
         (ball.material.stiffness, ball.material.damping),
         (Stiffness::PerStep(1.0), Damping::PerStep(0.0))
@@ -159,7 +160,7 @@ fn values_out_of_range_name_the_range() {
         ("stiffness_radius = 0", "stiffness_radius", "above 0"),
         ("rotate = [0, nan, 0]", "rotate.1", "finite"),
         ("volume = \"mehs\"", "volume", "\"mesh\""),
-        ("volume = { max_correction = 0 }", "max_correction", "above 0"),
+        ("volume = { max_correction = -1 }", "max_correction", "at least 0"),
         ("[[body.pin]]\nplane = { point = [0,0,0], normal = [0,0,0] }", "pin.0.plane.normal", "but zero"),
         ("[[body.pin]]\nbox = { min = [1,0,0], max = [0,1,1] }", "pin.0.box.max", "`min`"),
         ("[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nfrom = 2\nuntil = 1", "until", "above 2"),
@@ -319,7 +320,7 @@ fn a_model_falls_its_own_height_in_half_a_second() {
         assert!(point[axis] < low && point[axis] > low - 0.2 * height);
         assert_eq!(normal[axis], 1.0);
         assert_eq!(scene.bodies[0].name, "red_ball");
-        assert_eq!(scene.bodies[0].volume.measure, MeasureData::Auto);
+        assert_eq!(scene.bodies[0].volume.measure, Preservation::Auto);
         assert_eq!(Scene::parse(&scene.to_toml(), "model", Path::new(""), &[]).unwrap(), scene);
     }
     let flat = Scene::of_model(Path::new("sheet.obj"), [0.0; 3], [1e-3, 0.0, 1e-3], Up::Y);

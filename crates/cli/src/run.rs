@@ -18,7 +18,12 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
     match args.inputs.as_slice() {
         [input] => {
             let output = args.output.clone();
-            let result = run_one(args, input, |scene| output.unwrap_or_else(|| scene.output_folder()), args.stats.clone());
+            let result = run_one(
+                args,
+                input,
+                |scene| output.unwrap_or_else(|| scene.output_folder()),
+                args.stats.clone(),
+            );
             conclude(input, result)
         }
         inputs => batch::run(args, inputs),

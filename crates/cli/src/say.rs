@@ -47,9 +47,6 @@ mod tests {
     #[test]
     fn sizes_and_durations_are_readable() {
         assert_eq!([0, 999, 1000, 94_400_000].map(bytes), ["0 B", "999 B", "1.0 kB", "94.4 MB"]);
-        assert_eq!(
-            [0.0, 4.24, 187.2, 7500.0].map(duration),
-            ["0.0 s", "4.2 s", "3 min 07 s", "2 h 05 min"]
-        );
+        assert_eq!([0.0, 4.24, 187.2, 7500.0].map(duration), ["0.0 s", "4.2 s", "3 min 07 s", "2 h 05 min"]);
     }
 }

@@ -12,16 +12,19 @@ pub mod obj;
 mod parallel;
 pub mod reference;
 #[cfg(feature = "scene")]
-pub mod run;
+mod run;
 #[cfg(feature = "scene")]
 pub mod scene;
 mod simulation;
+pub mod volume;
 
 pub use body::{ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, Stiffness};
 pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
 pub use error::Error;
 pub use lanes::Lanes;
-pub use lattice::{Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution};
+pub use lattice::{
+    Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
+};
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;

@@ -2,8 +2,8 @@
 
 use super::assemble::{self, Joined};
 use super::bitmap::Bitmap;
-use super::locate::locate;
 use super::grid::Grid;
+use super::locate::locate;
 use super::report::LatticeReport;
 use super::surface::Surface;
 use super::voxelise::{Voxels, voxelise};
@@ -40,7 +40,8 @@ impl Request<'_> {
         let needed = grid_bytes(Grid::counts(bounds, cell_size));
         memory::check(needed as u64, self.limit, cell_size)?;
         let grid = Grid::new(*bounds, cell_size);
-        let too_many = LatticeError::TooMuchMemory { cell_size, needed: u64::MAX, limit: self.limit, fitting: None };
+        let too_many =
+            LatticeError::TooMuchMemory { cell_size, needed: u64::MAX, limit: self.limit, fitting: None };
         let grid = grid.ok_or(too_many)?;
         let voxels = voxelise(vertices, triangles, &grid);
         let check = |count: usize| memory::check(memory::of_vertices(count as u64), self.limit, cell_size);

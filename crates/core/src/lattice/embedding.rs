@@ -57,7 +57,8 @@ impl Embedding {
         for point in points {
             let place: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
             let held = locate(cells, place);
-            let cell = held.unwrap_or_else(|| nearest(cells, tree.get_or_insert_with(|| RunTree::new(cells)), place));
+            let cell = held
+                .unwrap_or_else(|| nearest(cells, tree.get_or_insert_with(|| RunTree::new(cells)), place));
             let corner = lattice.cells[cell as usize];
             let offset: [f64; 3] = std::array::from_fn(|a| place[a] - f64::from(corner[a]));
             local.push(offset.map(|x| if held.is_some() { x.clamp(0.0, 1.0) } else { x } as f32));

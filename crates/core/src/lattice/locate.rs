@@ -17,7 +17,8 @@ pub(crate) fn locate(cells: &Runs, point: [f64; 3]) -> Option<u32> {
         depth if depth >= 1.0 - REACH => middle[a] + 1.0,
         _ => middle[a],
     });
-    let choices = (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { middle[a] } else { beside[a] }));
+    let choices =
+        (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { middle[a] } else { beside[a] }));
     let mut last = None;
     for cell in choices {
         if last != Some(cell) {

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use super::data::{BodyData, MeasureData, ResolutionData, VolumeData};
+use super::data::BodyData;
 use super::error::SceneError;
 use super::fields::{Field, Fields};
 use super::motion;
 use super::range::Range;
 use crate::body::{Damping, Material, Placement, Reach, Stiffness};
+use crate::lattice::Resolution;
+use crate::volume::{FieldKind, Preservation, VolumeMeasure, VolumeOptions};
 
 const KEYS: [&str; 21] = [
     "name",
@@ -38,12 +40,14 @@ const MAX_HALF_WIDTH: u32 = 1_000_000;
 /// The most lattice vertices that may be asked for: their indices fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
 const NAME_RANGE: &str = "made of letters, digits, `-`, `_` and `.` only, because files are named after it";
-const MEASURES: [(&str, MeasureData); 4] = [
-    ("auto", MeasureData::Auto),
-    ("off", MeasureData::Off),
-    ("lattice", MeasureData::Lattice),
-    ("mesh", MeasureData::Mesh),
+const MEASURES: [(&str, Preservation); 5] = [
+    ("auto", Preservation::Auto),
+    ("off", Preservation::Off),
+    ("lattice", Preservation::By(VolumeMeasure::Lattice)),
+    ("cells", Preservation::By(VolumeMeasure::Cells)),
+    ("mesh", Preservation::By(VolumeMeasure::Mesh)),
 ];
+const FIELDS: [(&str, FieldKind); 1] = [("paper", FieldKind::Paper)];
 
 impl BodyData {
     /// A body of this name and mesh, with every default.
@@ -54,26 +58,13 @@ impl BodyData {
             object: None,
             scale: 1.0,
             placement: Placement::default(),
-            resolution: ResolutionData::LatticeVertices(1000),
+            resolution: Resolution::Vertices(1000),
             join: true,
             material: Material::default(),
-            volume: VolumeData::default(),
+            volume: VolumeOptions::default(),
             pins: Vec::new(),
             handles: Vec::new(),
         }
-    }
-}
-
-impl Default for VolumeData {
-    fn default() -> Self {
-        Self { measure: MeasureData::Auto, max_correction: 1.0 }
-    }
-}
-
-impl MeasureData {
-    /// The name in a scene.
-    pub fn name(self) -> &'static str {
-        MEASURES.iter().find(|(_, measure)| *measure == self).map_or("auto", |(name, _)| name)
     }
 }
 
@@ -118,10 +109,10 @@ fn read_placement(fields: &Fields<'_>) -> Result<Placement, SceneError> {
     })
 }
 
-fn read_resolution(fields: &Fields<'_>) -> Result<Option<ResolutionData>, SceneError> {
+fn read_resolution(fields: &Fields<'_>) -> Result<Option<Resolution>, SceneError> {
     Ok(match fields.one_of(&["lattice_vertices", "cell_size"])? {
-        Some((0, field)) => Some(ResolutionData::LatticeVertices(field.count(8, MAX_VERTICES)? as usize)),
-        Some((_, field)) => Some(ResolutionData::CellSize(field.number(Range::Positive)?)),
+        Some((0, field)) => Some(Resolution::Vertices(field.count(8, MAX_VERTICES)? as usize)),
+        Some((_, field)) => Some(Resolution::CellSize(field.number(Range::Positive)?)),
         None => None,
     })
 }
@@ -173,8 +164,8 @@ pub(super) fn name_from(mesh: &Path) -> String {
     if name.is_empty() { "body".to_owned() } else { name }
 }
 
-fn read_volume(field: &Field<'_>) -> Result<VolumeData, SceneError> {
-    let mut volume = VolumeData::default();
+fn read_volume(field: &Field<'_>) -> Result<VolumeOptions, SceneError> {
+    let mut volume = VolumeOptions::default();
     if !field.is_table() {
         if !field.is_text() {
             return Err(field.wrong_type("a text, as \"auto\", or a table, as { measure = \"mesh\" }"));
@@ -185,13 +176,21 @@ fn read_volume(field: &Field<'_>) -> Result<VolumeData, SceneError> {
     let fields = Fields::new(field, &["measure", "scope", "field", "max_correction"])?;
     volume.measure = fields.read_or("measure", volume.measure, read_measure)?;
     volume.max_correction =
-        fields.read_or("max_correction", volume.max_correction, |field| field.number(Range::Positive))?;
-    // The only scope and the only field: named, so that a scene can say which it relies on.
+        fields.read_or("max_correction", volume.max_correction, |field| field.number(Range::NotNegative))?;
+    volume.field = fields
+        .read_or("field", volume.field, |field| Ok(FIELDS[field.choice(&FIELDS.map(|(name, _)| name))?].1))?;
+    // The only scope: named, so that a scene can say that it relies on it.
     fields.read_or("scope", 0, |field| field.choice(&["global"]))?;
-    fields.read_or("field", 0, |field| field.choice(&["paper"]))?;
     Ok(volume)
 }
 
-fn read_measure(field: &Field<'_>) -> Result<MeasureData, SceneError> {
+fn read_measure(field: &Field<'_>) -> Result<Preservation, SceneError> {
     Ok(MEASURES[field.choice(&MEASURES.map(|(name, _)| name))?].1)
+}
+
+/// The words that a scene has for a measure and a field.
+pub(super) fn volume_words(volume: &VolumeOptions) -> (&'static str, &'static str) {
+    let measure = MEASURES.iter().find(|(_, measure)| *measure == volume.measure);
+    let field = FIELDS.iter().find(|(_, field)| *field == volume.field);
+    (measure.map_or("auto", |(name, _)| name), field.map_or("paper", |(name, _)| name))
 }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use crate::body::{Material, Placement};
 use crate::dynamics::{Collider, Handle, Pin};
+use crate::lattice::Resolution;
+use crate::volume::VolumeOptions;
 
 /// A scene: what is simulated, and how its frames are written.
 ///
@@ -80,46 +82,15 @@ pub struct BodyData {
     /// `rotate`, then `translate`, applied after the scale; `velocity` and `spin` at the start.
     pub placement: Placement,
     /// How fine the lattice is; default 1,000 lattice vertices.
-    pub resolution: ResolutionData,
+    pub resolution: Resolution,
     /// Whether parts that float apart are bridged to the largest; default true.
     pub join: bool,
     /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `damping` or `damping_rate`, `density`.
     pub material: Material,
     /// How the volume is kept; default automatic.
-    pub volume: VolumeData,
+    pub volume: VolumeOptions,
     /// `[[body.pin]]`, in the order of the file.
     pub pins: Vec<Pin>,
     /// `[[body.handle]]`, in the order of the file.
     pub handles: Vec<Handle>,
-}
-
-/// How fine a lattice is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ResolutionData {
-    /// `lattice_vertices`: a wished number, met within 5 % where the shape allows; at least 8.
-    LatticeVertices(usize),
-    /// `cell_size`: a length in the model's frame after `scale`; above 0.
-    CellSize(f64),
-}
-
-/// `volume`: how the shown volume is kept.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VolumeData {
-    /// Which volume; default automatic.
-    pub measure: MeasureData,
-    /// Cap on |lambda| as a fraction of the body's thickness; above 0, default 1.
-    pub max_correction: f64,
-}
-
-/// Which volume is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MeasureData {
-    /// `auto`: that of the mesh where it is usable.
-    Auto,
-    /// `off`: none.
-    Off,
-    /// `lattice`: the paper's, over lattice vertices.
-    Lattice,
-    /// `mesh`: the exact volume of the embedded mesh.
-    Mesh,
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::body::name_from;
-use super::error::SceneError;
 use super::data::{BodyData, OutputData, Scene, SimulationData};
+use super::error::SceneError;
 use crate::body::Damping;
 use crate::dynamics::{Collider, Shape};
 

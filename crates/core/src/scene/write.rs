@@ -3,9 +3,11 @@
 use std::fmt::{Display, Write};
 use std::path::Path;
 
-use super::data::{BodyData, ResolutionData, Scene, Substeps};
+use super::body::volume_words;
+use super::data::{BodyData, Scene, Substeps};
 use crate::body::{Damping, Reach, Stiffness};
 use crate::dynamics::{Key, Selection, Shape, Window};
+use crate::lattice::Resolution;
 
 impl Scene {
     /// The scene as TOML, with every key that has a value, defaults too. [`Scene::base`] is not in it.
@@ -68,8 +70,8 @@ impl Writer {
         self.key("rotate", vector(body.placement.rotate));
         self.key("translate", vector(body.placement.translate));
         match body.resolution {
-            ResolutionData::LatticeVertices(count) => self.key("lattice_vertices", count),
-            ResolutionData::CellSize(size) => self.key("cell_size", number(size)),
+            Resolution::Vertices(count) => self.key("lattice_vertices", count),
+            Resolution::CellSize(size) => self.key("cell_size", number(size)),
         }
         self.key("join", body.join);
         match body.material.reach {
@@ -85,10 +87,12 @@ impl Writer {
             Damping::Rate(rate) => self.key("damping_rate", number(rate)),
         }
         self.key("density", number(body.material.density));
-        let (measure, cap) = (text(body.volume.measure.name()), number(body.volume.max_correction));
-        self.key("volume", format_args!("{{ measure = {measure}, max_correction = {cap} }}"));
-        self.key("velocity", vector(body.placement.velocity));
-        self.key("spin", vector(body.placement.spin));
+        let ((measure, field), cap) = (volume_words(&body.volume), number(body.volume.max_correction));
+        let (measure, field) = (text(measure), text(field));
+        self.key(
+            "volume",
+            format_args!("{{ measure = {measure}, field = {field}, max_correction = {cap} }}"),
+        );
         for pin in &body.pins {
             self.header("[[body.pin]]");
             self.held(&pin.selection, pin.window);

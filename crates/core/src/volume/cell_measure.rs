@@ -1,0 +1,71 @@
+//! The exact volume of the trilinear cells, from their outer faces alone.
+
+use super::line::{Moving, determinant};
+use super::sums::{ChunkedSum, add, group_by_component};
+use crate::parallel::Executor;
+
+/// Sum over the faces of occupied cells that no other occupied cell shares; what inner faces add cancels.
+///
+/// A face of a trilinear cell is a bilinear patch, whose flux is the mean of its two triangulations:
+/// `(a + b + c + d) . ((c - a) x (d - b)) / 24`, with `a b c d` in order around it, outside on the right-hand side.
+#[derive(Clone, Debug)]
+pub(super) struct CellMeasure {
+    faces: Vec<[u32; 4]>,
+    sums: ChunkedSum,
+}
+
+impl CellMeasure {
+    pub(super) fn new(mut faces: Vec<[u32; 4]>, components: usize, of_vertex: &[u32]) -> Self {
+        let counts = group_by_component(&mut faces, components, |face| of_vertex[face[0] as usize]);
+        Self { faces, sums: ChunkedSum::new(&counts) }
+    }
+
+    pub(super) fn coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
+        let faces = &self.faces;
+        self.sums.sum(executor, 1.0 / 24.0, out, |range| {
+            let mut sum = [0.0; 4];
+            for face in &faces[range] {
+                let [a, b, c, d] = face.map(|i| points[i as usize].line());
+                let middle = a.plus(b).plus(c.plus(d));
+                add(&mut sum, &determinant(middle, c.minus(a), d.minus(b)));
+            }
+            sum
+        });
+    }
+}
+
+/// The corners of a cell's face in neighbour order (-x, +x, -y, +y, -z, +z), counter-clockwise seen from outside.
+///
+/// ```text
+///        6-----7      corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1)
+///       /|    /|
+///      4-----5 |      z  y
+///      | 2---|-3      | /
+///      |/    |/       |/
+///      0-----1        +--- x
+/// ```
+pub(super) const FACE_CORNERS: [[usize; 4]; 6] =
+    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corner(k: usize) -> [f64; 3] {
+        [(k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2 & 1) as f64]
+    }
+
+    #[test]
+    fn faces_look_outwards() {
+        for (side, corners) in FACE_CORNERS.iter().enumerate() {
+            let [a, b, _, d] = corners.map(corner);
+            let (u, v): ([f64; 3], [f64; 3]) =
+                (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| d[k] - a[k]));
+            let normal: [f64; 3] =
+                std::array::from_fn(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+            let mut expected = [0.0; 3];
+            expected[side / 2] = if side % 2 == 0 { -1.0 } else { 1.0 };
+            assert_eq!(normal, expected, "side {side}");
+        }
+    }
+}

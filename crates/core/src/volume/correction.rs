@@ -1,0 +1,179 @@
+//! The volume-preserving correction of a deformed lattice.
+
+use super::adjacency::Adjacency;
+use super::centre::Centres;
+use super::constraints::{self, Push};
+use super::cubic::smallest_root;
+use super::field::{Field, turned};
+use super::line::Moving;
+use super::measure::{self, Measure};
+use super::surface::Surface;
+use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions};
+use crate::lattice::Lattice;
+use crate::parallel::Executor;
+
+/// A volume off by less than this part of itself counts as kept: what positions in `f32` let one ask for.
+const KEPT: f64 = 1e-6;
+
+/// Moves the vertices of a deformed lattice along a field until the volume is that at rest: equation (1) of
+/// Takamatsu & Kanai (2009), `vol(P^ + lambda V) = vol(P)`.
+///
+/// It owns its parameters and its scratch, and is a function of what it is given: no call leaves a trace in the next.
+#[derive(Clone, Debug)]
+pub struct Correction {
+    measure: Measure,
+    field: Field,
+    adjacency: Adjacency,
+    cell_size: f64,
+    ramp_links: u32,
+    /// Of each component: volume at rest in cells, and the cap on `lambda` in cells.
+    rest: Vec<f64>,
+    caps: Vec<f64>,
+    /// What held vertices leave of the field; none if nothing is held.
+    ramp: Option<Vec<f32>>,
+    centres: Centres,
+    points: Vec<Moving>,
+    coefficients: Vec<[f64; 4]>,
+    order: Vec<(u32, u32)>,
+    lambdas: Vec<f32>,
+    reports: Vec<ComponentReport>,
+}
+
+impl Correction {
+    /// The correction that `options` ask for; `None` if that is none at all.
+    ///
+    /// `half_width` is that of the regions, in cells: beside held vertices the field rises over `half_width + 1` links.
+    ///
+    /// # Errors
+    /// [`VolumeError`]: a surface that cannot be the measure asked for, or a cap out of range.
+    pub fn new(
+        lattice: &Lattice,
+        surface: Option<Surface<'_>>,
+        options: &VolumeOptions,
+        half_width: usize,
+    ) -> Result<Option<Self>, VolumeError> {
+        let most = options.max_correction;
+        if !(most.is_finite() && most >= 0.0) {
+            return Err(VolumeError::MaxCorrection(most));
+        }
+        let adjacency = measure::adjacency(lattice);
+        let Some(mut measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
+            return Ok(None);
+        };
+        let field = Field::new(options.field, &adjacency, lattice.indices(), &measure::octants(lattice));
+        let components = adjacency.components();
+        let mut centres = Centres::new(components);
+        let mut points = vec![Moving::default(); lattice.len()];
+        let mut coefficients = vec![[0.0; 4]; components];
+        centres.at_rest(lattice.indices(), adjacency.of_vertex(), &mut points);
+        measure.coefficients(&Executor::sequential(), &points, &mut coefficients);
+        Ok(Some(Self {
+            measure,
+            cell_size: lattice.cell_size(),
+            ramp_links: u32::try_from(half_width).unwrap_or(u32::MAX).saturating_add(1),
+            rest: coefficients.iter().map(|c| c[0]).collect(),
+            caps: field.thickness.iter().map(|thickness| thickness * most).collect(),
+            ramp: None,
+            centres,
+            points,
+            coefficients,
+            order: Vec::new(),
+            lambdas: vec![0.0; components],
+            reports: vec![ComponentReport::default(); components],
+            field,
+            adjacency,
+        }))
+    }
+
+    /// The measure whose value is kept.
+    pub fn measure(&self) -> VolumeMeasure {
+        self.measure.kind()
+    }
+
+    /// Says which lattice vertices are held by pins and handles from now on: the correction leaves them in place, and
+    /// fades in beside them. To be called when they change; allocates.
+    pub fn hold(&mut self, held: &[u32]) {
+        self.ramp = (!held.is_empty()).then(|| constraints::ramp(&self.adjacency, held, self.ramp_links));
+    }
+
+    /// Corrects a deformed lattice: `corrected = deformed + lambda V`. Allocates nothing, once the room for as many
+    /// pushes has been made.
+    ///
+    /// * `deformed`, `corrected`: (n, 3), lattice vertices in cells, body-local; any distance from the origin.
+    /// * `rotations`: (n, 4), quaternions (x, y, z, w) that turn the model's frame to that of `deformed`; for the
+    ///   field to fit, those of `deformed` itself.
+    /// * `pushes`: external forces of contacts and grabs, in any order; see [`Push`].
+    ///
+    /// Returns one report a component of the lattice, in units of length. Finite positions never give NaN.
+    ///
+    /// # Panics
+    /// If the lengths differ from the lattice's, or a push names a vertex that it does not have.
+    pub fn apply(
+        &mut self,
+        deformed: &[[f32; 3]],
+        rotations: &[[f32; 4]],
+        pushes: &[Push],
+        corrected: &mut [[f32; 3]],
+    ) -> &[ComponentReport] {
+        self.apply_with(&Executor::sequential(), deformed, rotations, pushes, corrected)
+    }
+
+    /// [`Correction::apply`] on several threads; the bits are the same.
+    pub(crate) fn apply_with(
+        &mut self,
+        executor: &Executor,
+        deformed: &[[f32; 3]],
+        rotations: &[[f32; 4]],
+        pushes: &[Push],
+        corrected: &mut [[f32; 3]],
+    ) -> &[ComponentReport] {
+        let n = self.points.len();
+        assert!(
+            deformed.len() == n && rotations.len() == n && corrected.len() == n,
+            "{n} lattice vertices, but {} positions, {} rotations and room for {}",
+            deformed.len(),
+            rotations.len(),
+            corrected.len()
+        );
+        self.centres.centred(deformed, self.adjacency.of_vertex(), &mut self.points);
+        self.turn_field(rotations);
+        constraints::take_out_pushes(pushes, &mut self.order, &mut self.points);
+        self.measure.coefficients(executor, &self.points, &mut self.coefficients);
+        self.solve();
+        let of_vertex = self.adjacency.of_vertex();
+        for (i, (corrected, deformed)) in corrected.iter_mut().zip(deformed).enumerate() {
+            let (lambda, v) = (self.lambdas[of_vertex[i] as usize], &self.points[i].v);
+            *corrected = std::array::from_fn(|k| deformed[k] + lambda * v[k]);
+        }
+        &self.reports
+    }
+
+    fn turn_field(&mut self, rotations: &[[f32; 4]]) {
+        let turned = rotations.iter().zip(&self.field.directions).map(|(q, v)| turned(q, v));
+        for (point, [x, y, z]) in self.points.iter_mut().zip(turned) {
+            point.v = [x, y, z, 0.0];
+        }
+        for (point, share) in self.points.iter_mut().zip(self.ramp.iter().flatten()) {
+            point.v = point.v.map(|v| v * share);
+        }
+    }
+
+    /// One cubic for each component.
+    fn solve(&mut self) {
+        let unit = self.cell_size.powi(3);
+        for (component, c) in self.coefficients.iter().enumerate() {
+            let rest = self.rest[component];
+            let root = smallest_root([c[0] - rest, c[1], c[2], c[3]], self.caps[component]);
+            let residual = root.residual / rest;
+            self.lambdas[component] = root.lambda as f32;
+            self.reports[component] = ComponentReport {
+                rest: rest * unit,
+                before: c[0] * unit,
+                after: (rest + root.residual) * unit,
+                lambda: root.lambda * self.cell_size,
+                residual,
+                capped: root.capped && residual.abs() > KEPT,
+            };
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! What a user chooses about the correction, and what is wrong with it.
+
+use std::fmt;
+
+use super::FieldKind;
+
+/// What is called the volume of a body. Each is an exact cubic in the scale of the correction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum VolumeMeasure {
+    /// Takamatsu & Kanai (2009): summed over lattice vertices, from their six neighbours. Cheap and approximate: the
+    /// visible surface keeps its volume to a few per cent.
+    Lattice,
+    /// The exact volume of the trilinear cells.
+    Cells,
+    /// The exact volume enclosed by the embedded surface.
+    Mesh,
+}
+
+impl VolumeMeasure {
+    /// Its name in scenes and reports: `lattice`, `cells` or `mesh`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lattice => "lattice",
+            Self::Cells => "cells",
+            Self::Mesh => "mesh",
+        }
+    }
+}
+
+impl fmt::Display for VolumeMeasure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Whether a body's volume is kept, and by which measure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Preservation {
+    /// No correction: the surface follows the dynamics. Costs nothing.
+    Off,
+    /// `mesh` where the surface encloses a volume, else `cells`.
+    #[default]
+    Auto,
+    /// By this measure.
+    By(VolumeMeasure),
+}
+
+/// How a body's volume is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeOptions {
+    /// Whether, and by which measure. Default: [`Preservation::Auto`].
+    pub measure: Preservation,
+    /// The field along which the correction moves. Default: [`FieldKind::Paper`].
+    pub field: FieldKind,
+    /// Cap on the scale of the correction, as a fraction of the body's thickness (the greatest depth of a lattice
+    /// vertex below the boundary): finite, 0 or more; at 0 nothing moves. Default: 1.
+    pub max_correction: f64,
+}
+
+impl Default for VolumeOptions {
+    fn default() -> Self {
+        Self { measure: Preservation::Auto, field: FieldKind::Paper, max_correction: 1.0 }
+    }
+}
+
+impl From<Preservation> for VolumeOptions {
+    fn from(measure: Preservation) -> Self {
+        Self { measure, ..Self::default() }
+    }
+}
+
+impl From<VolumeMeasure> for VolumeOptions {
+    fn from(measure: VolumeMeasure) -> Self {
+        Preservation::By(measure).into()
+    }
+}
+
+/// Why a volume cannot be kept as asked.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum VolumeError {
+    /// The measure `mesh` without a mesh.
+    #[error("volume measure `mesh` needs a surface mesh, and this body is a bare lattice: use `cells`")]
+    NoMesh,
+    /// The surface has holes, or faces that look opposite ways.
+    #[error(
+        "volume measure `mesh` needs a closed surface, and {open_edges} edges of this one do not cancel between the \
+         faces beside them: use `cells`"
+    )]
+    Open {
+        /// Edges whose directed uses do not cancel.
+        open_edges: usize,
+    },
+    /// The surface encloses next to nothing.
+    #[error(
+        "volume measure `mesh`: the surface of lattice component {component} encloses {mesh:.3e}, less than 1 % of \
+         the {cells:.3e} that its cells fill: use `cells`"
+    )]
+    Flat {
+        /// The lattice component, from 0.
+        component: usize,
+        /// Volume enclosed, in cubed units of length.
+        mesh: f64,
+        /// Volume of the component's cells, in cubed units of length.
+        cells: f64,
+    },
+    /// A connected part of the surface is carried by more than one component of the lattice.
+    #[error(
+        "volume measure `mesh`: a part of the surface hangs on two components of the lattice: use `cells`"
+    )]
+    AcrossComponents,
+    /// The cap is out of range.
+    #[error("max_correction is {0}, and must be finite and 0 or more (1 = the body's thickness)")]
+    MaxCorrection(f64),
+}

@@ -1,0 +1,135 @@
+//! Which shells of a closed surface bound the body: nested ones are ignored, or are cavities.
+
+use nalgebra::{Point3, center};
+
+use super::inside::Winding;
+
+/// Points of a shell that are looked up in another; most of them decide whether it lies inside.
+const SAMPLES: usize = 15;
+
+/// A connected part of a closed surface.
+pub(super) struct Shell {
+    /// Its triangles, as they came.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The lattice component that carries it.
+    pub(super) component: u32,
+    /// Signed volume, in cubed units of length.
+    pub(super) volume: f64,
+    bounds: (Point3<f64>, Point3<f64>),
+}
+
+impl Shell {
+    pub(super) fn new(vertices: &[Point3<f64>], triangles: Vec<[u32; 3]>, component: u32) -> Self {
+        let corners = || triangles.iter().flatten().map(|&corner| vertices[corner as usize]);
+        let first = vertices[triangles[0][0] as usize];
+        let bounds = corners().fold((first, first), |(low, high), x| (low.inf(&x), high.sup(&x)));
+        let middle = center(&bounds.0, &bounds.1);
+        let six_fold = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|corner| vertices[corner as usize] - middle);
+            a.dot(&b.cross(&c))
+        };
+        let volume = triangles.iter().map(six_fold).sum::<f64>() / 6.0;
+        Self { triangles, component, volume, bounds }
+    }
+
+    fn may_hold(&self, other: &Self) -> bool {
+        self.component == other.component
+            && (0..3).all(|k| self.bounds.0[k] <= other.bounds.1[k] && other.bounds.0[k] <= self.bounds.1[k])
+    }
+
+    /// Whether most of this shell lies within the one that `winding` stands for.
+    fn lies_within(&self, winding: &Winding<'_>, vertices: &[Point3<f64>]) -> bool {
+        let count = SAMPLES.min(self.triangles.len());
+        let inside = (0..count).filter(|sample| {
+            let triangle = self.triangles[sample * self.triangles.len() / count];
+            winding.around(&vertices[triangle[0] as usize]) != 0
+        });
+        2 * inside.count() > count
+    }
+}
+
+/// The sign with which each shell's signed volume counts: `1`, `-1`, or `0` for one that is ignored.
+///
+/// A shell inside no other counts with the sign that makes it positive. One inside another adds nothing if it has
+/// the same orientation, since the outer one holds its volume already (an eye in a head); of opposite orientation it
+/// bounds a cavity, and subtracts. A shell in a cavity is judged against the cavity in the same way.
+pub(super) fn signs(vertices: &[Point3<f64>], shells: &[Shell]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..shells.len()).collect();
+    order.sort_by(|&a, &b| shells[b].volume.abs().total_cmp(&shells[a].volume.abs()));
+    let mut signs = vec![0.0; shells.len()];
+    let mut windings: Vec<Option<Winding<'_>>> = (0..shells.len()).map(|_| None).collect();
+    for (place, &index) in order.iter().enumerate() {
+        let shell = &shells[index];
+        // The smallest shell around it decides: it comes last among the larger ones.
+        let around = order[..place].iter().rev().copied().find(|&outer| {
+            signs[outer] != 0.0 && shells[outer].may_hold(shell) && {
+                let holder = &shells[outer];
+                let winding = windings[outer]
+                    .get_or_insert_with(|| Winding::new(vertices, &holder.triangles, holder.bounds));
+                shell.lies_within(winding, vertices)
+            }
+        });
+        signs[index] = match around {
+            None => shell.volume.signum(),
+            Some(outer) if (shells[outer].volume > 0.0) == (shell.volume > 0.0) => 0.0,
+            Some(outer) => signs[outer],
+        };
+    }
+    signs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box, its faces looking outwards, or inwards if `flipped`.
+    fn cuboid(vertices: &mut Vec<Point3<f64>>, low: [f64; 3], side: f64, flipped: bool) -> Shell {
+        let first = vertices.len() as u32;
+        for k in 0..8 {
+            let offset = [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from);
+            vertices.push(Point3::from(std::array::from_fn(|a| low[a] + side * offset[a])));
+        }
+        let mut triangles = Vec::new();
+        for [a, b, c, d] in crate::volume::cell_measure::FACE_CORNERS.map(|f| f.map(|k| first + k as u32)) {
+            triangles.extend(if flipped { [[a, c, b], [a, d, c]] } else { [[a, b, c], [a, c, d]] });
+        }
+        Shell::new(vertices, triangles, 0)
+    }
+
+    #[test]
+    fn nesting() {
+        let mut vertices = Vec::new();
+        let shells = [
+            cuboid(&mut vertices, [0.0; 3], 10.0, false),
+            cuboid(&mut vertices, [1.0; 3], 2.0, false), // the same way round: ignored
+            cuboid(&mut vertices, [4.0; 3], 4.0, true),  // a cavity
+            cuboid(&mut vertices, [5.0, 5.0, 5.1], 1.0, false), // an island in the cavity
+            cuboid(&mut vertices, [6.5; 3], 1.0, true),  // a void within the cavity: ignored
+            cuboid(&mut vertices, [20.0; 3], 1.0, true), // apart and flipped
+            cuboid(&mut vertices, [9.5; 3], 2.0, false), // pokes out, mostly outside
+        ];
+        assert_eq!(signs(&vertices, &shells), [1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0]);
+        let volume: f64 = shells.iter().zip(signs(&vertices, &shells)).map(|(s, sign)| sign * s.volume).sum();
+        assert!((volume - (1000.0 - 64.0 + 1.0 + 1.0 + 8.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_flipped_pair() {
+        let mut vertices = Vec::new();
+        let shells =
+            [cuboid(&mut vertices, [0.0; 3], 4.0, true), cuboid(&mut vertices, [1.0; 3], 2.0, false)];
+        assert_eq!(signs(&vertices, &shells), [-1.0, -1.0]);
+    }
+
+    #[test]
+    fn winding_on_a_fine_grid_of_points() {
+        let mut vertices = Vec::new();
+        let shell = cuboid(&mut vertices, [0.0; 3], 1.0, false);
+        let winding = Winding::new(&vertices, &shell.triangles, shell.bounds);
+        for k in 0..4096 {
+            let point = Point3::new(k % 16, k / 16 % 16, k / 256).map(|i| (f64::from(i) - 3.5) / 8.0);
+            let inside = point.iter().all(|&x| x > 0.0 && x < 1.0);
+            assert_eq!(winding.around(&point), i32::from(inside), "{point}");
+        }
+    }
+}

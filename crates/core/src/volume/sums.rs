@@ -1,0 +1,80 @@
+//! Sums of cubics over many terms, of a shape that does not depend on the threads.
+
+use std::ops::Range;
+
+use crate::parallel::Executor;
+
+/// Terms in a chunk. Fixed, so that the order of the additions is fixed.
+const CHUNK: usize = 2048;
+
+/// Terms sorted by component, cut into chunks: the terms of a chunk are summed in order, then the chunks in order.
+#[derive(Clone, Debug)]
+pub(super) struct ChunkedSum {
+    chunks: Vec<Chunk>,
+}
+
+#[derive(Clone, Debug)]
+struct Chunk {
+    terms: Range<usize>,
+    component: usize,
+    sum: [f64; 4],
+}
+
+impl ChunkedSum {
+    /// `counts[c]` terms of component `c`, one component after the other.
+    pub(super) fn new(counts: &[usize]) -> Self {
+        let mut chunks = Vec::new();
+        let mut first = 0;
+        for (component, count) in counts.iter().enumerate() {
+            let end = first + count;
+            while first < end {
+                let next = end.min(first + CHUNK);
+                chunks.push(Chunk { terms: first..next, component, sum: [0.0; 4] });
+                first = next;
+            }
+        }
+        Self { chunks }
+    }
+
+    /// The sum of `factor` times the terms of each component, into `sums` (one per component).
+    pub(super) fn sum(
+        &mut self,
+        executor: &Executor,
+        factor: f64,
+        sums: &mut [[f64; 4]],
+        terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
+    ) {
+        executor.each(&mut self.chunks, |chunk| chunk.sum = terms(chunk.terms.clone()));
+        sums.fill([0.0; 4]);
+        for chunk in &self.chunks {
+            add(&mut sums[chunk.component], &chunk.sum);
+        }
+        for sum in sums.iter_mut().flatten() {
+            *sum *= factor;
+        }
+    }
+}
+
+/// `sum += term`.
+#[inline]
+pub(super) fn add(sum: &mut [f64; 4], term: &[f64; 4]) {
+    for (sum, term) in sum.iter_mut().zip(term) {
+        *sum += term;
+    }
+}
+
+/// Sorts `items` by the component that each belongs to, keeping their order within it; returns how many each has.
+pub(super) fn group_by_component<T>(
+    items: &mut [T],
+    components: usize,
+    component: impl Fn(&T) -> u32,
+) -> Vec<usize> {
+    let mut counts = vec![0; components];
+    for item in items.iter() {
+        counts[component(item) as usize] += 1;
+    }
+    if components > 1 {
+        items.sort_by_key(component);
+    }
+    counts
+}

@@ -1,0 +1,110 @@
+//! A body's volume by every measure, whether it is corrected or not.
+
+use super::adjacency::Adjacency;
+use super::centre::Centres;
+use super::line::Moving;
+use super::measure::{self, Measure};
+use super::surface::{self, Surface};
+use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
+use crate::lattice::Lattice;
+use crate::parallel::Executor;
+
+/// All measures of a body, for reports. Independent of a [`Correction`], so that a body without one has none of it
+/// until somebody asks.
+#[derive(Clone, Debug)]
+pub struct VolumeMeasures {
+    measures: Vec<Measured>,
+    adjacency: Adjacency,
+    cell_size: f64,
+    centres: Centres,
+    points: Vec<Moving>,
+}
+
+#[derive(Clone, Debug)]
+struct Measured {
+    measure: Measure,
+    rest: Vec<f64>,
+}
+
+impl VolumeMeasures {
+    /// `lattice`, `cells`, and `mesh` where the surface is usable as a measure.
+    pub fn new(lattice: &Lattice, surface: Option<Surface<'_>>) -> Self {
+        let adjacency = measure::adjacency(lattice);
+        let mesh = surface::measure(surface, lattice, &adjacency).ok().map(Measure::Mesh);
+        let others = [Measure::lattice(&adjacency), Measure::cells(lattice, &adjacency)];
+        let mut this = Self {
+            measures: Vec::new(),
+            cell_size: lattice.cell_size(),
+            centres: Centres::new(adjacency.components()),
+            points: vec![Moving::default(); lattice.len()],
+            adjacency,
+        };
+        this.centres.at_rest(lattice.indices(), this.adjacency.of_vertex(), &mut this.points);
+        for mut measure in others.into_iter().chain(mesh) {
+            let rest = evaluate(&mut measure, &this.points, &this.adjacency, this.cell_size);
+            this.measures.push(Measured { measure, rest });
+        }
+        this
+    }
+
+    /// The measures that the body has: `lattice`, `cells`, and `mesh` where it is usable.
+    pub fn kinds(&self) -> impl Iterator<Item = VolumeMeasure> + '_ {
+        self.measures.iter().map(|measured| measured.measure.kind())
+    }
+
+    /// The report on a deformed lattice that nobody corrects. `deformed`: (n, 3), in cells, body-local.
+    pub fn report(&mut self, deformed: &[[f32; 3]]) -> VolumeReport {
+        let before = self.evaluate(deformed);
+        // The last measure is the best that the body has.
+        let last = before.len() - 1;
+        let volumes = self.volumes(&before, &before);
+        let Measured { measure, rest } = &self.measures[last];
+        let component = |(&rest, &before): (&f64, &f64)| {
+            let residual = (before - rest) / rest;
+            ComponentReport { rest, before, after: before, lambda: 0.0, residual, capped: false }
+        };
+        let components = rest.iter().zip(&before[last]).map(component).collect();
+        VolumeReport::new(measure.kind(), components, volumes)
+    }
+
+    /// The report on a deformed lattice and what [`Correction::apply`] made of it: `corrected` and `components`.
+    pub fn report_corrected(
+        &mut self,
+        correction: &Correction,
+        components: &[ComponentReport],
+        deformed: &[[f32; 3]],
+        corrected: &[[f32; 3]],
+    ) -> VolumeReport {
+        let before = self.evaluate(deformed);
+        let after = self.evaluate(corrected);
+        VolumeReport::new(correction.measure(), components.to_vec(), self.volumes(&before, &after))
+    }
+
+    /// For each measure the volume of each component, in cubed units of length.
+    fn evaluate(&mut self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
+        assert_eq!(positions.len(), self.points.len(), "positions and lattice vertices differ in number");
+        self.centres.centred(positions, self.adjacency.of_vertex(), &mut self.points);
+        let (points, adjacency, cell_size) = (&self.points, &self.adjacency, self.cell_size);
+        let measures = self.measures.iter_mut();
+        measures.map(|measured| evaluate(&mut measured.measure, points, adjacency, cell_size)).collect()
+    }
+
+    fn volumes(&self, before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<(VolumeMeasure, Volumes)> {
+        let total = |parts: &[f64]| parts.iter().sum();
+        let measures = self.measures.iter().zip(before).zip(after);
+        measures
+            .map(|((measured, before), after)| {
+                let volumes =
+                    Volumes { rest: total(&measured.rest), before: total(before), after: total(after) };
+                (measured.measure.kind(), volumes)
+            })
+            .collect()
+    }
+}
+
+/// The volume of each component, in cubed units of length, where the points are.
+fn evaluate(measure: &mut Measure, points: &[Moving], adjacency: &Adjacency, cell_size: f64) -> Vec<f64> {
+    let mut coefficients = vec![[0.0; 4]; adjacency.components()];
+    measure.coefficients(&Executor::sequential(), points, &mut coefficients);
+    coefficients.into_iter().map(|c| c[0] * cell_size.powi(3)).collect()
+}

@@ -1,0 +1,189 @@
+//! The volume correction: what is measured, what is kept, what stays in place, and what cannot be mended.
+
+mod shapes;
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use shapes::{UPRIGHT, apply, ball, block, lattice, of_mesh, posed, shown, within};
+use supple::volume::{Push, Surface, VolumeMeasure};
+use supple::{Correction, Lattice, Resolution, VolumeMeasures, VolumeOptions};
+
+fn correction(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
+    Correction::new(lattice, None, &measure.into(), 1).expect("usable").expect("not off")
+}
+
+#[test]
+fn boxes_have_exactly_their_volume() {
+    for size in [[1, 1, 1], [1, 1, 5], [2, 3, 4], [7, 1, 3]] {
+        let lattice =
+            Lattice::from_cells(&block([4, -9, 0], size), 0.25, Point3::new(1.0, 2.0, 3.0), true).unwrap();
+        let report = VolumeMeasures::new(&lattice, None).report(&posed(&lattice, |p| p));
+        let exact = f64::from(size[0] * size[1] * size[2]) * 0.25_f64.powi(3);
+        for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells] {
+            let volumes = report.by(measure).unwrap();
+            assert_eq!((volumes.rest, volumes.before), (exact, exact), "{measure} of {size:?}");
+        }
+        assert_eq!((report.measure, report.residual), (VolumeMeasure::Cells, 0.0));
+    }
+}
+
+#[test]
+fn cells_are_exact_in_any_shape() {
+    let mut cells = block([0, 0, 0], [5, 4, 3]);
+    cells.retain(|&[x, y, _]| !(x > 0 && x < 4 && y > 1) && [x, y] != [0, 0]);
+    cells.extend([[9, 9, 9], [10, 10, 9]]);
+    let lattice = lattice(&cells);
+    // An affine map: the exact volume is known.
+    let sheared = posed(&lattice, |[x, y, z]| [x + 0.5 * y, 2.0 * y - z, z]);
+    let report = VolumeMeasures::new(&lattice, None).report(&sheared);
+    within(report.before, 2.0 * cells.len() as f64, 1e-14);
+    assert_eq!(report.rest, cells.len() as f64);
+    assert_eq!(report.components.len(), 2);
+    assert_eq!(report.components[1].before, 4.0);
+}
+
+#[test]
+fn a_stretched_ball_keeps_the_volume_that_is_seen() {
+    let mesh = ball(2.0);
+    let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.4));
+    let surface = Surface { mesh: &mesh, embedding: &embedding };
+    let mut correction =
+        Correction::new(&lattice, Some(surface), &VolumeOptions::default(), 2).unwrap().unwrap();
+    assert_eq!(correction.measure(), VolumeMeasure::Mesh);
+    let stretched = posed(&lattice, |[x, y, z]| [x, 1.5 * y, z + 0.1 * y]);
+    let mut corrected = stretched.clone();
+    let components =
+        correction.apply(&stretched, &vec![UPRIGHT; lattice.len()], &[], &mut corrected).to_vec();
+    within(components[0].rest, mesh.volume(), 1e-6);
+    within(components[0].before, 1.5 * mesh.volume(), 1e-6);
+    assert!(components[0].lambda < 0.0 && !components[0].capped && components[0].residual.abs() < 1e-13);
+    within(shown(&mesh, &lattice, &embedding, &corrected), mesh.volume(), 1e-6);
+
+    let mut measures = VolumeMeasures::new(&lattice, Some(surface));
+    let report = measures.report_corrected(&correction, &components, &stretched, &corrected);
+    assert_eq!(report.volumes.len(), 3);
+    within(report.by(VolumeMeasure::Mesh).unwrap().after, mesh.volume(), 1e-6);
+    within(
+        report.by(VolumeMeasure::Cells).unwrap().before,
+        1.5 * report.by(VolumeMeasure::Cells).unwrap().rest,
+        1e-6,
+    );
+}
+
+#[test]
+fn every_measure_keeps_a_block() {
+    let lattice = lattice(&block([0, 0, 0], [6, 4, 5]));
+    let stretched = posed(&lattice, |[x, y, z]| [1.5 * x, y, z]);
+    let mut measures = VolumeMeasures::new(&lattice, None);
+    for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells] {
+        let corrected = apply(&mut correction(&lattice, measure), &stretched, &[]);
+        within(measures.report(&corrected).by(measure).unwrap().after, 120.0, 1e-6);
+    }
+}
+
+#[test]
+fn a_turned_body_needs_no_correction() {
+    let lattice = lattice(&block([0, 0, 0], [6, 4, 5]));
+    for (axis, away) in [([1.0, 2.0, -0.5], 0.0), ([0.0, 0.0, 3.0], 100.0), ([-2.0, 1.0, 0.7], 1000.0)] {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::from(axis));
+        let rotation = turn.coords.map(|x| x as f32).into();
+        let moved = posed(&lattice, |p| {
+            let p = turn * Vector3::from(p.map(f64::from)) + Vector3::new(away, -away, 2.0 * away);
+            p.map(|x| x as f32).into()
+        });
+        for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells] {
+            let mut corrected = moved.clone();
+            let reports = correction(&lattice, measure)
+                .apply(&moved, &vec![rotation; moved.len()], &[], &mut corrected)
+                .to_vec();
+            // Positions themselves are only known to half an ulp.
+            let noise = 4.0 * f64::from(f32::EPSILON) * (away + 10.0);
+            assert!(reports[0].lambda.abs() < noise, "{measure} at {away}: {reports:?}");
+        }
+    }
+}
+
+#[test]
+fn the_field_turns_with_the_body() {
+    let lattice = lattice(&block([0, 0, 0], [5, 4, 3]));
+    let squeeze = |[x, y, z]: [f32; 3]| [x, 0.8 * y, z];
+    let still = apply(&mut correction(&lattice, VolumeMeasure::Cells), &posed(&lattice, squeeze), &[]);
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -1.1, 2.0));
+    let turned = |p: [f32; 3]| (turn * Vector3::from(p.map(f64::from))).map(|x| x as f32).into();
+    let moved = posed(&lattice, |p| turned(squeeze(p)));
+    let mut corrected = moved.clone();
+    let rotation = turn.coords.map(|x| x as f32).into();
+    correction(&lattice, VolumeMeasure::Cells).apply(
+        &moved,
+        &vec![rotation; moved.len()],
+        &[],
+        &mut corrected,
+    );
+    for (turned_still, corrected) in still.iter().map(|&p| -> [f32; 3] { turned(p) }).zip(&corrected) {
+        assert!(turned_still.iter().zip(corrected).all(|(a, b)| (a - b).abs() < 5e-6));
+    }
+}
+
+#[test]
+fn a_body_between_plates_bulges_sideways_only() {
+    let lattice = lattice(&block([0, 0, 0], [6, 6, 6]));
+    let squashed = posed(&lattice, |[x, y, z]| [x, y, 0.8 * z]);
+    let plates = lattice.indices().iter().enumerate().filter(|(_, index)| index[2] == 0 || index[2] == 6);
+    let pushes: Vec<Push> = plates
+        .map(|(vertex, index)| Push {
+            vertex: vertex as u32,
+            offset: [0.0, 0.0, if index[2] == 0 { 0.2 } else { -0.2 }],
+        })
+        .collect();
+    let mut correction = correction(&lattice, VolumeMeasure::Cells);
+    let corrected = apply(&mut correction, &squashed, &pushes);
+    for push in &pushes {
+        let v = push.vertex as usize;
+        assert!((corrected[v][2] - squashed[v][2]).abs() < 1e-4, "{:?}", corrected[v]);
+    }
+    within(VolumeMeasures::new(&lattice, None).report(&corrected).after, 216.0, 1e-6);
+    // The order of the pushes does not matter, nor that a push comes in two parts.
+    let mut reversed = pushes.clone();
+    reversed.reverse();
+    assert_eq!(apply(&mut correction, &squashed, &reversed), corrected);
+    // Without them the plates are passed.
+    assert!(apply(&mut correction, &squashed, &[])[0][2] < -0.1);
+}
+
+#[test]
+fn the_contact_fades_in() {
+    let lattice = lattice(&block([0, 0, 0], [4, 4, 4]));
+    let squashed = posed(&lattice, |[x, y, z]| [x, y, 0.8 * z]);
+    let mut correction = correction(&lattice, VolumeMeasure::Cells);
+    let mut before = apply(&mut correction, &squashed, &[]);
+    for step in 0..400 {
+        let force = 1e-6 * 1.05_f32.powi(step);
+        let push: Vec<Push> = (0..25).map(|vertex| Push { vertex, offset: [0.0, 0.0, force] }).collect();
+        let now = apply(&mut correction, &squashed, &push);
+        for (a, b) in now.iter().flatten().zip(before.iter().flatten()) {
+            assert!((a - b).abs() < 0.02, "a pop at {force}: {a} {b}");
+        }
+        before = now;
+    }
+}
+
+#[test]
+fn what_is_held_stays_and_the_field_rises_beside_it() {
+    let lattice = lattice(&block([0, 0, 0], [4, 4, 12]));
+    let stretched = posed(&lattice, |[x, y, z]| [x, y, 1.3 * z]);
+    let held: Vec<u32> = (0..25).collect();
+    let mut correction =
+        Correction::new(&lattice, None, &VolumeMeasure::Cells.into(), 2).unwrap().expect("not off");
+    correction.hold(&held);
+    let corrected = apply(&mut correction, &stretched, &[]);
+    assert_eq!(corrected[..25], stretched[..25]);
+    // Up an edge of the block: rising over three links, then even.
+    let moved = |z: i32| {
+        let v = lattice.vertex_at([0, 2, z]).unwrap() as usize;
+        corrected[v][0] - stretched[v][0]
+    };
+    assert!(0.0 == moved(0) && moved(0) < moved(1) && moved(1) < moved(2) && moved(2) < moved(3));
+    assert!((moved(3) - moved(8)).abs() < 1e-6);
+    within(VolumeMeasures::new(&lattice, None).report(&corrected).after, 192.0, 1e-6);
+    correction.hold(&[]);
+    assert_ne!(apply(&mut correction, &stretched, &[])[0], stretched[0]);
+}

@@ -1,0 +1,211 @@
+//! The volume correction where it has little or nothing to go by, and what it refuses.
+
+mod shapes;
+
+use nalgebra::Point3;
+use proptest::prelude::*;
+use shapes::{UPRIGHT, apply, ball, block, lattice, of_mesh, posed, sphere, within};
+use supple::volume::{ComponentReport, Preservation, Surface, VolumeError, VolumeMeasure, smallest_root};
+use supple::{Correction, Embedding, Lattice, Mesh, Resolution, VolumeMeasures, VolumeOptions};
+
+const MEASURES: [VolumeMeasure; 2] = [VolumeMeasure::Lattice, VolumeMeasure::Cells];
+
+fn report(correction: &mut Correction, deformed: &[[f32; 3]]) -> (ComponentReport, Vec<[f32; 3]>) {
+    let mut corrected = vec![[f32::NAN; 3]; deformed.len()];
+    let components = correction.apply(deformed, &vec![UPRIGHT; deformed.len()], &[], &mut corrected);
+    let component = components[0];
+    assert!(corrected.iter().flatten().all(|x| x.is_finite()), "{component:?}");
+    let c = component;
+    assert!([c.before, c.after, c.lambda, c.residual].iter().all(|x| x.is_finite()), "{component:?}");
+    (component, corrected)
+}
+
+fn of_lattice(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
+    Correction::new(lattice, None, &measure.into(), 1).expect("usable").expect("not off")
+}
+
+#[test]
+fn no_deformation_gives_nan() {
+    let lattice = lattice(&block([0, 0, 0], [5, 4, 3]));
+    let maps: [fn([f32; 3]) -> [f32; 3]; 7] = [
+        |_| [0.0; 3],
+        |_| [1e6, 3.0, -1e-20],
+        |[x, y, _]| [x, y, 0.0],
+        |[x, _, _]| [x, 0.0, 0.0],
+        |[x, y, z]| [-x, y, z],
+        |p| p.map(|x| x * 1e30),
+        |[x, y, z]| [f32::MAX * (x - 2.5).signum(), f32::MIN * (y - 2.0).signum(), z * 1e-30],
+    ];
+    for measure in MEASURES {
+        let mut correction = of_lattice(&lattice, measure);
+        for (case, map) in maps.iter().enumerate() {
+            let deformed = posed(&lattice, map);
+            let (component, corrected) = report(&mut correction, &deformed);
+            assert!(component.capped == (component.residual.abs() > 1e-6), "{case}: {component:?}");
+            assert!(component.lambda.abs() <= 1.0, "beyond the cap, {case}: {component:?}");
+            let moved = corrected.iter().flatten().zip(deformed.iter().flatten()).map(|(a, b)| (a - b).abs());
+            assert!(case > 3 || moved.fold(0.0, f32::max) <= 1.0 + 0.07, "{case}");
+        }
+    }
+}
+
+#[test]
+fn a_body_all_held_stays_and_says_so() {
+    let lattice = lattice(&block([0, 0, 0], [3, 3, 3]));
+    let all: Vec<u32> = (0..lattice.len() as u32).collect();
+    let mut correction = of_lattice(&lattice, VolumeMeasure::Cells);
+    correction.hold(&all);
+    let stretched = posed(&lattice, |[x, y, z]| [x, y, 1.25 * z]);
+    let (component, corrected) = report(&mut correction, &stretched);
+    assert_eq!(corrected, stretched);
+    assert!(component.capped && component.lambda == 0.0);
+    within(component.residual, 0.25, 1e-12);
+}
+
+#[test]
+fn the_cap_is_a_part_of_the_thickness() {
+    let lattice = lattice(&block([0, 0, 0], [8, 8, 8]));
+    let huge = posed(&lattice, |p| p.map(|x| 3.0 * x));
+    for max_correction in [0.0, 0.1, 0.5] {
+        let options = VolumeOptions { max_correction, ..VolumeMeasure::Cells.into() };
+        let mut correction = Correction::new(&lattice, None, &options, 1).unwrap().unwrap();
+        let (component, _) = report(&mut correction, &huge);
+        // The middle of eight cells lies four below the boundary.
+        assert_eq!((component.lambda, component.capped), (-4.0 * max_correction, true));
+        assert!(component.residual > 0.0 && component.after <= component.before);
+    }
+}
+
+/// Pressed flat and let go again: the correction follows without a jump.
+#[test]
+fn pressed_flat_and_released() {
+    let lattice = lattice(&block([0, 0, 0], [6, 6, 6]));
+    for measure in MEASURES {
+        let mut correction = of_lattice(&lattice, measure);
+        let mut before = None;
+        for step in 0..=4000 {
+            let height = (step as f32 / 2000.0 - 1.0).abs();
+            let (component, _) = report(&mut correction, &posed(&lattice, |[x, y, z]| [x, y, height * z]));
+            let jump = component.lambda - before.unwrap_or(component.lambda);
+            assert!(jump.abs() < 0.02, "{measure}, height {height}: {jump}");
+            before = Some(component.lambda);
+        }
+    }
+}
+
+#[test]
+fn thin_parts_and_single_cells_have_a_field() {
+    let shapes = [
+        vec![[0, 0, 0]],
+        block([0, 0, 0], [9, 1, 1]),
+        block([0, 0, 0], [6, 6, 1]),
+        vec![[0, 0, 0], [1, 1, 0]],
+        vec![[0, 0, 0], [1, 1, 1]],
+        (0..9).map(|k| [k, k % 2, 0]).collect(),
+    ];
+    for cells in &shapes {
+        let lattice = lattice(cells);
+        let squashed = posed(&lattice, |[x, y, z]| [x, y, 0.9 * z]);
+        for measure in MEASURES {
+            let (component, corrected) = report(&mut of_lattice(&lattice, measure), &squashed);
+            assert!(!component.capped && component.residual.abs() < 1e-12, "{cells:?}: {component:?}");
+            let moves =
+                |a: &[f32; 3], b: &[f32; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt();
+            for (a, b) in corrected.iter().zip(&squashed) {
+                assert!((f64::from(moves(a, b)) - component.lambda).abs() < 1e-5, "{cells:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn components_have_a_life_of_their_own() {
+    let mut cells = block([0, 0, 0], [3, 3, 3]);
+    cells.extend(block([10, 0, 0], [2, 4, 3]));
+    let lattice = lattice(&cells);
+    // The second one flies away and is squashed.
+    let deformed = posed(&lattice, |[x, y, z]| if x < 5.0 { [x, y, z] } else { [x + 500.0, 0.8 * y, z] });
+    let mut correction = of_lattice(&lattice, VolumeMeasure::Cells);
+    let mut corrected = deformed.clone();
+    let reports = correction.apply(&deformed, &vec![UPRIGHT; lattice.len()], &[], &mut corrected).to_vec();
+    assert_eq!(reports.len(), 2);
+    assert_eq!((reports[0].lambda, reports[0].rest), (0.0, 27.0));
+    assert!(reports[1].lambda > 0.05 && !reports[1].capped);
+    for (i, (a, b)) in corrected.iter().zip(&deformed).enumerate() {
+        assert_eq!(a == b, lattice.components().of_vertex[i] == 0);
+    }
+    let mut measures = VolumeMeasures::new(&lattice, None);
+    let report = measures.report_corrected(&correction, &reports, &deformed, &corrected);
+    assert_eq!((report.rest, report.lambda), (51.0, reports[1].lambda));
+    // Positions 500 cells away are known to 3e-5.
+    within(report.by(VolumeMeasure::Cells).unwrap().after, 51.0, 1e-5);
+}
+
+#[test]
+fn nested_shells() {
+    let merged = |spheres: &[([f64; 3], f64, bool)]| {
+        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+        for &(centre, radius, flipped) in spheres {
+            let (own, mut own_faces) = sphere(centre, radius, 8);
+            let first = vertices.len() as u32;
+            for face in &mut own_faces {
+                face.iter_mut().for_each(|corner| *corner += first);
+                if flipped {
+                    face.reverse();
+                }
+            }
+            vertices.extend(own);
+            faces.extend(own_faces);
+        }
+        let mesh = Mesh::new(vertices, &faces).unwrap();
+        let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.5));
+        let surface = Surface { mesh: &mesh, embedding: &embedding };
+        let report = VolumeMeasures::new(&lattice, Some(surface)).report(&posed(&lattice, |p| p));
+        report.by(VolumeMeasure::Mesh).expect("a usable mesh").rest
+    };
+    let unit = merged(&[([0.0; 3], 2.0, false)]) / 8.0;
+    for outer in [false, true] {
+        let head = ([0.0; 3], 2.0, outer);
+        within(merged(&[head]), 8.0 * unit, 1e-6);
+        // An eye, a cavity, something in the cavity, and something apart.
+        within(merged(&[head, ([0.5, 0.0, 0.3], 1.0, outer)]), 8.0 * unit, 1e-6);
+        within(merged(&[head, ([0.5, 0.0, 0.3], 1.0, !outer)]), 7.0 * unit, 1e-6);
+        within(merged(&[head, ([0.0; 3], 1.0, !outer), ([0.1; 3], 0.5, outer)]), 7.125 * unit, 1e-6);
+        within(merged(&[head, ([9.0, 0.0, 0.0], 1.0, true)]), 9.0 * unit, 1e-6);
+    }
+}
+
+#[test]
+fn surfaces_that_enclose_nothing() {
+    let closed = ball(2.0);
+    let open =
+        Mesh::new(closed.vertices().iter().map(|p| (*p).into()).collect(), &closed.triangles()[1..]).unwrap();
+    let two_sided: Vec<_> = open.triangles().iter().flat_map(|&[a, b, c]| [[a, b, c], [a, c, b]]).collect();
+    let two_sided = Mesh::new(open.vertices().iter().map(|p| (*p).into()).collect(), &two_sided).unwrap();
+    for (mesh, closed) in [(open, false), (two_sided, true)] {
+        let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.5));
+        let surface = Some(Surface { mesh: &mesh, embedding: &embedding });
+        let error = Correction::new(&lattice, surface, &VolumeMeasure::Mesh.into(), 1).unwrap_err();
+        assert!(
+            matches!(error, VolumeError::Flat { .. }) == closed && error.to_string().contains("`cells`"),
+            "{error}"
+        );
+        let auto = Correction::new(&lattice, surface, &Preservation::Auto.into(), 1).unwrap().unwrap();
+        assert_eq!(auto.measure(), VolumeMeasure::Cells);
+        assert_eq!(VolumeMeasures::new(&lattice, surface).kinds().count(), 2);
+    }
+}
+
+#[test]
+fn refused_and_left_out() {
+    let lattice = lattice(&[[0, 0, 0]]);
+    let new = |options: &VolumeOptions| Correction::new(&lattice, None, options, 1);
+    assert_eq!(new(&VolumeMeasure::Mesh.into()).unwrap_err(), VolumeError::NoMesh);
+    assert!(new(&Preservation::Off.into()).unwrap().is_none());
+    for max_correction in [-1.0, f64::NAN, f64::INFINITY] {
+        let error = new(&VolumeOptions { max_correction, ..Default::default() }).unwrap_err();
+        assert!(matches!(error, VolumeError::MaxCorrection(_)), "{error}");
+    }
+    let report = VolumeMeasures::new(&lattice, None).report(&posed(&lattice, |[x, y, z]| [2.0 * x, y, z]));
+    assert_eq!((report.rest, report.before, report.after, report.lambda), (1.0, 2.0, 2.0, 0.0));
+}
