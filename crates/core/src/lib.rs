@@ -23,9 +23,11 @@ pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
 pub use error::Error;
 pub use lanes::Lanes;
 pub use lattice::{
-    Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
+    CellPoints, Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport,
+    Resolution,
 };
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
 pub use simulation::{Simulation, SimulationBuilder};
+pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};

@@ -91,8 +91,7 @@ impl Body {
 
     /// Velocities in scene units per second, shape `(n, 3)`.
     pub fn velocities(&self) -> Vec<Vector3<f64>> {
-        let cell_size = self.lattice.cell_size();
-        self.by_vertex(|slot| Vector3::from(self.state.velocities.get(slot).map(f64::from)) * cell_size)
+        self.by_vertex(|slot| self.state.frame.velocity_to_world(self.state.velocities.get(slot)))
     }
 
     /// Sets all velocities, one per vertex. Positions, pins and the rest stay as they are.
@@ -102,11 +101,7 @@ impl Body {
     /// A wrong number of velocities, or a number that is not finite.
     pub fn set_velocities(&mut self, velocities: &[Vector3<f64>]) -> Result<(), ArrayError> {
         self.check("velocities", velocities.len(), velocities.iter().copied())?;
-        let cell_size = self.lattice.cell_size();
-        for (&slot, velocity) in self.matching.layout.slots().iter().zip(velocities) {
-            self.state.velocities.set(slot, (velocity / cell_size).map(|v| v as f32).into());
-        }
-        self.state.books.fill(None);
+        self.state.set_world_velocities(self.matching.layout.slots(), velocities);
         Ok(())
     }
 

@@ -28,12 +28,17 @@ pub(crate) struct State {
 }
 
 /// Where the body's own coordinates lie in the world: world = `base` + `cell_size` (`shift` + x).
+///
+/// The origin of a free body flies with it: what all vertices have in common is kept in f64, so that neither
+/// distance nor speed costs accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Frame {
     base: [f64; 3],
-    /// Whole multiples of `quantum`, in cells: a change of origin is exact.
+    /// In cells.
     shift: [f64; 3],
+    /// Velocity of the origin, in cells/s; velocities are relative to it.
+    velocity: [f64; 3],
     cell_size: f64,
     /// A power of two, at least the body's extent at rest, in cells.
     quantum: f64,
@@ -53,6 +58,23 @@ impl Frame {
     /// The body's origin in the world, and its unit.
     pub(crate) fn body_frame(self) -> BodyFrame {
         BodyFrame { origin: self.to_world(Vector3::zeros()), cell_size: self.cell_size }
+    }
+
+    /// The velocity of the origin, in cells/s.
+    pub(crate) fn velocity(self) -> Vector3<f64> {
+        self.velocity.into()
+    }
+
+    /// The velocity of the world in scene units per second of one in cells/s relative to the origin.
+    pub(crate) fn velocity_to_world(self, local: [f32; 3]) -> Vector3<f64> {
+        (self.velocity() + Vector3::from(local.map(f64::from))) * self.cell_size
+    }
+
+    /// Lets the origin fly on: it gains `gain` in cells/s, then moves.
+    pub(crate) fn fly(&mut self, gain: Vector3<f64>, dt: f64) {
+        let velocity = self.velocity() + gain;
+        self.velocity = velocity.into();
+        self.shift = (Vector3::from(self.shift) + velocity * dt).into();
     }
 
     /// The whole multiple of the quantum nearest to a point given in cells from the origin.
@@ -75,7 +97,8 @@ impl State {
         let cell_size = lattice.cell_size();
         let base = rotation * (lattice.origin() + middle * cell_size) + translation;
         let quantum = 2.0_f64.powf(extent.log2().ceil());
-        let frame = Frame { base: base.coords.into(), shift: [0.0; 3], cell_size, quantum };
+        let (shift, velocity) = ([0.0; 3], [0.0; 3]);
+        let frame = Frame { base: base.coords.into(), shift, velocity, cell_size, quantum };
 
         let mut state = Self {
             frame,
@@ -123,6 +146,31 @@ impl State {
         for (&slot, &point) in slots.iter().zip(world) {
             self.put(slot, self.frame.to_local(point));
         }
+        self.books.fill(None);
+    }
+
+    /// Velocities of the world in scene units per second for all slots of `slots`; their mean becomes the origin's.
+    pub(crate) fn set_world_velocities(&mut self, slots: &[u32], world: &[Vector3<f64>]) {
+        let cells = |v: &Vector3<f64>| v / self.frame.cell_size;
+        let mean = world.iter().map(|v| cells(v) / world.len() as f64).sum::<Vector3<f64>>();
+        for (&slot, velocity) in slots.iter().zip(world) {
+            self.velocities.set(slot, (cells(velocity) - mean).map(|v| v as f32).into());
+        }
+        self.frame.velocity = mean.into();
+        self.books.fill(None);
+    }
+
+    /// Gives the origin `velocity`, in cells/s, and the vertices what they had beside it.
+    pub(crate) fn set_origin_velocity(&mut self, slots: &[u32], velocity: Vector3<f64>) {
+        let change = self.frame.velocity() - velocity;
+        if change == Vector3::zeros() {
+            return;
+        }
+        for &slot in slots {
+            let local = Vector3::from(self.velocities.get(slot).map(f64::from)) + change;
+            self.velocities.set(slot, local.map(|v| v as f32).into());
+        }
+        self.frame.velocity = velocity.into();
         self.books.fill(None);
     }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::Body;
 use crate::dynamics::integrate::Advance;
-use crate::dynamics::{Colliders, Interval};
+use crate::dynamics::{Colliders, Interval, Kinematics};
 use crate::parallel::Executor;
 
 /// What acts on all bodies in a step.
@@ -22,7 +22,8 @@ impl Body {
     pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
         self.begin_holds(world);
         self.open_books(executor);
-        self.match_shape(world, executor);
+        let gain = self.fall(world);
+        self.match_shape(world, gain, executor);
         self.damp(world, executor);
         self.advance(world, executor);
         self.touch(world);
@@ -39,26 +40,51 @@ impl Body {
         }
     }
 
-    /// Measures the momenta that no book has, and keeps the body near its origin.
-    fn open_books(&mut self, executor: &Executor) {
-        let Self { matching, bookkeeper, state, .. } = self;
-        let strayed = state.strayed(matching.layout.slots()[0]);
-        if !strayed && !bookkeeper.any_to_open(&state.books) {
-            return;
-        }
-        bookkeeper.measure(executor, &matching.regions.constants, &state.positions, &state.velocities);
-        bookkeeper.open(&mut state.books);
-        if strayed {
-            state.rebase(matching.layout.slots(), bookkeeper.centre());
-        }
+    /// Whether nothing holds the body and nothing can touch it.
+    fn flies(&self) -> bool {
+        self.contacts.is_none() && !self.kinematics.as_ref().is_some_and(Kinematics::holds_any)
     }
 
-    /// Goal positions by shape matching, and the velocities that they and gravity give.
-    fn match_shape(&mut self, world: &World, executor: &Executor) {
+    /// Measures the momenta that no book has, and keeps the origin with the body: near it, and flying with it.
+    fn open_books(&mut self, executor: &Executor) {
+        let flies = self.flies();
         let Self { matching, bookkeeper, state, .. } = self;
+        let slots = matching.layout.slots();
+        if !flies {
+            state.set_origin_velocity(slots, Vector3::zeros());
+        }
+        let (strayed, to_open) = (state.strayed(slots[0]), bookkeeper.any_to_open(&state.books));
+        if !strayed && !to_open {
+            return;
+        }
+        let constants = &matching.regions.constants;
+        bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        if strayed {
+            state.rebase(slots, bookkeeper.centre());
+        }
+        if to_open && flies {
+            state.set_origin_velocity(slots, state.frame.velocity() + bookkeeper.velocity());
+            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        }
+        bookkeeper.open(&mut state.books);
+    }
+
+    /// Gravity: the origin of a body that flies falls as a whole. Returns what the vertices gain beside it, in
+    /// cells/s.
+    fn fall(&mut self, world: &World) -> Vector3<f64> {
         let dt = world.interval.dt;
         let gain = world.gravity * (dt / self.lattice.cell_size());
-        let pull = self.material.alpha(dt) / dt;
+        if !self.flies() {
+            return gain;
+        }
+        self.state.frame.fly(gain, dt);
+        Vector3::zeros()
+    }
+
+    /// Goal positions by shape matching, and the velocities that they and `gain` give.
+    fn match_shape(&mut self, world: &World, gain: Vector3<f64>, executor: &Executor) {
+        let Self { matching, bookkeeper, state, .. } = self;
+        let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
         matching.fit(executor, &state.positions, &mut state.rotations);
         matching.accelerate(
             executor,

@@ -171,8 +171,17 @@ impl Bookkeeper {
 
     /// The centre of mass of the body in the last measurement, in cells.
     pub(crate) fn centre(&self) -> Vector3<f64> {
-        let mass: f64 = self.states.iter().map(|state| state.mass).sum();
-        self.states.iter().map(|state| state.centre * state.mass).sum::<Vector3<f64>>() / mass
+        self.states.iter().map(|state| state.centre * state.mass).sum::<Vector3<f64>>() / self.mass()
+    }
+
+    /// The velocity of that centre, in cells/s.
+    pub(crate) fn velocity(&self) -> Vector3<f64> {
+        self.states.iter().map(|state| Vector3::from(state.momentum.linear)).sum::<Vector3<f64>>()
+            / self.mass()
+    }
+
+    fn mass(&self) -> f64 {
+        self.states.iter().map(|state| state.mass).sum()
     }
 
     /// The rigid velocity that each component, as measured last, misses of its book; none where that is shut.

@@ -29,6 +29,7 @@ use nalgebra::Point3;
 use crate::mesh::{Component, Mesh};
 use candidate::Request;
 pub use components::Components;
+pub(crate) use disjoint::DisjointSets;
 pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
 pub use options::{LatticeOptions, Resolution};

@@ -1,0 +1,163 @@
+//! A body on which nothing pulls: it keeps its place, its angle and its momenta.
+
+mod common;
+
+use common::{Random, bare, block, coordinates, lattice, points, rest, rigid_fit, worst};
+use nalgebra::{Rotation3, Vector3};
+use supple::{Body, Simulation};
+
+const DT: f64 = 1.0 / 60.0;
+
+fn free(body: Body) -> Simulation {
+    Simulation::builder().body(body).gravity([0.0; 3]).dt(DT).threads(1).build().unwrap()
+}
+
+/// Centre of mass and the turn from rest.
+fn pose(sim: &Simulation) -> (Vector3<f64>, Rotation3<f64>) {
+    let body = sim.body(0);
+    let (turn, _, centre) = rigid_fit(&body.masses(), &rest(body.lattice()), &coordinates(&body.positions()));
+    (centre, turn)
+}
+
+/// Linear momentum over mass, and angular momentum about the centre over mass.
+fn momenta(sim: &Simulation) -> (Vector3<f64>, Vector3<f64>) {
+    let body = sim.body(0);
+    let (x, v, m) = (coordinates(&body.positions()), body.velocities(), body.masses());
+    let mass: f64 = m.iter().sum();
+    let centre = x.iter().zip(&m).map(|(x, m)| x * *m).sum::<Vector3<f64>>() / mass;
+    let linear = v.iter().zip(&m).map(|(v, m)| v * *m).sum::<Vector3<f64>>() / mass;
+    let angular =
+        x.iter().zip(&v).zip(&m).map(|((x, v), m)| (x - centre).cross(v) * *m).sum::<Vector3<f64>>() / mass;
+    (linear, angular)
+}
+
+/// Noise on the positions with neither shift nor turn, and at rest.
+fn shaken(body: &mut Body, size: f64) {
+    let x0 = rest(body.lattice());
+    let mut random = Random(21);
+    let noisy: Vec<_> = x0.iter().map(|x| x + random.vector() * size).collect();
+    let (turn, c, d) = rigid_fit(&body.masses(), &x0, &noisy);
+    let x: Vec<_> = noisy.iter().map(|x| turn.inverse() * (x - d) + c).collect();
+    body.set_positions(&points(&x)).unwrap();
+}
+
+/// Stretched along the three axes of symmetry: it vibrates, and by symmetry never turns.
+fn stretched(body: &mut Body, factors: Vector3<f64>) {
+    let x0 = rest(body.lattice());
+    let middle = x0.iter().sum::<Vector3<f64>>() / x0.len() as f64;
+    let x: Vec<_> = x0.iter().map(|x| middle + (x - middle).component_mul(&factors)).collect();
+    body.set_positions(&points(&x)).unwrap();
+}
+
+#[test]
+fn a_free_body_keeps_its_place_and_its_angle() {
+    let (still, stretch) = (Vector3::repeat(1.0), Vector3::new(1.15, 0.95, 0.9));
+    for (factors, damping) in [(still, 0.0), (still, 0.1), (stretch, 0.0), (stretch, 0.1)] {
+        let lattice = lattice(&block([7, 4, 5]));
+        let mut body =
+            Body::from_lattice(lattice).half_width(2).stiffness(0.7).damping(damping).build().unwrap();
+        stretched(&mut body, factors);
+        let mut sim = free(body);
+        let before = pose(&sim);
+        sim.steps(100_000);
+        let after = pose(&sim);
+        let (drift, turn) = ((after.0 - before.0).norm(), before.1.rotation_to(&after.1).angle());
+        println!("stretch {factors:?}, damping {damping}: centre {drift:e} cells, angle {turn:e} rad");
+        assert!(drift < 1e-3, "stretch {factors:?}, damping {damping}: the centre moved by {drift:e} cells");
+        assert!(turn < 1e-3, "stretch {factors:?}, damping {damping}: it turned by {turn:e} rad");
+    }
+}
+
+#[test]
+fn momenta_are_kept_while_it_spins_and_vibrates() {
+    for damping in [0.0, 0.2] {
+        let mut random = Random(22);
+        let lattice = lattice(&block([9, 3, 4]));
+        let mut body = Body::from_lattice(lattice).half_width(1).damping(damping).build().unwrap();
+        shaken(&mut body, 0.2);
+        let x = coordinates(&body.positions());
+        let spin = Vector3::new(0.3, 1.1, -0.4);
+        let v: Vec<_> =
+            x.iter().map(|x| spin.cross(x) + random.vector() + Vector3::new(2.0, 0.0, 1.0)).collect();
+        body.set_velocities(&v).unwrap();
+        let mut sim = free(body);
+        let before = momenta(&sim);
+        sim.steps(2000);
+        let after = momenta(&sim);
+        assert!((before.0 - after.0).norm() < 1e-6, "damping {damping}: {before:?} {after:?}");
+        assert!(
+            (before.1 - after.1).norm() < 1e-5 * before.1.norm(),
+            "damping {damping}: {before:?} {after:?}"
+        );
+    }
+}
+
+#[test]
+fn a_body_flies_as_its_momentum_says() {
+    let mut body = bare(&lattice(&block([4, 4, 4])), 2);
+    let velocity = Vector3::new(60_000.0, -3_700.0, 1_100.0);
+    body.set_velocities(&vec![velocity; body.lattice().len()]).unwrap();
+    let mut sim = free(body);
+    let start = pose(&sim).0;
+    sim.steps(1_000);
+    let (end, turn) = pose(&sim);
+    let flown = velocity * (1_000.0 * DT);
+    assert!(flown.norm() > 1e6);
+    assert!((end - start - flown).norm() < 1e-3, "{end:?}");
+    let turned = (turn.matrix() - Rotation3::identity().matrix()).amax();
+    assert!(turned < 1e-5, "{turned}");
+    let goals = coordinates(&sim.body(0).goals());
+    let error = worst(&goals, &coordinates(&sim.body(0).positions()));
+    assert!(error <= 1e-5, "after the flight the goals are {error:e} cells off");
+}
+
+#[test]
+fn a_slow_body_moves_by_less_than_its_positions_can_tell_apart() {
+    let mut body = bare(&lattice(&block([4, 4, 4])), 1);
+    // 1.7e-8 cells a step: an ulp of the positions is ten times as long.
+    let velocity = Vector3::new(1e-6, 0.0, 0.0);
+    body.set_velocities(&vec![velocity; body.lattice().len()]).unwrap();
+    let mut sim = free(body);
+    let start = pose(&sim).0;
+    sim.steps(20_000);
+    let flown = velocity * (20_000.0 * DT);
+    assert!((pose(&sim).0 - start - flown).norm() < 0.01 * flown.norm());
+}
+
+#[test]
+fn gravity_is_a_parabola() {
+    let mut sim = Simulation::builder()
+        .body(bare(&lattice(&block([3, 3, 3])), 2))
+        .gravity([0.0, -9.81, 2.0])
+        .dt(DT)
+        .threads(1)
+        .build()
+        .unwrap();
+    let start = pose(&sim).0;
+    sim.steps(600);
+    // Symplectic Euler: x = g dt² n (n + 1)/2.
+    let fallen = Vector3::new(0.0, -9.81, 2.0) * (DT * DT * 600.0 * 601.0 / 2.0);
+    assert!((pose(&sim).0 - start - fallen).norm() < 1e-6 * fallen.norm());
+}
+
+#[test]
+fn parts_that_float_keep_their_own_momenta() {
+    let mut cells = block([3, 3, 3]);
+    cells.extend(block([2, 2, 2]).into_iter().map(|[x, y, z]| [x + 8, y, z]));
+    let lattice = lattice(&cells);
+    assert_eq!(lattice.components().count, 2);
+    let mut body = Body::from_lattice(lattice.clone()).half_width(2).damping(0.3).build().unwrap();
+    let of = lattice.components().of_vertex.clone();
+    let way = [Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, -2.0)];
+    let v: Vec<_> = of.iter().map(|&c| way[c as usize]).collect();
+    body.set_velocities(&v).unwrap();
+    let mut sim = free(body);
+    sim.steps(1000);
+    let moved: Vec<_> = coordinates(&sim.body(0).positions())
+        .iter()
+        .zip(rest(&lattice))
+        .zip(&of)
+        .map(|((x, x0), &c)| x - x0 - way[c as usize] * (1000.0 * DT))
+        .collect();
+    assert!(moved.iter().all(|d| d.norm() < 1e-4), "{:?}", moved[0]);
+}
