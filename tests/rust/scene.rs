@@ -294,7 +294,7 @@ fn wrong_overrides_say_so() {
         ("simulation.frame=3", "unknown key `simulation.frame`; the nearest known one is `frames`"),
         ("body.bsut.half_width=3", "nothing is called `bsut`; the nearest known name is `bust`"),
         ("body.7.half_width=3", "the list has 1"),
-        ("body.bust.half_width=0", "must be a whole number whole number from 1"),
+        ("body.bust.half_width=0", "must be a whole number from 1"),
         ("body.bust.stiffness=soft", "a number, not the text \"soft\""),
         ("body.bust.name.x=1", "has no keys"),
         ("body..x=1", "is called"),

@@ -93,6 +93,8 @@ impl Writer {
             "volume",
             format_args!("{{ measure = {measure}, field = {field}, max_correction = {cap} }}"),
         );
+        self.key("velocity", vector(body.placement.velocity));
+        self.key("spin", vector(body.placement.spin));
         for pin in &body.pins {
             self.header("[[body.pin]]");
             self.held(&pin.selection, pin.window);
