@@ -3,6 +3,7 @@
 mod body;
 pub mod dynamics;
 mod error;
+pub mod frames;
 mod lanes;
 mod lattice;
 mod matching;
@@ -13,6 +14,10 @@ mod parallel;
 pub mod reference;
 #[cfg(feature = "scene")]
 mod run;
+#[cfg(feature = "scene")]
+pub mod scene;
+#[cfg(feature = "scene")]
+pub mod run;
 #[cfg(feature = "scene")]
 pub mod scene;
 mod simulation;
