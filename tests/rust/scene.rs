@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use supple::dynamics::{Selection, Shape};
-use supple::scene::{FormatName, Scene, SceneError, Substeps, Up};
+use supple::frames::Format;
+use supple::scene::{Scene, SceneError, Substeps, Up};
 use supple::volume::{Preservation, VolumeMeasure};
 use supple::{Damping, Reach, Resolution, Stiffness};
 
@@ -84,7 +85,7 @@ fn every_key_is_read() {
     assert_eq!((scene.simulation.frames, scene.simulation.fps), (12, 24.0));
     assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
     assert_eq!(scene.simulation.gravity, [0.0, 0.0, -9.81]);
-    assert_eq!(scene.output.format, FormatName::Ply);
+    assert_eq!(scene.output.format, Format::Ply);
     assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
 
     let body = &scene.bodies[0];
@@ -274,7 +275,7 @@ fn overrides_change_the_scene() {
         ],
     )
     .unwrap();
-    assert_eq!((scene.simulation.frames, scene.output.format), (60, FormatName::Pc2));
+    assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2));
     assert_eq!(scene.output.directory, Path::new("else where"));
     // The override takes the place of `stiffness_radius`, which said the same.
     assert_eq!(scene.bodies[0].material.reach, Reach::Cells(3));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use supple::scene;
+use supple::{frames, scene};
 
 /// Soft bodies by lattice shape matching that keep their volume.
 #[derive(Debug, Parser)]
@@ -110,7 +110,7 @@ pub(crate) enum Up {
     Z,
 }
 
-impl From<Format> for scene::FormatName {
+impl From<Format> for frames::Format {
     fn from(format: Format) -> Self {
         match format {
             Format::Obj => Self::Obj,

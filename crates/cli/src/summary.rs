@@ -14,10 +14,9 @@ pub(crate) fn line(name: &str, report: &RunReport) -> String {
         Outcome::Finished | Outcome::Stopped => {
             let ended = if report.outcome == Outcome::Stopped { "stopped after" } else { "done, up to" };
             format!(
-                "{name}: {ended} frame {}, {} frames ({}) in {folder}, {}",
+                "{name}: {ended} frame {}, {} frames written to {folder} in {}",
                 report.last,
                 report.written,
-                say::bytes(report.bytes),
                 say::duration(report.elapsed.as_secs_f64())
             )
         }

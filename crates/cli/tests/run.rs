@@ -120,7 +120,7 @@ fn a_pipe_shows_every_tenth_and_a_summary() {
     let lines: Vec<&str> = ended.err.lines().filter(|line| line.contains(" %")).collect();
     assert_eq!(lines.len(), 10, "{ended:?}");
     assert!(lines.iter().all(|line| line.contains("left")), "{lines:?}");
-    assert!(ended.out.contains("21 frames") && ended.out.lines().count() == 1, "{ended:?}");
+    assert!(ended.out.contains("21 frames written") && ended.out.lines().count() == 1, "{ended:?}");
     let quiet = stage.supple(&["run", "scene.toml", "--quiet"]);
     assert_eq!((quiet.err.as_str(), quiet.out.lines().count()), ("", 1));
 }

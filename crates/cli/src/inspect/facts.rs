@@ -1,9 +1,10 @@
 //! What is known about a scene before it runs, in the shape of the JSON that `--json` prints.
 
 use serde::Serialize;
-use supple::Body;
-use supple::run::{Job, Prepared};
-use supple::scene::{BodyData, Scene, Substeps};
+use supple::run::Prepared;
+use supple::scene::{Scene, Substeps};
+
+use super::body;
 
 /// A scene.
 #[derive(Debug, Serialize)]
@@ -100,4 +101,40 @@ pub(crate) struct FloatingFacts {
     pub(crate) cells: usize,
     pub(crate) mesh_components: Vec<u32>,
     pub(crate) joined: bool,
+}
+
+impl Facts {
+    /// What is known about a prepared scene.
+    pub(crate) fn of(input: &str, scene: &Scene, prepared: &Prepared) -> Self {
+        let bodies: Vec<BodyFacts> =
+            (0..scene.bodies.len()).map(|index| body::of(scene, prepared, index)).collect();
+        let simulation = &scene.simulation;
+        let frames = u64::from(simulation.frames) + 1;
+        Self {
+            input: input.to_owned(),
+            frames: simulation.frames,
+            fps: simulation.fps,
+            seconds: f64::from(simulation.frames) / simulation.fps,
+            substeps: prepared.substeps,
+            substeps_auto: simulation.substeps == Substeps::Auto,
+            threads: prepared.simulation.threads(),
+            simd: supple::simd_level().to_string(),
+            directory: scene.output_folder().display().to_string(),
+            format: scene.output.format.name(),
+            bytes_on_disk: bodies.iter().map(|body| body.frame_bytes * frames).sum(),
+            bodies,
+            colliders: scene.colliders.len(),
+            plan: prepared.simulation.plan().to_string(),
+            notes: notes(scene),
+        }
+    }
+}
+
+/// What a user may not expect.
+fn notes(scene: &Scene) -> Vec<String> {
+    let mut notes = Vec::new();
+    if scene.bodies.len() > 1 {
+        notes.push("contact between bodies is not simulated: they pass through each other".to_owned());
+    }
+    notes
 }

@@ -1,5 +1,6 @@
 //! `supple inspect`: what would be simulated; nothing is run.
 
+mod body;
 mod facts;
 mod text;
 

@@ -9,7 +9,8 @@ use super::observer::{Flow, Observer, Progress};
 use super::prepare::Prepared;
 use super::report::{BodyReport, Outcome, RunReport};
 use super::sinks::Sinks;
-use super::stats::{Row, Stats};
+use super::row::{Row, Times};
+use super::stats::Stats;
 
 /// A job under way.
 pub(super) struct Running<'a> {
@@ -23,8 +24,9 @@ pub(super) struct Running<'a> {
     /// Steps since the last row of statistics.
     stepping: Duration,
     written: u32,
-    bytes: u64,
-    bodies: Vec<BodyReport>,
+    /// One per mesh vertex of the body that is being written.
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
 }
 
 impl<'a> Running<'a> {
@@ -36,14 +38,6 @@ impl<'a> Running<'a> {
         fingerprint: String,
         after: Option<u32>,
     ) -> Self {
-        let report = |body: &crate::Body| BodyReport {
-            name: body.name().to_owned(),
-            lattice_vertices: body.lattice().len(),
-            volume_rest: 0.0,
-            volume_drift: 0.0,
-            capped: 0,
-        };
-        let bodies = prepared.simulation.bodies().iter().map(report).collect();
         Self {
             job,
             prepared,
@@ -53,8 +47,8 @@ impl<'a> Running<'a> {
             after,
             stepping: Duration::ZERO,
             written: 0,
-            bytes: 0,
-            bodies,
+            positions: Vec::new(),
+            normals: Vec::new(),
         }
     }
 
@@ -71,20 +65,19 @@ impl<'a> Running<'a> {
                 self.prepared.simulation.steps(u64::from(self.prepared.substeps));
                 self.stepping += stepping.elapsed();
             }
-            if self.job.numbering().keeps(frame) {
+            if self.job.keeps(frame) {
                 self.look(frame)?;
             }
             let time = self.prepared.simulation.time();
             let progress = Progress { frame, last, time, elapsed: started.elapsed() };
             let stop = observer.frame(&progress) == Flow::Stop;
             if stop || frame == last {
-                self.sinks.finish()?;
+                std::mem::take(&mut self.sinks).finish()?;
                 self.save(frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
                 return Ok(self.report(outcome, first, frame, begun));
             }
             if saved.elapsed() >= self.job.checkpoint_interval {
-                self.sinks.flush()?;
                 self.save(frame)?;
                 saved = Instant::now();
             }
@@ -96,36 +89,24 @@ impl<'a> Running<'a> {
     /// Writes a frame of every body, and its statistics.
     fn look(&mut self, frame: u32) -> Result<(), RunError> {
         let stepping = std::mem::take(&mut self.stepping);
-        let count = self.prepared.simulation.bodies().len();
-        let time = self.prepared.simulation.time();
-        let mut rows = Vec::with_capacity(count);
-        for index in 0..count {
-            let body = &mut self.prepared.simulation.bodies_mut()[index];
-            let look = body.look();
+        let number = self.job.number(frame);
+        let simulation = &self.prepared.simulation;
+        let mut rows = Vec::new();
+        for (index, body) in simulation.bodies().iter().enumerate() {
+            let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
+            let needs_normals = self.sinks.needs_normals(index);
+            self.positions.resize(vertices, [0.0; 3]);
+            self.normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
+            let normals = needs_normals.then_some(&mut self.normals[..]);
+            let times = body.surface_into(&mut self.positions, normals);
             let writing = Instant::now();
-            self.bytes += self.sinks.write(index, frame, look.positions, look.normals)?;
+            self.sinks.write(index, number, &self.positions, &self.normals)?;
             self.written += 1;
-            let report = &mut self.bodies[index];
-            report.volume_rest = look.report.rest;
-            report.volume_drift = report.volume_drift.max((look.report.after / look.report.rest - 1.0).abs());
-            report.capped += u32::from(look.report.capped);
-            rows.push(Row {
-                frame: self.job.numbering().number(frame),
-                time,
-                body: report.name.clone(),
-                ms_step: milliseconds(stepping) / count as f64,
-                ms_volume: milliseconds(look.volume_time),
-                ms_embed: milliseconds(look.embed_time),
-                ms_write: milliseconds(writing.elapsed()),
-                volume_rest: look.report.rest,
-                volume_before: look.report.before,
-                volume_after: look.report.after,
-                lambda: look.report.lambda,
-                residual: look.report.residual,
-                capped: look.report.capped,
-                energy_kinetic: body.kinetic_energy(),
-                max_speed: body.max_speed(),
-            });
+            if self.stats.is_some() {
+                let write = writing.elapsed();
+                let step = stepping.div_f64(simulation.bodies().len() as f64);
+                rows.push(Row::of(number, simulation.time(), body, Times { step, write, look: times }));
+            }
         }
         match &mut self.stats {
             Some(stats) => stats.push(&rows),
@@ -151,14 +132,9 @@ impl<'a> Running<'a> {
             last,
             simulated: (last + 1).saturating_sub(first),
             written: self.written,
-            bytes: self.bytes,
             substeps: self.prepared.substeps,
             elapsed: begun.elapsed(),
-            bodies: self.bodies,
+            bodies: self.prepared.simulation.bodies().iter().map(BodyReport::of).collect(),
         }
     }
-}
-
-fn milliseconds(duration: Duration) -> f64 {
-    duration.as_secs_f64() * 1e3
 }

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::frames::OutputError;
 use crate::mesh::MeshError;
 use crate::scene::SceneError;
 
@@ -44,6 +45,9 @@ pub enum RunError {
         /// What it must be.
         range: &'static str,
     },
+    /// A frame cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// A stats file whose extension says nothing.
     #[error("the stats file {} must end in .csv or .json", path.display())]
     StatsName {
@@ -114,7 +118,7 @@ pub enum RunError {
 impl RunError {
     /// Whether arguments, scene or mesh are to blame, so that nothing was written.
     pub fn is_input(&self) -> bool {
-        !matches!(self, Self::Io { .. } | Self::Locked { .. })
+        !matches!(self, Self::Io { .. } | Self::Locked { .. } | Self::Output(_))
     }
 
     pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {

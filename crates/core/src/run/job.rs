@@ -12,10 +12,10 @@ use super::observer::{Note, Observer};
 use super::prepare::{Prepared, prepare};
 use super::report::{Outcome, RunReport};
 use super::resume::{self, Start};
-use super::sequence::{self, Numbering};
 use super::sinks::Sinks;
 use super::stats::{self, Stats};
-use crate::scene::Scene;
+use crate::frames::{OutputError, Sequence};
+use crate::scene::{BodyData, Scene};
 
 /// A scene, the folder that its frames go to, and which of them are kept.
 #[derive(Clone, Debug)]
@@ -63,17 +63,16 @@ impl Job {
     pub fn run(&self, observer: &mut dyn Observer) -> Result<RunReport, RunError> {
         let begun = Instant::now();
         self.check()?;
-        let numbering = self.numbering();
         let fingerprint = fingerprint::of(&self.scene)?;
 
         let mut lock = None;
         let mut start = Start::Fresh;
         if self.resume && self.directory.is_dir() {
             lock = Some(Lock::take(&self.directory)?);
-            start = resume::decide(&self.scene, &self.directory, numbering, &fingerprint, observer)?;
+            start = resume::decide(self, &fingerprint, observer)?;
         }
         if matches!(start, Start::Finished) {
-            return Ok(self.report(Outcome::AlreadyFinished, numbering.last, begun));
+            return Ok(self.already_finished(begun));
         }
 
         let prepared = prepare(&self.scene)?;
@@ -88,9 +87,27 @@ impl Job {
         running.run(begun, observer)
     }
 
-    /// Which frames are kept, and under which numbers.
-    pub fn numbering(&self) -> Numbering {
-        Numbering { last: self.scene.simulation.frames, every: self.every, start: self.start_frame }
+    /// The files of each body, in the order of the scene.
+    pub fn sequences(&self) -> Vec<Sequence> {
+        let sequence = |body: &BodyData| Sequence {
+            directory: self.directory.clone(),
+            name: body.name.clone(),
+            format: self.scene.output.format,
+            first: self.number(0),
+            every: u64::from(self.every),
+            last: self.number(self.scene.simulation.frames),
+        };
+        self.scene.bodies.iter().map(sequence).collect()
+    }
+
+    /// Whether a frame, counted from 0, is written.
+    pub(super) fn keeps(&self, frame: u32) -> bool {
+        frame.is_multiple_of(self.every)
+    }
+
+    /// The number that a frame, counted from 0, goes by.
+    pub(super) fn number(&self, frame: u32) -> u64 {
+        u64::from(self.start_frame) + u64::from(frame)
     }
 
     /// Looks for what is wrong without reading a mesh.
@@ -109,23 +126,15 @@ impl Job {
 
     /// A mesh that lies in the folder of the frames must not look like one of them.
     fn check_inputs_are_safe(&self) -> Result<(), RunError> {
-        let Ok(folder) = self.directory.canonicalize() else { return Ok(()) };
-        let names = self.names();
-        for body in &self.scene.bodies {
-            // A mesh that is not there is reported when it is read.
-            let Ok(mesh) = self.scene.resolve(&body.mesh).canonicalize() else { continue };
-            let name = mesh.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-            if mesh.parent() == Some(&folder)
-                && sequence::belongs_to_any(name, &names, self.scene.output.format)
-            {
-                return Err(RunError::OverInput { path: mesh });
+        for sequence in self.sequences() {
+            for path in sequence.existing()? {
+                let is_mesh = |body: &BodyData| is_same(&self.scene.resolve(&body.mesh), &path);
+                if self.scene.bodies.iter().any(is_mesh) {
+                    return Err(RunError::OverInput { path });
+                }
             }
         }
         Ok(())
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.scene.bodies.iter().map(|body| body.name.clone()).collect()
     }
 
     fn open_folder(&self) -> Result<Lock, RunError> {
@@ -135,12 +144,9 @@ impl Job {
     }
 
     /// Replaces whatever sequence is there.
-    fn open(&self, prepared: Prepared, fingerprint: String) -> Result<Frames<'_>, RunError> {
+    fn open(&self, prepared: Prepared, fingerprint: String) -> Result<Running<'_>, RunError> {
         let stats = self.stats.as_deref().map(Stats::create).transpose()?;
         Checkpoint::remove(&self.directory)?;
-        for path in sequence::existing(&self.directory, &self.names(), self.scene.output.format)? {
-            std::fs::remove_file(&path).map_err(|source| RunError::io("remove", &path, source))?;
-        }
         let sinks = Sinks::create(self, &prepared)?;
         Ok(Running::new(self, prepared, sinks, stats, fingerprint, None))
     }
@@ -152,8 +158,16 @@ impl Job {
         checkpoint: Checkpoint,
         fingerprint: String,
         observer: &mut dyn Observer,
-    ) -> Result<Frames<'_>, RunError> {
+    ) -> Result<Running<'_>, RunError> {
         let frame = checkpoint.frame;
+        let sinks = match Sinks::resume(self, &prepared, frame) {
+            // A cache of other frames of the same motion.
+            Err(RunError::Output(error @ OutputError::Cache { .. })) => {
+                observer.note(&Note::StartsAgain { reason: error.to_string() });
+                return self.open(prepared, fingerprint);
+            }
+            sinks => sinks?,
+        };
         let level = crate::simd_level();
         if checkpoint.level != level {
             observer.note(&Note::OtherLevel { before: checkpoint.level, now: level.to_string() });
@@ -162,25 +176,31 @@ impl Job {
             path: self.directory.join(super::CHECKPOINT),
             what: error.to_string(),
         })?;
-        let last = self.numbering().number(frame);
+        let last = self.number(frame);
         let stats = self.stats.as_deref().map(|path| Stats::resume(path, last)).transpose()?;
-        let sinks = Sinks::resume(self, &prepared, frame)?;
         observer.note(&Note::Resumed { frame });
         Ok(Running::new(self, prepared, sinks, stats, fingerprint, Some(frame)))
     }
 
-    fn report(&self, outcome: Outcome, last: u32, begun: Instant) -> RunReport {
+    fn already_finished(&self, begun: Instant) -> RunReport {
         RunReport {
             directory: self.directory.clone(),
-            outcome,
+            outcome: Outcome::AlreadyFinished,
             resumed_after: None,
-            last,
+            last: self.scene.simulation.frames,
             simulated: 0,
             written: 0,
-            bytes: 0,
             substeps: 0,
             elapsed: begun.elapsed(),
             bodies: Vec::new(),
         }
+    }
+}
+
+/// Whether two paths lead to the same file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
     }
 }

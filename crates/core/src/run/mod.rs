@@ -7,18 +7,28 @@
 //! Both the command line and Python call [`Job::run`]; progress bars, Ctrl-C and callbacks sit outside,
 //! in an [`Observer`].
 
+mod advance;
+mod checkpoint;
 mod container;
 mod error;
 mod fingerprint;
 mod hash;
+mod job;
 mod lock;
 mod observer;
-mod sequence;
+mod prepare;
+mod report;
+mod resume;
+mod row;
+mod sinks;
 mod stats;
 pub mod substeps;
 
+pub use checkpoint::CHECKPOINT;
 pub use error::RunError;
+pub use job::Job;
 pub use lock::LOCK;
 pub use observer::{Flow, Note, Observer, Progress};
-pub use sequence::Numbering;
-pub use stats::Row;
+pub use prepare::{Input, Prepared, prepare};
+pub use report::{BodyReport, Outcome, RunReport};
+pub use row::Row;

@@ -50,9 +50,9 @@ pub enum Note {
         frame: u32,
     },
     /// Frames before the checkpoint are not there, so that the job starts from frame 0.
-    FramesMissing {
-        /// The file that was looked for.
-        file: String,
+    StartsAgain {
+        /// What was looked for.
+        reason: String,
     },
     /// The checkpoint was written with other vector instructions: the last bits may differ.
     OtherLevel {
@@ -67,9 +67,7 @@ impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Resumed { frame } => write!(f, "going on after frame {frame}"),
-            Self::FramesMissing { file } => {
-                write!(f, "{file} is missing or too short; starting again from frame 0")
-            }
+            Self::StartsAgain { reason } => write!(f, "{reason}; starting again from frame 0"),
             Self::OtherLevel { before, now } => write!(
                 f,
                 "the checkpoint was written with {before}, this machine uses {now}: \

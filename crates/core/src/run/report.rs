@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::body::Body;
+use crate::volume::VolumeReport;
+
 /// How a job ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunReport {
@@ -18,13 +21,11 @@ pub struct RunReport {
     pub simulated: u32,
     /// Frames that this run wrote, of all bodies together.
     pub written: u32,
-    /// Bytes that this run wrote into frames.
-    pub bytes: u64,
     /// Steps in a frame.
     pub substeps: u32,
     /// Wall-clock time of this run, from reading the meshes on.
     pub elapsed: Duration,
-    /// One for each body, at the last frame that this run looked at.
+    /// One for each body; none if nothing was done.
     pub bodies: Vec<BodyReport>,
 }
 
@@ -46,10 +47,16 @@ pub struct BodyReport {
     pub name: String,
     /// Lattice vertices.
     pub lattice_vertices: usize,
-    /// The volume that is kept, by the body's measure, at rest.
-    pub volume_rest: f64,
-    /// The greatest |volume after correction / rest - 1| over the frames that this run looked at.
-    pub volume_drift: f64,
-    /// Frames in which the correction met its cap.
-    pub capped: u32,
+    /// Its volume at the last frame.
+    pub volume: VolumeReport,
+}
+
+impl BodyReport {
+    pub(super) fn of(body: &Body) -> Self {
+        Self {
+            name: body.name().to_owned(),
+            lattice_vertices: body.lattice().len(),
+            volume: body.volume_report(),
+        }
+    }
 }

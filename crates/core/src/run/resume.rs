@@ -1,12 +1,10 @@
 //! Where a job starts: at frame 0, after a checkpoint, or not at all.
 
-use std::path::Path;
-
 use super::checkpoint::Checkpoint;
 use super::error::RunError;
+use super::job::Job;
 use super::observer::{Note, Observer};
-use super::sequence::{Numbering, cache_name, part_name};
-use crate::scene::{FormatName, Scene};
+use super::sinks;
 
 /// Where a job starts.
 #[derive(Debug)]
@@ -21,36 +19,15 @@ pub(super) enum Start {
 
 /// Decides where a resumed job starts, from what its folder holds.
 pub(super) fn decide(
-    scene: &Scene,
-    folder: &Path,
-    numbering: Numbering,
+    job: &Job,
     fingerprint: &str,
     observer: &mut dyn Observer,
 ) -> Result<Start, RunError> {
-    let Some(checkpoint) = Checkpoint::read(folder, fingerprint)? else { return Ok(Start::Fresh) };
-    let done = checkpoint.frame.min(numbering.last);
-    if let Some(file) = missing(scene, folder, numbering, done) {
-        observer.note(&Note::FramesMissing { file });
+    let Some(checkpoint) = Checkpoint::read(&job.directory, fingerprint)? else { return Ok(Start::Fresh) };
+    let last = job.scene.simulation.frames;
+    if let Some(file) = sinks::missing(job, checkpoint.frame.min(last)) {
+        observer.note(&Note::StartsAgain { reason: format!("{} is not there", file.display()) });
         return Ok(Start::Fresh);
     }
-    if checkpoint.frame >= numbering.last {
-        return Ok(Start::Finished);
-    }
-    Ok(Start::After(Box::new(checkpoint)))
-}
-
-/// The first file that should be there after frame `done`, and is not.
-fn missing(scene: &Scene, folder: &Path, numbering: Numbering, done: u32) -> Option<String> {
-    let format = scene.output.format;
-    scene.bodies.iter().find_map(|body| {
-        if format == FormatName::Pc2 {
-            let name = cache_name(&body.name);
-            let there = folder.join(&name).is_file() || folder.join(part_name(&name)).is_file();
-            return (!there).then_some(name);
-        }
-        (0..=done)
-            .filter(|&frame| numbering.keeps(frame))
-            .map(|frame| numbering.file_name(&body.name, frame, format))
-            .find(|name| !folder.join(name).is_file())
-    })
+    if checkpoint.frame >= last { Ok(Start::Finished) } else { Ok(Start::After(Box::new(checkpoint))) }
 }

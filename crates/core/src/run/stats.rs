@@ -6,42 +6,7 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::RunError;
-
-/// What one frame of one body took and came to. Times are milliseconds of wall clock for the frame,
-/// volumes cubic lengths.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// The number of the frame, as in its file's name.
-    pub frame: u64,
-    /// Simulated time, s.
-    pub time: f64,
-    /// Name of the body.
-    pub body: String,
-    /// The steps since the frame before.
-    pub ms_step: f64,
-    /// Volume correction.
-    pub ms_volume: f64,
-    /// The mesh update with its normals.
-    pub ms_embed: f64,
-    /// Writing the frame.
-    pub ms_write: f64,
-    /// The volume that is kept, by the body's measure.
-    pub volume_rest: f64,
-    /// Its volume before correction.
-    pub volume_before: f64,
-    /// Its volume after correction.
-    pub volume_after: f64,
-    /// Length by which the correction moves along the field.
-    pub lambda: f64,
-    /// What the correction left over, as a fraction of the rest volume.
-    pub residual: f64,
-    /// Whether lambda met its cap.
-    pub capped: bool,
-    /// Kinetic energy of the lattice, kg length^2/s^2.
-    pub energy_kinetic: f64,
-    /// Speed of the fastest lattice vertex, length/s.
-    pub max_speed: f64,
-}
+use super::row::Row;
 
 const HEADER: &str = "frame,time,body,ms_step,ms_volume,ms_embed,ms_write,volume_rest,volume_before,\
                       volume_after,lambda,residual,capped,energy_kinetic,max_speed\n";

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::body::{Material, Placement};
 use crate::dynamics::{Collider, Handle, Pin};
+use crate::frames::Format;
 use crate::lattice::Resolution;
 use crate::volume::VolumeOptions;
 
@@ -54,18 +55,7 @@ pub struct OutputData {
     /// Folder of the frames, relative to the scene file; default `frames`.
     pub directory: PathBuf,
     /// File format; default OBJ.
-    pub format: FormatName,
-}
-
-/// The formats of a frame sequence, as they are named in a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FormatName {
-    /// `obj`: one Wavefront OBJ a frame, the input's bytes with new positions and normals.
-    Obj,
-    /// `ply`: one binary PLY a frame.
-    Ply,
-    /// `pc2`: one point cache a body.
-    Pc2,
+    pub format: Format,
 }
 
 /// `[[body]]`: a mesh, how it is placed, and what it is made of.

@@ -19,6 +19,6 @@ mod range;
 mod read;
 mod write;
 
-pub use data::{BodyData, FormatName, OutputData, Scene, SimulationData, Substeps};
+pub use data::{BodyData, OutputData, Scene, SimulationData, Substeps};
 pub use error::{Place, SceneError};
 pub use model::Up;

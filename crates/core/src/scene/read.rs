@@ -4,11 +4,12 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::data::{FormatName, OutputData, Scene, SimulationData, Substeps};
+use super::data::{OutputData, Scene, SimulationData, Substeps};
 use super::error::{Place, SceneError};
 use super::fields::{Field, Fields};
 use super::range::Range;
 use super::{body, document, motion, overrides};
+use crate::frames::Format;
 
 /// The most frames of a run: almost four days at 30 a second.
 const MAX_FRAMES: u32 = 10_000_000;
@@ -127,7 +128,7 @@ fn read_output(field: Option<Field<'_>>) -> Result<OutputData, SceneError> {
         data.directory = text.into();
     }
     data.format = fields.read_or("format", data.format, |field| {
-        Ok(FormatName::ALL[field.choice(&FormatName::ALL.map(FormatName::name))?])
+        Ok(Format::ALL[field.choice(&Format::ALL.map(Format::name))?])
     })?;
     Ok(data)
 }
@@ -140,20 +141,6 @@ impl Default for SimulationData {
 
 impl Default for OutputData {
     fn default() -> Self {
-        Self { directory: "frames".into(), format: FormatName::Obj }
-    }
-}
-
-impl FormatName {
-    /// Every format.
-    pub const ALL: [Self; 3] = [Self::Obj, Self::Ply, Self::Pc2];
-
-    /// The name in a scene and on the command line; also the extension of the files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Obj => "obj",
-            Self::Ply => "ply",
-            Self::Pc2 => "pc2",
-        }
+        Self { directory: "frames".into(), format: Format::default() }
     }
 }
