@@ -121,10 +121,6 @@ fn a_body_comes_to_rest_with_its_lowest_point_on_the_ground() {
                 worst = worst.max(lowest(&block).abs());
             }
         }
-        println!(
-            "restitution {restitution} tilt {tilt:?}: at rest {worst:.5}, ever below {least:.5} cells, speed {:.5}",
-            block.mean_velocity().norm()
-        );
         assert!(least > -0.05, "sank to {least} cells");
         assert!(worst < 0.05, "{worst} cells off the ground");
         assert!(block.mean_velocity().norm() < 0.02, "{}", block.mean_velocity());
@@ -153,24 +149,15 @@ fn a_slope_holds_inside_the_friction_cone_and_lets_slide_outside_it() {
         let tangent = sine / cosine;
         let (settled, _) = on_slope(degrees, 1.2 * tangent, 2.0);
         let (moved, speed) = on_slope(degrees, 1.2 * tangent, 10.0);
-        println!(
-            "{degrees} held: settled {:.4}, moved {:.6} cells, speed {speed:.6}",
-            settled / CELL,
-            (moved - settled) / CELL
-        );
         assert!(settled.abs() < 0.25 * CELL, "{degrees}: moved {settled}");
         assert!((moved - settled).abs() < 1e-3 * CELL && speed.abs() < 1e-3, "{degrees}: creeps {moved}");
 
         for part in [0.0, 0.5, 0.8] {
             let expected = 9.81 * (sine - part * tangent * cosine);
-            let (_, early) = on_slope(degrees, part * tangent, 0.5);
+            let (_, early) = on_slope(degrees, part * tangent, 1.5);
             let (_, late) = on_slope(degrees, part * tangent, 3.5);
-            println!("{degrees} {part}: {:.4} of {expected:.4}", late - early);
-            assert!(
-                ((late - early) / 3.0 / expected - 1.0).abs() < 0.5,
-                "{degrees} {part}: {}",
-                late - early
-            );
+            let measured = (late - early) / 2.0;
+            assert!((measured / expected - 1.0).abs() < 1e-3, "{degrees} {part}: {measured} of {expected}");
         }
     }
 }
@@ -186,7 +173,7 @@ fn a_moving_collider_carries_what_lies_on_it() {
     let mut block = Block::new([3, 2, 3], CELL, None);
     block.place(&Matrix3::identity(), Point3::origin());
     block.damping = 0.3;
-    (0..240).for_each(|_| drop(block.step(&colliders(&[belt.clone()]), DT, 1.0)));
+    block.run(240, &colliders(&[belt.clone()]), DT);
     assert!((block.mean_velocity() - Vector3::new(0.8, 0.0, 0.0)).norm() < 0.01, "{}", block.mean_velocity());
 
     // A turntable of a tenth of a turn a second: the body goes round with it.
@@ -194,12 +181,11 @@ fn a_moving_collider_carries_what_lies_on_it() {
     let mut block = Block::new([3, 2, 3], CELL, None);
     block.place(&Matrix3::identity(), Point3::new(0.5, 0.0, 0.0));
     let table = colliders(&[table]);
-    (0..60).for_each(|_| drop(block.step(&table, DT, 1.0)));
+    block.run(60, &table, DT);
     let start = block.centre();
-    (0..150).for_each(|_| drop(block.step(&table, DT, 1.0)));
+    block.run(150, &table, DT);
     let expected = euler_degrees([0.0, 90.0, 0.0]) * start.coords;
     let off = (block.centre().coords - expected).norm();
-    println!("turntable: {} cells off", off / CELL);
     assert!(off < 0.2 * CELL, "{off}");
 
     // A collider that rises into a resting body lifts it at its own speed.
@@ -213,7 +199,7 @@ fn a_moving_collider_carries_what_lies_on_it() {
     let mut block = Block::new([2, 2, 2], CELL, None);
     block.damping = 0.3;
     block.place(&Matrix3::identity(), Point3::origin());
-    (0..60).for_each(|_| drop(block.step(&colliders(&[lift.clone()]), DT, 1.0)));
+    block.run(60, &colliders(&[lift.clone()]), DT);
     assert!((lowest(&block) * CELL - 1.5).abs() < 0.05 * CELL);
     assert!((block.mean_velocity().y - 1.5).abs() < 0.05, "{}", block.mean_velocity());
 }
@@ -228,7 +214,7 @@ fn overlapping_and_repeated_colliders_support_as_one_does() {
     for p in block.surface() {
         assert!(p.y > -1e-3 * CELL && p.x > -1e-3 * CELL, "{p}");
     }
-    (0..300).for_each(|_| drop(block.step(&both, DT, 1.0)));
+    block.run(300, &both, DT);
     assert!(lowest(&block).abs() < 0.05 && block.mean_velocity().norm() < 0.01);
 }
 
@@ -273,7 +259,7 @@ fn a_second_run_has_the_same_bits() {
         let mut block = Block::new([3, 2, 2], CELL, None);
         block.place(&euler_degrees([20.0, 10.0, 5.0]), Point3::new(0.0, 0.6, 0.0));
         let set = colliders(&[ground(), Collider::sphere([0.3, -0.4, 0.2], 0.6)]);
-        (0..120).for_each(|_| drop(block.step(&set, DT, 1.0)));
+        block.run(120, &set, DT);
         (block.positions.clone(), block.velocities.clone(), block.contacts.pushes().collect::<Vec<_>>())
     };
     assert_eq!(run(), run());
@@ -284,9 +270,9 @@ fn pushes_add_up_to_the_weight_of_what_rests() {
     let mut block = Block::new([3, 3, 3], CELL, None);
     let plane = colliders(&[ground()]);
     block.place(&Matrix3::identity(), Point3::origin());
-    (0..600).for_each(|_| drop(block.step(&plane, DT, 1.0)));
+    block.run(600, &plane, DT);
     block.contacts.clear_pushes();
-    (0..120).for_each(|_| drop(block.step(&plane, DT, 1.0)));
+    block.run(120, &plane, DT);
     let sum: Vector3<f64> = block.contacts.pushes().map(|(_, push)| Vector3::from(push.map(f64::from))).sum();
     let weight = 9.81 * 2.0 / CELL * block.rest.len() as f64;
     assert!((sum - Vector3::new(0.0, weight, 0.0)).norm() < 0.01 * weight, "{sum} of {weight}");

@@ -1,1 +1,271 @@
-//! Pins and handles.
+//! Selections, motions along keys, pins and handles.
+
+use nalgebra::{Point3, Vector3};
+use supple::Lanes;
+use supple::dynamics::{
+    BodyFrame, BodyState, Hold, Interval, Key, Kinematics, KinematicsError, Motion, MotionError, Selection,
+    SelectionError, Window, euler_degrees,
+};
+
+const DT: f64 = 1.0 / 60.0;
+
+fn key(time: f64, translate: [f64; 3], rotate: [f64; 3]) -> Key {
+    Key { time, translate, rotate }
+}
+
+/// The corners of a unit cube, x fastest.
+fn cube() -> Vec<Point3<f64>> {
+    (0..8).map(|k| Point3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1))).collect()
+}
+
+fn select(selection: Selection) -> Result<Vec<u32>, SelectionError> {
+    selection.lattice_vertices(&cube(), 8, |i| [i])
+}
+
+#[test]
+fn each_shape_takes_what_is_inside_borders_included() {
+    assert_eq!(select(Selection::Box { min: [0.0; 3], max: [1.0, 0.0, 1.0] }), Ok(vec![0, 1, 4, 5]));
+    assert_eq!(select(Selection::Sphere { center: [0.0; 3], radius: 1.0 }), Ok(vec![0, 1, 2, 4]));
+    assert_eq!(
+        select(Selection::Plane { point: [0.5, 9.0, 9.0], normal: [1e-200, 0.0, 0.0] }),
+        Ok(vec![1, 3, 5, 7])
+    );
+    assert_eq!(select(Selection::Vertices(vec![7, 2, 7])), Ok(vec![2, 7]));
+}
+
+#[test]
+fn mesh_vertices_bring_the_vertices_of_their_cells() {
+    // Two cells side by side along x; the second mesh vertex lies in the second cell.
+    let corners = |cell: u32| [0, 1, 3, 4, 6, 7, 9, 10].map(|v: u32| v + cell);
+    let points = [Point3::new(0.2, 0.2, 0.2), Point3::new(1.7, 0.2, 0.2)];
+    let right = Selection::Plane { point: [1.0, 0.0, 0.0], normal: [1.0, 0.0, 0.0] };
+    assert_eq!(right.lattice_vertices(&points, 12, corners), Ok(vec![1, 2, 4, 5, 7, 8, 10, 11]));
+}
+
+#[test]
+fn taking_nothing_names_the_nearest_distance() {
+    let error = select(Selection::Box { min: [1.25, 0.0, 0.0], max: [3.0, 1.0, 0.5] }).unwrap_err();
+    assert_eq!(error, SelectionError::Nothing { shape: "box", nearest: [1.0, 0.0, 0.0], distance: 0.25 });
+    assert!(error.to_string().contains("0.250000 outside"), "{error}");
+    let error = select(Selection::Sphere { center: [0.0, 0.0, -3.0], radius: 1.0 }).unwrap_err();
+    assert!(matches!(error, SelectionError::Nothing { distance, .. } if distance == 2.0));
+    let error = select(Selection::Plane { point: [0.0, 1.5, 0.0], normal: [0.0, 2.0, 0.0] }).unwrap_err();
+    assert!(matches!(error, SelectionError::Nothing { distance, .. } if distance == 0.5));
+}
+
+#[test]
+fn selections_that_are_none_say_why() {
+    let wrong = [
+        (Selection::Box { min: [0.0, 2.0, 0.0], max: [1.0; 3] }, "min 2 > max 1 along y"),
+        (Selection::Box { min: [f64::NAN, 0.0, 0.0], max: [1.0; 3] }, "min is NaN"),
+        (Selection::Sphere { center: [0.0; 3], radius: 0.0 }, "radius is 0"),
+        (Selection::Sphere { center: [0.0; 3], radius: f64::INFINITY }, "radius is inf"),
+        (Selection::Plane { point: [0.0; 3], normal: [0.0; 3] }, "normal is zero"),
+        (Selection::Vertices(vec![]), "empty"),
+        (Selection::Vertices(vec![3, 8]), "vertex 8 is out of range: the lattice has 8 vertices, 0 to 7"),
+    ];
+    for (selection, message) in wrong {
+        let error = select(selection).unwrap_err();
+        assert!(error.to_string().contains(message), "{error}");
+    }
+}
+
+#[test]
+fn motion_is_linear_in_time_angles_too_and_constant_outside() {
+    let motion =
+        Motion::new(vec![key(1.0, [0.0; 3], [0.0; 3]), key(3.0, [4.0, 0.0, -2.0], [0.0, 720.0, 0.0])])
+            .unwrap();
+    assert_eq!(motion.pose(-5.0), motion.pose(1.0));
+    assert_eq!(motion.pose(3.0), motion.pose(1e9));
+    for step in 0..=64 {
+        let s = f64::from(step) / 64.0;
+        let pose = motion.pose(1.0 + 2.0 * s);
+        assert_eq!(pose.translate, Vector3::new(4.0 * s, 0.0, -2.0 * s));
+        assert_eq!(pose.rotation, euler_degrees([0.0, 720.0 * s, 0.0]));
+    }
+    // Two turns: back at the start half way, and turned by half a turn at a quarter.
+    assert_eq!(motion.pose(2.0).rotation, euler_degrees([0.0; 3]));
+    assert_eq!(motion.pose(1.5).rotation * Vector3::x(), -Vector3::x());
+    let about = Point3::new(1.0, 0.0, 0.0);
+    assert_eq!(motion.pose(1.5).apply(&about, &Point3::new(3.0, 5.0, 0.0)), Point3::new(0.0, 5.0, -0.5));
+}
+
+#[test]
+fn keys_that_are_no_motion_say_why() {
+    assert_eq!(Motion::new(vec![]), Err(MotionError::NoKeys));
+    let twice = Motion::new(vec![key(0.5, [0.0; 3], [0.0; 3]); 2]).unwrap_err();
+    assert_eq!(twice, MotionError::NotIncreasing { key: 1, time: 0.5, previous: 0.5 });
+    assert!(twice.to_string().contains("not after key 0 at 0.5"), "{twice}");
+    let error = Motion::new(vec![key(0.0, [0.0, f64::NAN, 0.0], [0.0; 3])]).unwrap_err();
+    assert!(error.to_string().contains("key 0: translate is NaN"), "{error}");
+}
+
+/// A cube of eight vertices whose slots are in reverse, far from the world's origin.
+struct Body {
+    positions: Lanes<3>,
+    velocities: Lanes<3>,
+    frame: BodyFrame,
+    slots: Vec<u32>,
+}
+
+impl Body {
+    fn new() -> Self {
+        let mut body = Self {
+            positions: Lanes::zeros(2),
+            velocities: Lanes::zeros(2),
+            frame: BodyFrame { origin: Point3::new(3e5, -20.0, 0.1), cell_size: 0.3 },
+            slots: (0..8).map(|v| 11 - v).collect(),
+        };
+        for (v, p) in cube().iter().enumerate() {
+            body.positions.set(body.slots[v], [p.x as f32, p.y as f32 - 40.0, p.z as f32]);
+        }
+        body
+    }
+
+    fn world(&self, v: usize) -> Point3<f64> {
+        self.frame.to_world(self.positions.get(self.slots[v]))
+    }
+
+    fn velocity(&self, v: usize) -> Vector3<f64> {
+        Vector3::from(self.velocities.get(self.slots[v]).map(f64::from)) * self.frame.cell_size
+    }
+
+    /// A step in which everything is thrown about before the kinematics.
+    fn step(&mut self, kinematics: &mut Kinematics, count: u64) {
+        let step = Interval::of_step(count, DT);
+        kinematics.begin(step, &self.positions, self.frame, &self.slots);
+        for (v, &slot) in self.slots.iter().enumerate() {
+            let [x, y, z] = self.positions.get(slot);
+            self.positions.set(slot, [x + 0.01, y - 0.02 * v as f32, z]);
+            self.velocities.set(slot, [9.0, 9.0, 9.0]);
+        }
+        let mut state =
+            BodyState { positions: &mut self.positions, velocities: &mut self.velocities, frame: self.frame };
+        kinematics.apply(step, &mut state, &self.slots);
+    }
+}
+
+fn window(from: f64, until: f64) -> Window {
+    Window { from, until }
+}
+
+#[test]
+fn a_pin_holds_to_the_bit_what_it_finds_at_from_and_lets_go_at_until() {
+    let mut body = Body::new();
+    // Limits that are multiples of the step only to rounding.
+    let hold = Hold::new(vec![0, 3], window(0.1, 0.3), None).unwrap();
+    let mut kinematics = Kinematics::new(8, vec![hold]);
+    let mut captured = Vec::new();
+    for count in 0..30 {
+        let before = [0, 3].map(|v: usize| body.positions.get(body.slots[v]));
+        if count == 6 {
+            captured = before.to_vec();
+        }
+        body.step(&mut kinematics, count);
+        let holds = (6..18).contains(&count);
+        assert_eq!(kinematics.holds_any(), holds, "step {count}");
+        assert_eq!(kinematics.held(), [holds, false, false, holds, false, false, false, false]);
+        for (k, v) in [0, 3].into_iter().enumerate() {
+            if holds {
+                assert_eq!(body.positions.get(body.slots[v]), captured[k]);
+                assert_eq!(body.velocity(v), Vector3::zeros());
+            } else {
+                assert_ne!(body.positions.get(body.slots[v]), before[k]);
+            }
+        }
+        assert!((body.velocity(1) - Vector3::repeat(2.7)).norm() < 1e-5, "free vertices are left alone");
+    }
+}
+
+#[test]
+fn a_handle_follows_its_keys_about_the_captured_centre() {
+    let keys = [key(0.0, [0.0; 3], [0.0; 3]), key(1.0, [0.0, 0.5, 0.0], [0.0, 720.0, 0.0])];
+    let mut body = Body::new();
+    let start: Vec<_> = (0..4).map(|v| body.world(v)).collect();
+    let centre = Point3::from(start.iter().map(|p| p.coords).sum::<Vector3<f64>>() / 4.0);
+    let mut kinematics =
+        Kinematics::new(8, vec![Hold::new(vec![0, 1, 2, 3], Window::default(), Some(&keys)).unwrap()]);
+    let cell = body.frame.cell_size;
+    for count in 0..90 {
+        body.step(&mut kinematics, count);
+        let [before, after] = [count, count + 1].map(|c| (c as f64 * DT).min(1.0));
+        for (v, captured) in start.iter().enumerate() {
+            let at = |time: f64| {
+                let turned = euler_degrees([0.0, 720.0 * time, 0.0]) * (captured - centre);
+                centre + turned + Vector3::new(0.0, 0.5 * time, 0.0)
+            };
+            // 4 ulp of f32 at 40 cells.
+            assert!((body.world(v) - at(after)).norm() < 2e-5 * cell, "step {count}");
+            let velocity = (at(after) - at(before)) / DT;
+            assert!((body.velocity(v) - velocity).norm() < 1e-5 * (1.0 + velocity.norm()), "step {count}");
+        }
+    }
+}
+
+#[test]
+fn keys_are_relative_to_the_pose_captured_at_from() {
+    let keys = [key(0.5, [0.0; 3], [0.0; 3]), key(1.0, [1.0, 0.0, 0.0], [0.0; 3])];
+    let mut body = Body::new();
+    let hold = Hold::new(vec![5], window(0.5, 2.0), Some(&keys)).unwrap();
+    let mut kinematics = Kinematics::new(8, vec![hold]);
+    (0..30).for_each(|count| body.step(&mut kinematics, count));
+    let captured = body.world(5);
+    (30..60).for_each(|count| body.step(&mut kinematics, count));
+    assert!((body.world(5) - captured - Vector3::x()).norm() < 1e-5);
+}
+
+#[test]
+fn the_later_hold_wins_where_two_overlap() {
+    let up = [key(0.0, [0.0, 1.0, 0.0], [0.0; 3])];
+    let mut body = Body::new();
+    let start: Vec<_> = (0..8).map(|v| body.world(v)).collect();
+    let mut kinematics =
+        Kinematics::new(8, vec![Hold::new(vec![0, 1], Window::default(), Some(&up)).unwrap()]);
+    kinematics.add(Hold::new(vec![1, 2], window(0.0, 0.5), None).unwrap());
+    let rise = |body: &Body, v: usize| (body.world(v) - start[v]).y;
+    (0..30).for_each(|count| body.step(&mut kinematics, count));
+    assert!((rise(&body, 0) - 1.0).abs() < 1e-5 && rise(&body, 1) == 0.0 && rise(&body, 2) == 0.0);
+    assert_eq!(kinematics.held()[..4], [true, true, true, false]);
+    // When the later one lets go the earlier one takes over.
+    body.step(&mut kinematics, 30);
+    assert!((rise(&body, 1) - 1.0).abs() < 1e-5 && rise(&body, 2) != 0.0);
+    assert_eq!(kinematics.held()[..4], [true, true, false, false]);
+}
+
+#[test]
+fn what_was_captured_can_be_saved_and_put_back() {
+    let keys = [key(0.0, [0.0; 3], [0.0; 3]), key(1.0, [0.0, 0.0, 2.0], [90.0, 0.0, 0.0])];
+    let holds = || {
+        vec![
+            Hold::new(vec![0, 1], Window::default(), Some(&keys)).unwrap(),
+            Hold::new(vec![6], window(0.4, 9.0), None).unwrap(),
+        ]
+    };
+    let (mut one, mut first) = (Body::new(), Kinematics::new(8, holds()));
+    (0..20).for_each(|count| one.step(&mut first, count));
+    assert!(first.captured()[0].is_some() && first.captured()[1].is_none());
+
+    let mut second = Kinematics::new(8, holds());
+    second.restore(first.captured().to_vec()).unwrap();
+    let mut two = Body::new();
+    two.positions = one.positions.clone();
+    for count in 20..60 {
+        one.step(&mut first, count);
+        two.step(&mut second, count);
+        assert_eq!((&one.positions, &one.velocities), (&two.positions, &two.velocities));
+    }
+    let wrong = second.restore(vec![None]).unwrap_err();
+    assert_eq!(wrong, KinematicsError::Restore { hold: 2, saved: 1, expected: 2 });
+    let mut short = first.captured().to_vec();
+    short.swap(0, 1);
+    let wrong = second.restore(short).unwrap_err();
+    assert_eq!(wrong, KinematicsError::Restore { hold: 0, saved: 1, expected: 2 });
+}
+
+#[test]
+fn windows_that_are_empty_are_refused() {
+    for (from, until) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (f64::INFINITY, 1.0)] {
+        let error = Hold::new(vec![0], window(from, until), None).unwrap_err();
+        assert!(matches!(error, KinematicsError::Window { .. }), "{error}");
+    }
+}

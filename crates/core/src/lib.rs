@@ -13,17 +13,16 @@ pub mod obj;
 mod parallel;
 pub mod reference;
 #[cfg(feature = "scene")]
-mod run;
-#[cfg(feature = "scene")]
-pub mod scene;
-#[cfg(feature = "scene")]
 pub mod run;
 #[cfg(feature = "scene")]
 pub mod scene;
 mod simulation;
 pub mod volume;
 
-pub use body::{ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, Stiffness};
+pub use body::{
+    ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, ShownSurface, Stiffness,
+    ViewTimes,
+};
 pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
 pub use error::Error;
 pub use lanes::Lanes;

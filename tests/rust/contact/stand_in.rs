@@ -5,24 +5,24 @@ use supple::Lanes;
 use supple::dynamics::{BodyFrame, BodyState, Colliders, ContactReport, Contacts, Interval, SampleCells};
 
 /// A body of `size` cells with its samples.
-pub struct Block {
-    pub rest: Vec<Vector3<f64>>,
-    pub corners: Vec<[u32; 8]>,
-    pub slots: Vec<u32>,
-    pub positions: Lanes<3>,
-    pub velocities: Lanes<3>,
-    pub frame: BodyFrame,
-    pub contacts: Contacts,
-    pub samples: Vec<(u32, [f32; 3])>,
-    pub gravity: [f64; 3],
+pub(crate) struct Block {
+    pub(crate) rest: Vec<Vector3<f64>>,
+    pub(crate) corners: Vec<[u32; 8]>,
+    pub(crate) slots: Vec<u32>,
+    pub(crate) positions: Lanes<3>,
+    pub(crate) velocities: Lanes<3>,
+    pub(crate) frame: BodyFrame,
+    pub(crate) contacts: Contacts,
+    pub(crate) samples: Vec<(u32, [f32; 3])>,
+    pub(crate) gravity: [f64; 3],
     /// Part of the velocities relative to the body's rigid motion that a step takes.
-    pub damping: f64,
-    pub steps: u64,
+    pub(crate) damping: f64,
+    pub(crate) steps: u64,
 }
 
 impl Block {
     /// Samples as (cell, place in it); `None`: every boundary vertex, and the middle of every boundary face.
-    pub fn new(size: [u32; 3], cell_size: f64, samples: Option<Vec<(u32, [f32; 3])>>) -> Self {
+    pub(crate) fn new(size: [u32; 3], cell_size: f64, samples: Option<Vec<(u32, [f32; 3])>>) -> Self {
         let n = size.map(|s| s + 1);
         let vertex = |i: [u32; 3]| (i[2] * n[1] + i[1]) * n[0] + i[0];
         let grid = |n: [u32; 3]| {
@@ -57,39 +57,39 @@ impl Block {
     }
 
     /// Puts the rest shape, turned by `rotation` about its corner, with that corner at a world point; at rest.
-    pub fn place(&mut self, rotation: &Matrix3<f64>, corner: Point3<f64>) {
+    pub(crate) fn place(&mut self, rotation: &Matrix3<f64>, corner: Point3<f64>) {
         for (v, rest) in self.rest.iter().enumerate() {
             let world = corner + rotation * rest * self.frame.cell_size;
             self.positions.set(self.slots[v], self.frame.to_local(&world));
         }
     }
 
-    pub fn set_velocity(&mut self, world: Vector3<f64>) {
+    pub(crate) fn set_velocity(&mut self, world: Vector3<f64>) {
         for &slot in &self.slots {
             self.velocities.set(slot, (world / self.frame.cell_size).map(|c| c as f32).into());
         }
     }
 
-    pub fn state(&mut self) -> (BodyState<'_>, &mut Contacts) {
+    pub(crate) fn state(&mut self) -> (BodyState<'_>, &mut Contacts) {
         let state =
             BodyState { positions: &mut self.positions, velocities: &mut self.velocities, frame: self.frame };
         (state, &mut self.contacts)
     }
 
-    pub fn position(&self, v: usize) -> Vector3<f64> {
+    pub(crate) fn position(&self, v: usize) -> Vector3<f64> {
         Vector3::from(self.positions.get(self.slots[v]).map(f64::from))
     }
 
-    pub fn velocity(&self, v: usize) -> Vector3<f64> {
+    pub(crate) fn velocity(&self, v: usize) -> Vector3<f64> {
         Vector3::from(self.velocities.get(self.slots[v]).map(f64::from))
     }
 
     /// Local position of a sample.
-    pub fn sample(&self, index: usize) -> Vector3<f64> {
+    pub(crate) fn sample(&self, index: usize) -> Vector3<f64> {
         self.blend(index, |v| self.position(v))
     }
 
-    pub fn sample_velocity(&self, index: usize) -> Vector3<f64> {
+    pub(crate) fn sample_velocity(&self, index: usize) -> Vector3<f64> {
         self.blend(index, |v| self.velocity(v))
     }
 
@@ -103,29 +103,29 @@ impl Block {
     }
 
     /// World positions of all samples.
-    pub fn surface(&self) -> Vec<Point3<f64>> {
+    pub(crate) fn surface(&self) -> Vec<Point3<f64>> {
         (0..self.samples.len()).map(|i| self.frame.origin + self.sample(i) * self.frame.cell_size).collect()
     }
 
-    pub fn centre(&self) -> Point3<f64> {
+    pub(crate) fn centre(&self) -> Point3<f64> {
         let sum: Vector3<f64> = (0..self.rest.len()).map(|v| self.position(v)).sum();
         self.frame.origin + sum / self.rest.len() as f64 * self.frame.cell_size
     }
 
-    pub fn mean_velocity(&self) -> Vector3<f64> {
+    pub(crate) fn mean_velocity(&self) -> Vector3<f64> {
         let sum: Vector3<f64> = (0..self.rest.len()).map(|v| self.velocity(v)).sum();
         sum / self.rest.len() as f64 * self.frame.cell_size
     }
 
     /// Contacts alone, no time passes but that of the interval.
-    pub fn resolve(&mut self, colliders: &Colliders, step: Interval) -> ContactReport {
+    pub(crate) fn resolve(&mut self, colliders: &Colliders, step: Interval) -> ContactReport {
         let gravity = self.gravity;
         let (mut state, contacts) = self.state();
         contacts.resolve(&mut state, colliders, step, gravity)
     }
 
     /// One whole step of length `dt` with stiffness `alpha`; 0 = the vertices do not know each other.
-    pub fn step(&mut self, colliders: &Colliders, dt: f64, alpha: f64) -> ContactReport {
+    pub(crate) fn step(&mut self, colliders: &Colliders, dt: f64, alpha: f64) -> ContactReport {
         let goals = if alpha > 0.0 { self.goals() } else { Vec::new() };
         let gravity = Vector3::from(self.gravity) / self.frame.cell_size;
         let before: Vec<_> = (0..self.rest.len()).map(|v| self.position(v)).collect();
@@ -143,6 +143,13 @@ impl Block {
         let report = self.resolve(colliders, Interval::of_step(self.steps, dt));
         self.steps += 1;
         report
+    }
+
+    /// Several steps at stiffness 1.
+    pub(crate) fn run(&mut self, count: usize, colliders: &Colliders, dt: f64) {
+        for _ in 0..count {
+            self.step(colliders, dt, 1.0);
+        }
     }
 
     fn goals(&self) -> Vec<Vector3<f64>> {

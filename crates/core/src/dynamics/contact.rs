@@ -11,13 +11,15 @@
 //! positions:   take back the rubbed part of the step, then push out
 //! ```
 
+mod bounds;
+mod detection;
 mod response;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
-use self::response::{Contact, Response};
-use super::collider::PosedCollider;
-use super::samples::trilinear;
+use self::bounds::{bounds_of_slots, may_touch};
+use self::detection::Step;
+use self::response::Response;
 use super::{BodyState, Colliders, Interval, SampleCells};
 
 /// Distance in cells up to which a sample outside a collider still counts as touching it: a body that rests and
@@ -85,12 +87,18 @@ impl Contacts {
         gravity: [f64; 3],
     ) -> ContactReport {
         self.response.clear();
-        let (centre, half) = self.bounds(state);
+        let (centre, half) = bounds_of_slots(state.positions);
         let fall = Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         let mut report = ContactReport::default();
+        let mut gathered = false;
         for collider in colliders.during(step, state.frame) {
             if may_touch(&collider, &centre, &half) {
-                self.detect(&collider, state, step, QUIET_STEPS * fall, &mut report);
+                if !gathered {
+                    self.gather(state.positions);
+                    gathered = true;
+                }
+                let step = Step { collider: &collider, dt: step.dt, quiet: QUIET_STEPS * fall };
+                self.detect(&step, state.velocities, &mut report);
             }
         }
         self.response.solve(state, &self.samples.slots, &mut self.pushes, step.dt);
@@ -115,92 +123,4 @@ impl Contacts {
     pub fn pushes(&self) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
         self.samples.vertices.iter().copied().zip(self.pushes.iter().copied())
     }
-
-    /// Copies the positions of the samples' vertices to `places` and gives their bounds: centre, half extents.
-    fn bounds(&mut self, state: &BodyState<'_>) -> (Point3<f64>, Vector3<f64>) {
-        for (place, &slot) in self.places.iter_mut().zip(&self.samples.slots) {
-            *place = state.positions.get(slot);
-        }
-        bounds(self.places.iter())
-    }
-
-    /// Collects the samples that touch one collider.
-    fn detect(
-        &mut self,
-        collider: &PosedCollider,
-        state: &BodyState<'_>,
-        step: Interval,
-        quiet: f64,
-        report: &mut ContactReport,
-    ) {
-        self.response.open_group(collider);
-        for (cell, corners) in self.samples.corners.iter().enumerate() {
-            let (centre, half) = bounds(corners.iter().map(|&row| &self.places[row as usize]));
-            if !may_touch(collider, &centre, &half) {
-                continue;
-            }
-            for &local in self.samples.of_cell(cell) {
-                let weights = trilinear(local);
-                let place = Point3::from(blend(&weights, corners.map(|row| self.places[row as usize])));
-                let here = collider.shape.signed_distance(&place);
-                // Written so that a distance that is not a number is no contact.
-                if !(here.distance <= SKIN) {
-                    continue;
-                }
-                let slots = corners.map(|row| self.samples.slots[row as usize]);
-                let velocity = blend(&weights, slots.map(|slot| state.velocities.get(slot)));
-                let surface = collider.velocity_at(&place);
-                let approach = (surface - velocity).dot(&here.normal);
-                // A sample that already touched when the step began rests and does not bounce, however hard
-                // the body's own forces press it down.
-                let came = collider.before.signed_distance(&(place - velocity * step.dt)).distance > SKIN;
-                let bounce = if came && approach > quiet { collider.restitution * approach } else { 0.0 };
-                if here.distance < 0.0 {
-                    report.contacts += 1;
-                    report.deepest = report.deepest.max(-here.distance);
-                }
-                self.response.add(
-                    *corners,
-                    Contact {
-                        weights,
-                        normal: here.normal,
-                        surface,
-                        bounce,
-                        allowance: PUSH_LIMIT + approach.max(0.0) * step.dt,
-                        ..Contact::default()
-                    },
-                );
-            }
-        }
-        self.response.close_group();
-    }
-}
-
-/// Whether anything in the box may be within the skin of the collider; false for bounds that are not numbers.
-fn may_touch(collider: &PosedCollider, centre: &Point3<f64>, half: &Vector3<f64>) -> bool {
-    collider.shape.lower_bound(centre, half) <= SKIN
-}
-
-/// Centre and half extents of the bounds of some points, a little larger than they are.
-fn bounds<'a>(places: impl Iterator<Item = &'a [f32; 3]>) -> (Point3<f64>, Vector3<f64>) {
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for place in places {
-        for a in 0..3 {
-            low[a] = low[a].min(place[a]);
-            high[a] = high[a].max(place[a]);
-        }
-    }
-    let (low, high) = (low.map(f64::from), high.map(f64::from));
-    let centre = Point3::from(std::array::from_fn(|a| 0.5 * (low[a] + high[a])));
-    // Room for places within the cell that are 1 and a rounding.
-    let half = Vector3::from_fn(|a, _| 0.5 * (high[a] - low[a]) * (1.0 + 1e-5));
-    (centre, half)
-}
-
-/// The weighted sum of the corners' values.
-fn blend(weights: &[f64; 8], values: [[f32; 3]; 8]) -> Vector3<f64> {
-    weights
-        .iter()
-        .zip(values)
-        .fold(Vector3::zeros(), |sum, (&w, value)| sum + Vector3::from(value.map(f64::from)) * w)
 }

@@ -1,8 +1,11 @@
 //! Points of the visible surface on which contacts act, grouped by the lattice cell that moves them.
 
 use std::collections::BTreeMap;
+use std::ops::{Add, Mul, Sub};
 
 use nalgebra::{Point3, Vector3};
+
+use crate::Lattice;
 
 /// Points of a surface, dense enough that a coarse face is felt: its welded vertices, and on edges and in
 /// triangles longer than `spacing` further ones, no more than `spacing` apart along and across.
@@ -67,6 +70,9 @@ fn between(a: &Point3<f64>, b: &Point3<f64>, step: usize, steps: usize) -> Point
     a + (b - a) * (step as f64 / steps as f64)
 }
 
+/// Cells in a strip: consecutive ones, which lie side by side for the most part.
+pub(super) const STRIP: usize = 32;
+
 /// Sample points embedded in lattice cells: which cells hold any, and where in each they lie.
 #[derive(Clone, Debug)]
 pub struct SampleCells {
@@ -76,6 +82,8 @@ pub struct SampleCells {
     pub(super) first: Vec<u32>,
     /// Place of each sample within its cell, [0, 1] along each axis.
     pub(super) local: Vec<[f32; 3]>,
+    /// Rows of `vertices` at the corners of each strip, a run of [`STRIP`] cells: what is tested before its cells.
+    pub(super) strips: Vec<Vec<u32>>,
     /// The lattice vertices that move samples, in increasing order.
     pub(super) vertices: Vec<u32>,
     /// Their slots.
@@ -99,6 +107,7 @@ impl SampleCells {
             corners: Vec::new(),
             first: Vec::new(),
             local: Vec::with_capacity(local.len()),
+            strips: Vec::new(),
             vertices: Vec::new(),
             slots: Vec::new(),
         };
@@ -109,17 +118,38 @@ impl SampleCells {
         }
         grouped.first.push(grouped.local.len() as u32);
 
-        let mut vertices: Vec<u32> = grouped.corners.iter().flatten().copied().collect();
-        vertices.sort_unstable();
-        vertices.dedup();
+        let vertices = sorted_once(&grouped.corners);
         let mut row_of = vec![0; slots.len()];
         (0u32..).zip(&vertices).for_each(|(row, &vertex)| row_of[vertex as usize] = row);
         for corner in grouped.corners.iter_mut().flatten() {
             *corner = row_of[*corner as usize];
         }
+        grouped.strips = grouped.corners.chunks(STRIP).map(sorted_once).collect();
         grouped.slots = vertices.iter().map(|&v| slots[v as usize]).collect();
         grouped.vertices = vertices;
         grouped
+    }
+
+    /// The samples of a bare lattice: its boundary vertices, those with fewer than eight occupied cells.
+    ///
+    /// `slots` has the slot of each lattice vertex.
+    pub fn of_lattice(lattice: &Lattice, slots: &[u32]) -> Self {
+        let (mut cells, mut local) = (Vec::new(), Vec::new());
+        let boundary =
+            lattice.occupied_cells().iter().zip(lattice.indices()).filter(|(count, _)| **count < 8);
+        for (_, index) in boundary {
+            // Any cell at the vertex will do: all give it the weight 1.
+            let found = (0..8).find_map(|k| {
+                let offset: [i32; 3] = std::array::from_fn(|a| k >> a & 1);
+                let cell = lattice.cell_at(std::array::from_fn(|a| index[a] - offset[a]))?;
+                Some((cell, offset.map(|o| o as f32)))
+            });
+            if let Some((cell, place)) = found {
+                cells.push(cell);
+                local.push(place);
+            }
+        }
+        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots)
     }
 
     /// How many samples there are.
@@ -138,11 +168,47 @@ impl SampleCells {
     }
 }
 
+/// The vertices of some cells in increasing order, each once.
+fn sorted_once(corners: &[[u32; 8]]) -> Vec<u32> {
+    let mut vertices: Vec<u32> = corners.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices
+}
+
 /// Trilinear weights of the corners of a cell; corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1).
 #[inline]
 pub(super) fn trilinear(local: [f32; 3]) -> [f64; 8] {
     let t = local.map(f64::from);
     std::array::from_fn(|k| (0..3).map(|a| if k >> a & 1 == 1 { t[a] } else { 1.0 - t[a] }).product())
+}
+
+/// The trilinear map of values at the corners of a cell as a polynomial of the place in it: half the work of
+/// weights where a cell has many samples. Coefficients of 1, x, y, xy, z, xz, yz, xyz.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellMap<T>(pub(super) [T; 8]);
+
+impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>> CellMap<T> {
+    /// The map with these values at the corners.
+    pub(super) fn new(mut terms: [T; 8]) -> Self {
+        // Differences along x, then y, then z: of the corners that have the bit set to those that do not.
+        for bit in [1, 2, 4] {
+            for k in (0..8).filter(|k| k & bit != 0) {
+                terms[k] = terms[k] - terms[k - bit];
+            }
+        }
+        Self(terms)
+    }
+
+    /// The value at a place within the cell.
+    #[inline]
+    pub(super) fn at(&self, local: [f32; 3]) -> T {
+        let [x, y, z] = local.map(f64::from);
+        let t = &self.0;
+        let lower = (t[0] + t[1] * x) + (t[2] + t[3] * x) * y;
+        let upper = (t[4] + t[5] * x) + (t[6] + t[7] * x) * y;
+        lower + upper * z
+    }
 }
 
 #[cfg(test)]
@@ -194,5 +260,13 @@ mod tests {
         expected[5] = 1.0;
         assert_eq!(trilinear([1.0, 0.0, 1.0]), expected);
         assert_eq!(trilinear([0.5; 3]), [0.125; 8]);
+        let corners = [5.0, -1.0, 2.0, 0.5, 8.0, 3.0, -4.0, 1.5].map(|c: f32| [c, c * c, 1.0 - c]);
+        for local in [[0.0; 3], [1.0; 3], [0.25, 0.5, 0.875], [1.0, 0.0, 0.375]] {
+            let place = CellMap::new(corners.map(|c| Vector3::from(c.map(f64::from)))).at(local);
+            for a in 0..3 {
+                let sum: f64 = trilinear(local).iter().zip(&corners).map(|(w, c)| w * f64::from(c[a])).sum();
+                assert!((place[a] - sum).abs() < 1e-13);
+            }
+        }
     }
 }

@@ -134,6 +134,15 @@ impl PosedShape {
         }
     }
 
+    /// For a plane, whose distance is linear, the distances of the corners of a cell: those of its samples are
+    /// then the same weighted sums. None for other shapes.
+    pub(super) fn linear_distances(&self, corners: &[Vector3<f64>; 8]) -> Option<[f64; 8]> {
+        match self {
+            Self::Plane { point, normal } => Some(corners.map(|corner| normal.dot(&(corner - point.coords)))),
+            _ => None,
+        }
+    }
+
     /// A lower bound of the signed distance over the box `centre ± half`, in cells.
     ///
     /// Exact for a plane; otherwise the distance is 1-Lipschitz, so it cannot fall by more than the box's

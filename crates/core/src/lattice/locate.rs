@@ -3,9 +3,8 @@
 use super::run_tree::RunTree;
 use super::runs::Runs;
 
-/// How far outside a cell, in cells, a point may lie and still count as in it: more than the coordinates of a grid and a cell's
-/// contacts were rounded by.
-const REACH: f64 = 4.0 * super::grid::TOLERANCE;
+/// How far outside a cell, in cells, a point may lie and still count as in it: more than a surface was moved into grid planes.
+const REACH: f64 = 2.0 * super::grid::FARTHEST_MOVE;
 
 /// The cell of a set that holds a point, given in cells. A point between several cells goes to the one that begins there, or else
 /// to the first that the set holds.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::grid::TOLERANCE;
+use super::grid::TOUCHING;
 
 /// A depth of contact in cells that rounding may have made.
 const ROUNDING: f64 = 1e-12;
@@ -79,7 +79,7 @@ impl TriangleAxes {
 /// shorter coordinates deep in one of them. Less than that is allowed for, so that no closed surface springs a leak.
 fn touching(axis: &Vector3<f64>) -> f64 {
     let shorter = axis.abs().sum() - 1.0;
-    (0.25 * shorter).min(TOLERANCE).max(ROUNDING)
+    (0.25 * shorter).min(TOUCHING).max(ROUNDING)
 }
 
 #[cfg(test)]

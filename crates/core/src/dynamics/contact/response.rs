@@ -10,7 +10,10 @@ const VELOCITY_PASSES: usize = 6;
 const POSITION_PASSES: usize = 10;
 
 /// Depth in cells that is left as it is.
-const DEPTH_LEFT: f64 = 1e-5;
+const DEPTH_LEFT: f64 = 1e-4;
+
+/// The passes for velocities end when the square of the greatest impulse has fallen by this factor.
+const CHANGE_LEFT: f64 = 1e-6;
 
 /// Marks a row of the samples' vertices without contact.
 const NONE: u32 = u32::MAX;
@@ -35,20 +38,19 @@ pub(super) struct Contact {
     pub(super) friction_impulse: Vector3<f64>,
 }
 
-/// A lattice vertex under contacts.
+/// Sums of one pass at a vertex: weighted changes along the normals and across them, and the weights.
 #[derive(Clone, Copy, Debug, Default)]
-struct Touched {
-    /// Row of the samples' vertices.
-    row: u32,
-    position: Vector3<f64>,
-    velocity: Vector3<f64>,
-    /// Velocity changes of this step along the normals and across them.
-    pushed: Vector3<f64>,
-    rubbed: Vector3<f64>,
-    /// Sums of one pass: weighted changes along the normals and across them, and the weights.
+struct Sums {
     along: Vector3<f64>,
     across: Vector3<f64>,
     weight: f64,
+}
+
+/// Velocity changes of a vertex in this step, along the normals and across them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Changes {
+    along: Vector3<f64>,
+    across: Vector3<f64>,
 }
 
 /// The contacts of one collider.
@@ -67,19 +69,33 @@ struct Group {
 pub(super) struct Response {
     contacts: Vec<Contact>,
     groups: Vec<Group>,
-    touched: Vec<Touched>,
-    /// For each row of the samples' vertices, where it stands in `touched`.
+    /// Rows of the touched vertices among the samples' vertices; the next four follow it.
+    rows: Vec<u32>,
+    positions: Vec<Vector3<f64>>,
+    velocities: Vec<Vector3<f64>>,
+    changes: Vec<Changes>,
+    sums: Vec<Sums>,
+    /// For each row of the samples' vertices, where it stands in `rows`.
     index: Vec<u32>,
 }
 
 impl Response {
     pub(super) fn new(rows: usize) -> Self {
-        Self { contacts: Vec::new(), groups: Vec::new(), touched: Vec::new(), index: vec![NONE; rows] }
+        Self {
+            contacts: Vec::new(),
+            groups: Vec::new(),
+            rows: Vec::new(),
+            positions: Vec::new(),
+            velocities: Vec::new(),
+            changes: Vec::new(),
+            sums: Vec::new(),
+            index: vec![NONE; rows],
+        }
     }
 
     pub(super) fn clear(&mut self) {
-        for vertex in self.touched.drain(..) {
-            self.index[vertex.row as usize] = NONE;
+        for row in self.rows.drain(..) {
+            self.index[row as usize] = NONE;
         }
         self.contacts.clear();
         self.groups.clear();
@@ -95,8 +111,8 @@ impl Response {
         for k in 0..8 {
             let place = &mut self.index[rows[k] as usize];
             if *place == NONE && contact.weights[k] != 0.0 {
-                *place = self.touched.len() as u32;
-                self.touched.push(Touched { row: rows[k], ..Touched::default() });
+                *place = self.rows.len() as u32;
+                self.rows.push(rows[k]);
             }
             // Without weight any vertex will do: it is multiplied by zero.
             contact.touched[k] = if *place == NONE { 0 } else { *place };
@@ -116,7 +132,7 @@ impl Response {
 
     /// Rows of the samples' vertices that the contacts of the last step touch.
     pub(super) fn rows(&self) -> impl Iterator<Item = u32> + '_ {
-        self.touched.iter().map(|vertex| vertex.row)
+        self.rows.iter().copied()
     }
 
     /// Solves the contacts, writes positions and velocities, adds the normal velocity changes to `pushes`.
@@ -130,43 +146,57 @@ impl Response {
         if self.contacts.is_empty() {
             return;
         }
-        for vertex in &mut self.touched {
-            let slot = slots[vertex.row as usize];
-            vertex.position = Vector3::from(state.positions.get(slot).map(f64::from));
-            vertex.velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
-        }
-        for _ in 0..VELOCITY_PASSES {
-            (0..self.groups.len()).for_each(|g| self.exchange_impulses(g));
+        let local = |value: [f32; 3]| Vector3::from(value.map(f64::from));
+        let slot_of = |row: &u32| slots[*row as usize];
+        self.positions.clear();
+        self.positions.extend(self.rows.iter().map(|row| local(state.positions.get(slot_of(row)))));
+        self.velocities.clear();
+        self.velocities.extend(self.rows.iter().map(|row| local(state.velocities.get(slot_of(row)))));
+        self.changes.clear();
+        self.changes.resize(self.rows.len(), Changes::default());
+        self.sums.clear();
+        self.sums.resize(self.rows.len(), Sums::default());
+
+        let mut first = 0.0;
+        for pass in 0..VELOCITY_PASSES {
+            let change = (0..self.groups.len()).fold(0.0, |most: f64, g| most.max(self.exchange_impulses(g)));
+            if pass == 0 {
+                first = change;
+            }
+            if change <= CHANGE_LEFT * first {
+                break;
+            }
         }
         // The position was integrated with the velocity before friction. What friction took must be taken
         // from it as well, or a body that it holds would creep down a slope by g dt^2 a step.
-        for vertex in &mut self.touched {
-            vertex.position += vertex.rubbed * dt;
+        for (position, changes) in self.positions.iter_mut().zip(&self.changes) {
+            *position += changes.across * dt;
         }
         for _ in 0..POSITION_PASSES {
-            let deepest = (0..self.groups.len()).fold(0.0, |deepest: f64, g| deepest.max(self.push_out(g)));
+            let deepest = (0..self.groups.len()).fold(0.0, |most: f64, g| most.max(self.push_out(g)));
             if deepest <= DEPTH_LEFT {
                 break;
             }
         }
-        for vertex in &self.touched {
-            let slot = slots[vertex.row as usize];
-            state.positions.set(slot, vertex.position.map(|c| c as f32).into());
-            state.velocities.set(slot, vertex.velocity.map(|c| c as f32).into());
-            for (sum, change) in pushes[vertex.row as usize].iter_mut().zip(vertex.pushed.iter()) {
+        for (k, row) in self.rows.iter().enumerate() {
+            let slot = slot_of(row);
+            state.positions.set(slot, self.positions[k].map(|c| c as f32).into());
+            state.velocities.set(slot, self.velocities[k].map(|c| c as f32).into());
+            for (sum, change) in pushes[*row as usize].iter_mut().zip(&self.changes[k].along) {
                 *sum += *change as f32;
             }
         }
     }
 
-    /// One pass of impulses over the contacts of a collider.
+    /// One pass of impulses over the contacts of a collider; the square of the greatest one.
     ///
     /// Impulses are summed and the sums clamped, so that a later pass may take back what an earlier one gave
     /// too much: the normal one stays >= 0, the tangential one within `friction` times the normal one.
-    fn exchange_impulses(&mut self, group: usize) {
+    fn exchange_impulses(&mut self, group: usize) -> f64 {
         let Group { collider, first, end } = self.groups[group];
+        let mut greatest = 0.0_f64;
         for contact in &mut self.contacts[first..end] {
-            let velocity = contact.blend(&self.touched, |vertex| vertex.velocity) - contact.surface;
+            let velocity = contact.blend(&self.velocities) - contact.surface;
             let along = velocity.dot(&contact.normal);
             let normal = (contact.normal_impulse + contact.bounce - along).max(0.0);
             let wished = contact.friction_impulse - (velocity - contact.normal * along);
@@ -176,14 +206,18 @@ impl Response {
             let across = friction - contact.friction_impulse;
             contact.normal_impulse = normal;
             contact.friction_impulse = friction;
-            contact.spread(&mut self.touched, along, across);
+            contact.spread(&mut self.sums, along, across);
+            greatest = greatest.max((along + across).norm_squared());
         }
-        for vertex in &mut self.touched {
-            let (along, across) = vertex.take_means();
-            vertex.velocity += along + across;
-            vertex.pushed += along;
-            vertex.rubbed += across;
+        for ((velocity, changes), sums) in
+            self.velocities.iter_mut().zip(&mut self.changes).zip(&mut self.sums)
+        {
+            let (along, across) = sums.take_means();
+            *velocity += along + across;
+            changes.along += along;
+            changes.across += across;
         }
+        greatest
     }
 
     /// One pass of push-out over the contacts of a collider; the greatest depth that it found.
@@ -191,18 +225,17 @@ impl Response {
         let Group { collider, first, end } = self.groups[group];
         let mut deepest = 0.0_f64;
         for contact in &mut self.contacts[first..end] {
-            let place = Point3::from(contact.blend(&self.touched, |vertex| vertex.position));
+            let place = Point3::from(contact.blend(&self.positions));
             let here = collider.shape.signed_distance(&place);
             let push = (-here.distance).min(contact.allowance);
             if push > 0.0 {
                 deepest = deepest.max(push);
                 contact.allowance -= push;
-                contact.spread(&mut self.touched, here.normal * push, Vector3::zeros());
+                contact.spread(&mut self.sums, here.normal * push, Vector3::zeros());
             }
         }
-        for vertex in &mut self.touched {
-            let (along, _) = vertex.take_means();
-            vertex.position += along;
+        for (position, sums) in self.positions.iter_mut().zip(&mut self.sums) {
+            *position += sums.take_means().0;
         }
         deepest
     }
@@ -210,29 +243,29 @@ impl Response {
 
 impl Contact {
     /// The weighted sum of something of the vertices.
-    fn blend(&self, touched: &[Touched], of: impl Fn(&Touched) -> Vector3<f64>) -> Vector3<f64> {
+    fn blend(&self, values: &[Vector3<f64>]) -> Vector3<f64> {
         let terms = self.weights.iter().zip(self.touched);
-        terms.fold(Vector3::zeros(), |sum, (&w, k)| sum + of(&touched[k as usize]) * w)
+        terms.fold(Vector3::zeros(), |sum, (&w, k)| sum + values[k as usize] * w)
     }
 
     /// Adds a change of the sample to the sums of its vertices.
-    fn spread(&self, touched: &mut [Touched], along: Vector3<f64>, across: Vector3<f64>) {
+    fn spread(&self, sums: &mut [Sums], along: Vector3<f64>, across: Vector3<f64>) {
         let square: f64 = self.weights.iter().map(|w| w * w).sum();
-        for (&w, k) in self.weights.iter().zip(self.touched) {
-            let vertex = &mut touched[k as usize];
-            let share = w * w / square;
-            vertex.along += along * share;
-            vertex.across += across * share;
+        let (along, across) = (along / square, across / square);
+        // Those without weight stand for another vertex, which is not theirs to wait for.
+        for (&w, k) in self.weights.iter().zip(self.touched).filter(|(w, _)| **w != 0.0) {
+            let vertex = &mut sums[k as usize];
+            vertex.along += along * (w * w);
+            vertex.across += across * (w * w);
             vertex.weight += w;
         }
     }
 }
 
-impl Touched {
+impl Sums {
     /// The weighted means of a pass, along and across the normals; the sums start again at zero.
     fn take_means(&mut self) -> (Vector3<f64>, Vector3<f64>) {
-        let weight = std::mem::take(&mut self.weight);
-        let (along, across) = (std::mem::take(&mut self.along), std::mem::take(&mut self.across));
+        let Self { along, across, weight } = std::mem::take(self);
         if weight > 0.0 { (along / weight, across / weight) } else { (Vector3::zeros(), Vector3::zeros()) }
     }
 }
