@@ -29,7 +29,8 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts
     let document = &input.document;
     let libraries = document.libraries();
     let ignored = |statement: &supple::obj::IgnoredStatement| {
-        let times = if statement.count == 1 { String::new() } else { format!(" ({} times)", statement.count) };
+        let times =
+            if statement.count == 1 { String::new() } else { format!(" ({} times)", statement.count) };
         format!("`{}` in line {}{times}", statement.keyword, statement.first_line)
     };
     MeshFacts {
@@ -92,7 +93,8 @@ fn pc2(points: usize, scene: &Scene, input: &Input) -> Vec<String> {
              reordering vertices",
             input.document.path().display()
         ),
-        "positions are in world space, in the axes of the scene; do not turn or place the mesh again".to_owned(),
+        "positions are in world space, in the axes of the scene; do not turn or place the mesh again"
+            .to_owned(),
     ];
     if input.part.mesh().vertices().len() < points {
         facts.push("points of other objects of the file stay where they are".to_owned());

@@ -91,7 +91,10 @@ impl Page {
         if mesh.flipped {
             self.entry("", "its faces look inwards; its volume is taken as positive all the same");
         }
-        self.count(mesh.welded_seam_vertices, "seam vertices lie where another vertex lies, and move with it");
+        self.count(
+            mesh.welded_seam_vertices,
+            "seam vertices lie where another vertex lies, and move with it",
+        );
         self.count(mesh.unused_vertices, "vertices are used by no face");
         self.count(mesh.boundary_edges, "edges belong to one face alone");
         self.count(mesh.non_manifold_edges, "edges belong to more than two faces");
@@ -128,7 +131,11 @@ impl Page {
             let fate = if part.joined { "rides along on a bridge" } else { "is on its own" };
             self.entry(
                 "",
-                &format!("mesh parts {} float apart in {} cells: {fate}", list(&part.mesh_components), part.cells),
+                &format!(
+                    "mesh parts {} float apart in {} cells: {fate}",
+                    list(&part.mesh_components),
+                    part.cells
+                ),
             );
         }
         for group in &lattice.glued {

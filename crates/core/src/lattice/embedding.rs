@@ -56,12 +56,7 @@ impl Embedding {
         let mut local = Vec::with_capacity(points.len());
         for point in points {
             let place: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
-<<<<<<< HEAD
-            let held = locate(cells, place);
-            let cell = held
-=======
             let cell = locate(cells, place)
->>>>>>> lattice
                 .unwrap_or_else(|| nearest(cells, tree.get_or_insert_with(|| RunTree::new(cells)), place));
             let corner = lattice.cells[cell as usize];
             local.push(std::array::from_fn(|a| (place[a] - f64::from(corner[a])) as f32));

@@ -8,8 +8,8 @@ use super::job::Job;
 use super::observer::{Flow, Observer, Progress};
 use super::prepare::Prepared;
 use super::report::{BodyReport, Outcome, RunReport};
-use super::sinks::Sinks;
 use super::row::{Row, Times};
+use super::sinks::Sinks;
 use super::stats::Stats;
 
 /// A job under way.

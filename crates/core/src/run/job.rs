@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::advance::Running;
 use super::checkpoint::Checkpoint;
 use super::error::RunError;
 use super::fingerprint;
-use super::advance::Running;
 use super::lock::Lock;
 use super::observer::{Note, Observer};
 use super::prepare::{Prepared, prepare};

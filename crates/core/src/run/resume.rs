@@ -18,11 +18,7 @@ pub(super) enum Start {
 }
 
 /// Decides where a resumed job starts, from what its folder holds.
-pub(super) fn decide(
-    job: &Job,
-    fingerprint: &str,
-    observer: &mut dyn Observer,
-) -> Result<Start, RunError> {
+pub(super) fn decide(job: &Job, fingerprint: &str, observer: &mut dyn Observer) -> Result<Start, RunError> {
     let Some(checkpoint) = Checkpoint::read(&job.directory, fingerprint)? else { return Ok(Start::Fresh) };
     let last = job.scene.simulation.frames;
     if let Some(file) = sinks::missing(job, checkpoint.frame.min(last)) {

@@ -30,9 +30,11 @@ impl Sinks {
         prepared: &Prepared,
         open: impl Fn(Sequence, crate::frames::Source<'_>) -> Result<FrameWriter, OutputError>,
     ) -> Result<Self, RunError> {
-        let writers = job.sequences().into_iter().zip(&prepared.inputs).map(|(sequence, input)| {
-            Ok(open(sequence, input.source())?)
-        });
+        let writers = job
+            .sequences()
+            .into_iter()
+            .zip(&prepared.inputs)
+            .map(|(sequence, input)| Ok(open(sequence, input.source())?));
         Ok(Self { writers: writers.collect::<Result<_, RunError>>()? })
     }
 
