@@ -33,5 +33,5 @@ pub use lattice::{
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
-pub use simulation::{Simulation, SimulationBuilder};
+pub use simulation::{Simulation, SimulationBuilder, SimulationState};
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};
