@@ -1,5 +1,4 @@
 //! The main job on a real mesh: a bust is stretched, let go, and dropped.
-#![cfg(feature = "obj")]
 
 use nalgebra::{Matrix3, Vector3};
 use supple::{Body, Collider, Handle, Key, Mesh, Pin, Selection, Simulation, VolumeMeasure, VolumeOptions, Window};
