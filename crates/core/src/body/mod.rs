@@ -5,6 +5,9 @@ mod hold;
 mod look;
 mod material;
 mod place;
+mod plan;
+#[cfg(feature = "scene")]
+mod snapshot;
 mod state;
 mod step;
 mod view;
@@ -14,6 +17,8 @@ pub use look::ShownSurface;
 pub(crate) use material::in_range;
 pub use material::{Damping, Material, RangeError, Reach, Stiffness};
 pub use place::Placement;
+#[cfg(feature = "scene")]
+pub(crate) use snapshot::BodySnapshot;
 pub(crate) use state::State;
 pub(crate) use step::World;
 pub use view::ViewTimes;
@@ -211,4 +216,3 @@ pub enum ArrayError {
         value: [f64; 3],
     },
 }
-pub(crate) mod interim;

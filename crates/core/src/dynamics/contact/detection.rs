@@ -1,6 +1,6 @@
 //! Which samples touch a collider: strips of cells, then cells, then samples.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use super::bounds::{bounds, may_touch};
 use super::response::Contact;
