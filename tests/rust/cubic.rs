@@ -79,7 +79,10 @@ fn a_million_wide_coefficients() {
         let c: [f64; 4] = std::array::from_fn(|_| stream.wide());
         let cap = if stream.below(2) == 0 { f64::INFINITY } else { 10_f64.powf(10.0 * stream.signed()) };
         let root = smallest_root(c, cap);
-        assert!(root.lambda.is_finite() && root.residual.is_finite() && root.lambda.abs() <= cap, "{c:?} {cap}");
+        assert!(
+            root.lambda.is_finite() && root.residual.is_finite() && root.lambda.abs() <= cap,
+            "{c:?} {cap}"
+        );
         if root.capped {
             assert!(c[3] == 0.0 || cap.is_finite(), "a cubic has a root: {c:?} {root:?}");
         } else {
@@ -121,7 +124,10 @@ fn double_and_triple_roots_of_every_size() {
         assert_backward(coefficients, root);
         // Rounding of the evaluation moves a double root by its square root, a triple one by its cube root.
         let (least, tolerance) = (r.abs().min(s.abs()), if (r - s).abs() < 2.0 { 1e-3 } else { 1e-6 });
-        assert!((root.lambda.abs() / scale - least).abs() <= tolerance * 49.0, "{r} {r} {s} x {scale}: {root:?}");
+        assert!(
+            (root.lambda.abs() / scale - least).abs() <= tolerance * 49.0,
+            "{r} {r} {s} x {scale}: {root:?}"
+        );
     }
 }
 

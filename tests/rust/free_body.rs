@@ -15,8 +15,7 @@ fn free(body: Body) -> Simulation {
 /// Centre of mass and the turn from rest.
 fn pose(sim: &Simulation) -> (Vector3<f64>, Rotation3<f64>) {
     let body = sim.body(0);
-    let (turn, _, centre) =
-        rigid_fit(&body.masses(), &rest(body.lattice()), &coordinates(&body.positions()));
+    let (turn, _, centre) = rigid_fit(&body.masses(), &rest(body.lattice()), &coordinates(&body.positions()));
     (centre, turn)
 }
 
@@ -78,14 +77,18 @@ fn momenta_are_kept_while_it_spins_and_vibrates() {
         shaken(&mut body, 0.2);
         let x = coordinates(&body.positions());
         let spin = Vector3::new(0.3, 1.1, -0.4);
-        let v: Vec<_> = x.iter().map(|x| spin.cross(x) + random.vector() + Vector3::new(2.0, 0.0, 1.0)).collect();
+        let v: Vec<_> =
+            x.iter().map(|x| spin.cross(x) + random.vector() + Vector3::new(2.0, 0.0, 1.0)).collect();
         body.set_velocities(&v).unwrap();
         let mut sim = free(body);
         let before = momenta(&sim);
         sim.steps(2000);
         let after = momenta(&sim);
         assert!((before.0 - after.0).norm() < 1e-6, "damping {damping}: {before:?} {after:?}");
-        assert!((before.1 - after.1).norm() < 1e-5 * before.1.norm(), "damping {damping}: {before:?} {after:?}");
+        assert!(
+            (before.1 - after.1).norm() < 1e-5 * before.1.norm(),
+            "damping {damping}: {before:?} {after:?}"
+        );
     }
 }
 

@@ -188,6 +188,8 @@ fn a_lattice_takes_at_most_forty_bytes_a_vertex() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn random_cells_obey_the_definitions(cells in prop::collection::vec([-4..5, -4..5, -4..5], 1..60)) {
         let apart = lattice(&cells, false);

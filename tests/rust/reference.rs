@@ -200,6 +200,8 @@ fn rotations_of_singular_and_inverted_matrices_are_rotations() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn rotations_are_the_global_maximum(
         entries in prop::array::uniform9(-1.0..1.0f64),

@@ -4,6 +4,7 @@ use crate::body::{ArrayError, RangeError};
 use crate::dynamics::{ColliderError, KinematicsError, SelectionError};
 use crate::lattice::LatticeError;
 use crate::mesh::MeshError;
+use crate::volume::VolumeError;
 
 /// Any error of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +31,9 @@ pub enum Error {
     /// A pin or a handle.
     #[error(transparent)]
     Kinematics(#[from] KinematicsError),
+    /// The volume correction.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
     /// A collider.
     #[error(transparent)]
     Collider(#[from] ColliderError),

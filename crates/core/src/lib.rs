@@ -3,6 +3,7 @@
 mod body;
 pub mod dynamics;
 mod error;
+pub mod frames;
 mod lanes;
 mod lattice;
 mod matching;
@@ -14,7 +15,10 @@ pub mod reference;
 mod simulation;
 pub mod volume;
 
-pub use body::{ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, Stiffness};
+pub use body::{
+    ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, ShownSurface, Stiffness,
+    ViewTimes,
+};
 pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
 pub use error::Error;
 pub use lanes::Lanes;

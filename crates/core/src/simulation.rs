@@ -104,8 +104,10 @@ impl SimulationBuilder {
             in_range("gravity", g, true, "finite")?;
         }
         let colliders = Colliders::new(&self.colliders)?;
+        let mut bodies = self.bodies;
+        bodies.iter_mut().for_each(|body| body.meet(colliders.is_some(), dt));
         Ok(Simulation {
-            bodies: self.bodies,
+            bodies,
             gravity: self.gravity.into(),
             dt,
             colliders,

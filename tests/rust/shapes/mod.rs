@@ -8,21 +8,21 @@ use supple::volume::Push;
 use supple::{Correction, Embedding, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// No rotation.
-pub const UPRIGHT: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+pub(crate) const UPRIGHT: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// All cells of a box, from its lowest index on.
-pub fn block(low: [i32; 3], size: [i32; 3]) -> Vec<[i32; 3]> {
+pub(crate) fn block(low: [i32; 3], size: [i32; 3]) -> Vec<[i32; 3]> {
     let [nx, ny, nz] = size;
     (0..nx * ny * nz).map(|i| [low[0] + i % nx, low[1] + i / nx % ny, low[2] + i / nx / ny]).collect()
 }
 
 /// Cells of edge one; parts that float apart stay apart.
-pub fn lattice(cells: &[[i32; 3]]) -> Lattice {
+pub(crate) fn lattice(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).expect("cells make a lattice")
 }
 
 /// A sphere: the faces of a cube of `n` x `n` quads each, pushed out to a radius; its seams are separate vertices.
-pub fn sphere(centre: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {
+pub(crate) fn sphere(centre: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for side in 0..6 {
         let (axis, sign) = (side / 2, if side % 2 == 0 { -1 } else { 1 });
@@ -46,13 +46,13 @@ pub fn sphere(centre: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<
 }
 
 /// A sphere off the origin.
-pub fn ball(radius: f64) -> Mesh {
+pub(crate) fn ball(radius: f64) -> Mesh {
     let (vertices, faces) = sphere([0.3, -0.2, 0.1], radius, 12);
     Mesh::new(vertices, &faces).expect("a sphere is a mesh")
 }
 
 /// The lattice of a mesh, and where the mesh lies in it.
-pub fn of_mesh(mesh: &Mesh, resolution: Resolution) -> (Lattice, Embedding) {
+pub(crate) fn of_mesh(mesh: &Mesh, resolution: Resolution) -> (Lattice, Embedding) {
     let options = LatticeOptions { resolution, ..LatticeOptions::default() };
     let lattice = Lattice::from_mesh(mesh, &options).expect("the mesh has a lattice");
     let embedding = Embedding::new(&lattice, mesh.vertices());
@@ -60,12 +60,12 @@ pub fn of_mesh(mesh: &Mesh, resolution: Resolution) -> (Lattice, Embedding) {
 }
 
 /// The lattice at rest under a map of positions, in cells.
-pub fn posed(lattice: &Lattice, map: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<[f32; 3]> {
+pub(crate) fn posed(lattice: &Lattice, map: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<[f32; 3]> {
     lattice.indices().iter().map(|index| map(index.map(|i| i as f32))).collect()
 }
 
 /// The volume of the surface as it is shown, in cubed units of length: embedded in single precision.
-pub fn shown(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding, positions: &[[f32; 3]]) -> f64 {
+pub(crate) fn shown(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding, positions: &[[f32; 3]]) -> f64 {
     let mut points = vec![[0.0_f32; 3]; mesh.vertices().len()];
     embedding.interpolate(positions, &mut points);
     let points: Vec<Vector3<f64>> = points.iter().map(|p| Vector3::from(p.map(f64::from))).collect();
@@ -78,13 +78,13 @@ pub fn shown(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding, positions: &
 }
 
 /// What the correction makes of a body that has not turned.
-pub fn apply(correction: &mut Correction, deformed: &[[f32; 3]], pushes: &[Push]) -> Vec<[f32; 3]> {
+pub(crate) fn apply(correction: &mut Correction, deformed: &[[f32; 3]], pushes: &[Push]) -> Vec<[f32; 3]> {
     let mut corrected = vec![[f32::NAN; 3]; deformed.len()];
     correction.apply(deformed, &vec![UPRIGHT; deformed.len()], pushes, &mut corrected);
     corrected
 }
 
 /// Asserts that `a` is `b` to a relative accuracy.
-pub fn within(a: f64, b: f64, relative: f64) {
+pub(crate) fn within(a: f64, b: f64, relative: f64) {
     assert!((a - b).abs() <= relative * b.abs(), "{a} is not {b} to {relative:e}");
 }

@@ -1,27 +1,37 @@
 //! A soft body: a lattice, what holds and touches it, and the mesh that is shown.
 
 mod builder;
+mod hold;
 mod look;
 mod material;
 mod place;
 mod state;
 mod step;
+mod view;
 
 pub use builder::BodyBuilder;
+pub use look::ShownSurface;
 pub(crate) use material::in_range;
 pub use material::{Damping, Material, RangeError, Reach, Stiffness};
 pub use place::Placement;
 pub(crate) use state::State;
 pub(crate) use step::World;
+pub use view::ViewTimes;
 
-use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
+use std::sync::Mutex;
+
+use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::dynamics::damping::RegionDamping;
 use crate::dynamics::momentum::Bookkeeper;
 use crate::dynamics::{Contacts, Kinematics};
-use crate::lattice::Lattice;
+use crate::lattice::{Embedding, Lattice};
 use crate::matching::Matching;
+use crate::matching::cascade::Cascade;
 use crate::mesh::Mesh;
+use crate::volume;
+use look::unlocked;
+use view::View;
 
 /// A soft body.
 ///
@@ -31,18 +41,29 @@ use crate::mesh::Mesh;
 pub struct Body {
     name: String,
     material: Material,
-    placement: Placement,
     lattice: Lattice,
     surface: Option<Surface>,
     matching: Matching,
+    /// Scratch of the sums, shared by all stages that sum and by those who look.
+    cascade: Mutex<Cascade>,
     damping: Option<RegionDamping>,
     bookkeeper: Bookkeeper,
     kinematics: Option<Kinematics>,
     contacts: Option<Contacts>,
     state: State,
+    /// From the model's frame to the world at frame 0.
+    placed: Isometry3<f64>,
+    /// How strongly a contact's push, in cells, tells in the volume correction: one over the stiffness.
+    push_scale: f32,
+    view: Mutex<View>,
 }
 
 impl Body {
+    /// A body from a mesh.
+    pub fn builder(mesh: Mesh) -> BodyBuilder {
+        BodyBuilder::from_mesh(mesh)
+    }
+
     /// A body from a bare lattice, with no mesh to show.
     pub fn from_lattice(lattice: Lattice) -> BodyBuilder {
         BodyBuilder::from_lattice(lattice)
@@ -70,7 +91,7 @@ impl Body {
 
     /// The half-width of the regions in cells: the material's, at most the extent of the lattice.
     pub fn half_width(&self) -> usize {
-        self.matching.cascade.half_width()
+        self.matching.regions.half_width()
     }
 
     /// Positions, shape `(n, 3)`.
@@ -156,6 +177,14 @@ impl Body {
 #[derive(Debug)]
 pub(crate) struct Surface {
     pub(crate) mesh: Mesh,
+    pub(crate) embedding: Embedding,
+}
+
+impl Surface {
+    /// As the volume measures take it.
+    pub(crate) fn borrowed(&self) -> volume::Surface<'_> {
+        volume::Surface { mesh: &self.mesh, embedding: &self.embedding }
+    }
 }
 
 /// An array that does not fit the body.

@@ -1,7 +1,8 @@
 //! Where a body starts: turned, moved, and in motion.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
+use super::{RangeError, in_range};
 use crate::dynamics::euler_degrees;
 
 /// How the model is placed in the world, after its scale; and how it moves at the start.
@@ -23,8 +24,22 @@ impl Placement {
         UnitQuaternion::from_matrix(&euler_degrees(self.rotate))
     }
 
-    /// The shift of the model in the world.
-    pub(crate) fn translation(&self) -> Vector3<f64> {
-        Vector3::from(self.translate)
+    /// From the model's frame to the world.
+    pub(crate) fn isometry(&self) -> Isometry3<f64> {
+        Isometry3::from_parts(Vector3::from(self.translate).into(), self.rotation())
+    }
+
+    /// Whether the numbers make sense.
+    ///
+    /// # Errors
+    ///
+    /// A number that is not finite.
+    pub fn validate(&self) -> Result<(), RangeError> {
+        let Self { rotate, translate, velocity, spin } = *self;
+        let named = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];
+        for (name, value) in named.into_iter().flat_map(|(name, values)| values.map(|value| (name, value))) {
+            in_range(name, value, true, "finite")?;
+        }
+        Ok(())
     }
 }

@@ -1,7 +1,8 @@
 //! The state of a body: what a step changes and a checkpoint holds. All else can be rebuilt.
 
-use nalgebra::{Point3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Vector3};
 
+use super::Placement;
 use crate::dynamics::momentum::Momentum;
 use crate::dynamics::{BodyFrame, BodyState};
 use crate::lanes::Lanes;
@@ -84,13 +85,9 @@ impl Frame {
 }
 
 impl State {
-    /// A lattice at rest, turned by `rotation` and then moved by `translation`.
-    pub(crate) fn at_rest(
-        lattice: &Lattice,
-        layout: &Layout,
-        rotation: UnitQuaternion<f64>,
-        translation: Vector3<f64>,
-    ) -> Self {
+    /// A lattice at rest where it is placed.
+    pub(crate) fn at_rest(lattice: &Lattice, layout: &Layout, placement: &Placement) -> Self {
+        let (rotation, translation) = (placement.rotation(), Vector3::from(placement.translate));
         let (low, high) = index_bounds(lattice.indices());
         let middle = Vector3::from_fn(|c, _| (f64::from(low[c]) + f64::from(high[c])) / 2.0).map(f64::floor);
         let extent = (0..3).map(|c| f64::from(high[c]) - f64::from(low[c])).fold(1.0, f64::max);
@@ -115,6 +112,20 @@ impl State {
             state.rotations.set(slot, turned);
         }
         state
+    }
+
+    /// Gives a lattice at rest the velocity and the spin of its placement.
+    pub(crate) fn set_in_motion(&mut self, lattice: &Lattice, layout: &Layout, placement: &Placement) {
+        let spin = Vector3::from(placement.spin);
+        let velocity = Vector3::from(placement.velocity) / self.frame.cell_size;
+        let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells));
+        let mass: f64 = masses.clone().sum();
+        let centre: Vector3<f64> =
+            layout.slots().iter().zip(masses).map(|(&slot, m)| self.local(slot) * (m / mass)).sum();
+        for &slot in layout.slots() {
+            let turning = spin.cross(&(self.local(slot) - centre));
+            self.velocities.set(slot, (velocity + turning).map(|v| v as f32).into());
+        }
     }
 
     /// The state as contacts, pins and handles see it.

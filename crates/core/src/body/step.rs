@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::Body;
+use super::{Body, unlocked};
 use crate::dynamics::integrate::Advance;
 use crate::dynamics::{Colliders, Interval, Kinematics};
 use crate::parallel::Executor;
@@ -84,15 +84,10 @@ impl Body {
     /// Goal positions by shape matching, and the velocities that they and `gain` give.
     fn match_shape(&mut self, world: &World, gain: Vector3<f64>, executor: &Executor) {
         let Self { matching, bookkeeper, state, .. } = self;
+        let cascade = unlocked(&mut self.cascade);
         let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
-        matching.fit(executor, &state.positions, &mut state.rotations);
-        matching.accelerate(
-            executor,
-            &state.positions,
-            &mut state.velocities,
-            pull as f32,
-            gain.map(|g| g as f32).into(),
-        );
+        matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
         bookkeeper.enter(&mut state.books, gain);
     }
 
@@ -100,14 +95,8 @@ impl Body {
     fn damp(&mut self, world: &World, executor: &Executor) {
         if let Some(damping) = &self.damping {
             let share = self.material.damping_share(world.interval.dt);
-            let state = &mut self.state;
-            damping.apply(
-                &mut self.matching,
-                executor,
-                &state.rotations,
-                &mut state.velocities,
-                share as f32,
-            );
+            let cascade = unlocked(&mut self.cascade);
+            damping.apply(&self.matching, cascade, executor, &mut self.state, share as f32);
         }
     }
 

@@ -6,9 +6,10 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
+use crate::body::State;
 use crate::lanes::{LANES, Lanes};
 use crate::matching::Matching;
-use crate::matching::cascade::{RegionTransform, VertexUpdate};
+use crate::matching::cascade::{Cascade, RegionTransform, VertexUpdate};
 use crate::matching::goals::Weighted;
 use crate::matching::rotation::columns;
 use crate::parallel::Executor;
@@ -22,22 +23,22 @@ pub(crate) struct RegionDamping {
 impl RegionDamping {
     /// For the regions of a matching stage.
     pub(crate) fn new(matching: &Matching) -> Self {
-        let Matching { layout, regions, cascade, .. } = matching;
-        Self { inverse_inertia: regions.inverse_inertia(layout, cascade.half_width()) }
+        Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout) }
     }
 
     /// Pulls velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
-    /// `rotations` are those of the regions in this step; `share` is in (0, 1].
+    /// The state's rotations are those of this step; `share` is in (0, 1].
     pub(crate) fn apply(
         &self,
-        matching: &mut Matching,
+        matching: &Matching,
+        cascade: &mut Cascade,
         executor: &Executor,
-        rotations: &Lanes<4>,
-        velocities: &mut Lanes<3>,
+        state: &mut State,
         share: f32,
     ) {
-        let Matching { layout, regions, cascade, .. } = matching;
+        let Matching { layout, regions, .. } = matching;
+        let State { rotations, velocities, .. } = state;
         let constants = &regions.constants;
         let field = Weighted { constants, vectors: velocities };
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };

@@ -176,7 +176,8 @@ impl Bookkeeper {
 
     /// The velocity of that centre, in cells/s.
     pub(crate) fn velocity(&self) -> Vector3<f64> {
-        self.states.iter().map(|state| Vector3::from(state.momentum.linear)).sum::<Vector3<f64>>() / self.mass()
+        self.states.iter().map(|state| Vector3::from(state.momentum.linear)).sum::<Vector3<f64>>()
+            / self.mass()
     }
 
     fn mass(&self) -> f64 {

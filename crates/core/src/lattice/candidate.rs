@@ -2,8 +2,8 @@
 
 use super::assemble::{self, Joined};
 use super::bitmap::Bitmap;
-use super::locate::locate;
 use super::grid::Grid;
+use super::locate::locate;
 use super::report::LatticeReport;
 use super::surface::Surface;
 use super::voxelise::{Voxels, voxelise};
@@ -11,6 +11,12 @@ use super::{Lattice, LatticeError, corners, memory};
 
 /// Bitmaps that voxelising takes at most: cells entered, cells reached, and three for each axis with faces in grid planes.
 const BITMAPS: f64 = 11.0;
+
+/// Relative difference of volumes that rounding may make.
+const NO_DIFFERENCE: f64 = 1e-3;
+
+/// The cells of an open surface that encloses less than this fraction of them, and no other cells, are a sheet.
+const SHEET: f64 = 0.25;
 
 /// Bytes of a row that waits for the flood.
 const ROW_BYTES: f64 = 17.0;
@@ -40,7 +46,8 @@ impl Request<'_> {
         let needed = grid_bytes(Grid::counts(bounds, cell_size));
         memory::check(needed as u64, self.limit, cell_size)?;
         let grid = Grid::new(*bounds, cell_size);
-        let too_many = LatticeError::TooMuchMemory { cell_size, needed: u64::MAX, limit: self.limit, fitting: None };
+        let too_many =
+            LatticeError::TooMuchMemory { cell_size, needed: u64::MAX, limit: self.limit, fitting: None };
         let grid = grid.ok_or(too_many)?;
         let voxels = voxelise(vertices, triangles, &grid);
         let check = |count: usize| memory::check(memory::of_vertices(count as u64), self.limit, cell_size);
@@ -133,7 +140,7 @@ impl Candidate {
             surface_cells: voxels.surface_cells,
             filled_cells,
             bridge_cells: joined.bridge_cells,
-            shell: !surface.closed && (filled_cells == 0 || is_hollow(surface, &voxels, grid.cell_size)),
+            shell: !surface.closed && is_shell(surface, &voxels, grid.cell_size),
             floating,
             glued,
         };
@@ -141,9 +148,10 @@ impl Candidate {
     }
 }
 
-/// Whether the cells have less volume than the surface encloses.
-fn is_hollow(surface: &Surface<'_>, voxels: &Voxels, cell_size: f64) -> bool {
+/// Whether an open surface let the flood in: what it encloses, coned from its centre, is more than the cells hold, or next to nothing.
+fn is_shell(surface: &Surface<'_>, voxels: &Voxels, cell_size: f64) -> bool {
     let measure = surface.measure();
-    let cell = (cell_size / measure.extent).powi(3);
-    (voxels.cells.len() as f64) * cell < measure.volume
+    let cells = voxels.cells.len() as f64 * (cell_size / measure.extent).powi(3);
+    let solid = voxels.cells.len() > voxels.surface_cells;
+    measure.volume > cells * (1.0 + NO_DIFFERENCE) || (!solid && measure.volume < SHEET * cells)
 }

@@ -56,11 +56,10 @@ impl Embedding {
         let mut local = Vec::with_capacity(points.len());
         for point in points {
             let place: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
-            let held = locate(cells, place);
-            let cell = held.unwrap_or_else(|| nearest(cells, tree.get_or_insert_with(|| RunTree::new(cells)), place));
+            let cell = locate(cells, place)
+                .unwrap_or_else(|| nearest(cells, tree.get_or_insert_with(|| RunTree::new(cells)), place));
             let corner = lattice.cells[cell as usize];
-            let offset: [f64; 3] = std::array::from_fn(|a| place[a] - f64::from(corner[a]));
-            local.push(offset.map(|x| if held.is_some() { x.clamp(0.0, 1.0) } else { x } as f32));
+            local.push(std::array::from_fn(|a| (place[a] - f64::from(corner[a])) as f32));
             cell_of.push(cell);
         }
         Self::grouped(lattice, &cell_of, local)
@@ -100,7 +99,8 @@ impl Embedding {
         self.group_of(point).cell
     }
 
-    /// Where a point lies in its cell, in cells from corner 0: between 0 and 1, or outside for a point that no occupied cell holds.
+    /// Where a point lies in its cell, in cells from corner 0: between 0 and 1, or up to 0.002 outside where the surface all but lay in
+    /// a grid plane, or anywhere for a point that no occupied cell holds.
     pub fn local(&self, point: usize) -> [f32; 3] {
         self.local[point]
     }

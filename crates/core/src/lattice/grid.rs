@@ -2,12 +2,14 @@
 
 use nalgebra::Point3;
 
-/// What counts as lying in a grid plane, and as merely touching a cell, as a fraction of a cell: far above rounding, also that of
-/// coordinates written with six digits, and far below what can be seen.
-pub(crate) const TOLERANCE: f64 = 1e-6;
+/// Depth in cells up to which a surface merely touches a cell: far above rounding and far below what can be seen.
+pub(crate) const TOUCHING: f64 = 1e-6;
 
-/// Highest tolerance, for meshes so far from their origin that their coordinates are rounded more coarsely than [`TOLERANCE`].
-const HIGHEST_TOLERANCE: f64 = 1e-3;
+/// Precision of coordinates as fraction of the largest: they are often written with six digits.
+const PRECISION: f64 = 2e-6;
+
+/// Most, in cells, that a coordinate is moved into a grid plane, for meshes that are far from their origin or very finely divided.
+pub(crate) const FARTHEST_MOVE: f64 = 1e-3;
 
 /// Cells along each axis around a bounding box, which is centred on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +45,7 @@ impl Grid {
     /// What counts as lying in a grid plane, in cells.
     fn tolerance((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> f64 {
         let farthest = low.coords.amax().max(high.coords.amax());
-        (4.0 * f64::EPSILON * farthest / cell_size).clamp(TOLERANCE, HIGHEST_TOLERANCE)
+        (PRECISION * farthest / cell_size).clamp(TOUCHING, FARTHEST_MOVE)
     }
 
     /// Where cell `[0, 0, 0]` begins.

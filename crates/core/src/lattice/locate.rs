@@ -3,9 +3,8 @@
 use super::run_tree::RunTree;
 use super::runs::Runs;
 
-/// How far outside a cell, in cells, a point may lie and still count as in it: more than the coordinates of a grid and a cell's
-/// contacts were rounded by.
-const REACH: f64 = 4.0 * super::grid::TOLERANCE;
+/// How far outside a cell, in cells, a point may lie and still count as in it: more than a surface was moved into grid planes.
+const REACH: f64 = 2.0 * super::grid::FARTHEST_MOVE;
 
 /// The cell of a set that holds a point, given in cells. A point between several cells goes to the one that begins there, or else
 /// to the first that the set holds.
@@ -17,7 +16,8 @@ pub(crate) fn locate(cells: &Runs, point: [f64; 3]) -> Option<u32> {
         depth if depth >= 1.0 - REACH => middle[a] + 1.0,
         _ => middle[a],
     });
-    let choices = (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { middle[a] } else { beside[a] }));
+    let choices =
+        (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { middle[a] } else { beside[a] }));
     let mut last = None;
     for cell in choices {
         if last != Some(cell) {

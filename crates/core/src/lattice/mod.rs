@@ -277,7 +277,8 @@ impl Lattice {
 
 /// A vertex of each component of a mesh.
 fn first_corners(mesh: &Mesh) -> Vec<u32> {
-    let first = |component: &Component| mesh.faces().nth(component.first_face).and_then(|face| face.first().copied());
+    let first =
+        |component: &Component| mesh.faces().nth(component.first_face).and_then(|face| face.first().copied());
     mesh.topology().components.iter().filter_map(first).collect()
 }
 

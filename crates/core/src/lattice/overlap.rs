@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::grid::TOLERANCE;
+use super::grid::TOUCHING;
 
 /// A depth of contact in cells that rounding may have made.
 const ROUNDING: f64 = 1e-12;
@@ -79,7 +79,7 @@ impl TriangleAxes {
 /// shorter coordinates deep in one of them. Less than that is allowed for, so that no closed surface springs a leak.
 fn touching(axis: &Vector3<f64>) -> f64 {
     let shorter = axis.abs().sum() - 1.0;
-    (0.25 * shorter).min(TOLERANCE).max(ROUNDING)
+    (0.25 * shorter).min(TOUCHING).max(ROUNDING)
 }
 
 #[cfg(test)]
@@ -92,7 +92,9 @@ mod tests {
 
     #[test]
     fn a_plane_through_the_box_enters_and_one_past_its_corner_does_not() {
-        for (sum, expected) in [(0.1, true), (1.5, true), (2.9, true), (3.1, false), (3.0, false), (0.0, false), (-0.1, false)] {
+        for (sum, expected) in
+            [(0.1, true), (1.5, true), (2.9, true), (3.1, false), (3.0, false), (0.0, false), (-0.1, false)]
+        {
             let corners = [[sum + 8.0, -4.0, -4.0], [-4.0, sum + 8.0, -4.0], [-4.0, -4.0, sum + 8.0]];
             assert_eq!(enters(corners), expected, "{sum}");
         }
@@ -100,8 +102,14 @@ mod tests {
 
     #[test]
     fn an_edge_past_the_edge_of_the_box_does_not_enter() {
-        for (sum, expected) in [(1.9, true), (2.0, false), (2.0 + 1e-9, false), (2.0 - 1e-9, false), (2.0 - 1e-4, true)] {
-            assert_eq!(enters([[sum - 0.5, 0.5, 0.5], [0.5, sum - 0.5, 0.5], [3.0, 3.0, 0.5]]), expected, "{sum}");
+        for (sum, expected) in
+            [(1.9, true), (2.0, false), (2.0 + 1e-9, false), (2.0 - 1e-9, false), (2.0 - 1e-4, true)]
+        {
+            assert_eq!(
+                enters([[sum - 0.5, 0.5, 0.5], [0.5, sum - 0.5, 0.5], [3.0, 3.0, 0.5]]),
+                expected,
+                "{sum}"
+            );
         }
     }
 

@@ -56,7 +56,11 @@ pub(crate) fn search(request: &Request<'_>, wished: usize) -> Result<Candidate, 
             break;
         }
         let tried = Tried { size: size.ln(), miss };
-        if miss > 0.0 { fine = Some(tried) } else { coarse = Some(tried) }
+        if miss > 0.0 {
+            fine = Some(tried)
+        } else {
+            coarse = Some(tried)
+        }
         size = match (fine, coarse) {
             (Some(fine), Some(coarse)) if coarse.size - fine.size < JUMP => break,
             (Some(fine), Some(coarse)) => between(&fine, &coarse, tries).exp(),

@@ -22,7 +22,8 @@ impl Surface<'_> {
         let centre = nalgebra::center(&low, &high);
         let (mut volume, mut area) = (0.0, 0.0);
         for triangle in self.triangles {
-            let [a, b, c] = triangle.map(|vertex| (self.vertices[vertex as usize] - centre).map(|x| relative(x, extent)));
+            let [a, b, c] =
+                triangle.map(|vertex| (self.vertices[vertex as usize] - centre).map(|x| relative(x, extent)));
             volume += a.dot(&b.cross(&c)) / 6.0;
             area += Vector3::cross(&(b - a), &(c - a)).norm() / 2.0;
         }

@@ -45,7 +45,8 @@ impl Trace {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let area = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
         let size = self.entered.size();
-        let faces = self.faces[axis].get_or_insert_with(|| Faces { up: Bitmap::new(size), down: Bitmap::new(size) });
+        let faces =
+            self.faces[axis].get_or_insert_with(|| Faces { up: Bitmap::new(size), down: Bitmap::new(size) });
         let side = if area < 0.0 { &mut faces.down } else { &mut faces.up };
         Boxes { corners, flat: Some(axis) }.visit(low, high, &mut |mut cell| {
             cell[axis] += 1;
@@ -128,7 +129,8 @@ impl Boxes<'_> {
             let (mut lower_high, mut upper_low) = (high, low);
             lower_high[axis] = middle;
             upper_low[axis] = middle;
-            return self.visit_part(axes, low, lower_high, emit) | self.visit_part(axes, upper_low, high, emit);
+            return self.visit_part(axes, low, lower_high, emit)
+                | self.visit_part(axes, upper_low, high, emit);
         }
         let step: [i32; 3] = std::array::from_fn(|axis| if self.flat == Some(axis) { 2 } else { 1 });
         let mut entered = false;

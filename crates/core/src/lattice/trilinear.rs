@@ -67,8 +67,9 @@ mod tests {
 
     #[test]
     fn the_map_is_the_weighted_mean_of_the_corners() {
-        let corners: [[f32; 3]; 8] =
-            std::array::from_fn(|k| std::array::from_fn(|a| ((7 * k + 3 * a) % 5) as f32 + (k >> a & 1) as f32));
+        let corners: [[f32; 3]; 8] = std::array::from_fn(|k| {
+            std::array::from_fn(|a| ((7 * k + 3 * a) % 5) as f32 + (k >> a & 1) as f32)
+        });
         let map = CellMap::new(corners);
         for local in [[0.0; 3], [1.0; 3], [0.25, 0.5, 0.75], [1.5, 0.5, -2.0], [-1.0, 3.0, 2.0]] {
             let weights = weights(local);

@@ -31,12 +31,18 @@ pub(crate) fn voxelise(vertices: &[Point3<f64>], triangles: &[[u32; 3]], grid: &
         }
     }
     let walls = [0, 1, 2].map(|a| trace.walls(a));
-    let mut outside = flood::outside(&Walls { cells: &trace.entered, faces: walls.each_ref().map(Option::as_ref) });
+    let mut outside =
+        flood::outside(&Walls { cells: &trace.entered, faces: walls.each_ref().map(Option::as_ref) });
     let flipped = trace.faces.iter().any(Option::is_some) && is_inside_out(triangles, &corners, grid);
     for cell in trace.cells_behind_faces(&outside, flipped) {
         trace.entered.set(cell);
     }
-    for cell in traceless.iter().flatten().filter_map(|corner| cell_of_stray(corner, &outside, &trace.entered)).collect::<Vec<_>>() {
+    for cell in traceless
+        .iter()
+        .flatten()
+        .filter_map(|corner| cell_of_stray(corner, &outside, &trace.entered))
+        .collect::<Vec<_>>()
+    {
         trace.entered.set(cell);
     }
     outside.remove(&trace.entered);

@@ -68,16 +68,6 @@ impl Cascade {
         Self { half_width, odd: Lanes::zeros(layout.blocks()), even: Lanes::zeros(layout.blocks()) }
     }
 
-    /// The half-width of the regions in cells.
-    pub(crate) fn half_width(&self) -> usize {
-        self.half_width
-    }
-
-    /// Bytes that the buffers take for a number of blocks.
-    pub(crate) fn bytes(blocks: usize) -> usize {
-        blocks * size_of::<[[f32; 8]; 12 + 9]>()
-    }
-
     /// Sums `field` over each region and transforms the sums.
     pub(crate) fn gather<F: VertexField, T: RegionTransform>(
         &mut self,

@@ -9,6 +9,7 @@ mod windows;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::body::State;
 use crate::lanes::Lanes;
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
@@ -17,53 +18,57 @@ use goals::{Accelerate, FitRotations, Weighted, WriteGoals};
 use layout::Layout;
 use regions::Regions;
 
-/// The matching stage: the regions of a lattice and the buffers of their sums.
+/// The matching stage: the regions of a lattice. Its buffers are a [`Cascade`], which other stages use as well.
 #[derive(Debug)]
 pub(crate) struct Matching {
     pub(crate) layout: Layout,
     pub(crate) regions: Regions,
-    pub(crate) cascade: Cascade,
     unsettled: AtomicUsize,
 }
 
 impl Matching {
     /// Shape matching on a lattice, with regions of half-width `half_width` in cells, at least 1.
-    pub(crate) fn new(lattice: &Lattice, layout: Layout, half_width: usize) -> Self {
+    pub(crate) fn new(lattice: &Lattice, half_width: usize) -> Self {
+        let layout = Layout::new(lattice);
         let regions = Regions::new(lattice, &layout, half_width);
-        let cascade = Cascade::new(&layout, half_width);
-        Self { layout, regions, cascade, unsettled: AtomicUsize::new(0) }
+        Self { layout, regions, unsettled: AtomicUsize::new(0) }
     }
 
     /// Fits a rigid motion to each region at `positions`. `rotations` are the warm start, and are replaced.
-    pub(crate) fn fit(&mut self, executor: &Executor, positions: &Lanes<3>, rotations: &mut Lanes<4>) {
-        let Self { layout, regions, cascade, unsettled } = self;
-        let constants = &regions.constants;
+    pub(crate) fn fit(
+        &self,
+        cascade: &mut Cascade,
+        executor: &Executor,
+        positions: &Lanes<3>,
+        rotations: &mut Lanes<4>,
+    ) {
+        let constants = &self.regions.constants;
         let field = Weighted { constants, vectors: positions };
-        let transform = FitRotations { constants, occupied: layout.occupied(), unsettled };
-        cascade.gather(layout, executor, &field, &transform, rotations.blocks_mut());
+        let transform =
+            FitRotations { constants, occupied: self.layout.occupied(), unsettled: &self.unsettled };
+        cascade.gather(&self.layout, executor, &field, &transform, rotations.blocks_mut());
     }
 
     /// Accelerates each vertex towards the goal that the motions last fitted give it.
     ///
     /// `pull` is alpha/dt in 1/s; `gain` is what each vertex gains by forces that act on all alike, in cells/s.
     pub(crate) fn accelerate(
-        &mut self,
+        &self,
+        cascade: &mut Cascade,
         executor: &Executor,
-        positions: &Lanes<3>,
-        velocities: &mut Lanes<3>,
+        state: &mut State,
         pull: f32,
         gain: [f32; 3],
     ) {
-        let Self { layout, regions, cascade, .. } = self;
-        let update = Accelerate { constants: &regions.constants, positions, pull, gain };
-        cascade.scatter(layout, executor, &update, velocities.blocks_mut());
+        let update =
+            Accelerate { constants: &self.regions.constants, positions: &state.positions, pull, gain };
+        cascade.scatter(&self.layout, executor, &update, state.velocities.blocks_mut());
     }
 
     /// The goal positions that the motions last fitted give.
-    pub(crate) fn goals(&mut self, executor: &Executor, goals: &mut Lanes<3>) {
-        let Self { layout, regions, cascade, .. } = self;
-        let update = WriteGoals { constants: &regions.constants };
-        cascade.scatter(layout, executor, &update, goals.blocks_mut());
+    pub(crate) fn goals(&self, cascade: &mut Cascade, executor: &Executor, goals: &mut Lanes<3>) {
+        let update = WriteGoals { constants: &self.regions.constants };
+        cascade.scatter(&self.layout, executor, &update, goals.blocks_mut());
     }
 
     /// Rotations since the start that Newton's method left to the robust path.

@@ -15,6 +15,7 @@ pub(crate) struct Regions {
     /// For each vertex m and 1/n; for the region around it 1/M and its rest centroid, from its centre vertex, in
     /// cells. Zero in lanes without a vertex.
     pub(crate) constants: Lanes<6>,
+    half_width: usize,
 }
 
 impl Regions {
@@ -43,18 +44,23 @@ impl Regions {
             let centroid = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
             constants.set(slot, [m, share, (1.0 / s[i]) as f32, centroid[0], centroid[1], centroid[2]]);
         }
-        Self { constants }
+        Self { constants, half_width }
+    }
+
+    /// The half-width of the regions in cells.
+    pub(crate) fn half_width(&self) -> usize {
+        self.half_width
     }
 
     /// The inverse of each region's rest inertia over its mass, M⁻¹ Σ m/n ((y·y) I - y yᵀ) with y the offset from
     /// the rest centroid in cells: xx, yy, zz, xy, xz, yz.
-    pub(crate) fn inverse_inertia(&self, layout: &Layout, half_width: usize) -> Lanes<6> {
+    pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
         let mut weights = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
             let [m, share, ..] = self.constants.get(slot);
             weights[slot as usize] = f64::from(m * share);
         }
-        let second = LineWindows { layout, half_width }.second_moments(&weights);
+        let second = LineWindows { layout, half_width: self.half_width }.second_moments(&weights);
         let mut lanes = Lanes::zeros(layout.blocks());
         for &slot in layout.slots() {
             let [_, _, inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);

@@ -5,7 +5,7 @@ mod duplicates;
 mod edges;
 mod error;
 mod measure;
-mod normals;
+pub(crate) mod normals;
 mod topology;
 mod weld;
 

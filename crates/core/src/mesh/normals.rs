@@ -100,6 +100,6 @@ pub(crate) fn unit(vector: [f32; 3]) -> [f32; 3] {
 }
 
 /// The power of two nearest below `1 / extent`, kept within what `f32` can multiply.
-pub(crate) fn inverse_power_of_two(extent: f32) -> f32 {
+fn inverse_power_of_two(extent: f32) -> f32 {
     if extent > 0.0 && extent.is_finite() { (-extent.log2().ceil().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
 }

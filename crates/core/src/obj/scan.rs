@@ -17,6 +17,12 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
+    /// Where the first number starts.
+    #[inline]
+    pub(crate) fn start(&self) -> usize {
+        self.start
+    }
+
     /// The byte ranges of the three numbers.
     #[inline]
     pub(crate) fn ranges(&self) -> [Range<usize>; 3] {

@@ -1,7 +1,7 @@
 //! The exact volume of the trilinear cells, from their outer faces alone.
 
 use super::line::{Moving, determinant};
-use super::sums::{ChunkedSum, add, group_by_component};
+use super::sums::{ChunkedSum, DETERMINANTS, add, group_by_component};
 use crate::parallel::Executor;
 
 /// Sum over the faces of occupied cells that no other occupied cell shares; what inner faces add cancels.
@@ -17,12 +17,13 @@ pub(super) struct CellMeasure {
 impl CellMeasure {
     pub(super) fn new(mut faces: Vec<[u32; 4]>, components: usize, of_vertex: &[u32]) -> Self {
         let counts = group_by_component(&mut faces, components, |face| of_vertex[face[0] as usize]);
-        Self { faces, sums: ChunkedSum::new(&counts) }
+        Self { faces, sums: ChunkedSum::new(&counts, DETERMINANTS) }
     }
 
-    pub(super) fn coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
+    /// Adds the coefficients of each component to `out`.
+    pub(super) fn add_coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
         let faces = &self.faces;
-        self.sums.sum(executor, 1.0 / 24.0, out, |range| {
+        self.sums.add_to(executor, 1.0 / 24.0, out, |range| {
             let mut sum = [0.0; 4];
             for face in &faces[range] {
                 let [a, b, c, d] = face.map(|i| points[i as usize].line());

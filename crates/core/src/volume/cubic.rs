@@ -87,7 +87,8 @@ impl Scaled {
     fn root_bound(&self) -> f64 {
         let c = self.0;
         let Some(degree) = (1..4).rev().find(|&i| c[i] != 0.0) else { return 1.0 };
-        let bound = (1..=degree).map(|k| (c[degree - k] / c[degree]).abs().powf(1.0 / k as f64)).fold(0.0, f64::max);
+        let bound =
+            (1..=degree).map(|k| (c[degree - k] / c[degree]).abs().powf(1.0 / k as f64)).fold(0.0, f64::max);
         // Twice the largest bounds the roots; the rest is room for the rounding of the powers.
         2.5 * bound
     }
@@ -213,7 +214,10 @@ mod tests {
         assert_eq!(smallest_root([-8.0, 0.0, 0.0, 1.0], 2.0).lambda, 2.0);
         assert!(!smallest_root([-8.0, 0.0, 0.0, 1.0], 2.0).capped);
         for cap in [0.0, -1.0, f64::NAN] {
-            assert_eq!(smallest_root([1.0, 1.0, 0.0, 0.0], cap), Root { lambda: 0.0, residual: 1.0, capped: true });
+            assert_eq!(
+                smallest_root([1.0, 1.0, 0.0, 0.0], cap),
+                Root { lambda: 0.0, residual: 1.0, capped: true }
+            );
         }
         // The least residual is at the stationary point, not at an end.
         assert_eq!(smallest_root([3.0, -2.0, 1.0, 0.0], 4.0).lambda, 1.0);

@@ -71,3 +71,72 @@ pub(super) fn turned(q: &[f32; 4], v: &[f32; 3]) -> [f32; 3] {
     let outer = cross([x, y, z], inner);
     std::array::from_fn(|k| v[k] + 2.0 * outer[k])
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::lattice::Lattice;
+    use crate::volume::measure::{adjacency, octants};
+
+    fn field(cells: &[[i32; 3]]) -> (Lattice, Field) {
+        let lattice = Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap();
+        let field = Field::new(FieldKind::Paper, &adjacency(&lattice), lattice.indices(), &octants(&lattice));
+        (lattice, field)
+    }
+
+    fn block(n: i32) -> Vec<[i32; 3]> {
+        (0..n * n * n).map(|i| [i % n, i / n % n, i / n / n]).collect()
+    }
+
+    fn length(v: [f32; 3]) -> f32 {
+        v.iter().map(|x| x * x).sum::<f32>().sqrt()
+    }
+
+    #[test]
+    fn from_one_at_the_boundary_to_nothing_at_the_centre() {
+        let (lattice, field) = field(&block(6));
+        for (index, &v) in lattice.indices().iter().zip(&field.directions) {
+            let depth = index.iter().map(|&i| i.min(6 - i)).min().unwrap();
+            assert!((length(v) - (1.0 - depth as f32 / 3.0)).abs() < 1e-6, "{index:?}: {v:?}");
+        }
+        assert_eq!(field.thickness, [3.0]);
+        let at = |index| field.directions[lattice.vertex_at(index).unwrap() as usize];
+        assert_eq!(at([3, 3, 0]), [0.0, 0.0, -1.0]);
+        assert_eq!(at([6, 3, 2]), [1.0, 0.0, 0.0]);
+        let edge = 0.5_f32.sqrt();
+        assert_eq!(at([0, 6, 3]), [-edge, edge, 0.0]);
+    }
+
+    #[test]
+    fn concave_edges_look_into_the_gap() {
+        let mut cells = block(2);
+        cells.retain(|&[x, y, _]| [x, y] != [1, 1]);
+        let (lattice, field) = field(&cells);
+        let v = field.directions[lattice.vertex_at([1, 1, 1]).unwrap() as usize];
+        assert_eq!(v, [0.5_f32.sqrt(), 0.5_f32.sqrt(), 0.0]);
+    }
+
+    #[test]
+    fn no_boundary_vertex_is_without_a_direction() {
+        // Cells that touch along edges and in corners, where the missing directions cancel.
+        let checkered: Vec<[i32; 3]> =
+            block(4).into_iter().filter(|c| c.iter().sum::<i32>() % 2 == 0).collect();
+        for cells in [checkered, vec![[0, 0, 0], [1, 1, 1]], vec![[0, 0, 0], [1, 1, 0]]] {
+            let (_, field) = field(&cells);
+            assert!(field.directions.iter().all(|&v| (length(v) - 1.0).abs() < 1e-6), "{cells:?}");
+            assert_eq!(field.thickness, [0.5]);
+        }
+    }
+
+    #[test]
+    fn turning() {
+        let turn = nalgebra::UnitQuaternion::from_euler_angles(0.3, -1.2, 2.5);
+        let v = nalgebra::Vector3::new(0.2, -0.7, 0.4);
+        let expected: [f64; 3] = (turn * v).into();
+        let q = turn.coords.map(|x| x as f32).into();
+        let v = turned(&q, &[0.2, -0.7, 0.4]);
+        assert!(v.iter().zip(expected).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6), "{v:?} {expected:?}");
+    }
+}

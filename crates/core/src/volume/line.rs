@@ -11,6 +11,7 @@ pub(super) struct Moving {
 }
 
 impl Moving {
+    #[cfg(test)]
     pub(super) fn new(p: [f32; 3], v: [f32; 3]) -> Self {
         Self { p: [p[0], p[1], p[2], 0.0], v: [v[0], v[1], v[2], 0.0] }
     }
@@ -32,7 +33,7 @@ impl Moving {
 }
 
 /// A vector `p + lambda v` in double precision.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Line {
     p: [f64; 3],
     v: [f64; 3],
@@ -48,6 +49,11 @@ impl Line {
     pub(super) fn minus(self, other: Self) -> Self {
         let negated = |x: [f64; 3]| x.map(|x| -x);
         Self { p: add(self.p, negated(other.p)), v: add(self.v, negated(other.v)) }
+    }
+
+    #[inline]
+    pub(super) fn times(self, factor: f64) -> Self {
+        Self { p: self.p.map(|x| factor * x), v: self.v.map(|x| factor * x) }
     }
 }
 

@@ -29,7 +29,9 @@ impl Measure {
         let mesh = || surface::measure(surface, lattice, adjacency);
         match choice {
             Preservation::Off => Ok(None),
-            Preservation::Auto => Ok(Some(mesh().map_or_else(|_| Self::cells(lattice, adjacency), Self::Mesh))),
+            Preservation::Auto => {
+                Ok(Some(mesh().map_or_else(|_| Self::cells(lattice, adjacency), Self::Mesh)))
+            }
             Preservation::By(VolumeMeasure::Lattice) => Ok(Some(Self::lattice(adjacency))),
             Preservation::By(VolumeMeasure::Cells) => Ok(Some(Self::cells(lattice, adjacency))),
             Preservation::By(VolumeMeasure::Mesh) => mesh().map(|mesh| Some(Self::Mesh(mesh))),
@@ -65,10 +67,11 @@ impl Measure {
 
     /// The coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
     pub(super) fn coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
+        out.fill([0.0; 4]);
         match self {
-            Self::Lattice(measure) => measure.coefficients(executor, points, out),
-            Self::Cells(measure) => measure.coefficients(executor, points, out),
-            Self::Mesh(measure) => measure.coefficients(executor, points, out),
+            Self::Lattice(measure) => measure.add_coefficients(executor, points, out),
+            Self::Cells(measure) => measure.add_coefficients(executor, points, out),
+            Self::Mesh(measure) => measure.add_coefficients(executor, points, out),
         }
     }
 }
@@ -77,7 +80,11 @@ impl Measure {
 pub(super) fn adjacency(lattice: &Lattice) -> Adjacency {
     let row = |i: u32| lattice.neighbours(i).map(|j| j.unwrap_or(i));
     let components = lattice.components();
-    Adjacency::new((0..lattice.len() as u32).map(row).collect(), components.of_vertex.clone(), components.count)
+    Adjacency::new(
+        (0..lattice.len() as u32).map(row).collect(),
+        components.of_vertex.clone(),
+        components.count,
+    )
 }
 
 /// Which of the eight cells around each vertex are occupied, as [`super::normals::boundary_normals`] numbers them.
@@ -90,4 +97,95 @@ pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
         }
     }
     octants
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::lattice::Embedding;
+    use crate::mesh::Mesh;
+
+    /// Numbers with six bits after the point, so that `p + lambda v` below is exact in single precision.
+    fn dyadic(state: &mut u32) -> f32 {
+        *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (*state >> 22) as f32 / 64.0 - 8.0
+    }
+
+    fn measures(lattice: &Lattice, adjacency: &Adjacency) -> [Measure; 3] {
+        // The boundary of the cells' box, a quarter of a cell inside it.
+        let corner = |k: i32| [k & 1, k >> 1 & 1, k >> 2 & 1];
+        let high = [0, 1, 2].map(|a| lattice.cells().iter().map(|cell| cell[a] + 1).max().unwrap());
+        let vertices = (0..8).map(|k| {
+            let k = corner(k);
+            std::array::from_fn(|a| if k[a] == 0 { 0.25 } else { f64::from(high[a]) - 0.25 })
+        });
+        let mesh = Mesh::new(vertices.collect(), &FACE_CORNERS.map(|f| f.map(|k| k as u32))).unwrap();
+        let embedding = Embedding::new(lattice, mesh.vertices());
+        let surface = Some(Surface { mesh: &mesh, embedding: &embedding });
+        let mesh = Preservation::By(VolumeMeasure::Mesh);
+        let mesh = Measure::choose(mesh, lattice, surface, adjacency).unwrap().unwrap();
+        [Measure::lattice(adjacency), Measure::cells(lattice, adjacency), mesh]
+    }
+
+    fn block(n: [i32; 3]) -> Lattice {
+        let cells: Vec<_> =
+            (0..n[0] * n[1] * n[2]).map(|i| [i % n[0], i / n[0] % n[1], i / n[0] / n[1]]).collect();
+        Lattice::from_cells(&cells, 1.0, Point3::origin(), true).unwrap()
+    }
+
+    fn random_points(n: usize) -> Vec<Moving> {
+        let mut state = 7;
+        let mut vector = || std::array::from_fn(|_| dyadic(&mut state));
+        (0..n).map(|_| Moving::new(vector(), vector())).collect()
+    }
+
+    #[test]
+    fn coefficients_are_those_of_direct_evaluation() {
+        let lattice = block([3, 2, 2]);
+        let adjacency = adjacency(&lattice);
+        let points = random_points(lattice.len());
+        let executor = Executor::sequential();
+        for mut measure in measures(&lattice, &adjacency) {
+            let (mut c, mut direct) = ([[0.0; 4]], [[0.0; 4]]);
+            measure.coefficients(&executor, &points, &mut c);
+            let [c] = c;
+            for lambda in [-3.0_f32, -1.0, -0.5, 0.0, 0.25, 1.5, 7.0] {
+                let moved: Vec<Moving> = points
+                    .iter()
+                    .map(|point| Moving {
+                        p: std::array::from_fn(|k| point.p[k] + lambda * point.v[k]),
+                        v: [0.0; 4],
+                    })
+                    .collect();
+                measure.coefficients(&executor, &moved, &mut direct);
+                let x = f64::from(lambda);
+                let value = c[0] + x * (c[1] + x * (c[2] + x * c[3]));
+                let size =
+                    c[0].abs() + x.abs() * (c[1].abs() + x.abs() * (c[2].abs() + x.abs() * c[3].abs()));
+                assert!(
+                    (value - direct[0][0]).abs() <= 1e-13 * size,
+                    "{} at {x}: {value} {}",
+                    measure.kind(),
+                    direct[0][0]
+                );
+                assert_eq!(direct[0][1..], [0.0; 3]);
+            }
+        }
+    }
+
+    #[test]
+    fn threads_change_no_bit() {
+        let lattice = block([40, 30, 20]);
+        let adjacency = adjacency(&lattice);
+        let points = random_points(lattice.len());
+        let two = Executor::new(2);
+        for mut measure in measures(&lattice, &adjacency) {
+            let (mut one_thread, mut two_threads) = ([[0.0; 4]], [[0.0; 4]]);
+            measure.coefficients(&Executor::sequential(), &points, &mut one_thread);
+            two.enter(|| measure.coefficients(&two, &points, &mut two_threads));
+            assert_eq!(one_thread.map(|c| c.map(f64::to_bits)), two_threads.map(|c| c.map(f64::to_bits)));
+        }
+    }
 }

@@ -29,6 +29,7 @@ mod measure;
 mod mesh_measure;
 mod normals;
 mod options;
+mod patch;
 mod report;
 mod shells;
 mod sums;

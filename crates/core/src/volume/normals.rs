@@ -13,7 +13,11 @@ use super::adjacency::{Adjacency, DIRECTIONS};
 /// directions. That sum vanishes at concave edges and in parts that are thin in both directions of an axis. What
 /// takes its place there, first that does not vanish: away from the occupied octants; the mean normal of the
 /// neighbours; away from the middle of the component; the first missing direction, or x.
-pub(super) fn boundary_normals(adjacency: &Adjacency, indices: &[[i32; 3]], octants: &[u8]) -> Vec<Vector3<f64>> {
+pub(super) fn boundary_normals(
+    adjacency: &Adjacency,
+    indices: &[[i32; 3]],
+    octants: &[u8],
+) -> Vec<Vector3<f64>> {
     let mut normals: Vec<Vector3<f64>> = (0..indices.len())
         .map(|i| match octants[i] {
             u8::MAX => Vector3::zeros(),

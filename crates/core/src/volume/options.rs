@@ -106,7 +106,9 @@ pub enum VolumeError {
         cells: f64,
     },
     /// A connected part of the surface is carried by more than one component of the lattice.
-    #[error("volume measure `mesh`: a part of the surface hangs on two components of the lattice: use `cells`")]
+    #[error(
+        "volume measure `mesh`: a part of the surface hangs on two components of the lattice: use `cells`"
+    )]
     AcrossComponents,
     /// The cap is out of range.
     #[error("max_correction is {0}, and must be finite and 0 or more (1 = the body's thickness)")]

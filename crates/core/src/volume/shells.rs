@@ -101,12 +101,12 @@ mod tests {
         let mut vertices = Vec::new();
         let shells = [
             cuboid(&mut vertices, [0.0; 3], 10.0, false),
-            cuboid(&mut vertices, [1.0; 3], 2.0, false),       // the same way round: ignored
-            cuboid(&mut vertices, [4.0; 3], 4.0, true),        // a cavity
+            cuboid(&mut vertices, [1.0; 3], 2.0, false), // the same way round: ignored
+            cuboid(&mut vertices, [4.0; 3], 4.0, true),  // a cavity
             cuboid(&mut vertices, [5.0, 5.0, 5.1], 1.0, false), // an island in the cavity
-            cuboid(&mut vertices, [6.5; 3], 1.0, true),        // a void within the cavity: ignored
-            cuboid(&mut vertices, [20.0; 3], 1.0, true),       // apart and flipped
-            cuboid(&mut vertices, [9.5; 3], 2.0, false),       // pokes out, mostly outside
+            cuboid(&mut vertices, [6.5; 3], 1.0, true),  // a void within the cavity: ignored
+            cuboid(&mut vertices, [20.0; 3], 1.0, true), // apart and flipped
+            cuboid(&mut vertices, [9.5; 3], 2.0, false), // pokes out, mostly outside
         ];
         assert_eq!(signs(&vertices, &shells), [1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0]);
         let volume: f64 = shells.iter().zip(signs(&vertices, &shells)).map(|(s, sign)| sign * s.volume).sum();

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::parallel::Executor;
 
-/// Terms in a chunk. Fixed, so that the order of the additions is fixed.
-const CHUNK: usize = 2048;
+/// Terms in a chunk, where a term is a determinant. Fixed, so that the order of the additions is fixed.
+pub(super) const DETERMINANTS: usize = 2048;
 
 /// Terms sorted by component, cut into chunks: the terms of a chunk are summed in order, then the chunks in order.
 #[derive(Clone, Debug)]
@@ -21,14 +21,14 @@ struct Chunk {
 }
 
 impl ChunkedSum {
-    /// `counts[c]` terms of component `c`, one component after the other.
-    pub(super) fn new(counts: &[usize]) -> Self {
+    /// `counts[c]` terms of component `c`, one component after the other; `size` terms in a chunk.
+    pub(super) fn new(counts: &[usize], size: usize) -> Self {
         let mut chunks = Vec::new();
         let mut first = 0;
         for (component, count) in counts.iter().enumerate() {
             let end = first + count;
             while first < end {
-                let next = end.min(first + CHUNK);
+                let next = end.min(first + size);
                 chunks.push(Chunk { terms: first..next, component, sum: [0.0; 4] });
                 first = next;
             }
@@ -36,8 +36,8 @@ impl ChunkedSum {
         Self { chunks }
     }
 
-    /// The sum of `factor` times the terms of each component, into `sums` (one per component).
-    pub(super) fn sum(
+    /// Adds `factor` times the sum of the terms of each component to `sums` (one per component).
+    pub(super) fn add_to(
         &mut self,
         executor: &Executor,
         factor: f64,
@@ -45,12 +45,8 @@ impl ChunkedSum {
         terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
     ) {
         executor.each(&mut self.chunks, |chunk| chunk.sum = terms(chunk.terms.clone()));
-        sums.fill([0.0; 4]);
         for chunk in &self.chunks {
-            add(&mut sums[chunk.component], &chunk.sum);
-        }
-        for sum in sums.iter_mut().flatten() {
-            *sum *= factor;
+            add(&mut sums[chunk.component], &chunk.sum.map(|sum| factor * sum));
         }
     }
 }

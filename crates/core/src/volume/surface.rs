@@ -2,7 +2,8 @@
 
 use super::VolumeError;
 use super::adjacency::Adjacency;
-use super::mesh_measure::{MeshMeasure, SurfacePoint};
+use super::mesh_measure::{MeshMeasure, Parts, SurfacePoint};
+use super::patch::{self, Patch};
 use super::shells::{self, Shell};
 use crate::lattice::{DisjointSets, Embedding, Lattice};
 use crate::mesh::Mesh;
@@ -34,16 +35,59 @@ pub(super) fn measure(
     let signs = shells::signs(surface.mesh.vertices(), &shells);
     check_volumes(&shells, &signs, lattice, adjacency)?;
 
-    let mut builder = Builder::new(surface);
-    let mut counts = vec![0; adjacency.components()];
+    let mut parts = Parts::default();
     for component in 0..adjacency.components() {
         let own = shells.iter().zip(&signs).filter(|(shell, _)| shell.component as usize == component);
-        for (shell, &sign) in own.filter(|(_, sign)| **sign != 0.0) {
-            counts[component] += shell.triangles.len();
-            builder.add(&shell.triangles, sign < 0.0);
+        let turned = own.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
+            shell.triangles.iter().map(move |&[a, b, c]| if sign < 0.0 { [a, c, b] } else { [a, b, c] })
+        });
+        gather(surface.embedding, turned.collect(), &mut parts);
+    }
+    number_points(surface.embedding, &mut parts);
+    Ok(MeshMeasure::new(parts))
+}
+
+/// Adds the triangles of one component: patches of cells that hold many, the others one by one, cell by cell.
+fn gather(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts) {
+    let cell = |corner: u32| embedding.cell(corner as usize);
+    // Those that cross from cell to cell go with the last of their cells, after those that lie in it.
+    let place = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(cell);
+        (a.max(b).max(c), a != b || b != c)
+    };
+    triangles.sort_by_cached_key(place);
+    let (patches, others) = (parts.patches.len(), parts.triangles.len());
+    for group in triangles.chunk_by(|a, b| place(a) == place(b)) {
+        let (_, crosses) = place(&group[0]);
+        if crosses || group.len() < patch::WORTHWHILE {
+            parts.triangles.extend_from_slice(group);
+        } else {
+            let places = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
+            parts.patches.push(Patch::new(embedding.corners(group[0][0] as usize), places));
         }
     }
-    Ok(builder.finish(&counts))
+    parts.patch_counts.push(parts.patches.len() - patches);
+    parts.triangle_counts.push(parts.triangles.len() - others);
+}
+
+/// Collects the points that single triangles use, in the order of the cells that hold them, and renumbers.
+fn number_points(embedding: &Embedding, parts: &mut Parts) {
+    let mut used: Vec<u32> = parts.triangles.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    used.sort_by_key(|&vertex| embedding.cell(vertex as usize));
+    let mut number = vec![0_u32; embedding.len()];
+    for (new, &vertex) in used.iter().enumerate() {
+        number[vertex as usize] = new as u32;
+    }
+    for corner in parts.triangles.iter_mut().flatten() {
+        *corner = number[*corner as usize];
+    }
+    let point = |&vertex: &u32| SurfacePoint {
+        corners: embedding.corners(vertex as usize),
+        local: embedding.local(vertex as usize),
+    };
+    parts.points = used.iter().map(point).collect();
 }
 
 /// The connected parts of the welded surface, degenerate triangles left out.
@@ -89,47 +133,9 @@ fn check_volumes(
         cells[adjacency.component(lattice.cell_corners(cell)[0] as usize)] += cell_volume;
     }
     for (component, (&mesh, &cells)) in enclosed.iter().zip(&cells).enumerate() {
-        // Also true of NaN.
-        if !(mesh > LEAST_SHARE * cells) {
+        if mesh <= LEAST_SHARE * cells {
             return Err(VolumeError::Flat { component, mesh, cells });
         }
     }
     Ok(())
-}
-
-/// Collects triangles, and the vertices that they use in the order of the cells that hold them.
-struct Builder<'a> {
-    surface: Surface<'a>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl<'a> Builder<'a> {
-    fn new(surface: Surface<'a>) -> Self {
-        Self { surface, triangles: Vec::new() }
-    }
-
-    fn add(&mut self, triangles: &[[u32; 3]], flipped: bool) {
-        let turned = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] };
-        self.triangles.extend(triangles.iter().map(turned));
-    }
-
-    fn finish(mut self, counts: &[usize]) -> MeshMeasure {
-        let embedding = self.surface.embedding;
-        let mut used: Vec<u32> = self.triangles.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
-        used.sort_by_key(|&vertex| embedding.cell(vertex as usize));
-        let mut place = vec![0_u32; self.surface.mesh.vertices().len()];
-        for (new, &vertex) in used.iter().enumerate() {
-            place[vertex as usize] = new as u32;
-        }
-        for corner in self.triangles.iter_mut().flatten() {
-            *corner = place[*corner as usize];
-        }
-        let point = |&vertex: &u32| SurfacePoint {
-            corners: embedding.corners(vertex as usize),
-            local: embedding.local(vertex as usize),
-        };
-        MeshMeasure::new(used.iter().map(point).collect(), self.triangles, counts)
-    }
 }

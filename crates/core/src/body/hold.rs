@@ -1,0 +1,73 @@
+//! What holds, pushes and touches a body.
+
+use nalgebra::Point3;
+
+use super::Body;
+use crate::dynamics::{
+    Contacts, Handle, Hold, Key, Kinematics, Pin, SampleCells, Selection, SelectionError, Window,
+};
+use crate::error::Error;
+
+impl Body {
+    /// Holds a part of the body as it is when the pin begins. Shapes are tested at frame 0, where the body is placed.
+    ///
+    /// # Errors
+    ///
+    /// A selection that takes nothing or makes no sense, or an empty window of time.
+    pub fn pin(&mut self, pin: &Pin) -> Result<(), Error> {
+        self.add_hold(&pin.selection, pin.window, None)
+    }
+
+    /// Moves a part of the body along keys, from the pose that it has when the handle begins.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Body::pin`], or keys that are no motion.
+    pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
+        self.add_hold(&handle.selection, handle.window, Some(&handle.keys))
+    }
+
+    fn add_hold(&mut self, selection: &Selection, window: Window, keys: Option<&[Key]>) -> Result<(), Error> {
+        let hold = Hold::new(self.select(selection)?, window, keys)?;
+        let vertices = self.lattice.len();
+        self.kinematics.get_or_insert_with(|| Kinematics::new(vertices, Vec::new())).add(hold);
+        Ok(())
+    }
+
+    /// The lattice vertices that a selection takes, in increasing order: those of the cells of the mesh vertices
+    /// inside; of a bare lattice the vertices inside. Tested where the body is placed at frame 0.
+    ///
+    /// # Errors
+    ///
+    /// A selection that takes nothing, with the nearest distance, or that makes no sense.
+    pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
+        let placed = |p: &Point3<f64>| self.placed * p;
+        match &self.surface {
+            Some(surface) => {
+                let points: Vec<_> = surface.mesh.vertices().iter().map(placed).collect();
+                let owned = |point: u32| surface.embedding.corners(point as usize);
+                selection.lattice_vertices(&points, self.lattice.len(), owned)
+            }
+            None => {
+                let rest = |vertex| self.lattice.rest_position(vertex);
+                let points: Vec<_> = (0..self.lattice.len() as u32).map(|v| placed(&rest(v))).collect();
+                selection.lattice_vertices(&points, self.lattice.len(), |vertex| [vertex])
+            }
+        }
+    }
+
+    /// Prepares for contacts in steps of `dt` seconds, where there are colliders.
+    pub(crate) fn meet(&mut self, colliders: bool, dt: f64) {
+        self.push_scale = (1.0 / self.material.alpha(dt)) as f32;
+        self.contacts = colliders.then(|| Contacts::new(self.samples()));
+    }
+
+    /// Where contacts act: on the visible surface, or on the boundary of a bare lattice.
+    fn samples(&self) -> SampleCells {
+        let slots = self.matching.layout.slots();
+        match &self.surface {
+            Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots),
+            None => SampleCells::of_lattice(&self.lattice, slots),
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Whole files or none.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::OutputError;
+
+/// The ending of files that are not whole yet.
+pub(super) const PART: &str = ".part";
+
+/// `path` with `.part` at its end.
+pub(super) fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(PART);
+    name.into()
+}
+
+/// Writes `bytes` to a file beside `path` and renames it. If anything fails nothing of it stays,
+/// and an older file at `path` is as it was.
+pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let part = part_of(path);
+    let result = fs::write(&part, bytes)
+        .map_err(OutputError::io("write", path))
+        .and_then(|()| fs::rename(&part, path).map_err(OutputError::io("rename to", path)));
+    if result.is_err() {
+        // Whatever is wrong with the directory is told by the first error.
+        let _ = fs::remove_file(&part);
+    }
+    result
+}

@@ -1,0 +1,82 @@
+//! Paths of material libraries, so that they resolve from where the frames lie.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use crate::obj::Library;
+
+/// The bytes that stand for `library` in a file in `output`, where the input lies in `input`; none if those of the
+/// input are right as they are.
+pub(super) fn rewritten(library: &Library, input: &Path, output: &Path) -> Option<Vec<u8>> {
+    if Path::new(&library.name).is_absolute() || has_drive(&library.name) {
+        return None;
+    }
+    let target = resolve(&library.path);
+    let from_output = output.join(library.path.strip_prefix(input).unwrap_or(&library.path));
+    if resolve(&from_output) == target {
+        return None;
+    }
+    Some(bytes(&relative(&target, &resolve_directory(output))))
+}
+
+/// `C:\...` on a system that has no drives.
+fn has_drive(name: &str) -> bool {
+    matches!(name.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
+}
+
+/// The absolute path of a file that may be missing. The file itself, if it is a link, keeps its name.
+fn resolve(path: &Path) -> PathBuf {
+    match (path.parent(), path.file_name()) {
+        (Some(parent), Some(name)) => resolve_directory(parent).join(name),
+        _ => resolve_directory(path),
+    }
+}
+
+/// The absolute path of a directory, links resolved as far as it exists.
+fn resolve_directory(path: &Path) -> PathBuf {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    if let Ok(resolved) = fs::canonicalize(path) {
+        return resolved;
+    }
+    match (path.parent(), path.components().next_back()) {
+        (Some(parent), Some(Component::Normal(name))) => resolve_directory(parent).join(name),
+        (Some(parent), Some(Component::ParentDir)) => {
+            let resolved = resolve_directory(parent);
+            resolved.parent().map_or_else(|| resolved.clone(), Path::to_owned)
+        }
+        (Some(parent), _) => resolve_directory(parent),
+        (None, _) => path.to_owned(),
+    }
+}
+
+/// The way from the absolute directory `base` to the absolute `target`, with `/` between names; `target` itself if
+/// they share no root.
+fn relative(target: &Path, base: &Path) -> OsString {
+    let shared = target.components().zip(base.components()).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        return target.as_os_str().to_owned();
+    }
+    let up = base.components().skip(shared).map(|_| Path::new("..").as_os_str());
+    let down = target.components().skip(shared).map(Component::as_os_str);
+    let mut way = OsString::new();
+    for (index, name) in up.chain(down).enumerate() {
+        if index > 0 {
+            way.push("/");
+        }
+        way.push(name);
+    }
+    way
+}
+
+fn bytes(path: &OsString) -> Vec<u8> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        path.as_bytes().to_vec()
+    }
+    #[cfg(not(unix))]
+    {
+        path.to_string_lossy().into_owned().into_bytes()
+    }
+}

@@ -1,0 +1,58 @@
+//! Numbers as text.
+
+/// Appends the shortest decimal digits that read back as the same `f32`: `0.1`, `-3`, `1.5e-7`, `-0`.
+#[inline]
+pub(super) fn push(text: &mut Vec<u8>, number: f32) {
+    let mut buffer = zmij::Buffer::new();
+    let digits = buffer.format_finite(number).as_bytes();
+    if number.abs() < 1e9 {
+        text.extend_from_slice(digits.strip_suffix(b".0").unwrap_or(digits));
+    } else {
+        // Large numbers come as `1e+30` or `1000000000.0`.
+        let digits = digits.strip_suffix(b".0").unwrap_or(digits);
+        text.extend(digits.iter().filter(|&&digit| digit != b'+'));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    fn text(number: f32) -> String {
+        let mut text = Vec::new();
+        super::push(&mut text, number);
+        String::from_utf8(text).unwrap()
+    }
+
+    #[test]
+    fn short_and_exact() {
+        for (number, expected) in [
+            (0.0, "0"),
+            (-0.0, "-0"),
+            (1.0, "1"),
+            (-3.5, "-3.5"),
+            (0.1, "0.1"),
+            (100.0, "100"),
+            (1e30, "1e30"),
+        ] {
+            assert_eq!(text(number), expected);
+        }
+        assert_eq!(text(16_777_216.0), "16777216");
+    }
+
+    proptest! {
+        #[test]
+        fn reads_back(bits: u32) {
+            let number = f32::from_bits(bits);
+            prop_assume!(number.is_finite());
+            let written = text(number);
+            prop_assert_eq!(written.parse::<f32>().unwrap().to_bits(), bits);
+            // No more digits than the standard library's shortest form.
+            let digits = |text: &str| {
+                let mantissa = text.split('e').next().unwrap().replace(['.', '-'], "");
+                mantissa.trim_matches('0').len()
+            };
+            prop_assert_eq!(digits(&written), digits(&number.to_string()));
+        }
+    }
+}

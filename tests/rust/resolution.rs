@@ -1,0 +1,123 @@
+//! Cell sizes, wished numbers of vertices, limits of memory, and what the report says of the bust.
+
+use supple::{Lattice, LatticeError, LatticeOptions, Mesh, Resolution};
+
+fn read(name: &str) -> Mesh {
+    let path = format!("{}/../../examples/scenes/{name}", env!("CARGO_MANIFEST_DIR"));
+    supple::obj::read(path).expect("an example mesh")
+}
+
+fn build(mesh: &Mesh, resolution: Resolution, memory_limit: Option<u64>) -> Result<Lattice, LatticeError> {
+    Lattice::from_mesh(mesh, &LatticeOptions { resolution, join: true, memory_limit })
+}
+
+/// A box with corners at the origin and at `high`.
+fn cuboid(high: [f64; 3]) -> Mesh {
+    let vertices =
+        (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { 0.0 } else { high[a] })).collect();
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh::new(vertices, &faces).expect("a box")
+}
+
+#[test]
+fn a_wished_number_of_vertices_is_met_within_five_percent() {
+    for name in ["bust.obj", "bust_parts.obj"] {
+        let mesh = read(name);
+        for wished in [200, 300, 500, 700, 1000, 1500, 2000, 3000, 5000, 10000, 20000, 100000] {
+            let lattice = build(&mesh, Resolution::Vertices(wished), None).expect("a lattice");
+            let ratio = lattice.len() as f64 / wished as f64;
+            assert!((ratio - 1.0).abs() <= 0.05, "{name}: {} of {wished}", lattice.len());
+        }
+    }
+}
+
+#[test]
+fn the_cell_size_found_gives_the_same_lattice_again() {
+    let mesh = read("bust.obj");
+    let found = build(&mesh, Resolution::Vertices(1000), None).expect("a lattice");
+    assert_eq!(build(&mesh, Resolution::Vertices(1000), None).as_ref(), Ok(&found));
+    assert_eq!(build(&mesh, Resolution::CellSize(found.cell_size()), None), Ok(found));
+}
+
+#[test]
+fn the_nearest_number_is_taken_where_a_shape_allows_no_other() {
+    let cube = cuboid([1.0; 3]);
+    for (wished, expected) in [(8, 8), (30, 27), (100, 125), (1000, 1000), (1030, 1000)] {
+        assert_eq!(build(&cube, Resolution::Vertices(wished), None).expect("a lattice").len(), expected);
+    }
+    for (high, wished) in [([1.0, 1e-9, 1e-9], 4000), ([1e-3, 1e-3, 1e-12], 5000), ([1e9, 3e8, 2e8], 30000)] {
+        let lattice = build(&cuboid(high), Resolution::Vertices(wished), None).expect("a lattice");
+        assert!(
+            (lattice.len() as f64 / wished as f64 - 1.0).abs() <= 0.05,
+            "{high:?}: {} of {wished}",
+            lattice.len()
+        );
+    }
+}
+
+#[test]
+fn wrong_resolutions_are_refused() {
+    let cube = cuboid([1.0; 3]);
+    for size in [0.0, -0.5, f64::INFINITY] {
+        assert_eq!(build(&cube, Resolution::CellSize(size), None), Err(LatticeError::CellSize(size)));
+    }
+    assert!(matches!(build(&cube, Resolution::CellSize(f64::NAN), None), Err(LatticeError::CellSize(_))));
+    for wished in [0, 7] {
+        assert_eq!(
+            build(&cube, Resolution::Vertices(wished), None),
+            Err(LatticeError::TooFewVertices(wished))
+        );
+    }
+}
+
+#[test]
+fn too_much_memory_is_refused_with_a_cell_size_that_fits() {
+    let meshes = [read("bust.obj"), cuboid([1.0; 3]), cuboid([1.0, 0.0, 0.7]), cuboid([1e12, 1.0, 1.0])];
+    for mesh in &meshes {
+        for limit in [1 << 20, 64 << 20] {
+            for resolution in [1e-300, 1e-30, 1e-5, 1e-3]
+                .map(Resolution::CellSize)
+                .into_iter()
+                .chain([1_000_000, usize::MAX].map(Resolution::Vertices))
+            {
+                let error = build(mesh, resolution, Some(limit)).expect_err("too much");
+                let LatticeError::TooMuchMemory { needed, limit: told, fitting, .. } = &error else {
+                    panic!("{error}")
+                };
+                assert!(*needed > limit && *told == limit);
+                let fitting = fitting.expect("a cell size that fits");
+                assert!(error.to_string().contains(&format!("{fitting:.4e}")));
+                let told: f64 = format!("{fitting:.4e}").parse().expect("a number");
+                let lattice = build(mesh, Resolution::CellSize(told), Some(limit)).expect("it fits");
+                // And it is not needlessly coarse.
+                assert!(
+                    lattice.len() as u64 * 250 > limit / 64,
+                    "{} vertices in {limit} bytes",
+                    lattice.len()
+                );
+            }
+        }
+    }
+    let error = build(&meshes[1], Resolution::CellSize(1.0), Some(1000)).expect_err("no room for a cell");
+    assert!(matches!(error, LatticeError::TooMuchMemory { fitting: None, .. }), "{error}");
+    let default = build(&meshes[1], Resolution::CellSize(1e-30), None).expect_err("too much");
+    assert!(matches!(default, LatticeError::TooMuchMemory { fitting: Some(_), .. }));
+}
+
+#[test]
+fn eyes_teeth_and_tongue_ride_along() {
+    let mesh = read("bust_parts.obj");
+    for wished in [200, 1000, 20000, 200000] {
+        let lattice = build(&mesh, Resolution::Vertices(wished), None).expect("a lattice");
+        assert_eq!(lattice.components().count, 1);
+        let report = lattice.report();
+        assert!(!report.shell);
+        let floating = report.floating.iter().flat_map(|part| &part.mesh_components);
+        let mut all: Vec<u32> = report.glued.iter().flatten().chain(floating).copied().collect();
+        all.sort_unstable();
+        all.dedup();
+        assert!(!all.is_empty(), "five parts touch the skin or float");
+        assert!(report.floating.iter().all(|part| part.joined));
+        println!("{wished}: {} {report:?}", lattice.len());
+    }
+}

@@ -1,0 +1,295 @@
+//! Voxelisation: which cells a surface passes through or encloses.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Point3, Rotation3, Vector3};
+use proptest::prelude::*;
+use supple::{Lattice, LatticeOptions, Mesh, Resolution};
+
+type Faces = Vec<Vec<u32>>;
+type Soup = (Vec<[f64; 3]>, Faces);
+
+/// The faces of a box, outwards, each as `n` by `n` quads.
+fn cuboid(low: [f64; 3], high: [f64; 3], n: usize) -> Soup {
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    for axis in 0..3 {
+        for top in [false, true] {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let first = vertices.len();
+            for i in 0..=n {
+                for j in 0..=n {
+                    let mut p = if top { high } else { low };
+                    p[u] = low[u] + (high[u] - low[u]) * i as f64 / n as f64;
+                    p[v] = low[v] + (high[v] - low[v]) * j as f64 / n as f64;
+                    vertices.push(p);
+                }
+            }
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let corner = |di: usize, dj: usize| (first + (i + di) * (n + 1) + j + dj) as u32;
+                let mut face = vec![corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+                if !top {
+                    face.reverse();
+                }
+                faces.push(face);
+            }
+        }
+    }
+    (vertices, faces)
+}
+
+fn joined((mut vertices, mut faces): Soup, (more_vertices, more_faces): Soup) -> Soup {
+    let first = vertices.len() as u32;
+    vertices.extend(more_vertices);
+    faces.extend(more_faces.into_iter().map(|face| face.into_iter().map(|v| v + first).collect()));
+    (vertices, faces)
+}
+
+fn lattice((vertices, faces): &Soup, cell_size: f64) -> Lattice {
+    let mesh = Mesh::new(vertices.clone(), faces).expect("a mesh");
+    let options =
+        LatticeOptions { resolution: Resolution::CellSize(cell_size), join: false, ..Default::default() };
+    Lattice::from_mesh(&mesh, &options).expect("a lattice")
+}
+
+fn cell_set(lattice: &Lattice) -> BTreeSet<[i32; 3]> {
+    lattice.cells().iter().copied().collect()
+}
+
+/// The faces as they are, all reversed, every other reversed, and each there twice, once a side.
+fn orientations(faces: &Faces) -> [Faces; 4] {
+    let reversed = |face: &Vec<u32>| face.iter().rev().copied().collect::<Vec<_>>();
+    let all: Faces = faces.iter().map(reversed).collect();
+    let some =
+        faces.iter().enumerate().map(|(i, f)| if i % 2 == 0 { reversed(f) } else { f.clone() }).collect();
+    let both = faces.iter().chain(&all).cloned().collect();
+    [faces.clone(), all.clone(), some, both]
+}
+
+#[test]
+fn a_cube_of_n_cells_gives_n_cubed_wherever_and_whichever_way_round() {
+    for n in [1, 2, 3, 7, 10, 63, 64, 65] {
+        for (cell_size, offset) in
+            [(1.0, 0.0), (0.1, 0.0), (1.0 / 3.0, 0.7), (0.1, 12345.678), (1e-4, -3.3), (7e5, 1.0)]
+        {
+            let side = f64::from(n) * cell_size;
+            let low = [offset, -2.0 * offset, 0.3 * offset];
+            let (vertices, faces) = cuboid(low, low.map(|x| x + side), 3);
+            for (i, faces) in orientations(&faces).into_iter().enumerate() {
+                let lattice = lattice(&(vertices.clone(), faces), cell_size);
+                assert_eq!(lattice.cells().len() as i32, n * n * n, "{n} cells of {cell_size} at {offset}");
+                assert_eq!(lattice.len() as i32, (n + 1).pow(3));
+                assert!(
+                    !lattice.report().shell || i > 1,
+                    "the seams may be open by rounding, but the volume is there"
+                );
+                let corner = lattice.rest_position(0);
+                assert!((0..3).all(|a| (corner[a] - low[a]).abs() < 1e-5 * cell_size));
+            }
+        }
+    }
+}
+
+#[test]
+fn coordinates_with_six_digits_are_in_the_grid_planes_that_are_meant() {
+    let cell_size = 1.0 / 3.0;
+    let high = [1.333333, 2.333333, 3.666667];
+    let step = joined(cuboid([0.0; 3], high, 1), cuboid([0.0; 3], [4.666667, 0.666667, 0.333333], 1));
+    assert_eq!(lattice(&step, cell_size).cells().len(), 4 * 7 * 11 + 10 * 2);
+}
+
+#[test]
+fn a_box_is_centred_on_the_grid() {
+    let lattice = lattice(&cuboid([0.0; 3], [2.5, 1.0, 0.2], 1), 1.0);
+    assert_eq!(lattice.cells().len(), 3);
+    assert!((lattice.origin() - Point3::new(-0.25, 0.0, -0.4)).norm() < 1e-15);
+}
+
+#[test]
+fn a_box_tilted_by_next_to_nothing_springs_no_leak() {
+    for exponent in [-15, -12, -10, -9, -8, -7, -6, -5, -4, -3] {
+        for n in [4, 40] {
+            let (mut vertices, faces) = cuboid([0.0; 3], [f64::from(n); 3], 1);
+            let tilt = Rotation3::new(Vector3::new(1.0, -0.6, 0.3) * 10f64.powi(exponent));
+            vertices.iter_mut().for_each(|p| *p = (tilt * Vector3::from(*p)).into());
+            let lattice = lattice(&(vertices, faces), 1.0);
+            assert!(lattice.cells().len() as i32 >= n * n * n, "1e{exponent}: {}", lattice.cells().len());
+            let report = lattice.report();
+            assert!(report.filled_cells >= (n as usize - 2).pow(3), "1e{exponent}: {report:?}");
+        }
+    }
+}
+
+/// A flat sheet of 4 by 4 in the plane y = `height`, facing up.
+fn sheet(height: f64) -> Soup {
+    let corners = [[0.0, 0.0], [0.0, 4.0], [4.0, 4.0], [4.0, 0.0]];
+    (corners.map(|[x, z]| [x, height, z]).to_vec(), vec![vec![0, 1, 2, 3]])
+}
+
+#[test]
+fn a_sheet_has_one_layer() {
+    for (i, faces) in orientations(&sheet(0.0).1).into_iter().enumerate() {
+        let alone = lattice(&(sheet(0.3).0, faces.clone()), 1.0);
+        assert_eq!((alone.cells().len(), alone.len()), (16, 50));
+        // Between two boxes, so that it lies in a grid plane.
+        let boxes = joined(cuboid([0.0; 3], [1.0; 3], 1), cuboid([3.0, 9.0, 3.0], [4.0, 10.0, 4.0], 1));
+        let cells = cell_set(&lattice(&joined((sheet(5.0).0, faces), boxes), 1.0));
+        assert_eq!(cells.len(), 16 + 2);
+        // It faces up, so its inner side is below, for a reversed one above, for one with two sides the lower.
+        let y = if i == 1 { 5 } else { 4 };
+        assert_eq!(
+            cells.iter().filter(|c| c[1] == y).count(),
+            if i == 2 { 0 } else { 16 },
+            "orientation {i}"
+        );
+    }
+}
+
+#[test]
+fn a_sheet_at_the_edge_of_the_box_lies_within_it() {
+    for height in [0.0, 10.0] {
+        for faces in orientations(&sheet(0.0).1) {
+            let posts = cuboid([0.0, 0.0, 0.0], [1.0, 10.0, 1.0], 1);
+            let cells = cell_set(&lattice(&joined((sheet(height).0, faces), posts), 1.0));
+            assert_eq!(cells.len(), 10 + 15, "at {height}");
+        }
+    }
+}
+
+#[test]
+fn rods_and_needles_are_one_cell_thick() {
+    assert_eq!(lattice(&cuboid([0.0; 3], [9.7, 0.01, 0.02], 1), 1.0).cells().len(), 10);
+    let needle = (vec![[0.0; 3], [5.0, 0.0, 0.0], [9.7, 0.0, 0.0]], vec![vec![0, 1, 2]]);
+    assert_eq!(lattice(&needle, 1.0).cells().len(), 10);
+}
+
+#[test]
+fn an_open_box_is_a_shell_and_a_closed_one_is_not() {
+    let n: usize = 8;
+    let (vertices, faces) = cuboid([0.0; 3], [n as f64; 3], 1);
+    for faces in orientations(&faces[1..].to_vec()).into_iter().take(2) {
+        let open = lattice(&(vertices.clone(), faces), 1.0);
+        assert_eq!(open.cells().len(), n.pow(3) - (n - 2).pow(2) * (n - 1));
+        assert!(open.report().shell && open.report().filled_cells == 0);
+    }
+    let closed = lattice(&(vertices, faces), 1.0);
+    assert!(!closed.report().shell);
+    assert_eq!(
+        (closed.report().surface_cells, closed.report().filled_cells),
+        (n.pow(3) - (n - 2).pow(3), (n - 2).pow(3))
+    );
+}
+
+#[test]
+fn two_arms_with_a_gap_are_joined_only_by_their_foot() {
+    let arms = joined(cuboid([0.0; 3], [2.0, 6.0, 2.0], 1), cuboid([3.0, 0.0, 0.0], [5.0, 6.0, 2.0], 1));
+    let u = joined(arms, cuboid([-1.0, -1.0, 0.0], [6.0, 0.0, 2.0], 1));
+    let lattice = lattice(&u, 1.0);
+    assert_eq!((lattice.cells().len(), lattice.components().count), (24 + 24 + 14, 1));
+    assert_eq!(lattice.report().glued, [[0, 1, 2]]);
+    let tip = lattice.vertex_at([3, 7, 0]).expect("the inner edge of the left arm");
+    assert!(lattice.vertex_at([4, 7, 0]).is_some() && lattice.neighbours(tip)[1].is_none());
+}
+
+#[test]
+fn nested_surfaces_are_filled() {
+    let hollow = joined(cuboid([0.0; 3], [9.0; 3], 1), cuboid([3.0; 3], [6.0; 3], 1));
+    assert_eq!(lattice(&hollow, 1.0).cells().len(), 729);
+}
+
+/// The part of a polygon on the inner side of the six planes of a box.
+fn clip(polygon: &[[f64; 3]], low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
+    let mut polygon = polygon.to_vec();
+    for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+        let depth = |p: &[f64; 3]| if sign > 0.0 { p[axis] - low[axis] } else { high[axis] - p[axis] };
+        let mut kept = Vec::new();
+        for (i, a) in polygon.iter().enumerate() {
+            let b = &polygon[(i + 1) % polygon.len()];
+            let (da, db) = (depth(a), depth(b));
+            if da >= 0.0 {
+                kept.push(*a);
+            }
+            if da * db < 0.0 {
+                kept.push(std::array::from_fn(|k| a[k] + (b[k] - a[k]) * da / (da - db)));
+            }
+        }
+        polygon = kept;
+    }
+    polygon
+}
+
+/// The cells that some triangle cuts, grown or shrunk by a margin.
+fn cut_cells(triangles: &[[[f64; 3]; 3]], size: [i32; 3], margin: f64) -> BTreeSet<[i32; 3]> {
+    let all =
+        (0..size[0] * size[1] * size[2]).map(|i| [i % size[0], i / size[0] % size[1], i / size[0] / size[1]]);
+    let cut = |cell: &[i32; 3]| {
+        let (low, high) = (cell.map(|i| f64::from(i) - margin), cell.map(|i| f64::from(i + 1) + margin));
+        triangles.iter().any(|triangle| !clip(triangle, low, high).is_empty())
+    };
+    all.filter(cut).collect()
+}
+
+/// The cells that a plain search from outside does not reach.
+fn enclosed(walls: &BTreeSet<[i32; 3]>, size: [i32; 3]) -> BTreeSet<[i32; 3]> {
+    let mut reached = BTreeSet::new();
+    let mut stack = vec![[-1; 3]];
+    while let Some(cell) = stack.pop() {
+        let inside = (0..3).all(|a| (-1..=size[a]).contains(&cell[a]));
+        if inside && !walls.contains(&cell) && reached.insert(cell) {
+            for (axis, step) in (0..3).flat_map(|axis| [(axis, 1), (axis, -1)]) {
+                let mut next = cell;
+                next[axis] += step;
+                stack.push(next);
+            }
+        }
+    }
+    let all =
+        (0..size[0] * size[1] * size[2]).map(|i| [i % size[0], i / size[0] % size[1], i / size[0] / size[1]]);
+    all.filter(|cell| !reached.contains(cell)).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_cells_of_a_soup_are_those_that_clipping_finds(
+        corners in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64), 3..40),
+        stretch in prop::array::uniform3(0.05..1.0f64),
+        fineness in 2.0..14.0f64,
+    ) {
+        let vertices: Vec<[f64; 3]> = corners.iter().map(|p| std::array::from_fn(|a| p[a] * stretch[a])).collect();
+        let faces: Faces = (0..vertices.len() as u32 / 3).map(|t| vec![3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let cell_size = 1.0 / fineness;
+        let lattice = lattice(&(vertices.clone(), faces.clone()), cell_size);
+        let mesh = Mesh::new(vertices.clone(), &faces).expect("a mesh");
+        let (low, high) = mesh.bounds();
+        let size = std::array::from_fn(|a| ((high[a] - low[a]) / cell_size).ceil().max(1.0) as i32);
+        let triangles: Vec<[[f64; 3]; 3]> = mesh.triangles().iter().map(|t| {
+            t.map(|v| ((mesh.vertices()[v as usize] - lattice.origin()) / cell_size).into())
+        }).collect();
+        let walls = cut_cells(&triangles, size, 1e-5);
+        prop_assume!(walls == cut_cells(&triangles, size, -1e-5));
+        prop_assert_eq!(cell_set(&lattice), enclosed(&walls, size));
+    }
+
+    #[test]
+    fn soups_on_the_grid_do_no_harm(
+        corners in prop::collection::vec(prop::array::uniform3(0..5i32), 3..40),
+        jitter in prop::array::uniform3(-3e-6..3e-6f64),
+    ) {
+        let vertices: Vec<[f64; 3]> = corners.iter().enumerate()
+            .map(|(i, p)| std::array::from_fn(|a| f64::from(p[a]) + if (i + a) % 4 == 0 { jitter[a] } else { 0.0 }))
+            .collect();
+        let faces: Faces = (0..vertices.len() as u32 / 3).map(|t| vec![3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let Ok(mesh) = Mesh::new(vertices, &faces) else { return Ok(()) };
+        let options = LatticeOptions { resolution: Resolution::CellSize(1.0), ..Default::default() };
+        let lattice = Lattice::from_mesh(&mesh, &options).expect("a lattice");
+        prop_assert_eq!(lattice.components().count, 1);
+        let used: Vec<Point3<f64>> = mesh.triangles().iter().flatten().map(|&v| mesh.vertices()[v as usize]).collect();
+        let embedding = supple::Embedding::new(&lattice, &used);
+        for (i, point) in used.iter().enumerate() {
+            let corner = lattice.rest_position(embedding.corners(i)[0]);
+            let local = point - corner;
+            prop_assert!(local.iter().all(|x| (-1e-5..=1.0 + 1e-5).contains(x)), "{} is not in its cell: {}", point, local);
+        }
+    }
+}
