@@ -12,6 +12,10 @@ pub mod mesh;
 pub mod obj;
 mod parallel;
 pub mod reference;
+#[cfg(feature = "scene")]
+pub mod run;
+#[cfg(feature = "scene")]
+pub mod scene;
 mod simulation;
 pub mod volume;
 
@@ -29,5 +33,5 @@ pub use lattice::{
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
-pub use simulation::{Simulation, SimulationBuilder};
+pub use simulation::{Simulation, SimulationBuilder, SimulationState};
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};

@@ -216,3 +216,6 @@ impl Simulation {
         &mut self.bodies[index]
     }
 }
+#[path = "interim.rs"]
+mod interim;
+pub use interim::SimulationState;

@@ -211,3 +211,4 @@ pub enum ArrayError {
         value: [f64; 3],
     },
 }
+pub(crate) mod interim;
