@@ -58,7 +58,7 @@ pub struct Body {
     state: State,
     /// From the model's frame to the world at frame 0.
     placed: Isometry3<f64>,
-    /// How a contact's velocity change, in cells/s, tells in the volume correction, in cells.
+    /// How strongly a contact's push, in cells, tells in the volume correction: one over the stiffness.
     push_scale: f32,
     view: Mutex<View>,
 }

@@ -103,7 +103,7 @@ impl Contacts {
                     normal: here.normal,
                     surface,
                     bounce: if came && approach > quiet { collider.restitution * approach } else { 0.0 },
-                    allowance: PUSH_LIMIT + approach.max(0.0) * dt,
+                    left: (-here.distance - PUSH_LIMIT - approach.max(0.0) * dt).max(0.0),
                     ..Contact::default()
                 },
             );
