@@ -13,6 +13,12 @@ impl Body {
     }
     pub(crate) fn set_snapshot(&mut self, s: &BodyState) {
         self.state = s.state.clone();
+        self.bookkeeper.measure(
+            &crate::parallel::Executor::sequential(),
+            &self.matching.regions.constants,
+            &self.state.positions,
+            &self.state.velocities,
+        );
         if let Some(k) = &mut self.kinematics {
             k.restore(s.captured.clone()).unwrap();
         }
