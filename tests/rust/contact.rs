@@ -266,17 +266,23 @@ fn a_second_run_has_the_same_bits() {
 }
 
 #[test]
-fn pushes_add_up_to_the_weight_of_what_rests() {
+fn pushes_carry_the_weight_of_what_rests() {
     let mut block = Block::new([3, 3, 3], CELL, None);
     let plane = colliders(&[ground()]);
     block.place(&Matrix3::identity(), Point3::origin());
-    block.run(600, &plane, DT);
+    block.run(1200, &plane, DT);
     block.contacts.clear_pushes();
-    block.run(120, &plane, DT);
-    let sum: Vector3<f64> = block.contacts.pushes().map(|(_, push)| Vector3::from(push.map(f64::from))).sum();
-    let weight = 9.81 * 2.0 / CELL * block.rest.len() as f64;
-    assert!((sum - Vector3::new(0.0, weight, 0.0)).norm() < 0.01 * weight, "{sum} of {weight}");
-    assert!(block.contacts.touched().count() > 0);
+    block.run(1, &plane, DT);
+    let pushes: Vec<_> = block.contacts.pushes().collect();
+    let touched: Vec<u32> = block.contacts.touched().collect();
+    assert_eq!(pushes.len(), 16, "the vertices of the lowest layer");
+    assert!(pushes.iter().all(|(v, push)| touched.contains(v) && push[0] == 0.0 && push[2] == 0.0));
+    // At rest a step takes g dt of velocity from each vertex, and the push-out gives back what it moved by it.
+    let sum: f64 = pushes.iter().map(|(_, push)| f64::from(push[1])).sum();
+    let fall = 9.81 * DT * DT / CELL * block.rest.len() as f64;
+    assert!((sum / (2.0 * fall) - 1.0).abs() < 0.01, "{sum} of {}", 2.0 * fall);
+    block.contacts.clear_pushes();
+    assert_eq!(block.contacts.pushes().count(), 0);
 }
 
 proptest! {
@@ -302,7 +308,7 @@ proptest! {
         block.place(&deform, Point3::from(place));
         let depths: Vec<f64> =
             block.surface().iter().map(|&p| -collider.shape.signed_distance(p.into()).distance / CELL).collect();
-        let expected = depths.iter().filter(|d| **d > 1e-9).count();
+        let expected = depths.iter().filter(|d| **d >= -1e-3).count();
         let report = block.resolve(&colliders(&[collider]), Interval::of_step(0, DT));
         prop_assert_eq!(report.contacts, expected);
         let deepest = depths.iter().copied().fold(0.0, f64::max);

@@ -60,7 +60,7 @@ impl Block {
     pub(crate) fn place(&mut self, rotation: &Matrix3<f64>, corner: Point3<f64>) {
         for (v, rest) in self.rest.iter().enumerate() {
             let world = corner + rotation * rest * self.frame.cell_size;
-            self.positions.set(self.slots[v], self.frame.to_local(&world));
+            self.positions.set(self.slots[v], self.frame.to_local(&world).map(|x| x as f32).into());
         }
     }
 
@@ -71,8 +71,12 @@ impl Block {
     }
 
     pub(crate) fn state(&mut self) -> (BodyState<'_>, &mut Contacts) {
-        let state =
-            BodyState { positions: &mut self.positions, velocities: &mut self.velocities, frame: self.frame };
+        let state = BodyState {
+            positions: &mut self.positions,
+            carry: None,
+            velocities: &mut self.velocities,
+            frame: self.frame,
+        };
         (state, &mut self.contacts)
     }
 

@@ -133,6 +133,7 @@ impl State {
         BodyState {
             frame: self.frame.body_frame(),
             positions: &mut self.positions,
+            carry: Some(&mut self.carry),
             velocities: &mut self.velocities,
         }
     }

@@ -35,7 +35,7 @@ impl Body {
         let Self { kinematics, matching, bookkeeper, state, .. } = self;
         if let Some(kinematics) = kinematics {
             let slots = matching.layout.slots();
-            kinematics.begin(world.interval, &state.positions, state.frame.body_frame(), slots);
+            kinematics.begin(world.interval, &state.shared(), slots);
             bookkeeper.pull(slots, kinematics.held(), &mut state.books);
         }
     }

@@ -48,7 +48,8 @@ pub struct Contacts {
 /// What the contacts of one step were.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactReport {
-    /// Samples that were inside a collider, counted for each collider.
+    /// Samples inside a collider or within a thousandth of a cell of it, counted for each collider. With none the
+    /// step changed nothing.
     pub contacts: usize,
     /// Greatest depth of a sample before it was pushed out, in cells.
     pub deepest: f64,
@@ -115,12 +116,12 @@ impl Contacts {
         self.pushes.fill([0.0; 3]);
     }
 
-    /// What contacts gave to the lattice vertices since [`clear_pushes`](Self::clear_pushes): the velocity
-    /// changes along the collider normals, summed over the steps, in cells per second.
+    /// What contacts did to the lattice vertices since [`clear_pushes`](Self::clear_pushes), in cells: each step
+    /// adds the push-out and, times the step, the velocity change, both along the collider normals.
     ///
-    /// A vertex that carries nothing but its own weight collects gravity x time. Pairs of vertex and push, for
-    /// the vertices around the surface, in increasing order.
+    /// Pairs of vertex and push, in increasing order of vertex; vertices that were not touched are left out.
     pub fn pushes(&self) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
-        self.samples.vertices.iter().copied().zip(self.pushes.iter().copied())
+        let all = self.samples.vertices.iter().copied().zip(self.pushes.iter().copied());
+        all.filter(|(_, push)| *push != [0.0; 3])
     }
 }

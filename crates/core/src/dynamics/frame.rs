@@ -18,15 +18,14 @@ pub struct BodyFrame {
 impl BodyFrame {
     /// The world position of a local one.
     #[inline]
-    pub fn to_world(&self, local: [f32; 3]) -> Point3<f64> {
-        self.origin + Vector3::from(local.map(f64::from)) * self.cell_size
+    pub fn to_world(&self, local: Vector3<f64>) -> Point3<f64> {
+        self.origin + local * self.cell_size
     }
 
-    /// The local position of a world one, rounded to f32 at the very end.
+    /// The local position of a world one.
     #[inline]
-    pub fn to_local(&self, world: &Point3<f64>) -> [f32; 3] {
-        let local = (world - self.origin) / self.cell_size;
-        [local.x as f32, local.y as f32, local.z as f32]
+    pub fn to_local(&self, world: &Point3<f64>) -> Vector3<f64> {
+        (world - self.origin) / self.cell_size
     }
 }
 
@@ -35,10 +34,49 @@ impl BodyFrame {
 pub struct BodyState<'a> {
     /// Local positions by slot, in cells.
     pub positions: &'a mut Lanes<3>,
+    /// What f32 rounded away from the positions, where that is kept.
+    pub carry: Option<&'a mut Lanes<3>>,
     /// Velocities by slot, in cells per second.
     pub velocities: &'a mut Lanes<3>,
     /// Where the local coordinates lie in the world.
     pub frame: BodyFrame,
+}
+
+impl BodyState<'_> {
+    /// The position of a slot in cells.
+    #[inline]
+    pub fn position(&self, slot: u32) -> Vector3<f64> {
+        let high = wide(self.positions.get(slot));
+        self.carry.as_ref().map_or(high, |carry| high + wide(carry.get(slot)))
+    }
+
+    /// Sets the position of a slot in cells.
+    #[inline]
+    pub fn set_position(&mut self, slot: u32, position: Vector3<f64>) {
+        let high: [f32; 3] = position.map(|x| x as f32).into();
+        self.positions.set(slot, high);
+        if let Some(carry) = &mut self.carry {
+            carry.set(slot, (position - wide(high)).map(|x| x as f32).into());
+        }
+    }
+
+    /// The velocity of a slot in cells per second.
+    #[inline]
+    pub fn velocity(&self, slot: u32) -> Vector3<f64> {
+        wide(self.velocities.get(slot))
+    }
+
+    /// Sets the velocity of a slot in cells per second.
+    #[inline]
+    pub fn set_velocity(&mut self, slot: u32, velocity: Vector3<f64>) {
+        self.velocities.set(slot, velocity.map(|x| x as f32).into());
+    }
+}
+
+/// The same numbers in f64.
+#[inline]
+pub(super) fn wide(value: [f32; 3]) -> Vector3<f64> {
+    Vector3::from(value.map(f64::from))
 }
 
 /// The time that one step covers, in seconds.

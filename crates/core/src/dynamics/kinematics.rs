@@ -3,8 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-use super::{BodyFrame, BodyState, Interval, Key, Motion, MotionError, Pose, Selection};
-use crate::Lanes;
+use super::{BodyState, Interval, Key, Motion, MotionError, Pose, Selection};
 
 /// A part of a body held as it is at `from`.
 #[derive(Clone, Debug, PartialEq)]
@@ -156,14 +155,14 @@ impl Kinematics {
     /// [`held`](Self::held) tells the truth from here to the end of the step.
     ///
     /// `slots` has the slot of each lattice vertex.
-    pub fn begin(&mut self, step: Interval, positions: &Lanes<3>, frame: BodyFrame, slots: &[u32]) {
+    pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) {
         let mut changed = false;
         for ((hold, captured), active) in self.holds.iter().zip(&mut self.captured).zip(&mut self.active) {
             let acts = hold.acts_in(step);
             changed |= acts != *active;
             *active = acts;
             if acts && captured.is_none() {
-                *captured = Some(Capture::of(&hold.vertices, positions, frame, slots));
+                *captured = Some(Capture::of(&hold.vertices, state, slots));
             }
         }
         if changed {
@@ -191,8 +190,8 @@ impl Kinematics {
                 let target = if hold.motion.is_some() { end.apply(&centre, &captured) } else { captured };
                 let velocity: Vector3<f64> = (turned * (captured - centre) + moved) * to_local_velocity;
                 let slot = slots[vertex as usize];
-                state.positions.set(slot, state.frame.to_local(&target));
-                state.velocities.set(slot, velocity.map(|c| c as f32).into());
+                state.set_position(slot, state.frame.to_local(&target));
+                state.set_velocity(slot, velocity);
             }
         }
     }
@@ -234,8 +233,8 @@ impl Kinematics {
 }
 
 impl Capture {
-    fn of(vertices: &[u32], positions: &Lanes<3>, frame: BodyFrame, slots: &[u32]) -> Self {
-        let place = |&vertex: &u32| frame.to_world(positions.get(slots[vertex as usize]));
+    fn of(vertices: &[u32], state: &BodyState<'_>, slots: &[u32]) -> Self {
+        let place = |&vertex: &u32| state.frame.to_world(state.position(slots[vertex as usize]));
         let positions: Vec<[f64; 3]> = vertices.iter().map(|v| place(v).into()).collect();
         // The mean of the offsets from one of the points, which keeps its digits far from the world's origin.
         let base = positions.first().map_or_else(Point3::origin, |&p| Point3::from(p));

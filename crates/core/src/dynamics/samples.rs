@@ -5,7 +5,7 @@ use std::ops::{Add, Mul, Sub};
 
 use nalgebra::{Point3, Vector3};
 
-use crate::Lattice;
+use crate::{Embedding, Lattice, Mesh};
 
 /// Points of a surface, dense enough that a coarse face is felt: its welded vertices, and on edges and in
 /// triangles longer than `spacing` further ones, no more than `spacing` apart along and across.
@@ -94,7 +94,7 @@ impl SampleCells {
     /// Groups samples by cell: sample `i` lies in lattice cell `cells[i]` at `local[i]`.
     ///
     /// `corners` gives the eight lattice vertices of a cell, `slots` the slot of each lattice vertex. Within a
-    /// cell samples keep their order.
+    /// cell samples keep their order; one outside its cell is taken to the nearest place in it.
     ///
     /// # Panics
     /// If `cells` and `local` differ in length.
@@ -114,7 +114,7 @@ impl SampleCells {
         for group in order.chunk_by(|&a, &b| cells[a as usize] == cells[b as usize]) {
             grouped.corners.push(corners(cells[group[0] as usize]));
             grouped.first.push(grouped.local.len() as u32);
-            grouped.local.extend(group.iter().map(|&i| local[i as usize]));
+            grouped.local.extend(group.iter().map(|&i| local[i as usize].map(|x| x.clamp(0.0, 1.0))));
         }
         grouped.first.push(grouped.local.len() as u32);
 
@@ -128,6 +128,18 @@ impl SampleCells {
         grouped.slots = vertices.iter().map(|&v| slots[v as usize]).collect();
         grouped.vertices = vertices;
         grouped
+    }
+
+    /// The samples of a mesh in its lattice, both in the model frame: [`surface_points`] no farther apart than a
+    /// cell.
+    ///
+    /// `slots` has the slot of each lattice vertex.
+    pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32]) -> Self {
+        let points = surface_points(mesh.vertices(), mesh.triangles(), mesh.weld(), lattice.cell_size());
+        let embedding = Embedding::new(lattice, &points);
+        let (cells, local): (Vec<_>, Vec<_>) =
+            (0..embedding.len()).map(|i| (embedding.cell(i), embedding.local(i))).unzip();
+        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots)
     }
 
     /// The samples of a bare lattice: its boundary vertices, those with fewer than eight occupied cells.

@@ -78,7 +78,7 @@ impl Request<'_> {
             grid_bytes(counts) <= self.limit as f64 && memory::of_vertices(corners as u64) <= self.limit
         };
         let mut sure = round_up((bounds.1 - bounds.0).amax());
-        if !surely(sure) {
+        if !sure.is_finite() || !surely(sure) {
             return None;
         }
         let mut unsure = refused;

@@ -27,7 +27,7 @@ pub(crate) struct Corner {
 pub(crate) fn visit(cells: &Runs, mut emit: impl FnMut(Corner)) {
     // Row `next[j]` of cells is the next to lie in quadrant j of a row of corners.
     let mut next = [0; 4];
-    let offset = |quadrant: usize| (i32::from(quadrant < 2), i32::from(quadrant % 2 == 0));
+    let offset = |quadrant: usize| (i32::from(quadrant < 2), i32::from(quadrant.is_multiple_of(2)));
     loop {
         let keys: [Option<(i32, i32)>; 4] = std::array::from_fn(|j| {
             let (dz, dy) = offset(j);

@@ -66,8 +66,7 @@ impl Embedding {
     }
 
     fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
-        let mut order: Vec<u32> = (0..cell_of.len() as u32).collect();
-        order.sort_by_key(|&point| cell_of[point as usize]);
+        let order = sorted_by_cell(cell_of, lattice.cells.len());
         let mut group = vec![0; cell_of.len()];
         let mut groups: Vec<Group> = Vec::new();
         for (start, &point) in order.iter().enumerate() {
@@ -157,4 +156,21 @@ impl Embedding {
         let point = size_of::<[f32; 3]>() + 2 * size_of::<u32>();
         self.len() * point + self.groups.len() * size_of::<Group>() + size_of::<Self>()
     }
+}
+
+/// The numbers of the points, by cell, then by number: a counting sort.
+fn sorted_by_cell(cell_of: &[u32], cells: usize) -> Vec<u32> {
+    let mut next = vec![0u32; cells + 1];
+    for &cell in cell_of {
+        next[cell as usize + 1] += 1;
+    }
+    for cell in 0..cells {
+        next[cell + 1] += next[cell];
+    }
+    let mut order = vec![0; cell_of.len()];
+    for (point, &cell) in cell_of.iter().enumerate() {
+        order[next[cell as usize] as usize] = point as u32;
+        next[cell as usize] += 1;
+    }
+    order
 }

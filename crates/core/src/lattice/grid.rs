@@ -54,11 +54,14 @@ impl Grid {
         Point3::new(at(0), at(1), at(2))
     }
 
-    /// A point in cells from the origin; a coordinate that all but lies in a grid plane is put there.
+    /// A point in cells from the origin, within the grid; a coordinate that all but lies in a grid plane is put there.
     pub(crate) fn place(&self, point: &Point3<f64>) -> [f64; 3] {
         std::array::from_fn(|a| {
-            let x = (point[a] - self.centre[a]) / self.cell_size + 0.5 * self.size[a] as f64;
-            let plane = x.round();
+            let size = self.size[a] as f64;
+            // What lies in the box lies in the grid, but for rounding.
+            let x = ((point[a] - self.centre[a]) / self.cell_size + 0.5 * size).clamp(0.0, size);
+            // The nearest whole number, without a call of `round`.
+            let plane = f64::from((x + 0.5) as i32);
             if (x - plane).abs() <= self.tolerance { plane } else { x }
         })
     }

@@ -4,6 +4,7 @@ mod assemble;
 mod bitmap;
 mod candidate;
 mod components;
+mod construct;
 mod corners;
 mod disjoint;
 mod embedding;
@@ -26,8 +27,6 @@ mod voxelise;
 
 use nalgebra::Point3;
 
-use crate::mesh::{Component, Mesh};
-use candidate::Request;
 pub use components::Components;
 pub(crate) use disjoint::DisjointSets;
 pub use embedding::{CellPoints, Embedding};
@@ -35,7 +34,6 @@ pub use error::LatticeError;
 pub use options::{LatticeOptions, Resolution};
 pub use report::{FloatingPart, LatticeReport};
 use runs::Runs;
-use surface::Surface;
 
 /// Highest magnitude of a grid index, so that differences of two are 32-bit numbers too.
 const HIGHEST_INDEX: i32 = 1 << 30;
@@ -73,87 +71,6 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice of a surface mesh: the cells that the surface passes through and those that it encloses.
-    ///
-    /// The bounding box is centred on the grid. A cell that the surface merely touches is not occupied; a face that lies in a grid plane
-    /// belongs to the cell on its inner side, so that a cube of n cells gives n^3, and a flat sheet one layer. A cell is enclosed
-    /// iff no way leads to it from outside: an open mesh gives a layer of cells along the surface, where its openings are wider than
-    /// a cell. That is told in the [report](Self::report).
-    ///
-    /// # Errors
-    ///
-    /// A cell size that is not positive and finite, fewer than 8 wished vertices, or more memory than allowed, with a cell size that
-    /// would fit.
-    pub fn from_mesh(mesh: &Mesh, options: &LatticeOptions) -> Result<Self, LatticeError> {
-        let topology = mesh.topology();
-        let surface = Surface {
-            vertices: mesh.vertices(),
-            triangles: mesh.triangles(),
-            bounds: mesh.bounds(),
-            closed: topology.boundary_edges == 0,
-            components: first_corners(mesh),
-        };
-        Self::from_surface(&surface, options)
-    }
-
-    fn from_surface(surface: &Surface<'_>, options: &LatticeOptions) -> Result<Self, LatticeError> {
-        let request = Request { surface, join: options.join, limit: memory::limit(options.memory_limit) };
-        let candidate = match options.resolution {
-            Resolution::CellSize(cell_size) => {
-                check_cell_size(cell_size)?;
-                request.candidate(cell_size)
-            }
-            Resolution::Vertices(wished) => resolution::search(&request, wished),
-        };
-        candidate.and_then(|candidate| candidate.build(&request)).map_err(|error| request.with_way_out(error))
-    }
-
-    /// The lattice of the given cells, with their indices kept.
-    ///
-    /// * `cells`: grid indices `[x, y, z]` of the occupied cells, in any order; repeated ones count once. Each index lies between
-    ///   -2^30 and 2^30.
-    /// * `cell_size`: edge of a cell, a positive length.
-    /// * `origin`: where vertex index `[0, 0, 0]` lies.
-    /// * `join`: whether parts that float apart are tied together by bridges of cells, each along a shortest path from face to face.
-    ///   Without, each is a component of its own.
-    ///
-    /// # Errors
-    ///
-    /// No cells, an index out of range, a cell size that is not positive and finite, an origin that is not finite, or more cells
-    /// than half of the machine's memory holds.
-    pub fn from_cells(
-        cells: &[[i32; 3]],
-        cell_size: f64,
-        origin: Point3<f64>,
-        join: bool,
-    ) -> Result<Self, LatticeError> {
-        check_cell_size(cell_size)?;
-        if !origin.iter().all(|x| x.is_finite()) {
-            return Err(LatticeError::Origin(origin.x, origin.y, origin.z));
-        }
-        if cells.is_empty() {
-            return Err(LatticeError::NoCells);
-        }
-        for (cell, index) in cells.iter().enumerate() {
-            if let Some(&index) = index.iter().find(|i| i.unsigned_abs() > HIGHEST_INDEX as u32) {
-                return Err(LatticeError::IndexRange { cell, index });
-            }
-        }
-        let limit = memory::limit(None);
-        memory::check(memory::of_vertices(cells.len() as u64), limit, cell_size)?;
-        let mut sorted = cells.to_vec();
-        sorted.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
-        let given = Runs::from_sorted(&sorted);
-        let joined = assemble::join(given.clone(), join, cell_size, limit)?;
-        let report = LatticeReport {
-            surface_cells: given.len(),
-            bridge_cells: joined.bridge_cells,
-            floating: assemble::floating_parts(&given, &joined),
-            ..LatticeReport::default()
-        };
-        assemble::lattice(joined.cells, cell_size, origin, report, limit)
-    }
-
     /// Number of lattice vertices, at least 8.
     pub fn len(&self) -> usize {
         self.indices.len()
@@ -273,16 +190,4 @@ impl Lattice {
             + self.cell_runs.bytes()
             + size_of::<Self>()
     }
-}
-
-/// A vertex of each component of a mesh.
-fn first_corners(mesh: &Mesh) -> Vec<u32> {
-    let first =
-        |component: &Component| mesh.faces().nth(component.first_face).and_then(|face| face.first().copied());
-    mesh.topology().components.iter().filter_map(first).collect()
-}
-
-/// Refuses a cell size that is no positive, finite length.
-fn check_cell_size(cell_size: f64) -> Result<(), LatticeError> {
-    if cell_size > 0.0 && cell_size.is_finite() { Ok(()) } else { Err(LatticeError::CellSize(cell_size)) }
 }

@@ -79,7 +79,7 @@ impl TriangleAxes {
 /// shorter coordinates deep in one of them. Less than that is allowed for, so that no closed surface springs a leak.
 fn touching(axis: &Vector3<f64>) -> f64 {
     let shorter = axis.abs().sum() - 1.0;
-    (0.25 * shorter).min(TOUCHING).max(ROUNDING)
+    (0.25 * shorter).clamp(ROUNDING, TOUCHING)
 }
 
 #[cfg(test)]

@@ -79,7 +79,7 @@ pub(crate) fn search(request: &Request<'_>, wished: usize) -> Result<Candidate, 
 /// The logarithm of the next cell size between two tries: on the line through them, but in every third turn, where that may get
 /// stuck at one end, in the middle.
 fn between(fine: &Tried, coarse: &Tried, tries: usize) -> f64 {
-    let along = if tries % 3 == 0 { 0.5 } else { fine.miss / (fine.miss - coarse.miss) };
+    let along = if tries.is_multiple_of(3) { 0.5 } else { fine.miss / (fine.miss - coarse.miss) };
     fine.size + (coarse.size - fine.size) * along.clamp(0.02, 0.98)
 }
 

@@ -30,8 +30,12 @@ impl Trace {
     /// Adds a triangle; false if it enters no cell and lies in no single grid plane: it has no area, or too little.
     pub(crate) fn add(&mut self, corners: &[[f64; 3]; 3]) -> bool {
         let [a, b, c] = corners;
-        let mut low: [i32; 3] = std::array::from_fn(|k| a[k].min(b[k]).min(c[k]).floor() as i32);
-        let mut high: [i32; 3] = std::array::from_fn(|k| a[k].max(b[k]).max(c[k]).ceil() as i32);
+        // No coordinate is negative, so that whole numbers come from cutting off.
+        let mut low: [i32; 3] = std::array::from_fn(|k| a[k].min(b[k]).min(c[k]) as i32);
+        let mut high: [i32; 3] = std::array::from_fn(|k| {
+            let highest = a[k].max(b[k]).max(c[k]);
+            highest as i32 + i32::from(f64::from(highest as i32) < highest)
+        });
         let mut flat = (0..3).filter(|&k| low[k] == high[k]);
         let Some(axis) = flat.next() else {
             return Boxes { corners, flat: None }.visit(low, high, &mut |cell| self.entered.set(cell));

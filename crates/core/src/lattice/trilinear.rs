@@ -6,9 +6,9 @@ pub(crate) fn weights(local: [f32; 3]) -> [f32; 8] {
     let one = |k: usize, a: usize| if k >> a & 1 == 0 { 1.0 - inside[a] } else { inside[a] };
     std::array::from_fn(|k| {
         let mut weight = one(k, 0) * one(k, 1) * one(k, 2);
-        for a in 0..3 {
+        for (a, way) in outside.iter().enumerate() {
             let slope = if k >> a & 1 == 0 { -1.0 } else { 1.0 };
-            weight += outside[a] * slope * one(k, (a + 1) % 3) * one(k, (a + 2) % 3);
+            weight += way * slope * one(k, (a + 1) % 3) * one(k, (a + 2) % 3);
         }
         weight
     })
@@ -47,17 +47,22 @@ impl CellMap {
     /// Where a place in the cell is taken.
     #[inline]
     pub(crate) fn at(&self, local: [f32; 3]) -> [f32; 3] {
-        let [[u, v, w], [du, dv, dw]] = split(local);
-        std::array::from_fn(|a| {
-            let (along_x, along_y) = (self.xy[a] + w * self.xyz[a], self.yz[a]);
-            // p = o + u (x + v (xy + w xyz) + w xz) + v (y + w yz) + w z, and its derivatives times the way outside.
-            let at_x = self.x[a] + v * along_x + w * self.xz[a];
-            let inside = u * at_x + v * (self.y[a] + w * along_y) + w * self.z[a];
-            let outside = du * at_x
-                + dv * (self.y[a] + w * along_y + u * along_x)
-                + dw * (self.z[a] + v * along_y + u * (self.xz[a] + v * self.xyz[a]));
-            self.origin[a] + (inside + outside)
-        })
+        let [[u, v, w], outside] = split(local);
+        let (uv, uw, vw) = (u * v, u * w, v * w);
+        let uvw = uv * w;
+        let mut offset: [f32; 3] = std::array::from_fn(|a| {
+            let linear = u * self.x[a] + v * self.y[a] + w * self.z[a];
+            linear + (uv * self.xy[a] + uw * self.xz[a] + vw * self.yz[a] + uvw * self.xyz[a])
+        });
+        if outside != [0.0; 3] {
+            let slope: [f32; 3] = std::array::from_fn(|a| {
+                outside[0] * (self.x[a] + v * self.xy[a] + w * self.xz[a] + vw * self.xyz[a])
+                    + outside[1] * (self.y[a] + u * self.xy[a] + w * self.yz[a] + uw * self.xyz[a])
+                    + outside[2] * (self.z[a] + u * self.xz[a] + v * self.yz[a] + uv * self.xyz[a])
+            });
+            offset = std::array::from_fn(|a| offset[a] + slope[a]);
+        }
+        std::array::from_fn(|a| self.origin[a] + offset[a])
     }
 }
 
@@ -75,14 +80,14 @@ mod tests {
             let weights = weights(local);
             assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6);
             let at = map.at(local);
-            for a in 0..3 {
+            for (a, at) in at.iter().enumerate() {
                 let mean: f32 = (0..8).map(|k| weights[k] * corners[k][a]).sum();
-                assert!((mean - at[a]).abs() < 1e-4, "{local:?}: {mean} {}", at[a]);
+                assert!((mean - at).abs() < 1e-4, "{local:?}: {mean} {at}");
             }
         }
-        for k in 0..8 {
+        for (k, expected) in corners.iter().enumerate() {
             let corner = std::array::from_fn(|a| (k >> a & 1) as f32);
-            assert_eq!(map.at(corner), corners[k]);
+            assert_eq!(map.at(corner), *expected);
         }
     }
 

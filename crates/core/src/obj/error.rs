@@ -26,7 +26,7 @@ pub enum ObjProblem {
     #[error("is no OBJ file: {0}")]
     NotObj(String),
     /// There is no face with three distinct corners.
-    #[error("no faces: the file has {vertices} vertices and {faces} faces, none with three corners or more")]
+    #[error("no faces: no `f` with three corners among {faces} `f` and {vertices} `v`")]
     NoFaces {
         /// `v` statements.
         vertices: usize,

@@ -16,12 +16,14 @@ impl Moving {
         Self { p: [p[0], p[1], p[2], 0.0], v: [v[0], v[1], v[2], 0.0] }
     }
 
-    /// The point `t` of the way from `self` to `to`, in position and direction.
+    /// `self += weight * other`, in position and direction.
     #[inline]
-    pub(super) fn towards(&self, to: &Self, t: f32) -> Self {
-        Self {
-            p: std::array::from_fn(|k| self.p[k] + t * (to.p[k] - self.p[k])),
-            v: std::array::from_fn(|k| self.v[k] + t * (to.v[k] - self.v[k])),
+    pub(super) fn add_weighted(&mut self, other: &Self, weight: f32) {
+        for k in 0..4 {
+            self.p[k] += weight * other.p[k];
+        }
+        for k in 0..4 {
+            self.v[k] += weight * other.v[k];
         }
     }
 

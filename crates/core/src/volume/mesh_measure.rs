@@ -101,12 +101,14 @@ impl MeshMeasure {
     }
 }
 
-/// Trilinear interpolation, along x, then y, then z.
+/// Trilinear interpolation, as the weighted sum of the corners.
 #[inline]
 fn embed(point: &SurfacePoint, lattice: &[Moving]) -> Moving {
     let [x, y, z] = point.local;
-    let edge =
-        |k: usize| lattice[point.corners[k] as usize].towards(&lattice[point.corners[k + 1] as usize], x);
-    let [front, back] = [0, 4].map(|k| edge(k).towards(&edge(k + 2), y));
-    front.towards(&back, z)
+    let (x, y, z) = ([1.0 - x, x], [1.0 - y, y], [1.0 - z, z]);
+    let mut sum = Moving::default();
+    for (k, &corner) in point.corners.iter().enumerate() {
+        sum.add_weighted(&lattice[corner as usize], x[k & 1] * y[k >> 1 & 1] * z[k >> 2 & 1]);
+    }
+    sum
 }

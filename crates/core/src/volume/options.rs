@@ -64,6 +64,13 @@ impl Default for VolumeOptions {
     }
 }
 
+impl VolumeOptions {
+    /// No correction.
+    pub fn off() -> Self {
+        Preservation::Off.into()
+    }
+}
+
 impl From<Preservation> for VolumeOptions {
     fn from(measure: Preservation) -> Self {
         Self { measure, ..Self::default() }

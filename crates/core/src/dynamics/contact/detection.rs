@@ -7,6 +7,7 @@ use super::response::Contact;
 use super::{ContactReport, Contacts, PUSH_LIMIT, SKIN};
 use crate::Lanes;
 use crate::dynamics::collider::PosedCollider;
+use crate::dynamics::frame::wide;
 use crate::dynamics::samples::{CellMap, STRIP, trilinear};
 
 /// Room in cells for the rounding of distances that are weighted sums of the corners'.
@@ -56,7 +57,7 @@ impl Contacts {
         let Step { collider, dt, quiet } = *step;
         let rows = self.samples.corners[cell];
         let places = rows.map(|row| self.places[row as usize]);
-        let corners = places.map(local);
+        let corners = places.map(wide);
         let distances = collider.shape.linear_distances(&corners);
         let may_touch = match &distances {
             // A sample lies between the corners, and so does its distance.
@@ -85,7 +86,7 @@ impl Contacts {
             }
             let velocity = velocity_of
                 .get_or_insert_with(|| {
-                    CellMap::new(rows.map(|row| local(velocities.get(self.samples.slots[row as usize]))))
+                    CellMap::new(rows.map(|row| wide(velocities.get(self.samples.slots[row as usize]))))
                 })
                 .at(sample);
             let surface = collider.velocity_at(&place);
@@ -93,10 +94,8 @@ impl Contacts {
             // A sample that already touched when the step began rests and does not bounce, however hard the
             // body's own forces press it down.
             let came = collider.before.signed_distance(&(place - velocity * dt)).distance > SKIN;
-            if here.distance < 0.0 {
-                report.contacts += 1;
-                report.deepest = report.deepest.max(-here.distance);
-            }
+            report.contacts += 1;
+            report.deepest = report.deepest.max(-here.distance);
             self.response.add(
                 rows,
                 Contact {
@@ -110,8 +109,4 @@ impl Contacts {
             );
         }
     }
-}
-
-fn local(value: [f32; 3]) -> Vector3<f64> {
-    Vector3::from(value.map(f64::from))
 }

@@ -46,11 +46,14 @@ struct Sums {
     weight: f64,
 }
 
-/// Velocity changes of a vertex in this step, along the normals and across them.
+/// What a vertex got in this step.
 #[derive(Clone, Copy, Debug, Default)]
 struct Changes {
+    /// Velocity along the normals, and across them.
     along: Vector3<f64>,
     across: Vector3<f64>,
+    /// Push-out.
+    out: Vector3<f64>,
 }
 
 /// The contacts of one collider.
@@ -135,7 +138,8 @@ impl Response {
         self.rows.iter().copied()
     }
 
-    /// Solves the contacts, writes positions and velocities, adds the normal velocity changes to `pushes`.
+    /// Solves the contacts, writes positions and velocities, adds what contacts did along the normals to
+    /// `pushes`.
     pub(super) fn solve(
         &mut self,
         state: &mut BodyState<'_>,
@@ -146,12 +150,11 @@ impl Response {
         if self.contacts.is_empty() {
             return;
         }
-        let local = |value: [f32; 3]| Vector3::from(value.map(f64::from));
         let slot_of = |row: &u32| slots[*row as usize];
         self.positions.clear();
-        self.positions.extend(self.rows.iter().map(|row| local(state.positions.get(slot_of(row)))));
+        self.positions.extend(self.rows.iter().map(|row| state.position(slot_of(row))));
         self.velocities.clear();
-        self.velocities.extend(self.rows.iter().map(|row| local(state.velocities.get(slot_of(row)))));
+        self.velocities.extend(self.rows.iter().map(|row| state.velocity(slot_of(row))));
         self.changes.clear();
         self.changes.resize(self.rows.len(), Changes::default());
         self.sums.clear();
@@ -180,10 +183,11 @@ impl Response {
         }
         for (k, row) in self.rows.iter().enumerate() {
             let slot = slot_of(row);
-            state.positions.set(slot, self.positions[k].map(|c| c as f32).into());
-            state.velocities.set(slot, self.velocities[k].map(|c| c as f32).into());
-            for (sum, change) in pushes[*row as usize].iter_mut().zip(&self.changes[k].along) {
-                *sum += *change as f32;
+            state.set_position(slot, self.positions[k]);
+            state.set_velocity(slot, self.velocities[k]);
+            let Changes { along, out, .. } = self.changes[k];
+            for (sum, push) in pushes[*row as usize].iter_mut().zip(&(out + along * dt)) {
+                *sum += *push as f32;
             }
         }
     }
@@ -234,8 +238,12 @@ impl Response {
                 contact.spread(&mut self.sums, here.normal * push, Vector3::zeros());
             }
         }
-        for (position, sums) in self.positions.iter_mut().zip(&mut self.sums) {
-            *position += sums.take_means().0;
+        for ((position, changes), sums) in
+            self.positions.iter_mut().zip(&mut self.changes).zip(&mut self.sums)
+        {
+            let (out, _) = sums.take_means();
+            *position += out;
+            changes.out += out;
         }
         deepest
     }

@@ -1,0 +1,84 @@
+//! Where contacts are felt: on the faces of a mesh, however coarse, and on the boundary of a bare lattice.
+
+use nalgebra::Point3;
+use supple::dynamics::{
+    BodyFrame, BodyState, Collider, Colliders, ContactReport, Contacts, Interval, SampleCells,
+};
+use supple::{Lanes, Lattice, LatticeOptions, Mesh, Resolution};
+
+/// Contacts of a lattice at rest with one collider.
+fn touch(lattice: &Lattice, samples: SampleCells, collider: Collider) -> ContactReport {
+    let blocks = lattice.len().div_ceil(8);
+    let (mut positions, mut velocities) = (Lanes::zeros(blocks), Lanes::zeros(blocks));
+    for (slot, index) in (0u32..).zip(lattice.indices()) {
+        positions.set(slot, index.map(|i| i as f32));
+    }
+    let frame = BodyFrame { origin: lattice.origin(), cell_size: lattice.cell_size() };
+    let mut state = BodyState { positions: &mut positions, carry: None, velocities: &mut velocities, frame };
+    let colliders = Colliders::new(&[collider]).unwrap().unwrap();
+    Contacts::new(samples).resolve(&mut state, &colliders, Interval::of_step(0, 1.0 / 60.0), [0.0; 3])
+}
+
+fn slots(lattice: &Lattice) -> Vec<u32> {
+    (0..lattice.len() as u32).collect()
+}
+
+/// The cube [0, 2]^3 of six quads.
+fn cube() -> Mesh {
+    let vertices = (0..8).map(|k| [0, 1, 2].map(|a| f64::from(2 * (k >> a & 1)))).collect();
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh::new(vertices, &faces).unwrap()
+}
+
+#[test]
+fn a_coarse_face_is_felt_between_its_vertices() {
+    let mesh = cube();
+    let options = LatticeOptions { resolution: Resolution::CellSize(0.25), ..LatticeOptions::default() };
+    let lattice = Lattice::from_mesh(&mesh, &options).unwrap();
+    // Balls of half a cell's radius and more, at places with no mesh vertex near, on faces and on edges.
+    for (center, radius) in [
+        ([1.0, 1.0, -0.1], 0.3),
+        ([0.61, 1.37, 2.05], 0.3),
+        ([-0.05, 0.55, 1.42], 0.3),
+        ([1.13, 2.0, 2.0], 0.3),
+        ([0.42, -0.1, 0.87], 0.3),
+    ] {
+        let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
+        let report = touch(&lattice, samples, Collider::sphere(center, radius));
+        assert!(report.contacts > 0, "nothing felt at {center:?}");
+        let samples = SampleCells::of_lattice(&lattice, &slots(&lattice));
+        assert!(touch(&lattice, samples, Collider::sphere(center, radius)).contacts > 0);
+    }
+    // The interior has no sample: a ball inside touches nothing.
+    let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
+    assert_eq!(touch(&lattice, samples, Collider::sphere([1.0; 3], 0.7)).contacts, 0);
+}
+
+#[test]
+fn samples_lie_on_the_surface_of_the_mesh_and_are_few() {
+    let mesh = cube();
+    let options = LatticeOptions { resolution: Resolution::CellSize(0.25), ..LatticeOptions::default() };
+    let lattice = Lattice::from_mesh(&mesh, &options).unwrap();
+    let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
+    // A box that reaches to a thousandth of a cell below the surface holds none of them, one that reaches
+    // to the surface all.
+    let inner = Collider::cuboid([1.0; 3], [1.0 - 1e-3; 3], [0.0; 3]);
+    assert_eq!(touch(&lattice, samples.clone(), inner).contacts, 0);
+    let outer = Collider::cuboid([1.0; 3], [1.0; 3], [0.0; 3]);
+    assert_eq!(touch(&lattice, samples.clone(), outer).contacts, samples.len());
+    // Not many more than one for each cell's face: 24 m^2 in faces of 1/16.
+    assert!(samples.len() < 2 * 24 * 16, "{}", samples.len());
+}
+
+#[test]
+fn a_bare_lattice_is_felt_at_each_boundary_vertex_once() {
+    let cells: Vec<[i32; 3]> =
+        (0..4).flat_map(|z| (0..3).flat_map(move |y| (0..5).map(move |x| [x, y, z]))).collect();
+    let lattice = Lattice::from_cells(&cells, 0.5, Point3::new(3.0, 0.0, -1.0), true).unwrap();
+    let samples = SampleCells::of_lattice(&lattice, &slots(&lattice));
+    assert_eq!(samples.len(), 6 * 4 * 5 - 4 * 2 * 3);
+    let ground = Collider::plane([0.0, 0.01, 0.0], [0.0, 1.0, 0.0]);
+    let report = touch(&lattice, samples, ground);
+    assert_eq!(report.contacts, 6 * 5);
+    assert!((report.deepest - 0.02).abs() < 1e-12);
+}
