@@ -33,7 +33,7 @@ fn arguments() {
 #[test]
 fn scenes() {
     for (from, to, words) in [
-        ("half_width", "half_widht", ["scene.toml:17", "body.block.half_widht", "`half_width`"].as_slice()),
+        ("half_width", "half_widht", ["scene.toml:15", "body.block.half_widht", "`half_width`"].as_slice()),
         ("fps = 30", "fps = 0", &["scene.toml:4", "simulation.fps", "above 0"]),
         ("damping = 0.1", "damping = 2", &["body.block.damping", "is 2", "[0, 1]"]),
         ("damping = 0.1", "damping = \"soft\"", &["body.block.damping", "a number", "soft"]),
@@ -41,7 +41,11 @@ fn scenes() {
         ("mesh = \"block.obj\"", "", &["body.block.mesh", "missing"]),
         ("mesh = \"block.obj\"", "mesh = \"none.obj\"", &["none.obj"]),
         ("mesh = \"block.obj\"", "mesh = \"block.obj\"\nobject = \"Blok\"", &["Blok", "Block"]),
-        ("min = [-2, 0, -1], max = [-0.9", "min = [-9, 0, -1], max = [-8", &["nearest", "6.9", "block"]),
+        (
+            "min = [-2, 0, -1], max = [-0.9",
+            "min = [-9, 0, -1], max = [-8",
+            &["body.block.pin.0", "nearest", "7.0"],
+        ),
         ("fps = 30", "fps = ", &["scene.toml:4", "TOML"]),
     ] {
         assert!(SCENE.contains(from), "{from}");

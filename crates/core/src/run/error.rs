@@ -24,11 +24,11 @@ pub enum RunError {
     /// A mesh is not usable.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A body cannot be built.
-    #[error("body `{body}`: {source}")]
+    /// A body cannot be built, or one of its pins or handles takes nothing.
+    #[error("{key}: {source}")]
     Body {
-        /// Its name.
-        body: String,
+        /// Its key in the scene: `body.bust`, `body.bust.pin.0`.
+        key: String,
         /// Why not.
         source: crate::Error,
     },

@@ -89,22 +89,28 @@ fn read(documents: &mut Vec<(PathBuf, Arc<Document>)>, path: &Path) -> Result<Ar
     Ok(document)
 }
 
-fn build(data: &BodyData, part: &Part) -> Result<Body, crate::Error> {
-    let mut builder = Body::builder(part.mesh().clone())
+fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
+    let key = format!("body.{}", data.name);
+    let failed = |source| RunError::Body { key: key.clone(), source };
+    let mut body = Body::builder(part.mesh().clone())
         .name(&data.name)
         .scale(data.scale)
         .resolution(data.resolution)
         .join(data.join)
         .material(data.material)
         .placement(data.placement)
-        .volume(data.volume);
-    for pin in &data.pins {
-        builder = builder.pin(pin.clone());
+        .volume(data.volume)
+        .build()
+        .map_err(failed)?;
+    for (index, pin) in data.pins.iter().enumerate() {
+        let failed = |source| RunError::Body { key: format!("{key}.pin.{index}"), source };
+        body.pin(pin).map_err(failed)?;
     }
-    for handle in &data.handles {
-        builder = builder.handle(handle.clone());
+    for (index, handle) in data.handles.iter().enumerate() {
+        let failed = |source| RunError::Body { key: format!("{key}.handle.{index}"), source };
+        body.handle(handle).map_err(failed)?;
     }
-    builder.build()
+    Ok(body)
 }
 
 /// The box around a placed body: that of its turned mesh's box.
