@@ -55,7 +55,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     for data in &scene.bodies {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
-        let body = build(data, &part).map_err(|source| RunError::Body { body: data.name.clone(), source })?;
+        let body = build(data, &part)?;
         placed.push(place(data, &body));
         bodies.push(body);
         inputs.push(Input { document, part });
