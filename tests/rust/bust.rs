@@ -1,7 +1,9 @@
 //! The main job on a real mesh: a bust is stretched, let go, and dropped.
 
 use nalgebra::{Matrix3, Vector3};
-use supple::{Body, Collider, Handle, Key, Mesh, Pin, Selection, Simulation, VolumeMeasure, VolumeOptions, Window};
+use supple::{
+    Body, Collider, Handle, Key, Mesh, Pin, Selection, Simulation, VolumeMeasure, VolumeOptions, Window,
+};
 
 const DT: f64 = 1.0 / 120.0;
 const SUBSTEPS: u64 = 4;
@@ -37,7 +39,13 @@ fn scene(volume: impl Into<VolumeOptions>) -> Simulation {
         .build()
         .unwrap();
     let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
-    Simulation::builder().body(body).collider(Collider { friction: 0.5, ..ground }).dt(DT).substeps(SUBSTEPS).build().unwrap()
+    Simulation::builder()
+        .body(body)
+        .collider(Collider { friction: 0.5, ..ground })
+        .dt(DT)
+        .substeps(SUBSTEPS)
+        .build()
+        .unwrap()
 }
 
 /// The enclosed volume of the surface as it is written: f32 coordinates.
@@ -127,19 +135,34 @@ fn looking_changes_no_bit() {
 fn probe() {
     let mut sim = scene(VolumeMeasure::Mesh);
     for s in 0..24 {
-    sim.steps((0.5 / DT) as u64);
-    let b = sim.body(0);
-    let x = b.positions();
-    let fast = b.velocities().iter().map(|v| v.norm()).fold(0.0, f64::max);
-    println!("t {} inverted {} fastest {fast:.4} y {:.3}", sim.time(), inverted_cells(b), b.surface().positions.iter().map(|p| p.y).fold(f64::INFINITY, f64::min));
-    if s == 23 || s == 4 {
-    for cell in 0..b.lattice().cells().len() as u32 {
-        let corners = b.lattice().cell_corners(cell);
-        for k in 0..8_usize {
-            let along = |axis: usize| x[corners[k | 1 << axis] as usize] - x[corners[k & !(1 << axis)] as usize];
-            let d = Matrix3::from_columns(&[along(0), along(1), along(2)]).determinant() / b.lattice().cell_size().powi(3);
-            if d <= 0.1 { println!("  cell {:?} corner {k} det {d:.3} at {:?}", b.lattice().cells()[cell as usize], x[corners[k] as usize]); }
+        sim.steps((0.5 / DT) as u64);
+        let b = sim.body(0);
+        let x = b.positions();
+        let fast = b.velocities().iter().map(|v| v.norm()).fold(0.0, f64::max);
+        println!(
+            "t {} inverted {} fastest {fast:.4} y {:.3}",
+            sim.time(),
+            inverted_cells(b),
+            b.surface().positions.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
+        );
+        if s == 23 || s == 4 {
+            for cell in 0..b.lattice().cells().len() as u32 {
+                let corners = b.lattice().cell_corners(cell);
+                for k in 0..8_usize {
+                    let along = |axis: usize| {
+                        x[corners[k | 1 << axis] as usize] - x[corners[k & !(1 << axis)] as usize]
+                    };
+                    let d = Matrix3::from_columns(&[along(0), along(1), along(2)]).determinant()
+                        / b.lattice().cell_size().powi(3);
+                    if d <= 0.1 {
+                        println!(
+                            "  cell {:?} corner {k} det {d:.3} at {:?}",
+                            b.lattice().cells()[cell as usize],
+                            x[corners[k] as usize]
+                        );
+                    }
+                }
+            }
         }
-    }}
     }
 }

@@ -11,6 +11,7 @@ pub mod mesh;
 #[cfg(feature = "obj")]
 pub mod obj;
 mod parallel;
+mod plan;
 pub mod reference;
 #[cfg(feature = "scene")]
 pub mod run;
@@ -33,5 +34,8 @@ pub use lattice::{
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
-pub use simulation::{Simulation, SimulationBuilder, SimulationState};
+pub use plan::{BodyPlan, Plan, PlannedStage, When};
+#[cfg(feature = "scene")]
+pub use simulation::SimulationState;
+pub use simulation::{Simulation, SimulationBuilder};
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};
