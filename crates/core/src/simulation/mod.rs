@@ -14,6 +14,9 @@ use crate::error::Error;
 use crate::parallel::Executor;
 use crate::plan::Plan;
 
+/// More threads than any machine makes use of here, and fewer than one chokes on.
+const MOST_THREADS: usize = 1024;
+
 /// Bodies that move through time, each by itself, among colliders. Contact between bodies is not simulated.
 ///
 /// The result has the same bits for any number of threads.
@@ -89,7 +92,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// Threads; 0, the default, takes one for each processor. Without the feature `rayon` there is one.
+    /// Threads, at most 1024; 0, the default, takes one for each processor. Without the feature `rayon` there is one.
     #[must_use]
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;
@@ -106,6 +109,12 @@ impl SimulationBuilder {
             return Err(Error::NoBody);
         }
         let dt = in_range("dt", self.dt, self.dt > 0.0, "a time in seconds, > 0")?;
+        in_range(
+            "threads",
+            self.threads as f64,
+            self.threads <= MOST_THREADS,
+            "at most 1024 (0: all processors)",
+        )?;
         in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;
         for g in self.gravity {
             in_range("gravity", g, true, "finite")?;
