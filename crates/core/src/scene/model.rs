@@ -68,7 +68,7 @@ impl Scene {
         point[axis] = rounded(low[axis] - GAP * height, height);
 
         let mut body = BodyData::new(name_from(path), path);
-        body.material.damping = Damping::PerStep(0.2);
+        body.material.damping = Damping::PerStep(0.3);
         Self {
             base: Default::default(),
             simulation: SimulationData {
