@@ -70,7 +70,8 @@ impl Correction {
         Ok(Some(Self {
             measure,
             cell_size: lattice.cell_size(),
-            ramp_links: field.thickness.iter().fold(2.0, |links: f64, depth| links.max((depth / 2.0).ceil())) as u32,
+            ramp_links: field.thickness.iter().fold(2.0, |links: f64, depth| links.max((depth / 2.0).ceil()))
+                as u32,
             rest: coefficients.iter().map(|c| c[0]).collect(),
             caps: field.thickness.iter().map(|thickness| thickness * most).collect(),
             ramp: None,
