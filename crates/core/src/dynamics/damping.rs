@@ -33,7 +33,7 @@ impl RegionDamping {
 
     /// Pulls velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
-    /// The state's rotations are those of this step; `share` is in (0, 1].
+    /// The rotations are those of the last fit; `share` is in (0, 1].
     pub(crate) fn apply(
         &self,
         matching: &Matching,
