@@ -34,7 +34,7 @@ pub struct BodyBuilder {
 #[derive(Clone, Debug)]
 enum Shape {
     Mesh(Mesh),
-    Lattice(Lattice),
+    Lattice(Box<Lattice>),
 }
 
 impl BodyBuilder {
@@ -43,7 +43,7 @@ impl BodyBuilder {
     }
 
     pub(super) fn from_lattice(lattice: Lattice) -> Self {
-        Self::from_shape(Shape::Lattice(lattice))
+        Self::from_shape(Shape::Lattice(Box::new(lattice)))
     }
 
     fn from_shape(shape: Shape) -> Self {
@@ -206,7 +206,7 @@ impl BodyBuilder {
         self.material.validate()?;
         self.placement.validate()?;
         let (lattice, surface) = match self.shape {
-            Shape::Lattice(lattice) => (lattice, None),
+            Shape::Lattice(lattice) => (*lattice, None),
             Shape::Mesh(mesh) => {
                 let mesh = if self.scale == 1.0 { mesh } else { mesh.scaled(self.scale)? };
                 let lattice = Lattice::from_mesh(&mesh, &self.options)?;
