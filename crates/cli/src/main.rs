@@ -1,3 +1,7 @@
 //! The `supple` binary.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    supple_cli::main()
+}

@@ -37,4 +37,7 @@ pub enum Error {
     /// A collider.
     #[error(transparent)]
     Collider(#[from] ColliderError),
+    /// A state that is not of these bodies.
+    #[error("the state does not fit: {0}")]
+    State(String),
 }

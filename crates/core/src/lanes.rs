@@ -1,7 +1,7 @@
 //! Storage in blocks of eight lattice vertices along one axis: an array of structures of eight lanes.
 
 /// Lattice vertices in a block: the lanes of one `f32x8`.
-pub const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// `N` numbers for each lattice vertex, stored as blocks of `N` rows of eight lanes.
 ///
@@ -43,6 +43,11 @@ impl<const N: usize> Lanes<N> {
         for (row, value) in block.iter_mut().zip(value) {
             row[lane] = value;
         }
+    }
+
+    /// Memory that they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.blocks())
     }
 
     /// The blocks in storage order.

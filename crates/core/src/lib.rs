@@ -11,7 +11,12 @@ pub mod mesh;
 #[cfg(feature = "obj")]
 pub mod obj;
 mod parallel;
+mod plan;
 pub mod reference;
+#[cfg(feature = "scene")]
+pub mod run;
+#[cfg(feature = "scene")]
+pub mod scene;
 mod simulation;
 pub mod volume;
 
@@ -29,5 +34,8 @@ pub use lattice::{
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
+pub use plan::{BodyPlan, Plan, PlannedStage, When};
+#[cfg(feature = "scene")]
+pub use simulation::SimulationState;
 pub use simulation::{Simulation, SimulationBuilder};
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};

@@ -1,5 +1,7 @@
 //! A box of cells under global shape matching (Mueller et al. 2005): all that contacts need of a body.
 
+#![allow(dead_code, reason = "each test takes what it needs")]
+
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::Lanes;
 use supple::dynamics::{BodyFrame, BodyState, Colliders, ContactReport, Contacts, Interval, SampleCells};

@@ -5,10 +5,8 @@ use nalgebra::Point3;
 use super::Body;
 use crate::dynamics::{
     Contacts, Handle, Hold, Key, Kinematics, Pin, SampleCells, Selection, SelectionError, Window,
-    surface_points,
 };
 use crate::error::Error;
-use crate::lattice::Embedding;
 
 impl Body {
     /// Holds a part of the body as it is when the pin begins. Shapes are tested at frame 0, where the body is placed.
@@ -60,19 +58,16 @@ impl Body {
 
     /// Prepares for contacts in steps of `dt` seconds, where there are colliders.
     pub(crate) fn meet(&mut self, colliders: bool, dt: f64) {
-        self.push_scale = (dt / self.material.alpha(dt)) as f32;
+        self.push_scale = (1.0 / self.material.alpha(dt)) as f32;
         self.contacts = colliders.then(|| Contacts::new(self.samples()));
     }
 
     /// Where contacts act: on the visible surface, or on the boundary of a bare lattice.
     fn samples(&self) -> SampleCells {
         let slots = self.matching.layout.slots();
-        let Some(surface) = &self.surface else { return SampleCells::of_lattice(&self.lattice, slots) };
-        let mesh = &surface.mesh;
-        let points = surface_points(mesh.vertices(), mesh.triangles(), mesh.weld(), self.lattice.cell_size());
-        let embedding = Embedding::new(&self.lattice, &points);
-        let cells: Vec<u32> = (0..points.len()).map(|point| embedding.cell(point)).collect();
-        let local: Vec<[f32; 3]> = (0..points.len()).map(|point| embedding.local(point)).collect();
-        SampleCells::new(&cells, &local, |cell| self.lattice.cell_corners(cell), slots)
+        match &self.surface {
+            Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots),
+            None => SampleCells::of_lattice(&self.lattice, slots),
+        }
     }
 }

@@ -5,6 +5,9 @@ mod hold;
 mod look;
 mod material;
 mod place;
+mod plan;
+#[cfg(feature = "scene")]
+mod snapshot;
 mod state;
 mod step;
 mod view;
@@ -14,6 +17,8 @@ pub use look::ShownSurface;
 pub(crate) use material::in_range;
 pub use material::{Damping, Material, RangeError, Reach, Stiffness};
 pub use place::Placement;
+#[cfg(feature = "scene")]
+pub(crate) use snapshot::BodySnapshot;
 pub(crate) use state::State;
 pub(crate) use step::World;
 pub use view::ViewTimes;
@@ -53,7 +58,7 @@ pub struct Body {
     state: State,
     /// From the model's frame to the world at frame 0.
     placed: Isometry3<f64>,
-    /// How a contact's velocity change, in cells/s, tells in the volume correction, in cells.
+    /// How strongly a contact's push, in cells, tells in the volume correction: one over the stiffness.
     push_scale: f32,
     view: Mutex<View>,
 }

@@ -114,6 +114,20 @@ impl State {
         state
     }
 
+    /// Whether all arrays have so many blocks, and there are so many books.
+    #[cfg(feature = "scene")]
+    pub(crate) fn is_whole(&self, blocks: usize, books: usize) -> bool {
+        let Self { positions, carry, velocities, rotations, .. } = self;
+        let of_three = [positions, carry, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
+        of_three && rotations.blocks().len() == blocks && self.books.len() == books
+    }
+
+    /// Memory that the state takes.
+    pub(crate) fn bytes(&self) -> usize {
+        let Self { positions, carry, velocities, rotations, .. } = self;
+        positions.bytes() + carry.bytes() + velocities.bytes() + rotations.bytes()
+    }
+
     /// Gives a lattice at rest the velocity and the spin of its placement.
     pub(crate) fn set_in_motion(&mut self, lattice: &Lattice, layout: &Layout, placement: &Placement) {
         let spin = Vector3::from(placement.spin);

@@ -12,7 +12,8 @@ use crate::matching::cascade::Cascade;
 use crate::mesh::VertexNormals;
 use crate::parallel::Executor;
 use crate::volume::{
-    ComponentReport, Correction, Push, VolumeError, VolumeMeasures, VolumeOptions, VolumeReport,
+    ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
+    VolumeReport,
 };
 
 /// The stages that run only where somebody looks, and their buffers. One value per lattice vertex or per mesh
@@ -153,6 +154,16 @@ impl View {
                 measures.report_corrected(correction, &self.components, &self.deformed, &self.corrected)
             }
         }
+    }
+
+    /// The measure that is kept, if any is.
+    pub(super) fn measure(&self) -> Option<VolumeMeasure> {
+        self.correction.as_ref().map(Correction::measure)
+    }
+
+    /// Memory that the correction takes.
+    pub(super) fn bytes(&self) -> usize {
+        self.correction.as_ref().map_or(0, Correction::bytes)
     }
 
     /// How long the stages took.

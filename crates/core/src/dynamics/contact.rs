@@ -2,8 +2,8 @@
 //!
 //! Contacts act on sample points of the surface and are spread to the lattice vertices by the embedding weights
 //! `w`: a change `c` of a sample becomes `c w_i / sum w^2` at vertex `i`, which moves the sample by exactly `c`.
-//! Where several samples share a vertex their changes are averaged, weighted by `w_i`; over an evenly covered
-//! face that average is again exact.
+//! Where several samples share a vertex their changes are averaged, weighted by `w_i` (for the push-out also by
+//! depth); over an evenly covered face that average is again exact. A few passes do the rest.
 //!
 //! ```text
 //! body's bounds -> cells' bounds -> samples     what may touch, against each collider

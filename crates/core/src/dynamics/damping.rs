@@ -26,6 +26,11 @@ impl RegionDamping {
         Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout) }
     }
 
+    /// Memory that it takes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.inverse_inertia.bytes()
+    }
+
     /// Pulls velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
     /// The state's rotations are those of this step; `share` is in (0, 1].

@@ -73,6 +73,8 @@ pub(crate) struct RigidState {
 #[derive(Clone, Debug)]
 pub(crate) struct Bookkeeper {
     components: Components,
+    /// Of each component, in full cells.
+    masses: Vec<f64>,
     partial: Vec<Sums>,
     states: Vec<RigidState>,
     corrections: Vec<RigidVelocity>,
@@ -84,6 +86,10 @@ impl Bookkeeper {
     /// For a lattice stored by `layout`.
     pub(crate) fn new(lattice: &Lattice, layout: &Layout) -> Self {
         let count = lattice.components().count;
+        let mut masses = vec![0.0; count];
+        for (&component, &cells) in lattice.components().of_vertex.iter().zip(lattice.occupied_cells()) {
+            masses[component as usize] += f64::from(cells) / 8.0;
+        }
         let components = if count == 1 {
             Components::One
         } else {
@@ -95,6 +101,7 @@ impl Bookkeeper {
         };
         Self {
             components,
+            masses,
             partial: vec![Sums::default(); count * layout.blocks().div_ceil(CHUNK)],
             states: vec![Sums::default().rigid_state(); count],
             corrections: vec![RigidVelocity::default(); count],
@@ -157,11 +164,20 @@ impl Bookkeeper {
 
     /// Enters in the open books that each vertex has gained `gain`, in cells/s.
     pub(crate) fn enter(&self, books: &mut [Option<Momentum>], gain: Vector3<f64>) {
-        for (book, state) in books.iter_mut().zip(&self.states) {
+        for (book, mass) in books.iter_mut().zip(&self.masses) {
             if let Some(book) = book {
-                book.linear = (Vector3::from(book.linear) + gain * state.mass).into();
+                book.linear = (Vector3::from(book.linear) + gain * *mass).into();
             }
         }
+    }
+
+    /// Memory that the sums take.
+    pub(crate) fn bytes(&self) -> usize {
+        let of_slots = match &self.components {
+            Components::One => 0,
+            Components::Several(of_slot) => size_of_val(of_slot.as_slice()),
+        };
+        of_slots + size_of_val(self.partial.as_slice())
     }
 
     /// Whether any component is free, so that its momenta are its own.

@@ -68,6 +68,11 @@ impl Cascade {
         Self { half_width, odd: Lanes::zeros(layout.blocks()), even: Lanes::zeros(layout.blocks()) }
     }
 
+    /// Memory that the buffers take.
+    pub(crate) fn bytes(&self) -> usize {
+        self.odd.bytes() + self.even.bytes()
+    }
+
     /// Sums `field` over each region and transforms the sums.
     pub(crate) fn gather<F: VertexField, T: RegionTransform>(
         &mut self,

@@ -113,6 +113,12 @@ impl Layout {
         self.occupied.len()
     }
 
+    /// Memory that it takes.
+    pub(crate) fn bytes(&self) -> usize {
+        let per_block = size_of::<u8>() + 3 * (size_of::<u8>() + 2 * size_of::<u32>());
+        size_of_val(self.slots()) + self.blocks() * per_block
+    }
+
     /// The slot of each lattice vertex.
     pub(crate) fn slots(&self) -> &[u32] {
         &self.slots

@@ -71,6 +71,11 @@ impl Matching {
         cascade.scatter(&self.layout, executor, &update, goals.blocks_mut());
     }
 
+    /// Memory that the regions and their layout take.
+    pub(crate) fn bytes(&self) -> usize {
+        self.layout.bytes() + self.regions.constants.bytes()
+    }
+
     /// Rotations since the start that Newton's method left to the robust path.
     pub(crate) fn unsettled(&self) -> usize {
         self.unsettled.load(Ordering::Relaxed)

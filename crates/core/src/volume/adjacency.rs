@@ -18,6 +18,11 @@ impl Adjacency {
         Self { rows, component, components }
     }
 
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.rows) + size_of_val(&*self.component)
+    }
+
     pub(super) fn len(&self) -> usize {
         self.rows.len()
     }

@@ -90,6 +90,12 @@ impl Correction {
         self.measure.kind()
     }
 
+    /// Memory of what it holds for each lattice vertex: the field, its scratch and the links.
+    pub fn bytes(&self) -> usize {
+        let ramp = self.ramp.as_deref().map_or(0, size_of_val);
+        size_of_val(&*self.points) + size_of_val(&*self.field.directions) + ramp + self.adjacency.bytes()
+    }
+
     /// Says which lattice vertices are held by pins and handles from now on: the correction leaves them in place, and
     /// fades in beside them. To be called when they change; allocates.
     pub fn hold(&mut self, held: &[u32]) {

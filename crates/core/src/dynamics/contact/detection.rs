@@ -1,6 +1,6 @@
 //! Which samples touch a collider: strips of cells, then cells, then samples.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use super::bounds::{bounds, may_touch};
 use super::response::Contact;
@@ -103,7 +103,7 @@ impl Contacts {
                     normal: here.normal,
                     surface,
                     bounce: if came && approach > quiet { collider.restitution * approach } else { 0.0 },
-                    allowance: PUSH_LIMIT + approach.max(0.0) * dt,
+                    left: (-here.distance - PUSH_LIMIT - approach.max(0.0) * dt).max(0.0),
                     ..Contact::default()
                 },
             );

@@ -1,11 +1,18 @@
 //! Bodies and time.
 
+#[cfg(feature = "scene")]
+mod state;
+
+#[cfg(feature = "scene")]
+pub use state::SimulationState;
+
 use nalgebra::Vector3;
 
 use crate::body::{Body, World, in_range};
 use crate::dynamics::{Collider, Colliders, Interval};
 use crate::error::Error;
 use crate::parallel::Executor;
+use crate::plan::Plan;
 
 /// Bodies that move through time, each by itself, among colliders. Contact between bodies is not simulated.
 ///
@@ -148,6 +155,12 @@ impl Simulation {
         };
         executor.each(&mut self.bodies, |body| body.step(&world, executor));
         self.count += 1;
+    }
+
+    /// What is done in a step and in a look.
+    pub fn plan(&self) -> Plan {
+        let bodies = self.bodies.iter().map(Body::plan).collect();
+        Plan { dt: self.dt, substeps: self.substeps, threads: self.threads(), bodies }
     }
 
     /// Length of a step in seconds.

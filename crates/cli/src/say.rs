@@ -1,0 +1,52 @@
+//! Printing, where a reader that has gone away is no error.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+
+/// Prints a line to standard output.
+pub(crate) fn out(line: impl Display) {
+    // A closed pipe: whoever read has read enough.
+    let _ = writeln!(io::stdout().lock(), "{line}");
+}
+
+/// Prints a line to standard error.
+pub(crate) fn err(line: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Prints an error to standard error.
+pub(crate) fn error(error: impl Display) {
+    err(format_args!("error: {error}"));
+}
+
+/// A size in bytes as people read it, `1.2 MB`.
+pub(crate) fn bytes(bytes: u64) -> String {
+    let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
+    let (mut value, mut unit) = (bytes as f64, 0);
+    while value >= 999.5 && unit + 1 < units.len() {
+        value /= 1000.0;
+        unit += 1;
+    }
+    if unit == 0 { format!("{bytes} B") } else { format!("{value:.1} {}", units[unit]) }
+}
+
+/// A duration as people read it: `4.2 s`, `3 min 07 s`, `2 h 05 min`.
+pub(crate) fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{seconds:.1} s"),
+        60..3600 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_durations_are_readable() {
+        assert_eq!([0, 999, 1000, 94_400_000].map(bytes), ["0 B", "999 B", "1.0 kB", "94.4 MB"]);
+        assert_eq!([0.0, 4.24, 187.2, 7500.0].map(duration), ["0.0 s", "4.2 s", "3 min 07 s", "2 h 05 min"]);
+    }
+}

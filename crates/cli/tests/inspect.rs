@@ -1,0 +1,48 @@
+//! `supple inspect`: everything about a scene, and nothing is run.
+
+mod support;
+
+use support::{SCENE, Stage};
+
+#[test]
+fn text_and_json_say_what_would_run() {
+    let stage = Stage::new();
+    let text = stage.supple(&["inspect", "scene.toml"]);
+    text.expect(0, &[]);
+    for words in
+        ["block", "10 vertices", "7 faces", "closed", "lattice", "cells", "SIMD", "threads", "PC2", "on disk"]
+    {
+        assert!(text.out.contains(words), "{words}: {}", text.out);
+    }
+    let json = stage.supple(&["inspect", "scene.toml", "--json"]);
+    json.expect(0, &[]);
+    let value: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    let body = &value["bodies"][0];
+    assert_eq!(body["name"], "block");
+    assert_eq!((&body["mesh"]["vertices"], &body["mesh"]["faces"]), (&10.into(), &7.into()));
+    assert_eq!(body["mesh"]["closed"], true);
+    assert!((body["mesh"]["volume"].as_f64().unwrap() - 6.0).abs() < 1e-6);
+    assert_eq!(body["lattice"]["components"], 1);
+    assert!(body["lattice"]["vertices"].as_u64().unwrap() >= 190);
+    assert!(value["plan"].as_str().is_some_and(|plan| !plan.is_empty()));
+    assert!(value["bytes_on_disk"].as_u64().unwrap() > 0);
+    assert!(!stage.path("out").exists());
+}
+
+#[test]
+fn several_bodies_do_not_touch_each_other() {
+    let second = "\n[[body]]\nname = \"other\"\nmesh = \"block.obj\"\ntranslate = [9, 1, 0]\n";
+    let stage = Stage::of(&format!("{SCENE}{second}"));
+    let words = "contact between bodies is not simulated";
+    assert!(stage.supple(&["inspect", "scene.toml"]).out.contains(words));
+    assert!(!Stage::new().supple(&["inspect", "scene.toml"]).out.contains(words));
+}
+
+#[test]
+fn a_model_alone_is_inspected_as_the_scene_that_it_means() {
+    let stage = Stage::new();
+    let ended = stage.supple(&["inspect", "block.obj", "--json", "--set", "body.block.cell_size=0.5"]);
+    ended.expect(0, &[]);
+    let value: serde_json::Value = serde_json::from_str(&ended.out).unwrap();
+    assert_eq!(value["bodies"][0]["lattice"]["cells"], 4 * 6 * 2);
+}

@@ -1,0 +1,110 @@
+//! What is refused: exit code 2, a message with the way out, and nothing written.
+
+mod support;
+
+use support::{SCENE, Stage};
+
+/// Runs a scene that must be refused, and checks that no folder appeared.
+#[track_caller]
+fn refused(scene: &str, options: &[&str], words: &[&str]) {
+    let stage = Stage::of(scene);
+    let mut arguments = vec!["run", "scene.toml"];
+    arguments.extend(options);
+    stage.supple(&arguments).expect(2, words);
+    assert!(!stage.path("out").exists(), "something was written");
+}
+
+#[test]
+fn arguments() {
+    let stage = Stage::new();
+    stage.supple(&["run"]).expect(2, &["INPUT"]);
+    stage.supple(&["run", "scene.toml", "--every", "0"]).expect(2, &["--every"]);
+    stage.supple(&["run", "scene.toml", "--format", "abc"]).expect(2, &["--format", "pc2"]);
+    stage.supple(&["run", "scene.toml", "--frames", "-3"]).expect(2, &[]);
+    stage.supple(&["run", "scene.toml", "--no-such-thing"]).expect(2, &["--no-such-thing"]);
+    stage.supple(&["run", "none.toml"]).expect(2, &["none.toml"]);
+    stage.supple(&["run", "none.obj"]).expect(2, &["none.obj"]);
+    stage.supple(&["run", "block.xyz"]).expect(2, &["block.xyz", ".toml", ".obj"]);
+    stage.supple(&["run", "scene.toml", "--stats", "s.txt"]).expect(2, &["s.txt", ".csv", ".json"]);
+    stage.supple(&["run", "scene.toml", "-o", "block.obj"]).expect(2, &["block.obj", "is a file"]);
+    assert!(!stage.path("out").exists());
+}
+
+#[test]
+fn scenes() {
+    for (from, to, words) in [
+        ("half_width", "half_widht", ["scene.toml:15", "body.block.half_widht", "`half_width`"].as_slice()),
+        ("fps = 30", "fps = 0", &["scene.toml:4", "simulation.fps", "above 0"]),
+        ("damping = 0.1", "damping = 2", &["body.block.damping", "is 2", "[0, 1]"]),
+        ("damping = 0.1", "damping = \"soft\"", &["body.block.damping", "a number", "soft"]),
+        ("half_width = 1", "half_width = 1\nstiffness_radius = 0.3", &["half_width", "stiffness_radius"]),
+        ("mesh = \"block.obj\"", "", &["body.block.mesh", "missing"]),
+        ("mesh = \"block.obj\"", "mesh = \"none.obj\"", &["none.obj"]),
+        ("mesh = \"block.obj\"", "mesh = \"block.obj\"\nobject = \"Blok\"", &["Blok", "Block"]),
+        (
+            "min = [-2, 0, -1], max = [-0.9",
+            "min = [-9, 0, -1], max = [-8",
+            &["body.block.pin.0", "nearest", "7.0"],
+        ),
+        ("fps = 30", "fps = ", &["scene.toml:4", "TOML"]),
+    ] {
+        assert!(SCENE.contains(from), "{from}");
+        refused(&SCENE.replacen(from, to, 1), &[], words);
+    }
+}
+
+#[test]
+fn overrides() {
+    refused(SCENE, &["--set", "body.block.half_widht=3"], &["--set body.block.half_widht=3", "`half_width`"]);
+    refused(SCENE, &["--set", "body.blok.half_width=3"], &["blok", "`block`"]);
+    refused(SCENE, &["--set", "body.block.stiffness=3"], &["body.block.stiffness", "(0, 1]"]);
+    refused(SCENE, &["--set", "simulation.frames"], &["KEY=VALUE"]);
+}
+
+#[test]
+fn meshes() {
+    for (mesh, words) in [
+        ("", ["block.obj"].as_slice()),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", &["block.obj", "face"]),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", &["block.obj:4", "4"]),
+        ("v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", &["block.obj:2", "nan"]),
+        ("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", &["block.obj", "extent"]),
+        ("\u{0}\u{1}\u{2}ELF", &["block.obj", "OBJ"]),
+    ] {
+        let stage = Stage::new();
+        stage.write("block.obj", mesh);
+        stage.supple(&["run", "scene.toml"]).expect(2, words);
+        stage.supple(&["run", "block.obj"]).expect(2, words);
+        stage.supple(&["inspect", "scene.toml"]).expect(2, words);
+        assert!(!stage.path("out").exists() && !stage.path("frames").exists());
+    }
+}
+
+#[test]
+fn a_lattice_that_does_not_fit_in_memory_names_one_that_does() {
+    refused(SCENE, &["--set", "body.block.cell_size=1e-5"], &["memory", "cell size"]);
+}
+
+#[test]
+fn inputs_are_never_written_over() {
+    let stage = Stage::of(&SCENE.replace("block.obj", "block_0003.obj"));
+    stage.write("block_0003.obj", support::BLOCK);
+    stage.supple(&["run", "scene.toml", "-o", "."]).expect(2, &["block_0003.obj", "written over"]);
+    assert_eq!(std::fs::read_to_string(stage.path("block_0003.obj")).unwrap(), support::BLOCK);
+}
+
+#[test]
+fn two_runs_in_one_folder() {
+    let stage = Stage::new();
+    std::fs::create_dir(stage.path("out")).unwrap();
+    let lock = std::fs::File::create(stage.path("out/supple.lock")).unwrap();
+    lock.lock().unwrap();
+    for options in [["run", "scene.toml"].as_slice(), &["run", "scene.toml", "--resume"]] {
+        stage.supple(options).expect(1, &["supple.lock", "another run"]);
+    }
+    assert!(stage.frames("out").is_empty());
+    // A run that was killed leaves the file, but nobody holds it.
+    drop(lock);
+    stage.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
+    assert!(!stage.path("out/supple.lock").exists());
+}

@@ -1,0 +1,211 @@
+//! `--resume`: after an end, a change, damage, Ctrl-C and `kill -9`, with the bits of an uninterrupted run.
+
+mod support;
+
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use support::{Ended, SCENE, Stage};
+
+const LONG: [&str; 6] = ["run", "scene.toml", "--frames", "300", "--checkpoint", "0"];
+
+#[test]
+fn a_finished_run_writes_nothing_and_a_longer_one_goes_on() {
+    for format in ["obj", "ply", "pc2"] {
+        let stage = Stage::new();
+        let run = |frames: &str, more: &[&str]| {
+            let mut arguments = vec!["run", "scene.toml", "--format", format, "--frames", frames];
+            arguments.extend(more);
+            let ended = stage.supple(&arguments);
+            ended.expect(0, &[]);
+            ended
+        };
+        run("12", &["-o", "whole", "--stats", "whole.csv"]);
+        run("5", &["--resume", "--stats", "s.csv"]);
+        let before: Vec<_> = times(&stage, "out");
+        let again = run("5", &["--resume", "--stats", "s.csv"]);
+        assert!(again.out.contains("nothing written"), "{}", again.out);
+        run("3", &["--resume"]);
+        assert_eq!(times(&stage, "out"), before);
+        run("12", &["--resume", "--stats", "s.csv"]);
+        assert!(stage.frames("out") == stage.frames("whole"), "{format}");
+        let rows = std::fs::read_to_string(stage.path("s.csv")).unwrap();
+        let frames: Vec<&str> = rows.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
+        assert!(
+            frames.iter().enumerate().all(|(index, frame)| frame.parse() == Ok(index)) && frames.len() == 13
+        );
+    }
+}
+
+/// Names and times of change of a folder's files.
+fn times(stage: &Stage, folder: &str) -> Vec<(std::ffi::OsString, std::time::SystemTime)> {
+    let entries = std::fs::read_dir(stage.path(folder)).unwrap().map(|entry| entry.unwrap());
+    let mut times: Vec<_> =
+        entries.map(|entry| (entry.file_name(), entry.metadata().unwrap().modified().unwrap())).collect();
+    times.sort();
+    times
+}
+
+#[test]
+fn what_changes_the_motion_is_refused_and_what_does_not_is_not() {
+    let stage = Stage::new();
+    stage.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
+    let resume = |more: &[&str]| {
+        let mut arguments = vec!["run", "scene.toml", "--frames", "6", "--resume"];
+        arguments.extend(more);
+        stage.supple(&arguments)
+    };
+    for (change, words) in [
+        ("body.block.half_width=2", ["half_width = 1", "half_width = 2"]),
+        ("simulation.substeps=3", ["substeps = 2", "substeps = 3"]),
+        ("simulation.gravity=[0, -1, 0]", ["gravity", "-1.0"]),
+        ("collider.0.friction=0", ["[[collider]]", "friction"]),
+    ] {
+        resume(&["--set", change]).expect(2, &words);
+    }
+    stage.write("block.obj", support::BLOCK.replace("1 3 0.5", "1.5 3 0.5"));
+    resume(&[]).expect(2, &["mesh file has changed", "without resuming"]);
+    stage.write("block.obj", support::BLOCK);
+    assert_eq!(stage.frames("out").len(), 5);
+    // The number of threads, and where the scene lies, change no bit.
+    std::fs::create_dir(stage.path("moved")).unwrap();
+    stage.write("moved/scene.toml", SCENE.replace("\"block.obj\"", "\"../block.obj\""));
+    stage
+        .supple(&["run", "moved/scene.toml", "-o", "out", "--frames", "6", "--threads", "1", "--resume"])
+        .expect(0, &[]);
+    assert_eq!(stage.frames("out").len(), 7);
+}
+
+#[test]
+fn other_frames_of_the_same_motion_are_made_from_the_start() {
+    let stage = Stage::new();
+    stage.supple(&["run", "scene.toml", "--frames", "6", "--every", "2"]).expect(0, &[]);
+    stage.supple(&["run", "scene.toml", "--frames", "6", "--resume"]).expect(0, &["block_0001.obj"]);
+    stage.supple(&["run", "scene.toml", "--frames", "6", "-o", "whole"]).expect(0, &[]);
+    assert!(stage.frames("out") == stage.frames("whole"));
+}
+
+#[test]
+fn a_damaged_checkpoint_is_refused_with_a_message() {
+    let stage = Stage::new();
+    stage.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
+    let path = stage.path("out/supple.checkpoint");
+    let whole = std::fs::read(&path).unwrap();
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 1;
+    for bytes in
+        [&[][..], &whole[..7], &whole[..whole.len() - 1], &flipped, b"not a checkpoint, but long enough"]
+    {
+        std::fs::write(&path, bytes).unwrap();
+        let ended = stage.supple(&["run", "scene.toml", "--frames", "6", "--resume"]);
+        ended.expect(2, &["supple.checkpoint", "start again"]);
+        assert!(!ended.err.contains("panicked"));
+    }
+    stage.supple(&["run", "scene.toml", "--frames", "6"]).expect(0, &[]);
+    assert_eq!(stage.frames("out").len(), 7);
+}
+
+#[test]
+fn kill_at_random_moments() {
+    for (format, seed) in [("obj", 1), ("ply", 2), ("pc2", 3)] {
+        let stage = Stage::new();
+        let mut whole = LONG.to_vec();
+        whole.extend(["--format", format, "--quiet", "-o", "whole", "--stats", "whole.json"]);
+        let begun = Instant::now();
+        stage.supple(&whole).expect(0, &[]);
+        let length = begun.elapsed();
+
+        let mut arguments = LONG.to_vec();
+        arguments.extend(["--format", format, "--quiet", "--resume", "--stats", "s.json"]);
+        let mut random = Random(seed);
+        for _ in 0..6 {
+            let mut child = start(&stage, &arguments);
+            std::thread::sleep(length.mul_f64(random.next() / 3.0));
+            child.kill().unwrap();
+            child.wait().unwrap();
+            // Whatever has a final name is whole.
+            let expected = stage.frames("whole");
+            for (name, bytes) in stage.frames("out") {
+                let is_final = name.ends_with(&format!(".{format}"));
+                assert!(!is_final || expected[&name] == bytes, "{name} is not whole");
+            }
+        }
+        stage.supple(&arguments).expect(0, &[]);
+        assert!(stage.frames("out") == stage.frames("whole"), "{format}: {:?}", stage.frames("out").keys());
+        let rows = |name: &str| {
+            let text = std::fs::read_to_string(stage.path(name)).unwrap();
+            let mut rows: Vec<serde_json::Map<String, serde_json::Value>> =
+                serde_json::from_str(&text).unwrap();
+            rows.iter_mut().for_each(|row| row.retain(|key, _| !key.starts_with("ms_")));
+            rows
+        };
+        assert_eq!(rows("s.json"), rows("whole.json"), "{format}");
+    }
+}
+
+fn start(stage: &Stage, arguments: &[&str]) -> Child {
+    stage.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Numbers in [0, 1) that depend on the clock: every run of the test kills elsewhere.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        let clock = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
+        self.0 = (self.0 ^ u64::from(clock.subsec_nanos())).wrapping_mul(0x5851_f42d_4c95_7f2d) | 1;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_is_written() {
+    for format in ["obj", "pc2"] {
+        let stage = Stage::new();
+        // By the clock it would write a checkpoint much later: Ctrl-C writes one.
+        let arguments = ["run", "scene.toml", "--frames", "20000", "--format", format, "--stats", "s.json"];
+        let child = start(&stage, &arguments);
+        wait_until(|| std::fs::metadata(stage.path("s.json")).is_ok_and(|file| file.len() > 5000));
+        let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        assert!(killed.unwrap().success());
+        let ended = Ended::of(child.wait_with_output().unwrap());
+        ended.expect(130, &[]);
+        assert!(ended.out.contains("--resume"), "{ended:?}");
+        let text = std::fs::read_to_string(stage.path("s.json")).unwrap();
+        let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
+        let done = rows.len();
+        let frames = stage.frames("out");
+        assert!(
+            !frames.keys().any(|name| name.contains("part") || name.contains("tmp")),
+            "{:?}",
+            frames.keys()
+        );
+        if format == "obj" {
+            assert_eq!(frames.len(), done);
+        }
+        let more = (done + 5).to_string();
+        let run = |more_arguments: &[&str]| {
+            let mut arguments = vec!["run", "scene.toml", "--frames", &more, "--format", format];
+            arguments.extend(more_arguments);
+            stage.supple(&arguments).expect(0, &[]);
+        };
+        run(&["--resume"]);
+        run(&["-o", "whole"]);
+        if format == "pc2" {
+            assert!(stage.frames("out") == stage.frames("whole"));
+        } else {
+            // Names are as wide as the last number of their run.
+            assert!(stage.frames("out").values().eq(stage.frames("whole").values()));
+        }
+    }
+}
+
+#[cfg(unix)]
+fn wait_until(condition: impl Fn() -> bool) {
+    let begun = Instant::now();
+    while !condition() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "waited in vain");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}

@@ -1,0 +1,176 @@
+//! `supple run`: what is written, under which names, and what a terminal shows.
+
+mod support;
+
+use support::{SCENE, Stage};
+
+#[test]
+fn frames_are_numbered_from_the_rest_pose_on() {
+    let stage = Stage::new();
+    let ended = stage.supple(&["run", "scene.toml"]);
+    ended.expect(0, &[]);
+    let frames = stage.frames("out");
+    let names: Vec<String> = (0..=20).map(|frame| format!("block_{frame:04}.obj")).collect();
+    assert!(frames.keys().eq(&names), "{:?}", frames.keys());
+    // Frame 0 is the rest pose as placed: y is one higher than in the file.
+    let rest = String::from_utf8(frames["block_0000.obj"].clone()).unwrap();
+    let vertices = |text: &str| -> Vec<Vec<f64>> {
+        text.lines()
+            .filter_map(|line| line.strip_prefix("v "))
+            .map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect())
+            .collect()
+    };
+    let mut expected = vertices(support::BLOCK);
+    expected.iter_mut().for_each(|vertex| vertex[1] += 1.0);
+    for (found, expected) in vertices(&rest).iter().zip(&expected) {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?} {expected:?}");
+    }
+    // Every other line is that of the input.
+    let others = |text: &str| -> Vec<String> {
+        text.lines().filter(|line| !line.starts_with("v ")).map(str::to_owned).collect()
+    };
+    assert_eq!(others(&rest), others(support::BLOCK));
+}
+
+#[test]
+fn options_choose_frames_numbers_and_formats() {
+    let stage = Stage::new();
+    let run = |options: &[&str], folder: &str| {
+        let mut arguments = vec!["run", "scene.toml", "-o", folder];
+        arguments.extend(options);
+        stage.supple(&arguments).expect(0, &[]);
+        stage.frames(folder)
+    };
+    let all = run(&["--frames", "7"], "all");
+    assert_eq!(all.len(), 8);
+    let third = run(&["--frames", "7", "--every", "3"], "third");
+    assert!(third.keys().eq(&["block_0000.obj", "block_0003.obj", "block_0006.obj"]));
+    assert!(third.iter().all(|(name, bytes)| all[name] == *bytes));
+    let shot = run(&["--frames", "7", "--start-frame", "1001"], "shot");
+    assert!(
+        shot.keys().eq((1001..=1008).map(|frame| format!("block_{frame}.obj")).collect::<Vec<_>>().iter())
+    );
+    assert!(shot.values().eq(all.values()));
+    let wide = run(&["--frames", "1", "--start-frame", "9999"], "wide");
+    assert!(wide.keys().eq(&["block_09999.obj", "block_10000.obj"]));
+    assert!(run(&["--frames", "2", "--format", "ply"], "ply").keys().all(|name| name.ends_with(".ply")));
+    assert!(run(&["--frames", "2", "--format", "pc2"], "pc2").keys().eq(&["block.pc2"]));
+    assert!(run(&["--set", "simulation.frames=1", "--set", "output.format=ply"], "set").len() == 2);
+}
+
+#[test]
+fn a_run_replaces_the_sequence_that_was_there_and_nothing_else() {
+    let stage = Stage::new();
+    stage.supple(&["run", "scene.toml", "--frames", "9"]).expect(0, &[]);
+    for name in ["out/block_notes.txt", "out/other_0000.obj", "out/block_0000.ply"] {
+        stage.write(name, "mine");
+    }
+    stage.supple(&["run", "scene.toml", "--frames", "3"]).expect(0, &[]);
+    let frames = stage.frames("out");
+    assert_eq!(frames.keys().filter(|name| name.starts_with("block_") && name.ends_with(".obj")).count(), 4);
+    assert_eq!(frames.values().filter(|bytes| bytes.as_slice() == b"mine").count(), 3);
+}
+
+#[test]
+fn the_bits_do_not_depend_on_threads_or_on_who_looks() {
+    let stage = Stage::new();
+    for (folder, options) in
+        [("one", ["--threads", "1", "--every", "1"]), ("two", ["--threads", "2", "--every", "5"])]
+    {
+        let mut arguments = vec!["run", "scene.toml", "-o", folder];
+        arguments.extend(options);
+        stage.supple(&arguments).expect(0, &[]);
+    }
+    let (one, two) = (stage.frames("one"), stage.frames("two"));
+    assert_eq!(two.len(), 5);
+    assert!(two.iter().all(|(name, bytes)| one[name] == *bytes));
+}
+
+#[test]
+fn statistics_have_a_row_a_frame_and_body() {
+    let stage = Stage::new();
+    stage.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.csv"]).expect(0, &[]);
+    let text = std::fs::read_to_string(stage.path("s.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "frame,time,body,ms_step,ms_volume,ms_embed,ms_write,volume_rest,volume_before,volume_after,\
+         lambda,residual,capped,energy_kinetic,max_speed"
+    );
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 5);
+    for (frame, row) in rows.iter().enumerate() {
+        assert_eq!((row[0].parse(), row[2], row.len()), (Ok(frame), "block", 15));
+        let number = |column: usize| row[column].parse::<f64>().unwrap();
+        assert!((number(1) - frame as f64 / 30.0).abs() < 1e-12);
+        assert!((number(9) / number(7) - 1.0).abs() < 1e-5, "the volume is kept: {row:?}");
+    }
+
+    stage.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.json"]).expect(0, &[]);
+    let text = std::fs::read_to_string(stage.path("s.json")).unwrap();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
+    assert_eq!(rows.len(), 5);
+    assert_eq!((&rows[3]["frame"], &rows[3]["body"]), (&3.into(), &"block".into()));
+}
+
+#[test]
+fn a_pipe_shows_every_tenth_and_a_summary() {
+    let stage = Stage::new();
+    let ended = stage.supple(&["run", "scene.toml"]);
+    let lines: Vec<&str> = ended.err.lines().filter(|line| line.contains(" %")).collect();
+    assert_eq!(lines.len(), 10, "{ended:?}");
+    assert!(lines.iter().all(|line| line.contains("left")), "{lines:?}");
+    assert!(ended.out.contains("21 frames written") && ended.out.lines().count() == 1, "{ended:?}");
+    let quiet = stage.supple(&["run", "scene.toml", "--quiet"]);
+    assert_eq!((quiet.err.as_str(), quiet.out.lines().count()), ("", 1));
+}
+
+#[test]
+fn a_model_alone_is_dropped() {
+    let stage = Stage::new();
+    stage.supple(&["run", "block.obj", "--frames", "30", "-o", "fall"]).expect(0, &[]);
+    let frames = stage.frames("fall");
+    let lowest = |name: &str| {
+        let text = String::from_utf8(frames[name].clone()).unwrap();
+        let heights =
+            text.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(1)?.parse().ok());
+        heights.fold(f64::INFINITY, f64::min)
+    };
+    assert!(lowest("block_0000.obj").abs() < 1e-6);
+    // The ground lies a tenth of the height below it.
+    assert!((lowest("block_0030.obj") + 0.3).abs() < 0.1, "{}", lowest("block_0030.obj"));
+    let printed = stage.supple(&["run", "block.obj", "--print-scene", "--up", "z"]);
+    printed.expect(0, &[]);
+    stage.write("printed.toml", &printed.out);
+    assert!(printed.out.contains("gravity = [0.0, 0.0, -8.0]"), "{}", printed.out);
+    stage.supple(&["run", "printed.toml", "--frames", "1", "-o", "again"]).expect(0, &[]);
+}
+
+#[test]
+fn a_batch_goes_on_after_a_failure() {
+    let stage = Stage::new();
+    stage.write("bad.toml", SCENE.replace("half_width", "half_widht"));
+    stage.write("last.toml", SCENE);
+    let ended = stage.supple(&[
+        "run",
+        "scene.toml",
+        "bad.toml",
+        "last.toml",
+        "--frames",
+        "2",
+        "-o",
+        "all",
+        "--stats",
+        "s.csv",
+    ]);
+    ended.expect(1, &["bad", "half_width"]);
+    assert_eq!(stage.frames("all/scene").len(), 3);
+    assert_eq!(stage.frames("all/last").len(), 3);
+    assert!(!stage.path("all/bad").exists());
+    assert!(stage.path("s_scene.csv").is_file() && stage.path("s_last.csv").is_file());
+    let table: Vec<&str> = ended.out.lines().skip_while(|line| !line.starts_with("input")).collect();
+    assert_eq!(table.len(), 4, "{}", ended.out);
+    assert!(table[2].starts_with("bad") && table[2].contains("failed"));
+    let same = stage.supple(&["run", "scene.toml", "scene.toml"]);
+    same.expect(2, &["scene.toml", "one at a time"]);
+}

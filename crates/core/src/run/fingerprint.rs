@@ -1,0 +1,72 @@
+//! Everything that changes the motion, as text: what a resumed run must share with its checkpoint.
+
+use std::path::PathBuf;
+
+use super::error::RunError;
+use super::hash::fnv1a;
+use crate::scene::{OutputData, Scene};
+
+/// The fingerprint of a scene: its text without what changes no bit of the motion (frames, threads,
+/// output, paths), with a hash of each mesh's bytes.
+pub(super) fn of(scene: &Scene) -> Result<String, RunError> {
+    let mut scene = scene.clone();
+    for index in 0..scene.bodies.len() {
+        let path = scene.resolve(&scene.bodies[index].mesh);
+        let bytes = std::fs::read(&path).map_err(|source| RunError::MeshFile { path, source })?;
+        scene.bodies[index].mesh = PathBuf::from(format!("{:016x}", fnv1a(&bytes)));
+    }
+    scene.simulation.frames = 0;
+    scene.simulation.threads = 0;
+    scene.output = OutputData::default();
+    Ok(scene.to_toml())
+}
+
+/// The first thing in which two fingerprints differ, said to a user; `None` if they are equal.
+pub(super) fn difference(before: &str, now: &str) -> Option<String> {
+    if before == now {
+        return None;
+    }
+    let (mut before, mut now) = (before.lines(), now.lines());
+    let mut table = String::new();
+    loop {
+        let (old, new) = (before.next().unwrap_or_default(), now.next().unwrap_or_default());
+        if old != new {
+            return Some(match (key(old), key(new)) {
+                (Some("mesh"), Some("mesh")) => format!("{table}: the mesh file has changed"),
+                (Some(_), Some(_)) => format!("{table}: `{old}` became `{new}`"),
+                _ => format!("{table}: bodies, pins, handles or colliders are not the same"),
+            });
+        }
+        if let Some(name) = new.strip_prefix("name = ") {
+            table = format!("[[body]] {name}");
+        } else if new.starts_with('[') && !new.starts_with("[[body]]") {
+            table = new.to_owned();
+        }
+    }
+}
+
+fn key(line: &str) -> Option<&str> {
+    line.split_once(" = ").map(|(key, _)| key)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "[simulation]\nfps = 30.0\n\n[[body]]\nname = \"a\"\nmesh = \"00\"\nhalf_width = 2\n";
+
+    #[test]
+    fn the_difference_is_named() {
+        assert_eq!(difference(TEXT, TEXT), None);
+        for (from, to, words) in [
+            ("fps = 30.0", "fps = 25.0", "[simulation]: `fps = 30.0` became `fps = 25.0`"),
+            ("\"00\"", "\"01\"", "[[body]] \"a\": the mesh file has changed"),
+            ("half_width = 2", "half_width = 3", "[[body]] \"a\": `half_width = 2` became `half_width = 3`"),
+            ("half_width = 2\n", "half_width = 2\n\n[[collider]]\n", "are not the same"),
+        ] {
+            let difference = difference(TEXT, &TEXT.replace(from, to)).unwrap();
+            assert!(difference.contains(words), "{difference}");
+        }
+        assert!(difference(TEXT, "").is_some() && difference("", TEXT).is_some());
+    }
+}

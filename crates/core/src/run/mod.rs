@@ -1,0 +1,34 @@
+//! Running a scene: from data to frames on disk, with checkpoints.
+//!
+//! ```text
+//! Scene -> prepare (meshes, lattices, simulation) -> Job::run: steps, frames, statistics, checkpoints
+//! ```
+//!
+//! Both the command line and Python call [`Job::run`]; progress bars, Ctrl-C and callbacks sit outside,
+//! in an [`Observer`].
+
+mod advance;
+mod checkpoint;
+mod container;
+mod error;
+mod fingerprint;
+mod hash;
+mod job;
+mod lock;
+mod observer;
+mod prepare;
+mod report;
+mod resume;
+mod row;
+mod sinks;
+mod stats;
+pub mod substeps;
+
+pub use checkpoint::CHECKPOINT;
+pub use error::RunError;
+pub use job::Job;
+pub use lock::LOCK;
+pub use observer::{Flow, Note, Observer, Progress};
+pub use prepare::{Input, Prepared, prepare};
+pub use report::{BodyReport, Outcome, RunReport};
+pub use row::Row;

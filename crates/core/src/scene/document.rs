@@ -1,0 +1,107 @@
+//! A parsed TOML text whose every value knows where it was written.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{Place, SceneError};
+
+/// A value and where it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Value {
+    pub(super) data: Data,
+    pub(super) place: Place,
+}
+
+/// The values of TOML.
+#[derive(Clone, Debug)]
+pub(super) enum Data {
+    Boolean(bool),
+    Integer(i64),
+    Float(f64),
+    Text(String),
+    Date(String),
+    Array(Vec<Value>),
+    Table(Table),
+}
+
+/// Keys and values of a table, by name.
+pub(super) type Table = BTreeMap<String, Value>;
+
+impl Value {
+    /// What the value is, for a message: `"fast"`, `12`, `a table`.
+    pub(super) fn describe(&self) -> String {
+        match &self.data {
+            Data::Boolean(value) => value.to_string(),
+            Data::Integer(value) => value.to_string(),
+            Data::Float(value) => value.to_string(),
+            Data::Text(value) => format!("the text {value:?}"),
+            Data::Date(value) => format!("the date {value}"),
+            Data::Array(values) => match values.len() {
+                1 => "a list of 1 value".to_owned(),
+                n => format!("a list of {n} values"),
+            },
+            Data::Table(_) => "a table".to_owned(),
+        }
+    }
+}
+
+/// Parses a whole text; `file` is the name that messages give it.
+pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Value, SceneError> {
+    let table = DeTable::parse(text).map_err(|error| {
+        let line = line_of(text, error.span().map_or(0, |span| span.start));
+        let message = format!("not valid TOML: {}", error.message());
+        SceneError::Syntax { place: Place::Line { file: file.clone(), line }, message }
+    })?;
+    let place = |offset: usize| Place::Line { file: file.clone(), line: line_of(text, offset) };
+    let span = table.span();
+    Ok(Value { data: Data::Table(convert_table(table.into_inner(), &place)?), place: place(span.start) })
+}
+
+/// Parses one value, as it stands right of an override's `=`. `None` if it is no TOML value.
+pub(super) fn parse_value(text: &str, place: &Place) -> Option<Value> {
+    let value = DeValue::parse(text.trim()).ok()?;
+    convert(value, &|_| place.clone()).ok()
+}
+
+fn convert_table(table: DeTable<'_>, place: &dyn Fn(usize) -> Place) -> Result<Table, SceneError> {
+    let mut converted = Table::new();
+    for (key, value) in table {
+        // The line of the key: a table's own span may begin at its header or its first key.
+        let at = place(key.span().start);
+        let mut value = convert(value, place)?;
+        value.place = at;
+        converted.insert(key.into_inner().into_owned(), value);
+    }
+    Ok(converted)
+}
+
+fn convert(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> Place) -> Result<Value, SceneError> {
+    let at = place(value.span().start);
+    let too_large = |text: &str| SceneError::Syntax {
+        place: at.clone(),
+        message: format!("the number {text} does not fit in 64 bits"),
+    };
+    let data = match value.into_inner() {
+        DeValue::Boolean(value) => Data::Boolean(value),
+        DeValue::Integer(value) => {
+            let parsed = i64::from_str_radix(value.as_str(), value.radix());
+            Data::Integer(parsed.map_err(|_| too_large(value.as_str()))?)
+        }
+        DeValue::Float(value) => Data::Float(value.as_str().parse().map_err(|_| too_large(value.as_str()))?),
+        DeValue::String(value) => Data::Text(value.into_owned()),
+        DeValue::Datetime(value) => Data::Date(value.to_string()),
+        DeValue::Array(values) => {
+            Data::Array(values.into_iter().map(|value| convert(value, place)).collect::<Result<_, _>>()?)
+        }
+        DeValue::Table(table) => Data::Table(convert_table(table, place)?),
+    };
+    Ok(Value { data, place: at })
+}
+
+/// The line of a byte offset, counted from 1.
+fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.as_bytes()[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
+}

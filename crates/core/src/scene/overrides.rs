@@ -1,0 +1,119 @@
+//! `--set KEY=VALUE`: changes to a document before it is checked.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::body::name_from;
+use super::document::{Data, Table, Value, parse_value};
+use super::error::{Place, SceneError};
+use super::fields::nearest;
+
+/// Two ways to say one thing: setting one takes the other's place.
+const PAIRS: [(&str, &str); 4] = [
+    ("lattice_vertices", "cell_size"),
+    ("half_width", "stiffness_radius"),
+    ("stiffness", "frequency"),
+    ("damping", "damping_rate"),
+];
+
+/// Applies overrides in their order.
+pub(super) fn apply(root: &mut Value, overrides: &[String]) -> Result<(), SceneError> {
+    for text in overrides {
+        let invalid = |message: String| SceneError::Override { text: text.clone(), message };
+        let Some((path, value)) = text.split_once('=') else {
+            return Err(invalid("must be KEY=VALUE, as body.bust.half_width=3".to_owned()));
+        };
+        let place = Place::Override(Arc::from(text.as_str()));
+        let value = value.trim();
+        let value = parse_value(value, &place)
+            .unwrap_or_else(|| Value { data: Data::Text(value.to_owned()), place: place.clone() });
+        set(root, path.trim(), value, &place).map_err(invalid)?;
+    }
+    Ok(())
+}
+
+/// Sets the value at a path below `node`, making the tables that lead there.
+fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), String> {
+    match &mut node.data {
+        Data::Table(table) => {
+            let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
+            if key.is_empty() {
+                return Err("a part of the key is empty".to_owned());
+            }
+            let Some(rest) = rest else {
+                replace(table, key, value, place);
+                return Ok(());
+            };
+            let empty = || Value { data: Data::Table(Table::new()), place: place.clone() };
+            set(table.entry(key.to_owned()).or_insert_with(empty), rest, value, place)
+        }
+        Data::Array(values) => {
+            let (index, rest) = find(values, path)?;
+            let Some(rest) = rest else {
+                values[index] = value;
+                return Ok(());
+            };
+            set(&mut values[index], rest, value, place)
+        }
+        _ => Err(format!("`{path}` leads into {}, which has no keys", node.describe())),
+    }
+}
+
+/// Sets a key and removes the other way to say the same thing, unless an override said it too.
+fn replace(table: &mut Table, key: &str, value: Value, place: &Place) {
+    let other = PAIRS.iter().find_map(|&(a, b)| match key {
+        _ if key == a => Some(b),
+        _ if key == b => Some(a),
+        _ => None,
+    });
+    if let Some(other) = other {
+        let from_file = table.get(other).is_some_and(|value| !matches!(value.place, Place::Override(_)));
+        if from_file {
+            table.remove(other);
+        }
+    }
+    table.insert(key.to_owned(), Value { place: place.clone(), ..value });
+}
+
+/// The element that the first part of `path` names, by its `name` (which may hold dots) or its
+/// number, and what is left of the path.
+fn find<'a>(values: &[Value], path: &'a str) -> Result<(usize, Option<&'a str>), String> {
+    let names: Vec<Option<String>> = values.iter().map(name).collect();
+    let matching = |(index, name): (usize, &Option<String>)| {
+        let name = name.as_deref()?;
+        strip(path, name).map(|rest| (name.len(), index, rest))
+    };
+    if let Some((_, index, rest)) = names.iter().enumerate().filter_map(matching).max_by_key(|found| found.0)
+    {
+        return Ok((index, rest));
+    }
+    let (part, rest) = path.split_once('.').map_or((path, None), |(part, rest)| (part, Some(rest)));
+    if let Ok(index) = part.parse::<usize>() {
+        return if index < values.len() {
+            Ok((index, rest))
+        } else {
+            Err(format!("there is no number {index}: the list has {}, counted from 0", values.len()))
+        };
+    }
+    let known: Vec<&str> = names.iter().flatten().map(String::as_str).collect();
+    Err(match nearest(part, &known) {
+        Some(near) => format!("nothing is called `{part}`; the nearest known name is `{near}`"),
+        None => format!("`{part}` must be a number from 0 to {}", values.len().saturating_sub(1)),
+    })
+}
+
+/// The name that an element goes by: a body without one is called after its mesh.
+fn name(value: &Value) -> Option<String> {
+    let Data::Table(table) = &value.data else { return None };
+    let text = |key| match &table.get(key)?.data {
+        Data::Text(text) => Some(text),
+        _ => None,
+    };
+    text("name").cloned().or_else(|| text("mesh").map(|mesh| name_from(Path::new(mesh))))
+}
+
+/// What is left of a path after a name; `None` if the path does not begin with it.
+fn strip<'a>(path: &'a str, name: &str) -> Option<Option<&'a str>> {
+    let rest = path.strip_prefix(name)?;
+    if rest.is_empty() { Some(None) } else { rest.strip_prefix('.').map(Some) }
+}

@@ -1,0 +1,88 @@
+//! A steady step allocates nothing, nor does a steady look; an absent stage takes no memory.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nalgebra::Point3;
+use supple::{Body, BodyBuilder, Collider, Handle, Key, Lattice, Pin, Selection, Simulation, Window};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+#[allow(unsafe_code, reason = "a global allocator cannot be had without")]
+// SAFETY: all calls are handed on to the system's allocator as they come.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// Allocations while `work` runs. The tests here are one test, so that nothing else runs beside it.
+fn allocations(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    work();
+    ALLOCATIONS.load(Ordering::Relaxed) - before
+}
+
+fn block(n: i32) -> BodyBuilder {
+    let cells: Vec<_> =
+        (0..n).flat_map(|z| (0..n).flat_map(move |y| (0..n).map(move |x| [x, y, z]))).collect();
+    Body::from_lattice(Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap())
+}
+
+/// All stages: damping, a pin, a moving handle, contact with the ground.
+fn everything(n: i32, threads: usize) -> Simulation {
+    let top = Selection::Plane { point: [0.0, 0.1 * f64::from(n), 0.0], normal: [0.0, 1.0, 0.0] };
+    let corner = Selection::Sphere { center: [0.0; 3], radius: 0.05 };
+    let key = |time, rotate| Key { time, translate: [0.0; 3], rotate: [0.0, rotate, 0.0] };
+    let body = block(n)
+        .damping(0.1)
+        .pin(Pin { selection: corner, window: Window::default() })
+        .handle(Handle { selection: top, keys: vec![key(0.0, 0.0), key(9.0, 90.0)], window: Window::default() })
+        .build()
+        .unwrap();
+    let ground = Collider::plane([0.0, 0.05, 0.0], [0.0, 1.0, 0.0]);
+    Simulation::builder().body(body).collider(ground).threads(threads).build().unwrap()
+}
+
+#[test]
+fn nothing_in_a_steady_state() {
+    let mut sim = everything(6, 1);
+    sim.steps(30);
+    assert_eq!(allocations(|| sim.steps(200)), 0, "with all stages");
+
+    let mut free = Simulation::builder().body(block(6).build().unwrap()).threads(1).build().unwrap();
+    free.steps(3);
+    assert_eq!(allocations(|| free.steps(200)), 0, "a free body");
+
+    // Threads: entering the pool takes a block of its queue now and then, for any number of steps.
+    let mut large = everything(18, 2);
+    large.steps(30);
+    let inside = allocations(|| large.steps(200));
+    assert!(inside <= 2, "{inside} allocations in 200 steps on two threads");
+
+    let stages = |sim: &Simulation| {
+        let plan = sim.plan();
+        plan.bodies[0].stages.iter().map(|stage| stage.name).collect::<Vec<_>>()
+    };
+    let all = stages(&sim);
+    for name in ["pins and handles", "region damping", "contacts", "volume correction"] {
+        assert!(all.contains(&name), "{name} in {all:?}");
+    }
+    let bare = Simulation::builder()
+        .body(block(6).volume(supple::VolumeOptions::off()).build().unwrap())
+        .build()
+        .unwrap();
+    let few = stages(&bare);
+    assert_eq!(few, ["momentum books", "region sums", "rotations, goals", "integration"]);
+    assert!(bare.plan().bodies[0].bytes() < sim.plan().bodies[0].bytes());
+}

@@ -1,0 +1,97 @@
+//! Friction: what a slope holds and lets slide, and what a moving collider carries.
+
+#[path = "contact/stand_in.rs"]
+mod stand_in;
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use stand_in::Block;
+use supple::dynamics::{Collider, Colliders, Key, euler_degrees};
+
+const DT: f64 = 1.0 / 60.0;
+const CELL: f64 = 0.3;
+
+fn colliders(list: &[Collider]) -> Colliders {
+    Colliders::new(list).unwrap().unwrap()
+}
+
+fn ground() -> Collider {
+    Collider::plane([0.0; 3], [0.0, 1.0, 0.0])
+}
+
+/// A block on a slope of `degrees`; its displacement along the slope and speed there, after `seconds`.
+fn on_slope(degrees: f64, friction: f64, seconds: f64) -> (f64, f64) {
+    let turn = euler_degrees([0.0, 0.0, degrees]);
+    let (downhill, normal) = (turn * -Vector3::x(), turn * Vector3::y());
+    let mut block = Block::new([4, 2, 4], CELL, None);
+    block.place(&turn, Point3::origin());
+    let slope = colliders(&[Collider { friction, ..Collider::plane([0.0; 3], normal.into()) }]);
+    let start = block.centre();
+    block.damping = 0.3;
+    for _ in 0..(seconds / DT).round() as u32 {
+        block.step(&slope, DT, 1.0);
+    }
+    ((block.centre() - start).dot(&downhill), block.mean_velocity().dot(&downhill))
+}
+
+#[test]
+fn a_slope_holds_inside_the_friction_cone_and_lets_slide_outside_it() {
+    for degrees in [10.0_f64, 20.0, 30.0] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let tangent = sine / cosine;
+        let (settled, _) = on_slope(degrees, 1.2 * tangent, 2.0);
+        let (moved, speed) = on_slope(degrees, 1.2 * tangent, 10.0);
+        assert!(settled.abs() < 0.25 * CELL, "{degrees}: moved {settled}");
+        assert!((moved - settled).abs() < 1e-3 * CELL && speed.abs() < 1e-3, "{degrees}: creeps {moved}");
+
+        for part in [0.0, 0.5, 0.8] {
+            let expected = 9.81 * (sine - part * tangent * cosine);
+            let (_, early) = on_slope(degrees, part * tangent, 1.5);
+            let (_, late) = on_slope(degrees, part * tangent, 3.5);
+            let measured = (late - early) / 2.0;
+            assert!((measured / expected - 1.0).abs() < 1e-3, "{degrees} {part}: {measured} of {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_moving_collider_carries_what_lies_on_it() {
+    let key = |time, x, turn| Key { time, translate: [x, 0.0, 0.0], rotate: [0.0, turn, 0.0] };
+    let belt = Collider {
+        friction: 1.0,
+        keys: vec![key(0.0, 0.0, 0.0), key(10.0, 8.0, 0.0)],
+        ..Collider::cuboid([0.0, -1.0, 0.0], [30.0, 1.0, 30.0], [0.0; 3])
+    };
+    let mut block = Block::new([3, 2, 3], CELL, None);
+    block.place(&Matrix3::identity(), Point3::origin());
+    block.damping = 0.3;
+    block.run(240, &colliders(std::slice::from_ref(&belt)), DT);
+    assert!((block.mean_velocity() - Vector3::new(0.8, 0.0, 0.0)).norm() < 0.01, "{}", block.mean_velocity());
+
+    // A turntable of a tenth of a turn a second: the body goes round with it.
+    let table = Collider { keys: vec![key(0.0, 0.0, 0.0), key(10.0, 0.0, 360.0)], ..belt };
+    let mut block = Block::new([3, 2, 3], CELL, None);
+    block.place(&Matrix3::identity(), Point3::new(0.5, 0.0, 0.0));
+    let table = colliders(&[table]);
+    block.run(60, &table, DT);
+    let start = block.centre();
+    block.run(150, &table, DT);
+    let expected = euler_degrees([0.0, 90.0, 0.0]) * start.coords;
+    let off = (block.centre().coords - expected).norm();
+    assert!(off < 0.2 * CELL, "{off}");
+
+    // A collider that rises into a resting body lifts it at its own speed.
+    let lift = Collider {
+        keys: vec![
+            Key { time: 0.0, ..Key::default() },
+            Key { time: 2.0, translate: [0.0, 3.0, 0.0], rotate: [0.0; 3] },
+        ],
+        ..ground()
+    };
+    let mut block = Block::new([2, 2, 2], CELL, None);
+    block.damping = 0.3;
+    block.place(&Matrix3::identity(), Point3::origin());
+    block.run(60, &colliders(&[lift]), DT);
+    let lowest = block.surface().iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    assert!((lowest - 1.5).abs() < 0.05 * CELL);
+    assert!((block.mean_velocity().y - 1.5).abs() < 0.05, "{}", block.mean_velocity());
+}

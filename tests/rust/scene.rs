@@ -1,0 +1,348 @@
+//! Scenes: every key, every refusal with its message, overrides, and the way back to text.
+
+use std::path::Path;
+
+use supple::dynamics::{Selection, Shape};
+use supple::frames::Format;
+use supple::scene::{Scene, SceneError, Substeps, Up};
+use supple::volume::{Preservation, VolumeMeasure};
+use supple::{Damping, Reach, Resolution, Stiffness};
+
+const FULL: &str = r#"
+[simulation]
+frames = 12
+fps = 24
+substeps = "auto"
+gravity = [0, 0, -9.81]
+threads = 2
+
+[output]
+directory = "out"
+format = "ply"
+
+[[body]]
+name = "bust"
+mesh = "bust.obj"
+object = "Head"
+scale = 2
+rotate = [0, 90, 0]
+translate = [0, 1, 0]
+cell_size = 0.1
+join = false
+stiffness_radius = 0.2
+frequency = 12.0
+damping_rate = 3.0
+density = 500
+volume = { measure = "mesh", scope = "global", field = "paper", max_correction = 0.5 }
+velocity = [1, 2, 3]
+spin = [4, 5, 6]
+
+[[body.pin]]
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+until = 2.0
+
+[[body.handle]]
+sphere = { center = [0, 1, 0], radius = 0.5 }
+keys = [ { time = 0 }, { time = 1, translate = [0, 0.5, 0], rotate = [0, 720, 0] } ]
+from = 0.5
+
+[[body]]
+name = "ball.2"
+mesh = "ball.obj"
+
+[[collider]]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+
+[[collider]]
+box = { center = [0, 0, 0], half_extents = [1, 2, 3], rotate = [0, 45, 0] }
+friction = 0.1
+restitution = 0.9
+keys = [ { time = 1, translate = [0, -1, 0] } ]
+
+[[collider]]
+capsule = { a = [0, 0, 0], b = [0, 1, 0], radius = 0.25 }
+"#;
+
+const SMALL: &str = "[[body]]\nname = \"bust\"\nmesh = \"bust.obj\"\n";
+
+fn parse(text: &str) -> Result<Scene, SceneError> {
+    parse_with(text, &[])
+}
+
+fn parse_with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    Scene::parse(text, "scene.toml", Path::new("folder"), &overrides)
+}
+
+/// The message of a small scene with further lines in its body.
+fn refusal(lines: &str) -> String {
+    parse(&format!("{SMALL}{lines}\n")).expect_err(lines).to_string()
+}
+
+#[test]
+fn every_key_is_read() {
+    let scene = parse(FULL).unwrap();
+    assert_eq!((scene.simulation.frames, scene.simulation.fps), (12, 24.0));
+    assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
+    assert_eq!(scene.simulation.gravity, [0.0, 0.0, -9.81]);
+    assert_eq!(scene.output.format, Format::Ply);
+    assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
+
+    let body = &scene.bodies[0];
+    assert_eq!((body.name.as_str(), body.object.as_deref()), ("bust", Some("Head")));
+    assert_eq!(
+        (body.scale, body.placement.rotate, body.placement.translate),
+        (2.0, [0.0, 90.0, 0.0], [0.0, 1.0, 0.0])
+    );
+    assert_eq!((body.resolution, body.join), (Resolution::CellSize(0.1), false));
+    assert_eq!(
+        (body.material.reach, body.material.stiffness, body.material.damping),
+        (Reach::Radius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
+    );
+    assert_eq!(
+        (body.volume.measure, body.volume.max_correction),
+        (Preservation::By(VolumeMeasure::Mesh), 0.5)
+    );
+    assert_eq!(
+        (body.material.density, body.placement.velocity, body.placement.spin),
+        (500.0, [1.0, 2.0, 3.0], [4.0, 5.0, 6.0])
+    );
+    let pin = &body.pins[0];
+    assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
+    assert_eq!((pin.window.from, pin.window.until), (0.0, 2.0));
+    let handle = &body.handles[0];
+    assert_eq!((handle.window.from, handle.window.until, handle.keys.len()), (0.5, f64::INFINITY, 2));
+    assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
+
+    let ball = &scene.bodies[1];
+    assert_eq!((ball.resolution, ball.material.reach), (Resolution::Vertices(1000), Reach::Cells(2)));
+    assert_eq!(
+        (ball.material.stiffness, ball.material.damping),
+        (Stiffness::PerStep(1.0), Damping::PerStep(0.0))
+    );
+    assert!(matches!(scene.colliders[2].shape, Shape::Capsule { radius: 0.25, .. }));
+    assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
+}
+
+#[test]
+fn a_scene_reads_back_from_its_text() {
+    let scene = parse(FULL).unwrap();
+    assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+    let quoted = parse_with(SMALL, &["body.bust.mesh=\"a \\\"b\\\" \\\\ c.obj\""]).unwrap();
+    assert_eq!(parse(&quoted.to_toml()).unwrap(), quoted);
+}
+
+#[test]
+fn unknown_keys_name_the_nearest() {
+    let message = refusal("half_widht = 3");
+    assert!(message.starts_with("scene.toml:4: unknown key `body.bust.half_widht`"), "{message}");
+    assert!(message.contains("`half_width`"), "{message}");
+    let message = parse("[simulatoin]\nframes = 3\n").unwrap_err().to_string();
+    assert!(message.contains("scene.toml:1") && message.contains("`simulation`"), "{message}");
+    let message = refusal("[[body.pin]]\nbox = { min = [0,0,0], mx = [1,1,1] }");
+    assert!(message.contains("body.bust.pin.0.box.mx") && message.contains("`max`"), "{message}");
+}
+
+#[test]
+fn values_out_of_range_name_the_range() {
+    for (line, key, range) in [
+        ("stiffness = 0", "stiffness", "in (0, 1]"),
+        ("stiffness = 1.5", "stiffness", "in (0, 1]"),
+        ("damping = -0.1", "damping", "in [0, 1]"),
+        ("damping_rate = -1", "damping_rate", "at least 0"),
+        ("frequency = 0", "frequency", "above 0"),
+        ("frequency = nan", "frequency", "above 0"),
+        ("scale = inf", "scale", "above 0"),
+        ("density = 0", "density", "above 0"),
+        ("cell_size = 0.0", "cell_size", "above 0"),
+        ("lattice_vertices = 7", "lattice_vertices", "from 8"),
+        ("half_width = 0", "half_width", "whole number from 1"),
+        ("half_width = 2.5", "half_width", "whole number"),
+        ("stiffness_radius = 0", "stiffness_radius", "above 0"),
+        ("rotate = [0, nan, 0]", "rotate.1", "finite"),
+        ("volume = \"mehs\"", "volume", "\"mesh\""),
+        ("volume = { max_correction = -1 }", "max_correction", "at least 0"),
+        ("[[body.pin]]\nplane = { point = [0,0,0], normal = [0,0,0] }", "pin.0.plane.normal", "but zero"),
+        ("[[body.pin]]\nbox = { min = [1,0,0], max = [0,1,1] }", "pin.0.box.max", "`min`"),
+        ("[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nfrom = 2\nuntil = 1", "until", "above 2"),
+    ] {
+        let message = refusal(line);
+        assert!(message.contains(key) && message.contains(range), "{line}: {message}");
+    }
+    for (text, key, range) in [
+        ("[simulation]\nfps = 0\n", "simulation.fps", "above 0"),
+        ("[simulation]\nsubsteps = 0\n", "simulation.substeps", "from 1"),
+        ("[simulation]\nsubsteps = \"all\"\n", "simulation.substeps", "\"auto\""),
+        ("[simulation]\nframes = -1\n", "simulation.frames", "from 0"),
+        ("[output]\nformat = \"abc\"\n", "output.format", "\"obj\", \"ply\", \"pc2\""),
+    ] {
+        let message = parse(&format!("{text}{SMALL}")).unwrap_err().to_string();
+        assert!(message.contains(key) && message.contains(range), "{text}: {message}");
+    }
+}
+
+#[test]
+fn wrong_types_are_named() {
+    for (line, words) in [
+        ("stiffness = \"hard\"", "a number, not the text \"hard\""),
+        ("join = 1", "true or false, not 1"),
+        ("rotate = [0, 1]", "three numbers, not a list of 2 values"),
+        ("object = 3", "a text in quotes, not 3"),
+        ("volume = 1", "{ measure = \"mesh\" }"),
+        ("[body.pin]\nbox = { min = [0,0,0], max = [1,1,1] }", "[[pin]] in double brackets"),
+        ("[[body.handle]]\nbox = { min = [0,0,0], max = [1,1,1] }\nkeys = 3", "a list of poses"),
+    ] {
+        let message = refusal(line);
+        assert!(message.contains(words), "{line}: {message}");
+    }
+}
+
+#[test]
+fn pairs_exclude_each_other() {
+    for (line, first, second) in [
+        ("half_width = 2\nstiffness_radius = 0.1", "half_width", "stiffness_radius"),
+        ("stiffness = 1\nfrequency = 3", "stiffness", "frequency"),
+        ("damping = 0\ndamping_rate = 3", "damping", "damping_rate"),
+        ("lattice_vertices = 100\ncell_size = 0.1", "lattice_vertices", "cell_size"),
+        (
+            "[[body.pin]]\nbox = { min = [0,0,0], max = [1,1,1] }\nsphere = { center = [0,0,0], radius = 1 }",
+            "box",
+            "sphere",
+        ),
+    ] {
+        let message = refusal(line);
+        assert!(message.contains(first) && message.contains(second), "{message}");
+        assert!(message.contains("leave one"), "{message}");
+    }
+}
+
+#[test]
+fn bodies_need_a_mesh_and_names_of_their_own() {
+    let message = parse("[[body]]\nname = \"a\"\n").unwrap_err().to_string();
+    assert!(message.contains("scene.toml:1: `body.a.mesh` is missing"), "{message}");
+    let message = parse("[simulation]\n").unwrap_err().to_string();
+    assert!(message.contains("`body` is missing"), "{message}");
+    let message = parse(&format!("{SMALL}{SMALL}")).unwrap_err().to_string();
+    assert!(message.contains("scene.toml:4") && message.contains("called `bust`"), "{message}");
+    for name in ["", "a b", "a/b", "ä"] {
+        let text = format!("[[body]]\nname = \"{name}\"\nmesh = \"m.obj\"\n");
+        let message = parse(&text).unwrap_err().to_string();
+        assert!(message.contains("scene.toml:2") && message.contains("letters, digits"), "{message}");
+    }
+    assert_eq!(parse("[[body]]\nmesh = \"a/red ball.obj\"\n").unwrap().bodies[0].name, "red_ball");
+}
+
+#[test]
+fn keys_run_forward_in_time() {
+    let handle = |keys: &str| {
+        refusal(&format!("[[body.handle]]\nsphere = {{ center = [0,0,0], radius = 1 }}\nkeys = {keys}"))
+    };
+    assert!(
+        handle("[{ time = 1 }, { time = 1 }]").contains("keys.1.time` is 1; it must be a number above 1")
+    );
+    assert!(handle("[]").contains("at least one pose"));
+    assert!(handle("[{ translate = [0,0,0] }]").contains("keys.0.time` is missing"));
+}
+
+#[test]
+fn text_that_is_no_toml_names_its_line() {
+    let message = parse("[simulation]\nframes = \n").unwrap_err().to_string();
+    assert!(message.starts_with("scene.toml:2: not valid TOML"), "{message}");
+    let message = parse("[simulation]\nframes = 99999999999999999999\n").unwrap_err().to_string();
+    assert!(message.contains("scene.toml:2"), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("latin.toml");
+    std::fs::write(&path, b"[simulation]\n# caf\xe9\n").unwrap();
+    let message = Scene::read(&path).unwrap_err().to_string();
+    assert!(message.contains("latin.toml:2") && message.contains("UTF-8"), "{message}");
+    let message = Scene::read(folder.path().join("none.toml")).unwrap_err().to_string();
+    assert!(message.contains("none.toml"), "{message}");
+}
+
+#[test]
+fn overrides_change_the_scene() {
+    let scene = parse_with(
+        FULL,
+        &[
+            "simulation.frames=60",
+            "output.format=pc2",
+            "output.directory = \"else where\"",
+            "body.bust.half_width=3",
+            "body.ball.2.density=10",
+            "body.bust.handle.0.keys.1.translate=[0, 2, 0]",
+            "body.1.translate=[0, 5, 0]",
+            "collider.1.friction=0",
+        ],
+    )
+    .unwrap();
+    assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2));
+    assert_eq!(scene.output.directory, Path::new("else where"));
+    // The override takes the place of `stiffness_radius`, which said the same.
+    assert_eq!(scene.bodies[0].material.reach, Reach::Cells(3));
+    assert_eq!(
+        (scene.bodies[1].material.density, scene.bodies[1].placement.translate),
+        (10.0, [0.0, 5.0, 0.0])
+    );
+    assert_eq!(scene.bodies[0].handles[0].keys[1].translate, [0.0, 2.0, 0.0]);
+    assert_eq!(scene.colliders[1].friction, 0.0);
+    assert_eq!(parse_with(SMALL, &["simulation.fps=25"]).unwrap().simulation.fps, 25.0);
+}
+
+#[test]
+fn wrong_overrides_say_so() {
+    for (text, words) in [
+        ("simulation.frames", "KEY=VALUE"),
+        ("simulation.frame=3", "unknown key `simulation.frame`; the nearest known one is `frames`"),
+        ("body.bsut.half_width=3", "nothing is called `bsut`; the nearest known name is `bust`"),
+        ("body.7.half_width=3", "the list has 1"),
+        ("body.bust.half_width=0", "must be a whole number from 1"),
+        ("body.bust.stiffness=soft", "a number, not the text \"soft\""),
+        ("body.bust.name.x=1", "has no keys"),
+        ("body..x=1", "is called"),
+        (".x=1", "empty"),
+    ] {
+        let message = parse_with(SMALL, &[text]).unwrap_err().to_string();
+        assert!(message.contains(&format!("--set {text}")) && message.contains(words), "{message}");
+    }
+    let both = ["body.bust.half_width=3", "body.bust.stiffness_radius=0.1"];
+    assert!(matches!(parse_with(SMALL, &both), Err(SceneError::Exclusive { .. })));
+}
+
+#[test]
+fn a_model_falls_its_own_height_in_half_a_second() {
+    for (up, axis) in [(Up::Y, 1), (Up::Z, 2)] {
+        let scene =
+            Scene::of_model(Path::new("models/red ball.obj"), [-1.0, -2.0, -3.0], [1.0, 2.0, 4.0], up);
+        let height = [2.0, 4.0, 7.0][axis];
+        let low = [-1.0, -2.0, -3.0][axis];
+        let g = -scene.simulation.gravity[axis];
+        assert!((0.5 * g * 0.25 - height).abs() < 1e-4 * height);
+        let Shape::Plane { point, normal } = scene.colliders[0].shape else { panic!("a plane") };
+        assert!(point[axis] < low && point[axis] > low - 0.2 * height);
+        assert_eq!(normal[axis], 1.0);
+        assert_eq!(scene.bodies[0].name, "red_ball");
+        assert_eq!(scene.bodies[0].volume.measure, Preservation::Auto);
+        assert_eq!(Scene::parse(&scene.to_toml(), "model", Path::new(""), &[]).unwrap(), scene);
+    }
+    let flat = Scene::of_model(Path::new("sheet.obj"), [0.0; 3], [1e-3, 0.0, 1e-3], Up::Y);
+    assert!(flat.simulation.gravity[1] < 0.0);
+}
+
+#[test]
+fn every_shipped_scene_is_read() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let scene = Scene::read(&path).unwrap();
+            assert!(
+                scene.bodies.iter().all(|body| scene.resolve(&body.mesh).is_file()),
+                "{}",
+                path.display()
+            );
+            count += 1;
+        }
+    }
+    assert!(count >= 5);
+}
