@@ -36,6 +36,8 @@ pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
 #[cfg(feature = "scene")]
+pub use body::BodySnapshot;
+#[cfg(feature = "scene")]
 pub use simulation::SimulationState;
 pub use simulation::{Simulation, SimulationBuilder};
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};
