@@ -14,18 +14,21 @@ use supple::obj::{ObjError, ObjProblem};
 pub(crate) enum Exception {
     Mesh,
     Lattice,
+    Scene,
+    Output,
 }
 
 impl Exception {
     /// The exception with a message.
     pub(crate) fn with(self, message: String) -> PyErr {
-        static MESH: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-        static LATTICE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-        let (cell, name) = match self {
-            Self::Mesh => (&MESH, "MeshError"),
-            Self::Lattice => (&LATTICE, "LatticeError"),
+        static CLASSES: [PyOnceLock<Py<PyType>>; 4] = [const { PyOnceLock::new() }; 4];
+        let name = match self {
+            Self::Mesh => "MeshError",
+            Self::Lattice => "LatticeError",
+            Self::Scene => "SceneError",
+            Self::Output => "OutputError",
         };
-        Python::attach(|py| match cell.import(py, "supple.errors", name) {
+        Python::attach(|py| match CLASSES[self as usize].import(py, "supple.errors", name) {
             Ok(class) => PyErr::from_type(class.clone(), (message,)),
             Err(error) => error,
         })

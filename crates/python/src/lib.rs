@@ -7,6 +7,7 @@
 //! | `error` | Rust errors as the exceptions of `supple.errors` |
 //! | `mesh`, `lattice`, `body`, `simulation` | the classes |
 //! | `selection`, `keys`, `collider` | what pins, handles and colliders are described by |
+//! | `scene` | scenes, loaded or run |
 //! | `report` | reports, as the dataclasses of `supple.reports` |
 //! | `reference`, `rotations` | functions over arrays |
 
@@ -21,6 +22,7 @@ mod mesh;
 mod reference;
 mod report;
 mod rotations;
+mod scene;
 mod selection;
 mod settings;
 mod simulation;
@@ -28,8 +30,15 @@ mod simulation;
 /// The compiled part of `supple`.
 #[pyo3::pymodule]
 mod _core {
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
     #[pymodule_export]
-    use crate::body::Body;
+    use crate::body::{Body, Hold};
     #[pymodule_export]
     use crate::collider::check_collider;
     #[pymodule_export]
@@ -40,6 +49,8 @@ mod _core {
     use crate::reference::reference_goals;
     #[pymodule_export]
     use crate::rotations::rotations;
+    #[pymodule_export]
+    use crate::scene::{load_scene, run};
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]

@@ -1,5 +1,7 @@
 //! Keyword arguments by the names that scenes have for them.
 
+use std::path::PathBuf;
+
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -21,10 +23,9 @@ impl<'py> Settings<'py> {
         for key in given.iter().flat_map(|given| given.keys()) {
             let key: String = key.extract()?;
             if !known.contains(&key.as_str()) {
-                let nearest = known.iter().max_by(|a, b| likeness(a, &key).total_cmp(&likeness(b, &key)));
+                let nearest = supple::scene::nearest(&key, known).unwrap_or_default();
                 return Err(PyTypeError::new_err(format!(
-                    "{function} has no argument {key:?}; the nearest one is {:?}",
-                    nearest.copied().unwrap_or_default()
+                    "{function} has no argument {key:?}; the nearest one is {nearest:?}"
                 )));
             }
         }
@@ -45,6 +46,22 @@ impl<'py> Settings<'py> {
     /// A whole number of at least `least`.
     pub(crate) fn count(&self, key: &str, least: usize) -> PyResult<Option<usize>> {
         self.get(key)?.map(|value| argument::count(&value, key, least)).transpose()
+    }
+
+    /// A whole number of at least `least` that 32 bits hold.
+    pub(crate) fn count_u32(&self, key: &str, least: usize) -> PyResult<Option<u32>> {
+        let narrow = |count: usize| {
+            u32::try_from(count).map_err(|_| PyValueError::new_err(format!("{key} = {count} is too large")))
+        };
+        self.count(key, least)?.map(narrow).transpose()
+    }
+
+    /// A path.
+    pub(crate) fn path(&self, key: &str) -> PyResult<Option<PathBuf>> {
+        let read = |value: Bound<'py, PyAny>| {
+            value.extract().map_err(|_| argument::wrong_type(&value, key, "a path"))
+        };
+        self.get(key)?.map(read).transpose()
     }
 
     /// Three finite numbers.
@@ -71,19 +88,4 @@ impl<'py> Settings<'py> {
         }
         Ok(())
     }
-}
-
-/// How alike two names are: shared pairs of neighbouring letters over all pairs (Dice 1945).
-fn likeness(a: &str, b: &str) -> f64 {
-    let pairs = |word: &str| -> Vec<[u8; 2]> { word.as_bytes().windows(2).map(|p| [p[0], p[1]]).collect() };
-    let (a, mut b) = (pairs(a), pairs(b));
-    let all = a.len() + b.len();
-    let mut shared = 0;
-    for pair in a {
-        if let Some(at) = b.iter().position(|other| *other == pair) {
-            b.swap_remove(at);
-            shared += 1;
-        }
-    }
-    2.0 * f64::from(shared) / all.max(1) as f64
 }

@@ -209,6 +209,11 @@ impl Simulation {
         self.clock.steps()
     }
 
+    /// Steps that make a frame.
+    pub fn substeps(&self) -> u64 {
+        self.substeps
+    }
+
     /// Threads that work.
     pub fn threads(&self) -> usize {
         self.executor.threads()

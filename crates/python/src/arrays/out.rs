@@ -1,7 +1,7 @@
 //! The caller's own array, written in place.
 
 use numpy::{
-    Element, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
+    Element, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
     get_array_module,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};

@@ -87,7 +87,7 @@ pub(crate) fn matrix(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<[f
 }
 
 /// Refuses NaN and infinity, and tells where.
-pub(crate) fn check_finite(numbers: &[f64], shape: &[usize], name: &str) -> PyResult<()> {
+fn check_finite(numbers: &[f64], shape: &[usize], name: &str) -> PyResult<()> {
     let Some(mut at) = numbers.iter().position(|x| !x.is_finite()) else { return Ok(()) };
     let value = numbers[at];
     let mut index = vec![0; shape.len()];

@@ -155,3 +155,12 @@ fn volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
     }
     Ok(options)
 }
+
+/// Volume options as the dict that makes them.
+pub(crate) fn volume_settings<'py>(py: Python<'py>, options: &VolumeOptions) -> PyResult<Bound<'py, PyDict>> {
+    let name_of = |wanted| MEASURES.iter().find(|(_, measure)| *measure == wanted).map(|(name, _)| *name);
+    let settings = PyDict::new(py);
+    settings.set_item("measure", name_of(options.measure))?;
+    settings.set_item("max_correction", options.max_correction)?;
+    Ok(settings)
+}

@@ -1,6 +1,7 @@
 //! Looking at a body: goals, the corrected lattice, the surface, reports. Nothing here changes what follows.
 
-use numpy::PyArray2;
+use nalgebra::RealField;
+use numpy::{Element, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -31,14 +32,8 @@ impl Body {
     #[pyo3(signature = (out=None))]
     fn surface<'py>(&self, py: Python<'py>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         match self.out(py, out)? {
-            Out::Single(array) => {
-                fill(&array, 0.0, |rows| self.read(py, |body| drop(body.surface_into(rows, None))))?;
-                Ok(array.into_any())
-            }
-            Out::Double(array) => {
-                fill(&array, 0.0, |rows| self.read(py, |body| drop(body.surface_into(rows, None))))?;
-                Ok(array.into_any())
-            }
+            Out::Single(array) => self.write_surface(array),
+            Out::Double(array) => self.write_surface(array),
         }
     }
 
@@ -46,6 +41,8 @@ impl Body {
     ///
     /// out : (k, 3) float32 or float64, optional
     ///     Written to, and returned, in place of a new float64 array.
+    ///
+    /// ValueError for a bare lattice, which has no mesh.
     #[pyo3(signature = (out=None))]
     fn surface_normals<'py>(
         &self,
@@ -53,14 +50,8 @@ impl Body {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         match self.out(py, out)? {
-            Out::Single(array) => {
-                fill(&array, 0.0, |rows| self.read(py, |body| drop(body.normals_into(rows))))?;
-                Ok(array.into_any())
-            }
-            Out::Double(array) => {
-                fill(&array, 0.0, |rows| self.read(py, |body| drop(body.normals_into(rows))))?;
-                Ok(array.into_any())
-            }
+            Out::Single(array) => self.write_normals(array),
+            Out::Double(array) => self.write_normals(array),
         }
     }
 
@@ -83,5 +74,25 @@ impl Body {
             Some(array) => Out::new(array, rows),
             None => Ok(Out::Double(PyArray2::zeros(py, [rows, 3], false))),
         }
+    }
+
+    fn write_surface<'py, T: Element + RealField + Copy>(
+        &self,
+        array: Bound<'py, PyArray2<T>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = array.py();
+        fill(&array, T::zero(), |rows| {
+            self.read(py, |body| body.surface_into(rows, None));
+        })?;
+        Ok(array.into_any())
+    }
+
+    fn write_normals<'py, T: Element + RealField + Copy>(
+        &self,
+        array: Bound<'py, PyArray2<T>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = array.py();
+        fill(&array, T::zero(), |rows| self.read(py, |body| body.normals_into(rows)))?;
+        Ok(array.into_any())
     }
 }

@@ -4,11 +4,16 @@ mod build;
 mod holds;
 mod home;
 mod look;
+mod material;
+mod pickle;
 mod state;
 
+pub(crate) use build::volume_settings;
+pub(crate) use holds::Hold;
 pub(crate) use home::{Home, World};
+pub(crate) use pickle::{Recipe, decode, encode};
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -31,6 +36,8 @@ use crate::settings::Settings;
 ///     How fine the lattice of a mesh is: a wished number of vertices, at least 8, or the edge of a cell, > 0.
 /// join : bool, default True
 ///     Parts of a mesh that float apart ride along.
+/// memory_limit : int, default half of the machine's memory
+///     Bytes that the body may take; LatticeError if it would take more.
 /// half_width : int, default 2; or stiffness_radius : float
 ///     Of the regions: in cells, at least 1, or as a length, > 0. Larger is stiffer.
 /// stiffness : float, default 1; or frequency : float
@@ -53,7 +60,17 @@ pub(crate) struct Body {
     home: Mutex<Home>,
     /// What the body was made of: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
+    /// A copy of the keyword arguments, for pickles.
+    settings: Py<PyDict>,
     lattice: PyOnceLock<Py<Lattice>>,
+}
+
+impl Body {
+    /// A body that a scene has put into a simulation.
+    pub(crate) fn of_scene(shape: Py<PyAny>, settings: Py<PyDict>, world: Arc<World>, index: usize) -> Self {
+        let home = Mutex::new(Home::In(world, index));
+        Self { home, shape, settings, lattice: PyOnceLock::new() }
+    }
 }
 
 #[pymethods]
@@ -61,14 +78,23 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, half_width=2, stiffness_radius=None, stiffness=1.0, frequency=None, damping=0.0, damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0))"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, half_width=2, stiffness_radius=None, stiffness=1.0, frequency=None, damping=0.0, damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let settings = Settings::new(settings, "Body()", &build::KEYS)?;
-        let (shape, body) = build::body(shape, &settings)?;
+        let py = shape.py();
+        let (shape, body) = build::body(shape, &Settings::new(settings, "Body()", &build::KEYS)?)?;
+        let settings = match settings {
+            Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
+            None => PyDict::new(py),
+        };
+        // It has been read; the mesh knows it by its faces.
+        if settings.contains("object")? {
+            settings.del_item("object")?;
+        }
         Ok(Self {
             home: Mutex::new(Home::Alone(Box::new(body))),
             shape: shape.unbind(),
+            settings: settings.unbind(),
             lattice: PyOnceLock::new(),
         })
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use supple::SimulationBuilder;
 
 use super::Simulation;
@@ -13,24 +14,32 @@ use crate::body::{Body, Home, World};
 use crate::error;
 
 /// The simulation of `bodies`, all of which move in, or none.
-pub(super) fn simulation(bodies: &Bound<'_, PyAny>, builder: SimulationBuilder) -> PyResult<Simulation> {
+pub(super) fn simulation(
+    bodies: &Bound<'_, PyAny>,
+    colliders: &Bound<'_, PyTuple>,
+    builder: SimulationBuilder,
+    threads: usize,
+) -> PyResult<Simulation> {
     let py = bodies.py();
     let bodies = list(bodies)?;
     builder.validate().map_err(error::of)?;
     if bodies.is_empty() {
         return Err(error::of(supple::Error::NoBody));
     }
-    let shared: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
-    let built = py.detach(|| {
-        let taken = take(&shared)?;
-        let simulation = taken.into_iter().fold(builder, |builder, body| builder.body(*body)).build();
-        simulation.map_err(Refusal::Error)
-    });
-    let world = Arc::new(World::new(built.map_err(|refusal| refusal.into_error(&bodies))?));
-    for (index, body) in shared.iter().enumerate() {
-        py.detach(|| *body.home() = Home::In(world.clone(), index));
+    if let Some((first, second)) = twice(&bodies) {
+        let message = format!("bodies[{second}] is bodies[{first}]; build a body for each");
+        return Err(PyValueError::new_err(message));
     }
-    Ok(Simulation { world, bodies: bodies.iter().map(|body| body.clone().unbind()).collect() })
+    let shared: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
+    let moved = py.detach(|| move_in(&shared, builder, threads));
+    let world = moved.map_err(|refusal| match refusal {
+        Refusal::Error(error) => error::of(error),
+        Refusal::Taken(index) => PyValueError::new_err(format!(
+            "bodies[{index}] already belongs to a simulation; build another Body for this one"
+        )),
+    })?;
+    let bodies = bodies.iter().map(|body| body.clone().unbind()).collect();
+    Ok(Simulation::of(world, bodies, colliders))
 }
 
 /// Why bodies stay where they are.
@@ -39,41 +48,35 @@ enum Refusal {
     Error(supple::Error),
 }
 
-impl Refusal {
-    fn into_error(self, bodies: &[Bound<'_, Body>]) -> PyErr {
-        match self {
-            Self::Error(error) => error::of(error),
-            Self::Taken(index) => {
-                let twice = bodies[..index].iter().position(|body| body.is(&bodies[index]));
-                PyValueError::new_err(match twice {
-                    Some(first) => format!("bodies[{index}] is bodies[{first}]; build a body for each"),
-                    None => format!(
-                        "bodies[{index}] already belongs to a simulation; build another Body for this one"
-                    ),
-                })
-            }
+/// Takes the bodies out of their homes, all or none, into a world.
+fn move_in(bodies: &[&Body], builder: SimulationBuilder, threads: usize) -> Result<Arc<World>, Refusal> {
+    // In the order of their addresses, so that two threads that want the same bodies do not wait for each other.
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
+    let mut homes: Vec<_> = order.iter().map(|&index| (index, bodies[index].home())).collect();
+    homes.sort_by_key(|(index, _)| *index);
+    if let Some((taken, _)) = homes.iter().find(|(_, home)| !matches!(**home, Home::Alone(_))) {
+        return Err(Refusal::Taken(*taken));
+    }
+    let mut builder = builder;
+    for (_, home) in &mut homes {
+        if let Home::Alone(body) = mem::replace(&mut **home, Home::Moving) {
+            builder = builder.body(*body);
         }
     }
+    let simulation = builder.build().map_err(Refusal::Error)?;
+    let world = Arc::new(World::new(simulation, threads));
+    for (index, home) in &mut homes {
+        **home = Home::In(world.clone(), *index);
+    }
+    Ok(world)
 }
 
-/// Takes all bodies out of their homes, or none.
-fn take(bodies: &[&Body]) -> Result<Vec<Box<supple::Body>>, Refusal> {
-    let mut taken = Vec::with_capacity(bodies.len());
-    for (index, body) in bodies.iter().enumerate() {
-        let mut home = body.home();
-        match mem::replace(&mut *home, Home::Moving) {
-            Home::Alone(alone) => taken.push(alone),
-            elsewhere => {
-                *home = elsewhere;
-                drop(home);
-                for (body, alone) in bodies.iter().zip(taken) {
-                    *body.home() = Home::Alone(alone);
-                }
-                return Err(Refusal::Taken(index));
-            }
-        }
-    }
-    Ok(taken)
+/// Two places of one body.
+fn twice(bodies: &[Bound<'_, Body>]) -> Option<(usize, usize)> {
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by_key(|&index| (bodies[index].as_ptr(), index));
+    order.windows(2).find(|pair| bodies[pair[0]].is(&bodies[pair[1]])).map(|pair| (pair[0], pair[1]))
 }
 
 fn list<'py>(bodies: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Body>>> {

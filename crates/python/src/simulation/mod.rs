@@ -1,19 +1,20 @@
 //! `supple.Simulation`: bodies and time.
 
 mod build;
+mod pickle;
 mod step;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::argument;
 use crate::arrays;
 use crate::body::{Body, World};
-use crate::error;
+use crate::{collider, error};
 
 /// Bodies that move through time, each by itself, among colliders.
 ///
@@ -33,6 +34,19 @@ use crate::error;
 pub(crate) struct Simulation {
     world: Arc<World>,
     bodies: Vec<Py<Body>>,
+    /// The Python objects, as they were given.
+    colliders: Mutex<Py<PyTuple>>,
+}
+
+impl Simulation {
+    pub(crate) fn of(world: Arc<World>, bodies: Vec<Py<Body>>, colliders: &Bound<'_, PyTuple>) -> Self {
+        Self { world, bodies, colliders: Mutex::new(colliders.clone().unbind()) }
+    }
+
+    /// Tells the world, and with it the bodies, which Python object is their simulation.
+    pub(crate) fn introduce(&self, object: &Bound<'_, Self>) -> PyResult<()> {
+        self.world.set_python(object.as_any())
+    }
 }
 
 #[pymethods]
@@ -54,16 +68,23 @@ impl Simulation {
         if let Some(gravity) = gravity {
             builder = builder.gravity(arrays::vector(gravity, "gravity")?);
         }
-        if let Some(colliders) = colliders {
-            builder = crate::collider::read_all(colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
-        }
-        if let Some(threads) = threads {
-            builder = builder.threads(argument::count(threads, "threads", 0)?);
-        }
+        let py = bodies.py();
+        let colliders = match colliders {
+            Some(colliders) => collider::tuple(colliders)?,
+            None => PyTuple::empty(py),
+        };
+        builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
+        let threads = threads.map_or(Ok(0), |threads| argument::count(threads, "threads", 0))?;
+        builder = builder.threads(threads);
         if let Some(substeps) = substeps {
             builder = builder.substeps(argument::count(substeps, "substeps", 1)? as u64);
         }
-        build::simulation(bodies, builder)
+        build::simulation(bodies, &colliders, builder, threads)
+    }
+
+    #[pyo3(signature = (*_args, **_settings))]
+    fn __init__(slf: &Bound<'_, Self>, _args: &Bound<'_, PyTuple>, _settings: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        slf.get().introduce(slf)
     }
 
     /// The bodies, in the order given.
@@ -105,6 +126,32 @@ impl Simulation {
     fn set_gravity(&self, py: Python<'_>, gravity: &Bound<'_, PyAny>) -> PyResult<()> {
         let gravity = arrays::vector(gravity, "gravity")?;
         self.world.with(py, |simulation| simulation.set_gravity(gravity)).map_err(error::of)
+    }
+
+    /// The colliders. Can be set, from the next step on.
+    #[getter]
+    fn colliders(&self, py: Python<'_>) -> Py<PyTuple> {
+        self.colliders.lock().unwrap_or_else(PoisonError::into_inner).clone_ref(py)
+    }
+
+    #[setter]
+    fn set_colliders(&self, py: Python<'_>, colliders: &Bound<'_, PyAny>) -> PyResult<()> {
+        let colliders = collider::tuple(colliders)?;
+        let read = collider::read_all(&colliders)?;
+        self.world.with(py, |simulation| simulation.set_colliders(&read)).map_err(error::of)?;
+        *self.colliders.lock().unwrap_or_else(PoisonError::into_inner) = colliders.unbind();
+        Ok(())
+    }
+
+    /// Steps that make a frame.
+    #[getter]
+    fn substeps(&self, py: Python<'_>) -> u64 {
+        self.world.with(py, |simulation| simulation.substeps())
+    }
+
+    /// The stages of a step and of a look, with what each takes: a text to print.
+    fn plan(&self, py: Python<'_>) -> String {
+        self.world.with(py, |simulation| simulation.plan().to_string())
     }
 
     /// Threads that work.
