@@ -10,6 +10,21 @@ from numpy.typing import ArrayLike, NDArray
 from .colliders import Collider, Key
 from .reports import Progress, RunReport, VolumeReport
 
+__all__ = [
+    "Body",
+    "Hold",
+    "Lattice",
+    "Mesh",
+    "Simulation",
+    "__version__",
+    "check_collider",
+    "load_scene",
+    "read_obj",
+    "reference_goals",
+    "rotations",
+    "run",
+    "simd_level",
+]
 __version__: str
 
 _Float = TypeVar("_Float", np.float32, np.float64)
@@ -42,6 +57,7 @@ class Mesh:
     def _from_polygons(cls, vertices: ArrayLike, sizes: ArrayLike, corners: ArrayLike) -> Mesh: ...
 
 def read_obj(path: _Path, object: str | None = None) -> Mesh: ...
+
 @final
 class Lattice:
     @classmethod
@@ -196,8 +212,8 @@ class Hold:
 
 @final
 class Simulation:
-    def __new__(
-        cls,
+    def __init__(
+        self,
         bodies: Iterable[Body],
         *,
         dt: float = 0.016666666666666666,
@@ -205,8 +221,7 @@ class Simulation:
         colliders: Iterable[Collider] = (),
         threads: int = 0,
         substeps: int = 1,
-    ) -> Simulation: ...
-    def __init__(self, *_args: Any, **_settings: Any) -> None: ...
+    ) -> None: ...
     @property
     def bodies(self) -> tuple[Body, ...]: ...
     @property

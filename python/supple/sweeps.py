@@ -64,8 +64,7 @@ def sweep(
     if executor is None:
         return [_run_one(path, one, folder, frames, threads) for one, folder in zip(sets, folders, strict=True)]
     futures: list[Future[SweepResult]] = [
-        executor.submit(_run_one, path, one, folder, frames, threads)
-        for one, folder in zip(sets, folders, strict=True)
+        executor.submit(_run_one, path, one, folder, frames, threads) for one, folder in zip(sets, folders, strict=True)
     ]
     return [future.result() for future in futures]
 
@@ -74,9 +73,7 @@ def _combinations(
     parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]],
 ) -> list[dict[str, Any]]:
     if isinstance(parameters, Mapping):
-        return [
-            dict(zip(parameters, values, strict=True)) for values in itertools.product(*parameters.values())
-        ]
+        return [dict(zip(parameters, values, strict=True)) for values in itertools.product(*parameters.values())]
     return [dict(one) for one in parameters]
 
 
@@ -87,7 +84,5 @@ def _run_one(
         report = run(scene, folder, frames=frames, threads=threads, overrides=parameters)
         return SweepResult(parameters, report)
     with tempfile.TemporaryDirectory(prefix="supple-") as nowhere:
-        report = run(
-            scene, nowhere, "pc2", frames, every=_FIRST_FRAME_ONLY, threads=threads, overrides=parameters
-        )
+        report = run(scene, nowhere, "pc2", frames, every=_FIRST_FRAME_ONLY, threads=threads, overrides=parameters)
     return SweepResult(parameters, report)

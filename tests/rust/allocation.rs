@@ -47,7 +47,11 @@ fn everything(n: i32, threads: usize) -> Simulation {
     let body = block(n)
         .damping(0.1)
         .pin(Pin { selection: corner, window: Window::default() })
-        .handle(Handle { selection: top, keys: vec![key(0.0, 0.0), key(9.0, 90.0)], window: Window::default() })
+        .handle(Handle {
+            selection: top,
+            keys: vec![key(0.0, 0.0), key(9.0, 90.0)],
+            window: Window::default(),
+        })
         .build()
         .unwrap();
     let ground = Collider::plane([0.0, 0.05, 0.0], [0.0, 1.0, 0.0]);

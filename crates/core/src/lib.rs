@@ -20,6 +20,8 @@ pub mod scene;
 mod simulation;
 pub mod volume;
 
+#[cfg(feature = "scene")]
+pub use body::BodySnapshot;
 pub use body::{
     ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, ShownSurface, Stiffness,
     ViewTimes,
@@ -35,8 +37,6 @@ pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::simd_level;
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
-#[cfg(feature = "scene")]
-pub use body::BodySnapshot;
 #[cfg(feature = "scene")]
 pub use simulation::SimulationState;
 pub use simulation::{Simulation, SimulationBuilder};

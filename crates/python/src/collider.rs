@@ -94,7 +94,8 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
             "Capsule"
         }
     };
-    let key = |key: &Key| (key.time, <(f64, f64, f64)>::from(key.translate), <(f64, f64, f64)>::from(key.rotate));
+    let key =
+        |key: &Key| (key.time, <(f64, f64, f64)>::from(key.translate), <(f64, f64, f64)>::from(key.rotate));
     fields.set_item("keys", PyTuple::new(py, collider.keys.iter().map(key))?)?;
     fields.set_item("friction", collider.friction)?;
     fields.set_item("restitution", collider.restitution)?;

@@ -78,7 +78,7 @@ pub(crate) fn of_file(path: &Path, error: &io::Error) -> PyErr {
         Some(number) => {
             let text = error.to_string();
             let reason = text.split(" (os error").next().unwrap_or_default().to_owned();
-            PyOSError::new_err((number, reason, path.to_path_buf()))
+            PyOSError::new_err((number, reason, path.as_os_str().to_owned()))
         }
         None => PyOSError::new_err(format!("{}: {error}", path.display())),
     }

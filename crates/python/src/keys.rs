@@ -14,7 +14,8 @@ pub(crate) fn read(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
     if keys.is_instance_of::<PyString>() || keys.is_instance_of::<PyDict>() {
         return Err(wrong_type(keys, "keys", "a list of (time, translate, rotate)"));
     }
-    let iterator = keys.try_iter().map_err(|_| wrong_type(keys, "keys", "a list of (time, translate, rotate)"))?;
+    let iterator =
+        keys.try_iter().map_err(|_| wrong_type(keys, "keys", "a list of (time, translate, rotate)"))?;
     iterator.enumerate().map(|(index, key)| read_one(&key?, index)).collect()
 }
 

@@ -66,8 +66,10 @@ impl Lattice {
             (None, Some(cell_size)) => Resolution::CellSize(cell_size),
             (None, None) => LatticeOptions::default().resolution,
         };
-        let memory_limit =
-            memory_limit.map(|bytes| argument::count(bytes, "memory_limit", 0)).transpose()?.map(|b| b as u64);
+        let memory_limit = memory_limit
+            .map(|bytes| argument::count(bytes, "memory_limit", 0))
+            .transpose()?
+            .map(|b| b as u64);
         let options = LatticeOptions { resolution, join, memory_limit };
         let mesh = &mesh.get().mesh;
         let lattice = py.detach(|| supple::Lattice::from_mesh(mesh, &options));
@@ -99,8 +101,11 @@ impl Lattice {
         let py = cells.py();
         let wrong = |e| Exception::Lattice.from_value_error(e);
         let cells = occupied(cells).map_err(wrong)?;
-        let origin =
-            origin.map(|origin| arrays::vector(origin, "origin")).transpose().map_err(wrong)?.unwrap_or([0.0; 3]);
+        let origin = origin
+            .map(|origin| arrays::vector(origin, "origin"))
+            .transpose()
+            .map_err(wrong)?
+            .unwrap_or([0.0; 3]);
         Self::build(py, &cells, cell_size, origin, join)
     }
 
@@ -175,16 +180,22 @@ impl Lattice {
         origin: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let cells = arrays::integers(cells, "cells", &[Side::Any("m"), Side::Is(3)])?;
-        let cells: Vec<[i32; 3]> = cells.as_slice()?.as_chunks().0.iter().map(|c| c.map(|x| x as i32)).collect();
+        let cells: Vec<[i32; 3]> =
+            cells.as_slice()?.as_chunks().0.iter().map(|c| c.map(|x| x as i32)).collect();
         let origin = arrays::vectors(origin, "origin", Side::Is(1))?[0];
         Self::build(class.py(), &cells, cell_size, origin, false)
     }
 }
 
 impl Lattice {
-    fn build(py: Python<'_>, cells: &[[i32; 3]], cell_size: f64, origin: [f64; 3], join: bool) -> PyResult<Self> {
-        let lattice =
-            py.detach(|| supple::Lattice::from_cells(cells, cell_size, Point3::from(origin), join));
+    fn build(
+        py: Python<'_>,
+        cells: &[[i32; 3]],
+        cell_size: f64,
+        origin: [f64; 3],
+        join: bool,
+    ) -> PyResult<Self> {
+        let lattice = py.detach(|| supple::Lattice::from_cells(cells, cell_size, Point3::from(origin), join));
         lattice.map(Self::from_core).map_err(|e| error::of_lattice(&e))
     }
 }

@@ -92,11 +92,7 @@ impl Mesh {
         let (py, mesh) = (slf.py(), &slf.get().mesh);
         let sizes: Vec<i64> = mesh.faces().map(|face| face.len() as i64).collect();
         let corners: Vec<i64> = mesh.faces().flatten().map(|&corner| i64::from(corner)).collect();
-        let arrays = (
-            slf.get().vertices(py),
-            PyArray1::from_vec(py, sizes),
-            PyArray1::from_vec(py, corners),
-        );
+        let arrays = (slf.get().vertices(py), PyArray1::from_vec(py, sizes), PyArray1::from_vec(py, corners));
         let restore = py.get_type::<Self>().getattr("_from_polygons")?;
         Ok((restore, arrays).into_pyobject(py)?.into_any())
     }

@@ -5,9 +5,9 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use supple::reference::Regions;
 
+use crate::argument;
 use crate::arrays::{self, Side};
 use crate::lattice::Lattice;
-use crate::argument;
 
 /// Goal positions by plain sums in float64: slow, and the oracle of the fast ones.
 ///

@@ -17,7 +17,11 @@ pub(crate) enum Report {
 
 impl Report {
     /// A report with its fields in their order.
-    pub(crate) fn new<'py>(self, py: Python<'py>, fields: impl PyCallArgs<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn new<'py>(
+        self,
+        py: Python<'py>,
+        fields: impl PyCallArgs<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         static CLASSES: [PyOnceLock<Py<PyType>>; 5] = [const { PyOnceLock::new() }; 5];
         let name = match self {
             Self::Volume => "VolumeReport",

@@ -1,7 +1,7 @@
 //! Which part of a body: exactly one of `box=`, `sphere=`, `plane=`, `vertices=`.
 
-use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use numpy::PyArrayDescrMethods;
+use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -43,7 +43,10 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<S
     match shape {
         "box" => {
             let [low, high] = pair(value, shape, ["min", "max"])?;
-            Ok(Selection::Box { min: arrays::vector(&low, "box min")?, max: arrays::vector(&high, "box max")? })
+            Ok(Selection::Box {
+                min: arrays::vector(&low, "box min")?,
+                max: arrays::vector(&high, "box max")?,
+            })
         }
         "sphere" => {
             let [center, radius] = pair(value, shape, ["center", "radius"])?;

@@ -105,7 +105,9 @@ impl Body {
     pub(super) fn pushes(&self) -> impl Iterator<Item = Push> {
         let scale = (1.0 / self.material.alpha(self.dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());
-        contacts.chain(self.forced()).map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
+        contacts
+            .chain(self.forced())
+            .map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
     }
 }
 

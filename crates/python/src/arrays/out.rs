@@ -1,9 +1,6 @@
 //! The caller's own array, written in place.
 
-use numpy::{
-    Element, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
-    get_array_module,
-};
+use numpy::{Element, PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, get_array_module};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 

@@ -68,7 +68,9 @@ impl World {
             return Ok(());
         }
         let Ok(mut simulation) = self.simulation.try_lock() else {
-            return Err("the process was forked while another thread worked on the simulation; build it anew");
+            return Err(
+                "the process was forked while another thread worked on the simulation; build it anew",
+            );
         };
         simulation.abandon_threads();
         simulation.set_threads(self.threads);
@@ -82,14 +84,22 @@ impl World {
     }
 
     /// Lets `work` have the simulation, without the GIL.
-    pub(crate) fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut supple::Simulation) -> R + Send) -> R {
+    pub(crate) fn with<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut supple::Simulation) -> R + Send,
+    ) -> R {
         py.detach(|| work(&mut self.lock()))
     }
 }
 
 impl Body {
     /// Lets `work` have the body, without the GIL.
-    pub(crate) fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut supple::Body) -> R + Send) -> R {
+    pub(crate) fn with<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut supple::Body) -> R + Send,
+    ) -> R {
         py.detach(|| {
             let mut home = locked(&self.home);
             let (world, index) = match &mut *home {

@@ -64,6 +64,7 @@ pub(crate) fn encode(state: &impl serde::Serialize) -> PyResult<Vec<u8>> {
 
 /// The state of bytes that `encode` made.
 pub(crate) fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> PyResult<T> {
-    postcard::from_bytes(bytes)
-        .map_err(|error| PyValueError::new_err(format!("the pickle is not of this version of supple: {error}")))
+    postcard::from_bytes(bytes).map_err(|error| {
+        PyValueError::new_err(format!("the pickle is not of this version of supple: {error}"))
+    })
 }

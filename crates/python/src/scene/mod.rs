@@ -3,8 +3,8 @@
 mod job;
 mod load;
 
-pub(crate) use load::load_scene;
 pub(crate) use job::run;
+pub(crate) use load::load_scene;
 
 use std::path::Path;
 

@@ -83,7 +83,11 @@ impl Simulation {
     }
 
     #[pyo3(signature = (*_args, **_settings))]
-    fn __init__(slf: &Bound<'_, Self>, _args: &Bound<'_, PyTuple>, _settings: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    fn __init__(
+        slf: &Bound<'_, Self>,
+        _args: &Bound<'_, PyTuple>,
+        _settings: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
         slf.get().introduce(slf)
     }
 
