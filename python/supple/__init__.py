@@ -23,12 +23,13 @@ What there is:
     Plane, Sphere, Box, Capsule             colliders
     load_scene, run, sweep                  scenes (TOML): as a simulation, to frames on disk, in many variations
     rotations, reference.goals              the parts of the method by themselves
-    SuppleError                             MeshError, LatticeError, SceneError (each a ValueError), OutputError (an OSError)
+    SuppleError                             and under it MeshError, LatticeError, SceneError (ValueErrors too) and
+                                            OutputError (an OSError too)
 
-Lengths are in the units of your meshes, times in seconds, masses in kilograms, angles in degrees but for `spin` (rad/s).
-No axis is "up" but for gravity. Lists, tuples and arrays of any number type are taken, strided or read-only. Arrays
-come out as float64: state as a fresh copy, or written to your `out=`; constant data as read-only views. To change
-positions set all of them: `body.positions = body.positions + shift`.
+Lengths are in the units of your meshes, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). No axis
+is "up" but for gravity. Lists, tuples and arrays of any number type are taken, strided or read-only. Arrays come out as
+float64: state as a fresh copy, or written to your `out=`; constant data as read-only views. To change positions set all
+of them: `body.positions = body.positions + shift`.
 
 The GIL is released while Rust works, Ctrl-C comes through between steps, and results have the same bits for any number
 of threads. Bodies and simulations pickle and deep-copy; a pickled simulation goes on bit for bit.

@@ -68,8 +68,8 @@ def run(
     overrides : dict, optional
         Changes to the scene, as for load_scene.
 
-    Other Python threads run meanwhile, and Ctrl-C ends it after a frame. Errors are those of load_scene, and OutputError
-    for frames that cannot be written.
+    Other Python threads run meanwhile, and Ctrl-C ends it after a frame. Errors are those of load_scene, and
+    OutputError for frames that cannot be written.
     """
     return _core.run(
         path,

@@ -46,7 +46,10 @@ pub(crate) fn fill<'py, T: Element + Copy>(
     fill: impl FnOnce(&mut [[T; 3]]),
 ) -> PyResult<()> {
     let mut guard = array.try_readwrite()?;
-    if let Ok(numbers) = guard.as_slice_mut() {
+    // A slice is had of columns one after another, too: those are not rows.
+    if array.is_c_contiguous()
+        && let Ok(numbers) = guard.as_slice_mut()
+    {
         fill(numbers.as_chunks_mut().0);
         return Ok(());
     }

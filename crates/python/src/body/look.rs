@@ -17,7 +17,8 @@ impl Body {
         arrays::of_points(py, goals)
     }
 
-    /// (n, 3) float64: the lattice after the volume correction; without one the same as positions.
+    /// (n, 3) float64: the lattice after the volume correction, in the precision that is shown (float32,
+    /// from the body's own origin); without a correction the positions.
     fn corrected_positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let positions = self.read(py, supple::Body::corrected_positions);
         arrays::of_points(py, positions)
