@@ -93,6 +93,8 @@ pub mod scene;
 mod simulation;
 pub mod volume;
 
+#[cfg(feature = "scene")]
+pub use body::BodySnapshot;
 pub use body::{
     ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, ShownSurface, Stiffness,
     ViewTimes,

@@ -1,9 +1,58 @@
-//! `supple._core`: array checks, errors and classes over the `supple` crate.
+//! `supple._core`: array checks, errors and classes over the `supple` crate. No algorithm lives here.
+//!
+//! | file | what |
+//! |---|---|
+//! | `argument`, `settings` | numbers, words and keyword arguments, checked by name |
+//! | `arrays` | numpy arrays in and out |
+//! | `error` | Rust errors as the exceptions of `supple.errors` |
+//! | `mesh`, `lattice`, `body`, `simulation` | the classes |
+//! | `selection`, `keys`, `collider` | what pins, handles and colliders are described by |
+//! | `scene` | scenes, loaded or run |
+//! | `report` | reports, as the dataclasses of `supple.reports` |
+//! | `reference`, `rotations` | functions over arrays |
 
-use pyo3::prelude::*;
+mod argument;
+mod arrays;
+mod body;
+mod collider;
+mod error;
+mod keys;
+mod lattice;
+mod mesh;
+mod reference;
+mod report;
+mod rotations;
+mod scene;
+mod selection;
+mod settings;
+mod simulation;
 
 /// The compiled part of `supple`.
-#[pymodule]
-fn _core(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+#[pyo3::pymodule]
+mod _core {
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
+    #[pymodule_export]
+    use crate::body::{Body, Hold};
+    #[pymodule_export]
+    use crate::collider::check_collider;
+    #[pymodule_export]
+    use crate::lattice::Lattice;
+    #[pymodule_export]
+    use crate::mesh::{Mesh, read_obj};
+    #[pymodule_export]
+    use crate::reference::reference_goals;
+    #[pymodule_export]
+    use crate::rotations::rotations;
+    #[pymodule_export]
+    use crate::scene::{load_scene, run};
+    #[pymodule_export]
+    use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::simulation::simd_level;
 }

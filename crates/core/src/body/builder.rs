@@ -148,7 +148,7 @@ impl BodyBuilder {
         self
     }
 
-    /// Factor on the mesh, > 0, before all else; default 1.
+    /// Factor on the mesh, or the bare lattice, > 0, before all else; default 1.
     pub fn scale(mut self, scale: f64) -> Self {
         self.scale = scale;
         self
@@ -206,7 +206,10 @@ impl BodyBuilder {
         self.material.validate()?;
         self.placement.validate()?;
         let (lattice, surface) = match self.shape {
-            Shape::Lattice(lattice) => (*lattice, None),
+            Shape::Lattice(lattice) => {
+                let scaled = if self.scale == 1.0 { *lattice } else { lattice.scaled(self.scale)? };
+                (scaled, None)
+            }
             Shape::Mesh(mesh) => {
                 let mesh = if self.scale == 1.0 { mesh } else { mesh.scaled(self.scale)? };
                 let lattice = Lattice::from_mesh(&mesh, &self.options)?;
@@ -230,9 +233,10 @@ impl BodyBuilder {
             matching,
             kinematics: None,
             contacts: None,
+            forces: None,
             state,
             placed: self.placement.isometry(),
-            push_scale: 0.0,
+            dt: 0.0,
             view: Mutex::new(view),
         };
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;

@@ -58,8 +58,13 @@ impl Body {
 
     /// Prepares for contacts in steps of `dt` seconds, where there are colliders.
     pub(crate) fn meet(&mut self, colliders: bool, dt: f64) {
-        self.push_scale = (1.0 / self.material.alpha(dt)) as f32;
+        self.set_dt(dt);
         self.contacts = colliders.then(|| Contacts::new(self.samples()));
+    }
+
+    /// Prepares for steps of `dt` seconds.
+    pub(crate) fn set_dt(&mut self, dt: f64) {
+        self.dt = dt;
     }
 
     /// Where contacts act: on the visible surface, or on the boundary of a bare lattice.

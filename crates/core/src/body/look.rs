@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use nalgebra::Point3;
+use nalgebra::{Point3, RealField};
 
 use super::Body;
 use super::view::{View, ViewTimes};
@@ -45,25 +45,42 @@ impl Body {
         })
     }
 
-    /// Writes the mesh as it is shown to `positions` (one per mesh vertex) and, where asked for, its unit normals to
-    /// `normals`. Allocates nothing after the first time.
+    /// Writes the mesh as it is shown to `positions` (one per mesh vertex, `f32` or `f64`) and, where asked for, its
+    /// unit normals to `normals`. Allocates nothing after the first time.
     ///
     /// # Panics
     ///
     /// If a slice has another length than the mesh has vertices.
-    pub fn surface_into(&self, positions: &mut [[f32; 3]], normals: Option<&mut [[f32; 3]]>) -> ViewTimes {
+    pub fn surface_into<T: RealField + Copy>(
+        &self,
+        positions: &mut [[T; 3]],
+        normals: Option<&mut [[T; 3]]>,
+    ) -> ViewTimes {
         self.corrected(|view| {
             view.embed(self);
             assert_eq!(positions.len(), view.surface().len(), "one position per mesh vertex");
             for (position, shown) in positions.iter_mut().zip(view.surface()) {
-                *position = shown.coords.map(|x| x as f32).into();
+                *position = shown.coords.map(nalgebra::convert::<f64, T>).into();
             }
             if let Some(normals) = normals {
                 view.turn_normals(self);
-                normals.copy_from_slice(view.normals());
+                write_normals(view, normals);
             }
             view.times()
         })
+    }
+
+    /// Writes the unit normals of the mesh as it is shown, one per mesh vertex. Allocates nothing after the first time.
+    ///
+    /// # Panics
+    ///
+    /// If there is another number of normals than of mesh vertices.
+    pub fn normals_into<T: RealField + Copy>(&self, normals: &mut [[T; 3]]) {
+        self.corrected(|view| {
+            view.embed(self);
+            view.turn_normals(self);
+            write_normals(view, normals);
+        });
     }
 
     /// The volumes by all measures, and what the correction does to them.
@@ -84,12 +101,20 @@ impl Body {
         (0..).zip(held).filter(|(_, held)| **held).map(|(vertex, _)| vertex)
     }
 
-    /// What contacts did to lattice vertices since the frame began.
+    /// What contacts and forces did to lattice vertices since the frame began: the more, the less stiff the body is.
     pub(super) fn pushes(&self) -> impl Iterator<Item = Push> {
-        self.contacts.iter().flat_map(|contacts| contacts.pushes()).map(|(vertex, push)| {
-            let offset = push.map(|v| v * self.push_scale);
-            Push { vertex, offset }
-        })
+        let scale = (1.0 / self.material.alpha(self.dt)) as f32;
+        let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());
+        contacts
+            .chain(self.forced())
+            .map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
+    }
+}
+
+fn write_normals<T: RealField + Copy>(view: &View, normals: &mut [[T; 3]]) {
+    assert_eq!(normals.len(), view.normals().len(), "one normal per mesh vertex");
+    for (normal, shown) in normals.iter_mut().zip(view.normals()) {
+        *normal = shown.map(|x| nalgebra::convert::<f64, T>(f64::from(x)));
     }
 }
 

@@ -11,6 +11,7 @@ pub enum Reach {
 
 /// How strongly vertices are drawn to their goals.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub enum Stiffness {
     /// alpha, the share of the way to the goal in one step, in (0, 1].
     PerStep(f64),
@@ -21,6 +22,7 @@ pub enum Stiffness {
 
 /// How much of the motion within a region is taken out.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub enum Damping {
     /// The share in one step, in [0, 1]; 0 leaves the stage out.
     PerStep(f64),

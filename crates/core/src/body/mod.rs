@@ -1,11 +1,13 @@
 //! A soft body: a lattice, what holds and touches it, and the mesh that is shown.
 
 mod builder;
+mod force;
 mod hold;
 mod look;
 mod material;
 mod place;
 mod plan;
+mod retune;
 #[cfg(feature = "scene")]
 mod snapshot;
 mod state;
@@ -18,7 +20,7 @@ pub(crate) use material::in_range;
 pub use material::{Damping, Material, RangeError, Reach, Stiffness};
 pub use place::Placement;
 #[cfg(feature = "scene")]
-pub(crate) use snapshot::BodySnapshot;
+pub use snapshot::BodySnapshot;
 pub(crate) use state::State;
 pub(crate) use step::World;
 pub use view::ViewTimes;
@@ -35,6 +37,7 @@ use crate::matching::Matching;
 use crate::matching::cascade::Cascade;
 use crate::mesh::Mesh;
 use crate::volume;
+use force::Forces;
 use look::unlocked;
 use view::View;
 
@@ -55,11 +58,12 @@ pub struct Body {
     bookkeeper: Bookkeeper,
     kinematics: Option<Kinematics>,
     contacts: Option<Contacts>,
+    forces: Option<Forces>,
     state: State,
     /// From the model's frame to the world at frame 0.
     placed: Isometry3<f64>,
-    /// How strongly a contact's push, in cells, tells in the volume correction: one over the stiffness.
-    push_scale: f32,
+    /// Length of the simulation's steps in seconds; zero before there is one.
+    dt: f64,
     view: Mutex<View>,
 }
 

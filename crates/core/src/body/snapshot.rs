@@ -1,20 +1,51 @@
-//! The state of a body as a checkpoint holds it.
+//! The state of a body: what a checkpoint holds, and what a user changed since it was built.
 
-use super::{Body, State};
-use crate::dynamics::{Capture, Interval, KinematicsError};
+use super::force::Forces;
+use super::{Body, Damping, State, Stiffness};
+use crate::dynamics::Kinematics;
+use crate::error::Error;
 
-/// All of a body that steps change.
+/// All of a body that steps and users change. It fits any body that was built alike.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct BodySnapshot {
+pub struct BodySnapshot {
     state: State,
-    captured: Vec<Option<Capture>>,
+    kinematics: Option<Kinematics>,
+    stiffness: Stiffness,
+    damping: Damping,
+    forces: Option<Forces>,
+    /// What contacts did since the frame began, for the volume correction.
+    pushes: Vec<[f32; 3]>,
 }
 
 impl Body {
     /// The state as it is.
-    pub(crate) fn snapshot(&self) -> BodySnapshot {
-        let captured = self.kinematics.as_ref().map_or(&[][..], |kinematics| kinematics.captured());
-        BodySnapshot { state: self.state.clone(), captured: captured.to_vec() }
+    pub fn snapshot(&self) -> BodySnapshot {
+        BodySnapshot {
+            state: self.state.clone(),
+            kinematics: self.kinematics.clone(),
+            stiffness: self.material.stiffness,
+            damping: self.material.damping,
+            forces: self.forces.clone(),
+            pushes: self.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.all_pushes().to_vec()),
+        }
+    }
+
+    /// Goes back, or on, to a state of a body that was built like this one.
+    ///
+    /// # Errors
+    ///
+    /// A state of another body; nothing is changed then.
+    pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
+        self.fits(snapshot).map_err(Error::State)?;
+        self.set_stiffness(snapshot.stiffness)?;
+        self.set_damping(snapshot.damping)?;
+        self.state = snapshot.state.clone();
+        self.kinematics = snapshot.kinematics.clone();
+        self.forces = snapshot.forces.clone();
+        if let Some(contacts) = &mut self.contacts {
+            contacts.set_pushes(&snapshot.pushes);
+        }
+        Ok(())
     }
 
     /// Whether a snapshot is of a body like this one.
@@ -26,27 +57,12 @@ impl Body {
                 self.name
             ));
         }
-        let holds = self.kinematics.as_ref().map_or(0, |kinematics| kinematics.holds().len());
-        if holds != snapshot.captured.len() {
-            let saved = snapshot.captured.len();
-            return Err(format!("body {:?} has {holds} pins and handles, the state {saved}", self.name));
+        let vertices = self.lattice.len();
+        if !snapshot.kinematics.as_ref().is_none_or(|kinematics| kinematics.is_whole(vertices)) {
+            return Err(format!("body {:?}: the state has pins and handles of another body", self.name));
         }
-        Ok(())
-    }
-
-    /// Takes over a state that [`Body::fits`] has passed; `last` is the step that made it.
-    pub(crate) fn restore(
-        &mut self,
-        snapshot: &BodySnapshot,
-        last: Option<Interval>,
-    ) -> Result<(), KinematicsError> {
-        if let Some(kinematics) = &mut self.kinematics {
-            kinematics.restore(snapshot.captured.clone())?;
-        }
-        self.state = snapshot.state.clone();
-        if let (Some(kinematics), Some(last)) = (&mut self.kinematics, last) {
-            // Says what is held; all that was captured by then has been restored.
-            kinematics.begin(last, &self.state.shared(), self.matching.layout.slots());
+        if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_whole(vertices)) {
+            return Err(format!("body {:?}: the state has forces of another body", self.name));
         }
         Ok(())
     }

@@ -18,9 +18,10 @@ pub(crate) struct World<'a> {
 }
 
 impl Body {
-    /// One step: damping, goal positions, integration, contacts, pins and handles.
+    /// One step: forces, damping, goal positions, integration, contacts, pins and handles.
     pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
         self.begin_holds(world);
+        self.pull(world.interval.dt, world.opens_frame);
         self.open_books(executor);
         let gain = self.fall(world);
         self.damp(world, executor);

@@ -116,6 +116,21 @@ impl Contacts {
         self.pushes.fill([0.0; 3]);
     }
 
+    /// All pushes, one per sampled lattice vertex, to be saved.
+    #[cfg(feature = "scene")]
+    pub(crate) fn all_pushes(&self) -> &[[f32; 3]] {
+        &self.pushes
+    }
+
+    /// Puts back what [`all_pushes`](Self::all_pushes) gave; those of another body count as none.
+    #[cfg(feature = "scene")]
+    pub(crate) fn set_pushes(&mut self, pushes: &[[f32; 3]]) {
+        match pushes.len() == self.pushes.len() {
+            true => self.pushes.copy_from_slice(pushes),
+            false => self.clear_pushes(),
+        }
+    }
+
     /// What contacts did to the lattice vertices since [`clear_pushes`](Self::clear_pushes), in cells: each step
     /// adds the push-out and, times the step, the velocity change, both along the collider normals.
     ///

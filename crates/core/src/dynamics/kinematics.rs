@@ -30,6 +30,7 @@ pub struct Handle {
 /// It captures what it holds at the start of the first step that starts at or after `from`, and lets go after
 /// the last step that ends at or before `until`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub struct Window {
     /// Finite. Default 0.
     pub from: f64,
@@ -45,6 +46,7 @@ impl Default for Window {
 
 /// A pin or a handle that has been resolved to lattice vertices.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hold {
     vertices: Vec<u32>,
     window: Window,
@@ -76,6 +78,14 @@ pub enum KinematicsError {
     /// The keys are no motion.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// There is no such pin or handle.
+    #[error("there is no pin or handle {hold}: the body has {count}")]
+    NoSuchHold {
+        /// The index asked for.
+        hold: usize,
+        /// How many there are.
+        count: usize,
+    },
     /// A saved capture is not one of these holds.
     #[error("the saved captures do not fit: {saved} saved, {expected} expected for hold {hold}")]
     Restore {
@@ -121,7 +131,8 @@ impl Hold {
 /// The stage of pins and handles of one body.
 ///
 /// Where holds overlap, the later one wins.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub struct Kinematics {
     holds: Vec<Hold>,
     captured: Vec<Option<Capture>>,
@@ -144,6 +155,44 @@ impl Kinematics {
         self.holds.push(hold);
         self.captured.push(None);
         self.active.push(false);
+    }
+
+    /// Lets a hold go for good.
+    ///
+    /// # Errors
+    /// If there is no such hold.
+    pub fn release(&mut self, hold: usize) -> Result<(), KinematicsError> {
+        self.hold_mut(hold)?.window.until = f64::NEG_INFINITY;
+        Ok(())
+    }
+
+    /// Gives a hold another motion, relative to what it captured.
+    ///
+    /// # Errors
+    /// If there is no such hold.
+    pub fn set_motion(&mut self, hold: usize, motion: Motion) -> Result<(), KinematicsError> {
+        self.hold_mut(hold)?.motion = Some(motion);
+        Ok(())
+    }
+
+    fn hold_mut(&mut self, hold: usize) -> Result<&mut Hold, KinematicsError> {
+        let count = self.holds.len();
+        self.holds.get_mut(hold).ok_or(KinematicsError::NoSuchHold { hold, count })
+    }
+
+    /// Whether all arrays are of a lattice of so many vertices, as those read from a file may not be.
+    #[cfg(feature = "scene")]
+    pub(crate) fn is_whole(&self, vertices: usize) -> bool {
+        let count = self.holds.len();
+        let inside = |hold: &Hold| hold.vertices.iter().all(|&vertex| (vertex as usize) < vertices);
+        let fits = |(hold, captured): (&Hold, &Option<Capture>)| {
+            captured.as_ref().is_none_or(|captured| captured.positions.len() == hold.vertices.len())
+        };
+        self.held.len() == vertices
+            && self.captured.len() == count
+            && self.active.len() == count
+            && self.holds.iter().all(inside)
+            && self.holds.iter().zip(&self.captured).all(fits)
     }
 
     /// The holds in order; later ones win.

@@ -33,6 +33,19 @@ impl Lattice {
         Self::from_surface(&surface, options)
     }
 
+    /// The lattice `factor` times as large, about the origin.
+    ///
+    /// # Errors
+    ///
+    /// If the factor, or what comes out, is not a positive, finite length.
+    pub fn scaled(mut self, factor: f64) -> Result<Self, LatticeError> {
+        check_cell_size(factor)?;
+        self.cell_size *= factor;
+        self.origin *= factor;
+        check_cell_size(self.cell_size)?;
+        Ok(self)
+    }
+
     fn from_surface(surface: &Surface<'_>, options: &LatticeOptions) -> Result<Self, LatticeError> {
         let request = Request { surface, join: options.join, limit: memory::limit(options.memory_limit) };
         let candidate = match options.resolution {

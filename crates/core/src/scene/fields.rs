@@ -237,6 +237,6 @@ impl<'a> Field<'a> {
 }
 
 /// The candidate that is spelled most like `word`; ties go to the first.
-pub(super) fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     candidates.iter().copied().min_by_key(|candidate| strsim::damerau_levenshtein(word, candidate))
 }

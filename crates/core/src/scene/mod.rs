@@ -21,4 +21,5 @@ mod write;
 
 pub use data::{BodyData, OutputData, Scene, SimulationData, Substeps};
 pub use error::{Place, SceneError};
+pub use fields::nearest;
 pub use model::Up;

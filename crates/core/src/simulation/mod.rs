@@ -1,5 +1,6 @@
 //! Bodies and time.
 
+mod clock;
 #[cfg(feature = "scene")]
 mod state;
 
@@ -9,10 +10,11 @@ pub use state::SimulationState;
 use nalgebra::Vector3;
 
 use crate::body::{Body, World, in_range};
-use crate::dynamics::{Collider, Colliders, Interval};
+use crate::dynamics::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::plan::Plan;
+use clock::Clock;
 
 /// More threads than any machine makes use of here, and fewer than one chokes on.
 const MOST_THREADS: usize = 1024;
@@ -24,10 +26,9 @@ const MOST_THREADS: usize = 1024;
 pub struct Simulation {
     bodies: Vec<Body>,
     gravity: Vector3<f64>,
-    dt: f64,
+    clock: Clock,
     colliders: Option<Colliders>,
     substeps: u64,
-    count: u64,
     executor: Executor,
 }
 
@@ -105,32 +106,35 @@ impl SimulationBuilder {
     ///
     /// No body, a number out of its range, a collider that makes no sense.
     pub fn build(self) -> Result<Simulation, Error> {
+        let colliders = self.validate()?;
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
-        let dt = in_range("dt", self.dt, self.dt > 0.0, "a time in seconds, > 0")?;
-        in_range(
-            "threads",
-            self.threads as f64,
-            self.threads <= MOST_THREADS,
-            "at most 1024 (0: all processors)",
-        )?;
-        in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;
-        for g in self.gravity {
-            in_range("gravity", g, true, "finite")?;
-        }
-        let colliders = Colliders::new(&self.colliders)?;
         let mut bodies = self.bodies;
-        bodies.iter_mut().for_each(|body| body.meet(colliders.is_some(), dt));
+        bodies.iter_mut().for_each(|body| body.meet(colliders.is_some(), self.dt));
         Ok(Simulation {
             bodies,
             gravity: self.gravity.into(),
-            dt,
+            clock: Clock::new(self.dt),
             colliders,
             substeps: self.substeps,
-            count: 0,
             executor: Executor::new(self.threads),
         })
+    }
+
+    /// Whether [`SimulationBuilder::build`] will have nothing to object to but a lack of bodies; what bodies will
+    /// meet.
+    ///
+    /// # Errors
+    ///
+    /// A number out of its range, a collider that makes no sense.
+    pub fn validate(&self) -> Result<Option<Colliders>, Error> {
+        check_dt(self.dt)?;
+        in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;
+        let threads = self.threads;
+        in_range("threads", threads as f64, threads <= MOST_THREADS, "at most 1024 (0: all processors)")?;
+        check_gravity(self.gravity)?;
+        Ok(Colliders::new(&self.colliders)?)
     }
 }
 
@@ -158,38 +162,89 @@ impl Simulation {
     fn step_bodies(&mut self, executor: &Executor) {
         let world = World {
             gravity: self.gravity,
-            interval: Interval::of_step(self.count, self.dt),
+            interval: self.clock.interval(),
             colliders: self.colliders.as_ref(),
-            opens_frame: self.count.is_multiple_of(self.substeps),
+            opens_frame: self.clock.steps().is_multiple_of(self.substeps),
         };
         executor.each(&mut self.bodies, |body| body.step(&world, executor));
-        self.count += 1;
+        self.clock.tick();
     }
 
     /// What is done in a step and in a look.
     pub fn plan(&self) -> Plan {
         let bodies = self.bodies.iter().map(Body::plan).collect();
-        Plan { dt: self.dt, substeps: self.substeps, threads: self.threads(), bodies }
+        Plan { dt: self.dt(), substeps: self.substeps, threads: self.threads(), bodies }
     }
 
     /// Length of a step in seconds.
     pub fn dt(&self) -> f64 {
-        self.dt
+        self.clock.dt()
     }
 
-    /// Time in seconds: steps x dt, never a running sum.
+    /// Sets the length of a step in seconds, > 0, from the next step on. Time stays.
+    ///
+    /// # Errors
+    ///
+    /// A number out of its range.
+    pub fn set_dt(&mut self, dt: f64) -> Result<(), Error> {
+        check_dt(dt)?;
+        self.clock.set_dt(dt);
+        self.bodies.iter_mut().for_each(|body| body.set_dt(dt));
+        Ok(())
+    }
+
+    /// Time in seconds: steps x dt, never a running sum, since dt or time were set last.
     pub fn time(&self) -> f64 {
-        self.count as f64 * self.dt
+        self.clock.time()
+    }
+
+    /// Sets the time in seconds: pins, handles and moving colliders go by it.
+    ///
+    /// # Errors
+    ///
+    /// A number that is not finite.
+    pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
+        in_range("time", time, true, "finite")?;
+        self.clock.set_time(time);
+        Ok(())
     }
 
     /// Steps so far.
     pub fn step_count(&self) -> u64 {
-        self.count
+        self.clock.steps()
+    }
+
+    /// Steps that make a frame.
+    pub fn substeps(&self) -> u64 {
+        self.substeps
     }
 
     /// Threads that work.
     pub fn threads(&self) -> usize {
         self.executor.threads()
+    }
+
+    /// Sets the threads; 0 takes one for each processor. The results have the same bits for any number.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.executor = Executor::new(threads);
+    }
+
+    /// Forgets the threads, as a process must that was forked: they are not in it. Works alone from then on.
+    pub fn abandon_threads(&mut self) {
+        // To let them go would mean to wake them.
+        std::mem::forget(std::mem::take(&mut self.executor));
+    }
+
+    /// Sets the colliders, from the next step on.
+    ///
+    /// # Errors
+    ///
+    /// A collider that makes no sense; nothing is changed then.
+    pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
+        self.colliders = Colliders::new(colliders)?;
+        let (any, dt) = (self.colliders.is_some(), self.dt());
+        self.bodies.iter_mut().for_each(|body| body.meet(any, dt));
+        Ok(())
     }
 
     /// Gravity in scene units per second squared.
@@ -203,9 +258,7 @@ impl Simulation {
     ///
     /// A number that is not finite.
     pub fn set_gravity(&mut self, gravity: [f64; 3]) -> Result<(), Error> {
-        for g in gravity {
-            in_range("gravity", g, true, "finite")?;
-        }
+        check_gravity(gravity)?;
         self.gravity = gravity.into();
         Ok(())
     }
@@ -237,4 +290,16 @@ impl Simulation {
     pub fn body_mut(&mut self, index: usize) -> &mut Body {
         &mut self.bodies[index]
     }
+}
+
+fn check_dt(dt: f64) -> Result<(), Error> {
+    in_range("dt", dt, dt > 0.0, "a time in seconds, > 0")?;
+    Ok(())
+}
+
+fn check_gravity(gravity: [f64; 3]) -> Result<(), Error> {
+    for g in gravity {
+        in_range("gravity", g, true, "finite")?;
+    }
+    Ok(())
 }

@@ -1,22 +1,22 @@
 //! The state of a simulation: what a checkpoint holds, and all that is needed to go on bit for bit.
 
-use super::Simulation;
+use super::{Clock, Simulation};
 use crate::body::BodySnapshot;
-use crate::dynamics::Interval;
 use crate::error::Error;
 
-/// All of a simulation that steps change: positions, velocities, rotations, origins, momenta, what pins and handles
-/// captured, and the number of steps. It fits any simulation that was built alike.
+/// All of a simulation that steps and users change: positions, velocities, rotations, origins, momenta, pins and
+/// handles with what they captured, time, gravity. It fits any simulation that was built alike.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SimulationState {
-    steps: u64,
+    clock: Clock,
+    gravity: [f64; 3],
     bodies: Vec<BodySnapshot>,
 }
 
 impl SimulationState {
     /// Steps that led to this state.
     pub fn step_count(&self) -> u64 {
-        self.steps
+        self.clock.steps()
     }
 }
 
@@ -24,7 +24,8 @@ impl Simulation {
     /// The state as it is.
     pub fn state(&self) -> SimulationState {
         SimulationState {
-            steps: self.count,
+            clock: self.clock,
+            gravity: self.gravity.into(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
         }
     }
@@ -39,14 +40,18 @@ impl Simulation {
             let (own, other) = (self.bodies.len(), state.bodies.len());
             return Err(Error::State(format!("the simulation has {own} bodies, the state {other}")));
         }
+        if !state.clock.is_whole() {
+            return Err(Error::State("the state has no time".to_owned()));
+        }
         for (body, snapshot) in self.bodies.iter().zip(&state.bodies) {
             body.fits(snapshot).map_err(Error::State)?;
         }
-        let last = state.steps.checked_sub(1).map(|step| Interval::of_step(step, self.dt));
+        self.set_gravity(state.gravity)?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
-            body.restore(snapshot, last)?;
+            body.restore(snapshot)?;
+            body.set_dt(state.clock.dt());
         }
-        self.count = state.steps;
+        self.clock = state.clock;
         Ok(())
     }
 }

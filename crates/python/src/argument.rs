@@ -1,0 +1,54 @@
+//! Single arguments: numbers, words, truth values, each named in its error.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyString};
+
+/// A real number, finite or not.
+pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    if value.is_instance_of::<PyString>() {
+        return Err(wrong_type(value, name, "a number"));
+    }
+    value.extract().map_err(|_| match value.hasattr("__index__") {
+        Ok(true) => PyValueError::new_err(format!("{name} is too large for a number")),
+        _ => wrong_type(value, name, "a number"),
+    })
+}
+
+/// A whole number of at least `least`.
+pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, least: usize) -> PyResult<usize> {
+    if value.is_instance_of::<PyBool>() || !value.hasattr("__index__")? {
+        return Err(wrong_type(value, name, "a whole number"));
+    }
+    match value.extract::<i64>() {
+        Ok(count) if count >= 0 && count as usize >= least => Ok(count as usize),
+        _ => Err(PyValueError::new_err(format!(
+            "{name} = {value} is out of range: it must be a whole number, at least {least}"
+        ))),
+    }
+}
+
+/// True or false.
+pub(crate) fn boolean(value: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
+    value.extract().map_err(|_| wrong_type(value, name, "True or False"))
+}
+
+/// A word or a text.
+pub(crate) fn text(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
+    value.extract().map_err(|_| wrong_type(value, name, "a string"))
+}
+
+/// One of a few words.
+pub(crate) fn choice<T: Copy>(value: &Bound<'_, PyAny>, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    let word = text(value, name)?;
+    choices.iter().find(|(known, _)| *known == word).map(|(_, meaning)| *meaning).ok_or_else(|| {
+        let known: Vec<String> = choices.iter().map(|(known, _)| format!("{known:?}")).collect();
+        PyValueError::new_err(format!("{name} is {word:?}; it must be {}", known.join(" or ")))
+    })
+}
+
+/// "must be ..., not ...".
+pub(crate) fn wrong_type(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {
+    let found = value.get_type().qualname().map_or_else(|_| "another type".to_owned(), |n| n.to_string());
+    PyTypeError::new_err(format!("{name} must be {expected}, not {found}"))
+}

@@ -1,0 +1,152 @@
+//! `supple.Body`: a soft body, alone or in a simulation.
+
+mod build;
+mod holds;
+mod home;
+mod look;
+mod material;
+mod pickle;
+mod state;
+
+pub(crate) use build::volume_settings;
+pub(crate) use holds::Hold;
+pub(crate) use home::{Home, World};
+pub(crate) use pickle::{Recipe, decode, encode};
+
+use std::sync::{Arc, Mutex};
+
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyDict;
+
+use crate::lattice::Lattice;
+use crate::mesh::Mesh;
+use crate::settings::Settings;
+
+/// A soft body: a lattice, what it is made of, and the mesh that is shown.
+///
+/// shape : Mesh, Lattice, path of an OBJ file, or anything with vertices and faces (trimesh.Trimesh)
+///     A Lattice is a body without a mesh to show.
+/// name : str, default "body"
+/// object : str
+///     With a path: only the `o` or `g` of this name.
+/// scale, rotate, translate : float; (3,) degrees about the fixed axes x, then y, then z; (3,) length
+///     Where the model is placed, in this order. Default 1, 0, 0.
+/// lattice_vertices : int, default 1000; or cell_size : float
+///     How fine the lattice of a mesh is: a wished number of vertices, at least 8, or the edge of a cell, > 0.
+/// join : bool, default True
+///     Parts of a mesh that float apart ride along.
+/// memory_limit : int, default half of the machine's memory
+///     Bytes that the body may take; LatticeError if it would take more.
+/// half_width : int, default 2; or stiffness_radius : float
+///     Of the regions: in cells, at least 1, or as a length, > 0. Larger is stiffer.
+/// stiffness : float, default 1; or frequency : float
+///     alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
+/// damping : float, default 0; or damping_rate : float
+///     Region damping: the share per step, in [0, 1], or a rate in 1/s, >= 0.
+/// density : float, default 1000
+///     Mass per volume, > 0.
+/// volume : str or dict, default "auto"
+///     "off", or the measure that is kept: "auto", "mesh", "cells" or "lattice"; or a dict with measure, scope
+///     ("global"), field ("paper") and max_correction (>= 0, as a share of the body's thickness).
+/// velocity, spin : (3,) length/s; (3,) rad/s about the centre of mass
+///     At the start. Default 0.
+///
+/// Arrays that are "one per vertex" have the order of lattice.indices. A body belongs to at most one Simulation, and
+/// stays live in it. Raises ValueError for a value out of range, MeshError and LatticeError for what cannot be built,
+/// TypeError for a wrong type.
+#[pyclass(frozen, module = "supple", weakref)]
+pub(crate) struct Body {
+    home: Mutex<Home>,
+    /// What the body was made of: a `Mesh` or a `Lattice`.
+    shape: Py<PyAny>,
+    /// A copy of the keyword arguments, for pickles.
+    settings: Py<PyDict>,
+    lattice: PyOnceLock<Py<Lattice>>,
+}
+
+impl Body {
+    /// A body that a scene has put into a simulation.
+    pub(crate) fn of_scene(shape: Py<PyAny>, settings: Py<PyDict>, world: Arc<World>, index: usize) -> Self {
+        let home = Mutex::new(Home::In(world, index));
+        Self { home, shape, settings, lattice: PyOnceLock::new() }
+    }
+}
+
+#[pymethods]
+impl Body {
+    #[new]
+    #[pyo3(
+        signature = (shape, **settings),
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, half_width=2, stiffness_radius=None, stiffness=1.0, frequency=None, damping=0.0, damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+    )]
+    fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let py = shape.py();
+        let (shape, body) = build::body(shape, &Settings::new(settings, "Body()", &build::KEYS)?)?;
+        let settings = match settings {
+            Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
+            None => PyDict::new(py),
+        };
+        // It has been read; the mesh knows it by its faces.
+        if settings.contains("object")? {
+            settings.del_item("object")?;
+        }
+        Ok(Self {
+            home: Mutex::new(Home::Alone(Box::new(body))),
+            shape: shape.unbind(),
+            settings: settings.unbind(),
+            lattice: PyOnceLock::new(),
+        })
+    }
+
+    /// The name, as in reports and file names.
+    #[getter]
+    fn name(&self, py: Python<'_>) -> String {
+        self.read(py, |body| body.name().to_owned())
+    }
+
+    /// The mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice.
+    #[getter]
+    fn mesh(&self, py: Python<'_>) -> Option<Mesh> {
+        self.read(py, |body| body.mesh().cloned()).map(Mesh::from_core)
+    }
+
+    /// The lattice in the model's frame: after scale, before rotate and translate.
+    #[getter]
+    fn lattice<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, Lattice>> {
+        let lattice = self.lattice.get_or_try_init(py, || -> PyResult<_> {
+            let lattice = self.read(py, |body| body.lattice().clone());
+            Py::new(py, Lattice::from_core(lattice))
+        })?;
+        Ok(lattice.bind(py))
+    }
+
+    /// Half-width of the regions in cells: as given, at most the extent of the lattice.
+    #[getter]
+    fn half_width(&self, py: Python<'_>) -> usize {
+        self.read(py, supple::Body::half_width)
+    }
+
+    /// Number of lattice vertices.
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.read(py, |body| body.lattice().len())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        self.read(py, |body| {
+            let lattice = body.lattice();
+            let mesh = body.mesh().map_or_else(
+                || "no mesh".to_owned(),
+                |mesh| format!("mesh of {} vertices", mesh.vertices().len()),
+            );
+            format!(
+                "<supple.Body {:?}: {} lattice vertices, {} cells of {:.4}, half-width {}, {mesh}>",
+                body.name(),
+                lattice.len(),
+                lattice.cells().len(),
+                lattice.cell_size(),
+                body.half_width()
+            )
+        })
+    }
+}

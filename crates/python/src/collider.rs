@@ -1,0 +1,103 @@
+//! Colliders: the dataclasses of `supple.colliders` as the core has them.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyTuple, PyType};
+use supple::dynamics::Colliders;
+use supple::{Collider, Key, Shape};
+
+use crate::argument::{number, wrong_type};
+use crate::arrays::vector;
+use crate::keys;
+
+/// The colliders of a simulation, as they were given.
+pub(crate) fn tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+    let wrong = |_| wrong_type(colliders, "colliders", "a list of Plane, Sphere, Box or Capsule");
+    let items = colliders.try_iter().map_err(wrong)?;
+    PyTuple::new(colliders.py(), items.collect::<PyResult<Vec<_>>>()?)
+}
+
+/// The colliders of a simulation.
+pub(crate) fn read_all(colliders: &Bound<'_, PyTuple>) -> PyResult<Vec<Collider>> {
+    colliders.iter().enumerate().map(|(index, item)| read(&item, &format!("colliders[{index}]"))).collect()
+}
+
+/// The fields of a collider as plain numbers; refuses those that make no sense.
+#[pyfunction]
+pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+    let class = collider.get_type().name()?.to_string();
+    let read = read(collider, &class)?;
+    Colliders::new(std::slice::from_ref(&read)).map_err(|error| {
+        // The core counts the colliders of a scene; this one is alone.
+        let message = error.to_string();
+        PyValueError::new_err(format!("{class}: {}", message.trim_start_matches("collider 0: ")))
+    })?;
+    Ok(fields(collider.py(), &read)?.1)
+}
+
+fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
+    static BASE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    let base = BASE.import(collider.py(), "supple.colliders", "Collider")?;
+    if !collider.is_instance(base)? {
+        return Err(wrong_type(collider, name, "a Plane, Sphere, Box or Capsule"));
+    }
+    let place = |key: &str| vector(&collider.getattr(key)?, key);
+    let length = |key: &str| number(&collider.getattr(key)?, key);
+    let shape = match collider.getattr("shape")?.extract::<String>()?.as_str() {
+        "plane" => Shape::Plane { point: place("point")?, normal: place("normal")? },
+        "sphere" => Shape::Sphere { center: place("center")?, radius: length("radius")? },
+        "box" => Shape::Box {
+            center: place("center")?,
+            half_extents: place("half_extents")?,
+            rotate: place("rotate")?,
+        },
+        "capsule" => Shape::Capsule { a: place("a")?, b: place("b")?, radius: length("radius")? },
+        shape => return Err(PyValueError::new_err(format!("{name} has the unknown shape {shape:?}"))),
+    };
+    let (friction, restitution) = (length("friction")?, length("restitution")?);
+    let keys = keys::read(&collider.getattr("keys")?)?;
+    Ok(Collider { shape, friction, restitution, keys })
+}
+
+/// The Python object of a collider.
+pub(crate) fn to_python<'py>(py: Python<'py>, collider: &Collider) -> PyResult<Bound<'py, PyAny>> {
+    let (class, fields) = fields(py, collider)?;
+    py.import("supple.colliders")?.getattr(class)?.call((), Some(&fields))
+}
+
+/// The Python class of a collider, and its fields.
+fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
+    let fields = PyDict::new(py);
+    let place = |key: &str, [x, y, z]: [f64; 3]| fields.set_item(key, (x, y, z));
+    let class = match collider.shape {
+        Shape::Plane { point, normal } => {
+            place("point", point)?;
+            place("normal", normal)?;
+            "Plane"
+        }
+        Shape::Sphere { center, radius } => {
+            place("center", center)?;
+            fields.set_item("radius", radius)?;
+            "Sphere"
+        }
+        Shape::Box { center, half_extents, rotate } => {
+            place("center", center)?;
+            place("half_extents", half_extents)?;
+            place("rotate", rotate)?;
+            "Box"
+        }
+        Shape::Capsule { a, b, radius } => {
+            place("a", a)?;
+            place("b", b)?;
+            fields.set_item("radius", radius)?;
+            "Capsule"
+        }
+    };
+    let key =
+        |key: &Key| (key.time, <(f64, f64, f64)>::from(key.translate), <(f64, f64, f64)>::from(key.rotate));
+    fields.set_item("keys", PyTuple::new(py, collider.keys.iter().map(key))?)?;
+    fields.set_item("friction", collider.friction)?;
+    fields.set_item("restitution", collider.restitution)?;
+    Ok((class, fields))
+}

@@ -1,0 +1,85 @@
+//! Rust errors as the exceptions of `supple.errors`.
+
+use std::io;
+use std::path::Path;
+
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+use supple::obj::{ObjError, ObjProblem};
+
+/// The exceptions of `supple.errors`.
+#[derive(Clone, Copy)]
+pub(crate) enum Exception {
+    Mesh,
+    Lattice,
+    Scene,
+    Output,
+}
+
+impl Exception {
+    /// The exception with a message.
+    pub(crate) fn with(self, message: String) -> PyErr {
+        static CLASSES: [PyOnceLock<Py<PyType>>; 4] = [const { PyOnceLock::new() }; 4];
+        let name = match self {
+            Self::Mesh => "MeshError",
+            Self::Lattice => "LatticeError",
+            Self::Scene => "SceneError",
+            Self::Output => "OutputError",
+        };
+        Python::attach(|py| match CLASSES[self as usize].import(py, "supple.errors", name) {
+            Ok(class) => PyErr::from_type(class.clone(), (message,)),
+            Err(error) => error,
+        })
+    }
+
+    /// A `ValueError` of an argument as this exception, which is one too; others as they are.
+    pub(crate) fn from_value_error(self, error: PyErr) -> PyErr {
+        Python::attach(|py| match error.is_instance_of::<PyValueError>(py) {
+            true => self.with(error.value(py).to_string()),
+            false => error,
+        })
+    }
+}
+
+/// Any error of the core.
+pub(crate) fn of(error: supple::Error) -> PyErr {
+    match error {
+        supple::Error::Mesh(error) => of_mesh(error),
+        supple::Error::Lattice(error) => of_lattice(&error),
+        error => value(error),
+    }
+}
+
+/// What is wrong with a mesh, or its file.
+pub(crate) fn of_mesh(error: supple::MeshError) -> PyErr {
+    match error {
+        supple::MeshError::Obj(ObjError { path, problem: ObjProblem::Read(source), .. }) => {
+            of_file(&path, &source)
+        }
+        error => Exception::Mesh.with(error.to_string()),
+    }
+}
+
+/// What is wrong with the request for a lattice.
+pub(crate) fn of_lattice(error: &supple::LatticeError) -> PyErr {
+    Exception::Lattice.with(error.to_string())
+}
+
+/// A wrong value.
+pub(crate) fn value(error: impl std::error::Error) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// What the system said about a file: `FileNotFoundError`, `PermissionError`, ...
+pub(crate) fn of_file(path: &Path, error: &io::Error) -> PyErr {
+    match error.raw_os_error() {
+        Some(number) => {
+            let text = error.to_string();
+            let reason = text.split(" (os error").next().unwrap_or_default().to_owned();
+            PyOSError::new_err((number, reason, path.as_os_str().to_owned()))
+        }
+        None => PyOSError::new_err(format!("{}: {error}", path.display())),
+    }
+}

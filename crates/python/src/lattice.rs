@@ -1,0 +1,213 @@
+//! `supple.Lattice`: cells along the axes that cover a shape, and their corners.
+
+use nalgebra::Point3;
+use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+use supple::{LatticeOptions, Resolution};
+
+use crate::arrays::{self, Side};
+use crate::error::{self, Exception};
+use crate::mesh::mesh_like;
+use crate::{argument, arrays::of_vectors};
+
+/// Lattice vertices on the corners of cubic cells: what is simulated.
+///
+/// Made by Lattice.from_mesh or Lattice.from_cells. Vertices and cells are sorted by (z, y, x), x fastest; arrays that
+/// are "one per vertex" have this order. len(lattice) is the number of vertices.
+#[pyclass(frozen, module = "supple")]
+pub(crate) struct Lattice {
+    pub(crate) lattice: supple::Lattice,
+    indices: PyOnceLock<Py<PyArray2<i64>>>,
+    rest_positions: PyOnceLock<Py<PyArray2<f64>>>,
+    cells: PyOnceLock<Py<PyArray2<i64>>>,
+}
+
+impl Lattice {
+    pub(crate) fn from_core(lattice: supple::Lattice) -> Self {
+        let (indices, rest_positions, cells) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        Self { lattice, indices, rest_positions, cells }
+    }
+}
+
+#[pymethods]
+impl Lattice {
+    /// The lattice of a surface: the cells that it passes through and those that it encloses.
+    ///
+    /// mesh : Mesh, path, or anything with vertices and faces (trimesh.Trimesh)
+    /// vertices : int, default 1000
+    ///     Wished number of lattice vertices, at least 8; met within 5 % where the shape allows.
+    /// cell_size : float
+    ///     In place of vertices: the edge of a cell, > 0.
+    /// join : bool, default True
+    ///     Parts that float apart are bridged to the largest; otherwise each is a component of its own.
+    /// memory_limit : int, default half of the machine's memory
+    ///     Bytes that the lattice and its simulation may take; LatticeError if they would take more.
+    #[classmethod]
+    #[pyo3(signature = (mesh, *, vertices=None, cell_size=None, join=true, memory_limit=None))]
+    fn from_mesh(
+        _class: &Bound<'_, PyType>,
+        mesh: &Bound<'_, PyAny>,
+        vertices: Option<&Bound<'_, PyAny>>,
+        cell_size: Option<f64>,
+        join: bool,
+        memory_limit: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let py = mesh.py();
+        let mesh = mesh_like(mesh, "mesh", None)?;
+        let resolution = match (vertices, cell_size) {
+            (Some(_), Some(_)) => {
+                let message = "vertices and cell_size say the same thing in two ways; leave one of them out";
+                return Err(PyValueError::new_err(message));
+            }
+            (Some(vertices), None) => Resolution::Vertices(argument::count(vertices, "vertices", 8)?),
+            (None, Some(cell_size)) => Resolution::CellSize(cell_size),
+            (None, None) => LatticeOptions::default().resolution,
+        };
+        let memory_limit = memory_limit
+            .map(|bytes| argument::count(bytes, "memory_limit", 0))
+            .transpose()?
+            .map(|b| b as u64);
+        let options = LatticeOptions { resolution, join, memory_limit };
+        let mesh = &mesh.get().mesh;
+        let lattice = py.detach(|| supple::Lattice::from_mesh(mesh, &options));
+        lattice.map(Self::from_core).map_err(|e| error::of_lattice(&e))
+    }
+
+    /// The lattice of given cells.
+    ///
+    /// cells : (nx, ny, nz) bool
+    ///     Which cells are occupied; the first axis is x.
+    /// cell_size : float, default 1
+    ///     Edge of a cell, > 0.
+    /// origin : (3,) float, default 0
+    ///     Where index (0, 0, 0) lies.
+    /// join : bool, default True
+    ///     Parts that float apart are bridged; otherwise each is a component of its own.
+    #[classmethod]
+    #[pyo3(
+        signature = (cells, cell_size=1.0, origin=None, join=true),
+        text_signature = "(cells, cell_size=1.0, origin=(0, 0, 0), join=True)"
+    )]
+    fn from_cells(
+        _class: &Bound<'_, PyType>,
+        cells: &Bound<'_, PyAny>,
+        cell_size: f64,
+        origin: Option<&Bound<'_, PyAny>>,
+        join: bool,
+    ) -> PyResult<Self> {
+        let py = cells.py();
+        let wrong = |e| Exception::Lattice.from_value_error(e);
+        let cells = occupied(cells).map_err(wrong)?;
+        let origin = origin
+            .map(|origin| arrays::vector(origin, "origin"))
+            .transpose()
+            .map_err(wrong)?
+            .unwrap_or([0.0; 3]);
+        Self::build(py, &cells, cell_size, origin, join)
+    }
+
+    /// (n, 3) int64, read-only: grid coordinates of the vertices; for from_cells those of the given array.
+    #[getter]
+    fn indices<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
+        let indices = || self.lattice.indices().iter().map(|index| index.map(i64::from)).collect();
+        self.indices.get_or_init(py, || arrays::constant_integers(py, indices())).bind(py)
+    }
+
+    /// (n, 3) float64, read-only: origin + cell_size * indices.
+    #[getter]
+    fn rest_positions<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<f64>> {
+        let rest = |vertex| self.lattice.rest_position(vertex).into();
+        let positions = || (0..self.lattice.len() as u32).map(rest).collect();
+        self.rest_positions.get_or_init(py, || arrays::constant_vectors(py, positions())).bind(py)
+    }
+
+    /// (m, 3) int64, read-only: grid coordinates of the occupied cells, those of their least corner.
+    #[getter]
+    fn cells<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
+        let cells = || self.lattice.cells().iter().map(|index| index.map(i64::from)).collect();
+        self.cells.get_or_init(py, || arrays::constant_integers(py, cells())).bind(py)
+    }
+
+    /// Edge of a cell.
+    #[getter]
+    fn cell_size(&self) -> f64 {
+        self.lattice.cell_size()
+    }
+
+    /// (3,) float64: where index (0, 0, 0) lies.
+    #[getter]
+    fn origin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        arrays::of_numbers(py, self.lattice.origin().iter().copied().collect())
+    }
+
+    /// Connected parts of the link graph.
+    #[getter]
+    fn component_count(&self) -> usize {
+        self.lattice.components().count
+    }
+
+    fn __len__(&self) -> usize {
+        self.lattice.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<supple.Lattice: {} vertices, {} cells of {}, {} kB>",
+            self.lattice.len(),
+            self.lattice.cells().len(),
+            self.lattice.cell_size(),
+            self.lattice.memory().div_ceil(1000)
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, lattice) = (slf.py(), &slf.get().lattice);
+        let restore = py.get_type::<Self>().getattr("_from_indices")?;
+        let origin: [f64; 3] = lattice.origin().into();
+        let arguments = (slf.get().cells(py), lattice.cell_size(), of_vectors(py, vec![origin]));
+        Ok((restore, arguments).into_pyobject(py)?.into_any())
+    }
+
+    /// A lattice from the grid coordinates of its cells, with nothing bridged.
+    #[classmethod]
+    fn _from_indices(
+        class: &Bound<'_, PyType>,
+        cells: &Bound<'_, PyAny>,
+        cell_size: f64,
+        origin: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let cells = arrays::integers(cells, "cells", &[Side::Any("m"), Side::Is(3)])?;
+        let cells: Vec<[i32; 3]> =
+            cells.as_slice()?.as_chunks().0.iter().map(|c| c.map(|x| x as i32)).collect();
+        let origin = arrays::vectors(origin, "origin", Side::Is(1))?[0];
+        Self::build(class.py(), &cells, cell_size, origin, false)
+    }
+}
+
+impl Lattice {
+    fn build(
+        py: Python<'_>,
+        cells: &[[i32; 3]],
+        cell_size: f64,
+        origin: [f64; 3],
+        join: bool,
+    ) -> PyResult<Self> {
+        let lattice = py.detach(|| supple::Lattice::from_cells(cells, cell_size, Point3::from(origin), join));
+        lattice.map(Self::from_core).map_err(|e| error::of_lattice(&e))
+    }
+}
+
+/// Indices of the true entries of an `(nx, ny, nz)` array.
+fn occupied(cells: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> {
+    let cells = arrays::truths(cells, "cells", &[Side::Any("nx"), Side::Any("ny"), Side::Any("nz")])?;
+    let shape = cells.shape();
+    let (ny, nz) = (shape[1], shape[2]);
+    if shape.iter().any(|&side| side > 1 << 30) {
+        return Err(PyValueError::new_err("cells has an axis of more than 2^30 cells"));
+    }
+    let occupied = cells.as_slice()?.iter().enumerate().filter(|(_, occupied)| **occupied);
+    Ok(occupied.map(|(at, _)| [at / nz / ny, at / nz % ny, at % nz].map(|index| index as i32)).collect())
+}

@@ -1,0 +1,45 @@
+//! `supple.reference`: the method in its naive form.
+
+use nalgebra::Vector3;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use supple::reference::Regions;
+
+use crate::argument;
+use crate::arrays::{self, Side};
+use crate::lattice::Lattice;
+
+/// Goal positions by plain sums in float64: slow, and the oracle of the fast ones.
+///
+/// lattice : Lattice
+/// positions : (n, 3) float
+///     One per lattice vertex, in the units of the lattice's cell size.
+/// half_width : int
+///     Of the regions, in cells, at least 0.
+/// regions : "staircase" or "breadth_first"
+///     "staircase": up to half_width linked steps along z, then y, then x, as the fast sums have them.
+///     "breadth_first": all vertices within half_width steps between corners of a common cell (Rivers and James 2007).
+///
+/// Returns (n, 3) float64. Masses are occupied cells / 8; each vertex counts m_i / n_i in the n_i regions that hold it.
+#[pyfunction]
+#[pyo3(name = "reference_goals", signature = (lattice, positions, half_width, regions=None), text_signature = "(lattice, positions, half_width, regions='staircase')")]
+pub(crate) fn reference_goals<'py>(
+    lattice: &Bound<'py, Lattice>,
+    positions: &Bound<'py, PyAny>,
+    half_width: &Bound<'py, PyAny>,
+    regions: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let py = lattice.py();
+    let lattice = &lattice.get().lattice;
+    let positions = arrays::vectors(positions, "positions", Side::Is(lattice.len()))?;
+    let half_width = argument::count(half_width, "half_width", 0)?;
+    let choices = [("staircase", Regions::Staircase), ("breadth_first", Regions::BreadthFirst)];
+    let regions =
+        regions.map_or(Ok(Regions::Staircase), |regions| argument::choice(regions, "regions", &choices))?;
+    let goals = py.detach(|| {
+        let positions: Vec<Vector3<f64>> = positions.into_iter().map(Vector3::from).collect();
+        let goals = supple::reference::goals(lattice, &positions, half_width, regions);
+        goals.into_iter().map(Into::into).collect()
+    });
+    Ok(arrays::of_vectors(py, goals))
+}

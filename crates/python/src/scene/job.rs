@@ -1,0 +1,102 @@
+//! A scene run to frames on disk.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use supple::frames::Format;
+use supple::run::{Flow, Job, Observer, Outcome, Progress, RunReport};
+
+use super::{of_run, open};
+use crate::argument;
+use crate::report::{self, Report};
+use crate::settings::Settings;
+
+/// The keyword arguments of `supple.run`.
+const KEYS: [&str; 9] =
+    ["output", "format", "frames", "progress", "every", "start_frame", "stats", "resume", "threads"];
+
+/// Runs a scene to frames on disk; `overrides` are `KEY=VALUE`.
+#[pyfunction]
+#[pyo3(
+    signature = (path, overrides, **options),
+    text_signature = "(path, overrides, *, output=None, format=None, frames=None, progress=None, every=1, start_frame=0, stats=None, resume=False, threads=None)"
+)]
+pub(crate) fn run<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    overrides: Vec<String>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let options = Settings::new(options, "run()", &KEYS)?;
+    let mut scene = open(py, &path, &overrides)?;
+    if let Some(format) = options.get("format")? {
+        let formats = Format::ALL.map(|format| (format.name(), format));
+        scene.output.format = argument::choice(&format, "format", &formats)?;
+    }
+    if let Some(frames) = options.count_u32("frames", 0)? {
+        scene.simulation.frames = frames;
+    }
+    if let Some(threads) = options.count("threads", 0)? {
+        scene.simulation.threads = threads;
+    }
+    let output = options.path("output")?.unwrap_or_else(|| scene.output_folder());
+    let mut job = Job::new(scene, output);
+    job.every = options.count_u32("every", 1)?.unwrap_or(job.every);
+    job.start_frame = options.count_u32("start_frame", 0)?.unwrap_or(job.start_frame);
+    job.stats = options.path("stats")?;
+    job.resume = options.boolean("resume")?.unwrap_or(job.resume);
+    let callback = options.get("progress")?.map(Bound::unbind);
+    let mut onlooker = Onlooker { callback, raised: None };
+    let report = py.detach(|| job.run(&mut onlooker));
+    if let Some(raised) = onlooker.raised {
+        return Err(raised);
+    }
+    of_report(py, &report.map_err(of_run)?)
+}
+
+/// Lets Ctrl-C through and calls back after each frame; what either raises stops the run.
+struct Onlooker {
+    callback: Option<Py<PyAny>>,
+    raised: Option<PyErr>,
+}
+
+impl Observer for Onlooker {
+    fn frame(&mut self, progress: &Progress) -> Flow {
+        let goes_on = Python::attach(|py| -> PyResult<bool> {
+            py.check_signals()?;
+            let Some(callback) = &self.callback else { return Ok(true) };
+            let Progress { frame, last, time, elapsed } = progress;
+            let progress = Report::Progress.new(py, (*frame, *last, *time, elapsed.as_secs_f64()))?;
+            let answer = callback.bind(py).call1((progress,))?;
+            Ok(answer.extract::<bool>().unwrap_or(true))
+        });
+        match goes_on {
+            Ok(true) => Flow::Continue,
+            Ok(false) => Flow::Stop,
+            Err(error) => {
+                self.raised = Some(error);
+                Flow::Stop
+            }
+        }
+    }
+}
+
+/// A `supple.reports.RunReport`.
+fn of_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny>> {
+    let mut bodies = Vec::with_capacity(run.bodies.len());
+    for body in &run.bodies {
+        let volume = report::of_volume(py, &body.volume)?;
+        bodies.push(Report::Body.new(py, (&body.name, body.lattice_vertices, volume))?);
+    }
+    let outcome = match run.outcome {
+        Outcome::Finished => "finished",
+        Outcome::Stopped => "stopped",
+        Outcome::AlreadyFinished => "already finished",
+    };
+    let bodies = PyTuple::new(py, bodies)?;
+    let elapsed = run.elapsed.as_secs_f64();
+    let RunReport { directory, resumed_after, last, simulated, written, substeps, .. } = run;
+    let values = (directory, outcome, resumed_after, last, simulated, written, substeps, elapsed, bodies);
+    Report::Run.new(py, values)
+}

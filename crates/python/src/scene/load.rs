@@ -1,0 +1,79 @@
+//! A scene as a live simulation.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use supple::run::{Input, prepare};
+use supple::scene::BodyData;
+use supple::{Damping, Reach, Resolution, Stiffness};
+
+use super::{of_run, open};
+use crate::body::{Body, World, volume_settings};
+use crate::collider;
+use crate::mesh::Mesh;
+use crate::simulation::Simulation;
+
+/// The simulation of a scene file, at time zero; `overrides` are `KEY=VALUE`.
+#[pyfunction]
+pub(crate) fn load_scene<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    overrides: Vec<String>,
+) -> PyResult<Bound<'py, Simulation>> {
+    let scene = open(py, &path, &overrides)?;
+    let prepared = py.detach(|| prepare(&scene)).map_err(of_run)?;
+    let world = Arc::new(World::new(prepared.simulation, scene.simulation.threads));
+    let mut bodies = Vec::with_capacity(scene.bodies.len());
+    for (index, (data, input)) in scene.bodies.iter().zip(&prepared.inputs).enumerate() {
+        bodies.push(body(py, data, input, &world, index)?);
+    }
+    let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));
+    let colliders = PyTuple::new(py, colliders.collect::<PyResult<Vec<_>>>()?)?;
+    let simulation = Bound::new(py, Simulation::of(world, bodies, &colliders))?;
+    simulation.get().introduce(&simulation)?;
+    Ok(simulation)
+}
+
+fn body(
+    py: Python<'_>,
+    data: &BodyData,
+    input: &Input,
+    world: &Arc<World>,
+    index: usize,
+) -> PyResult<Py<Body>> {
+    let shape = Bound::new(py, Mesh::from_core(input.part.mesh().clone()))?.into_any().unbind();
+    Py::new(py, Body::of_scene(shape, settings(py, data)?.unbind(), world.clone(), index))
+}
+
+/// A body's keys as keyword arguments.
+fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict>> {
+    let settings = PyDict::new(py);
+    settings.set_item("name", &data.name)?;
+    settings.set_item("scale", data.scale)?;
+    settings.set_item("rotate", data.placement.rotate)?;
+    settings.set_item("translate", data.placement.translate)?;
+    settings.set_item("velocity", data.placement.velocity)?;
+    settings.set_item("spin", data.placement.spin)?;
+    settings.set_item("join", data.join)?;
+    match data.resolution {
+        Resolution::Vertices(vertices) => settings.set_item("lattice_vertices", vertices)?,
+        Resolution::CellSize(cell_size) => settings.set_item("cell_size", cell_size)?,
+    }
+    match data.material.reach {
+        Reach::Cells(cells) => settings.set_item("half_width", cells)?,
+        Reach::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
+    }
+    match data.material.stiffness {
+        Stiffness::PerStep(alpha) => settings.set_item("stiffness", alpha)?,
+        Stiffness::Frequency(hertz) => settings.set_item("frequency", hertz)?,
+    }
+    match data.material.damping {
+        Damping::PerStep(share) => settings.set_item("damping", share)?,
+        Damping::Rate(rate) => settings.set_item("damping_rate", rate)?,
+    }
+    settings.set_item("density", data.material.density)?;
+    settings.set_item("volume", volume_settings(py, &data.volume)?)?;
+    Ok(settings)
+}

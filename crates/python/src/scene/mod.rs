@@ -1,0 +1,52 @@
+//! Scenes: loaded as a live simulation, or run to frames on disk.
+
+mod job;
+mod load;
+
+pub(crate) use job::run;
+pub(crate) use load::load_scene;
+
+use std::path::Path;
+
+use pyo3::prelude::*;
+use supple::run::RunError;
+use supple::scene::{Scene, SceneError, Up};
+
+use crate::error::{self, Exception};
+
+/// The scene of a file: TOML, or the scene that a model alone means.
+fn open(py: Python<'_>, path: &Path, overrides: &[String]) -> PyResult<Scene> {
+    py.detach(|| {
+        // A file that is not there is told so, whatever its name ends in.
+        if let Err(missing) = std::fs::metadata(path) {
+            return Err(SceneError::Read { path: path.to_owned(), source: missing });
+        }
+        Scene::open(path, Up::default(), overrides)
+    })
+    .map_err(of_scene)
+}
+
+/// What is wrong with a scene.
+fn of_scene(error: SceneError) -> PyErr {
+    match error {
+        SceneError::Read { path, source } => error::of_file(&path, &source),
+        SceneError::Mesh(error) => error::of_mesh(error),
+        error => Exception::Scene.with(error.to_string()),
+    }
+}
+
+/// What stopped a run, or kept it from starting.
+fn of_run(error: RunError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        RunError::Scene(error) => of_scene(error),
+        RunError::MeshFile { path, source } => error::of_file(&path, &source),
+        RunError::Mesh(error) => error::of_mesh(error),
+        RunError::Body { source: supple::Error::Mesh(_), .. } => Exception::Mesh.with(message),
+        RunError::Body { source: supple::Error::Lattice(_), .. } => Exception::Lattice.with(message),
+        error if error.is_input() && !matches!(error, RunError::NotAFolder { .. }) => {
+            Exception::Scene.with(message)
+        }
+        _ => Exception::Output.with(message),
+    }
+}

@@ -1,0 +1,94 @@
+//! Bodies move into a simulation.
+
+use std::mem;
+use std::sync::Arc;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use supple::SimulationBuilder;
+
+use super::Simulation;
+use crate::argument::wrong_type;
+use crate::body::{Body, Home, World};
+use crate::error;
+
+/// The simulation of `bodies`, all of which move in, or none.
+pub(super) fn simulation(
+    bodies: &Bound<'_, PyAny>,
+    colliders: &Bound<'_, PyTuple>,
+    builder: SimulationBuilder,
+    threads: usize,
+) -> PyResult<Simulation> {
+    let py = bodies.py();
+    let bodies = list(bodies)?;
+    builder.validate().map_err(error::of)?;
+    if bodies.is_empty() {
+        return Err(error::of(supple::Error::NoBody));
+    }
+    if let Some((first, second)) = twice(&bodies) {
+        let message = format!("bodies[{second}] is bodies[{first}]; build a body for each");
+        return Err(PyValueError::new_err(message));
+    }
+    let shared: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
+    let moved = py.detach(|| move_in(&shared, builder, threads));
+    let world = moved.map_err(|refusal| match refusal {
+        Refusal::Error(error) => error::of(error),
+        Refusal::Taken(index) => PyValueError::new_err(format!(
+            "bodies[{index}] already belongs to a simulation; build another Body for this one"
+        )),
+    })?;
+    let bodies = bodies.iter().map(|body| body.clone().unbind()).collect();
+    Ok(Simulation::of(world, bodies, colliders))
+}
+
+/// Why bodies stay where they are.
+enum Refusal {
+    Taken(usize),
+    Error(supple::Error),
+}
+
+/// Takes the bodies out of their homes, all or none, into a world.
+fn move_in(bodies: &[&Body], builder: SimulationBuilder, threads: usize) -> Result<Arc<World>, Refusal> {
+    // In the order of their addresses, so that two threads that want the same bodies do not wait for each other.
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
+    let mut homes: Vec<_> = order.iter().map(|&index| (index, bodies[index].home())).collect();
+    homes.sort_by_key(|(index, _)| *index);
+    if let Some((taken, _)) = homes.iter().find(|(_, home)| !matches!(**home, Home::Alone(_))) {
+        return Err(Refusal::Taken(*taken));
+    }
+    let mut builder = builder;
+    for (_, home) in &mut homes {
+        if let Home::Alone(body) = mem::replace(&mut **home, Home::Moving) {
+            builder = builder.body(*body);
+        }
+    }
+    let simulation = builder.build().map_err(Refusal::Error)?;
+    let world = Arc::new(World::new(simulation, threads));
+    for (index, home) in &mut homes {
+        **home = Home::In(world.clone(), *index);
+    }
+    Ok(world)
+}
+
+/// Two places of one body.
+fn twice(bodies: &[Bound<'_, Body>]) -> Option<(usize, usize)> {
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by_key(|&index| (bodies[index].as_ptr(), index));
+    order.windows(2).find(|pair| bodies[pair[0]].is(&bodies[pair[1]])).map(|pair| (pair[0], pair[1]))
+}
+
+fn list<'py>(bodies: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Body>>> {
+    let items = match bodies.is_instance_of::<Body>() {
+        true => None,
+        false => bodies.try_iter().ok(),
+    };
+    let items = items.ok_or_else(|| wrong_type(bodies, "bodies", "a list of Body"))?;
+    let body = |(index, item): (usize, PyResult<Bound<'py, PyAny>>)| {
+        let item = item?;
+        item.cast_into::<Body>()
+            .map_err(|error| wrong_type(&error.into_inner(), &format!("bodies[{index}]"), "a Body"))
+    };
+    items.enumerate().map(body).collect()
+}

@@ -1,0 +1,185 @@
+//! `supple.Simulation`: bodies and time.
+
+mod build;
+mod pickle;
+mod step;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use nalgebra::Vector3;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::argument;
+use crate::arrays;
+use crate::body::{Body, World};
+use crate::{collider, error};
+
+/// Bodies that move through time, each by itself, among colliders.
+///
+/// bodies : list of Body
+///     They stay live, and belong to this simulation from now on. Contact between bodies is not simulated.
+/// dt : float, default 1/60
+///     Length of a step in seconds, > 0.
+/// gravity : (3,) float, default (0, -9.81, 0)
+/// colliders : list of Plane, Sphere, Box, Capsule
+/// threads : int, default 0
+///     0 takes one for each processor. The results have the same bits for any number.
+/// substeps : int, default 1
+///     Steps that make a frame: contacts of all steps since a frame began count in the volume correction shown.
+///
+/// ValueError for a number out of range, or a body that belongs to another simulation.
+#[pyclass(frozen, module = "supple", weakref)]
+pub(crate) struct Simulation {
+    world: Arc<World>,
+    bodies: Vec<Py<Body>>,
+    /// The Python objects, as they were given.
+    colliders: Mutex<Py<PyTuple>>,
+}
+
+impl Simulation {
+    pub(crate) fn of(world: Arc<World>, bodies: Vec<Py<Body>>, colliders: &Bound<'_, PyTuple>) -> Self {
+        Self { world, bodies, colliders: Mutex::new(colliders.clone().unbind()) }
+    }
+
+    /// Tells the world, and with it the bodies, which Python object is their simulation.
+    pub(crate) fn introduce(&self, object: &Bound<'_, Self>) -> PyResult<()> {
+        self.world.set_python(object.as_any())
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    #[pyo3(
+        signature = (bodies, *, dt=1.0 / 60.0, gravity=None, colliders=None, threads=None, substeps=None),
+        text_signature = "(bodies, *, dt=0.016666666666666666, gravity=(0, -9.81, 0), colliders=(), threads=0, substeps=1)"
+    )]
+    fn new(
+        bodies: &Bound<'_, PyAny>,
+        dt: f64,
+        gravity: Option<&Bound<'_, PyAny>>,
+        colliders: Option<&Bound<'_, PyAny>>,
+        threads: Option<&Bound<'_, PyAny>>,
+        substeps: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let mut builder = supple::Simulation::builder().dt(dt);
+        if let Some(gravity) = gravity {
+            builder = builder.gravity(arrays::vector(gravity, "gravity")?);
+        }
+        let py = bodies.py();
+        let colliders = match colliders {
+            Some(colliders) => collider::tuple(colliders)?,
+            None => PyTuple::empty(py),
+        };
+        builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
+        let threads = threads.map_or(Ok(0), |threads| argument::count(threads, "threads", 0))?;
+        builder = builder.threads(threads);
+        if let Some(substeps) = substeps {
+            builder = builder.substeps(argument::count(substeps, "substeps", 1)? as u64);
+        }
+        build::simulation(bodies, &colliders, builder, threads)
+    }
+
+    #[pyo3(signature = (*_args, **_settings))]
+    fn __init__(
+        slf: &Bound<'_, Self>,
+        _args: &Bound<'_, PyTuple>,
+        _settings: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        slf.get().introduce(slf)
+    }
+
+    /// The bodies, in the order given.
+    #[getter]
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, &self.bodies)
+    }
+
+    /// Length of a step in seconds, > 0. Can be set; time stays.
+    #[getter]
+    fn dt(&self, py: Python<'_>) -> f64 {
+        self.world.with(py, |simulation| simulation.dt())
+    }
+
+    #[setter]
+    fn set_dt(&self, py: Python<'_>, dt: f64) -> PyResult<()> {
+        self.world.with(py, |simulation| simulation.set_dt(dt)).map_err(error::of)
+    }
+
+    /// Time in seconds. Can be set: pins, handles and moving colliders follow.
+    #[getter]
+    fn time(&self, py: Python<'_>) -> f64 {
+        self.world.with(py, |simulation| simulation.time())
+    }
+
+    #[setter]
+    fn set_time(&self, py: Python<'_>, time: f64) -> PyResult<()> {
+        self.world.with(py, |simulation| simulation.set_time(time)).map_err(error::of)
+    }
+
+    /// (3,) float64, length/s^2. Can be set.
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let gravity = self.world.with(py, |simulation| simulation.gravity());
+        arrays::of_numbers(py, Vector3::from(gravity).iter().copied().collect())
+    }
+
+    #[setter]
+    fn set_gravity(&self, py: Python<'_>, gravity: &Bound<'_, PyAny>) -> PyResult<()> {
+        let gravity = arrays::vector(gravity, "gravity")?;
+        self.world.with(py, |simulation| simulation.set_gravity(gravity)).map_err(error::of)
+    }
+
+    /// The colliders. Can be set, from the next step on.
+    #[getter]
+    fn colliders(&self, py: Python<'_>) -> Py<PyTuple> {
+        self.colliders.lock().unwrap_or_else(PoisonError::into_inner).clone_ref(py)
+    }
+
+    #[setter]
+    fn set_colliders(&self, py: Python<'_>, colliders: &Bound<'_, PyAny>) -> PyResult<()> {
+        let colliders = collider::tuple(colliders)?;
+        let read = collider::read_all(&colliders)?;
+        self.world.with(py, |simulation| simulation.set_colliders(&read)).map_err(error::of)?;
+        *self.colliders.lock().unwrap_or_else(PoisonError::into_inner) = colliders.unbind();
+        Ok(())
+    }
+
+    /// Steps that make a frame.
+    #[getter]
+    fn substeps(&self, py: Python<'_>) -> u64 {
+        self.world.with(py, |simulation| simulation.substeps())
+    }
+
+    /// The stages of a step and of a look, with what each takes: a text to print.
+    fn plan(&self, py: Python<'_>) -> String {
+        self.world.with(py, |simulation| simulation.plan().to_string())
+    }
+
+    /// Threads that work.
+    #[getter]
+    fn threads(&self, py: Python<'_>) -> usize {
+        self.world.with(py, |simulation| simulation.threads())
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        self.world.with(py, |simulation| {
+            let vertices: usize = simulation.bodies().iter().map(|body| body.lattice().len()).sum();
+            format!(
+                "<supple.Simulation: {} bodies of {vertices} lattice vertices, time {:.4} s, dt {:.6} s, {} threads>",
+                simulation.bodies().len(),
+                simulation.time(),
+                simulation.dt(),
+                simulation.threads()
+            )
+        })
+    }
+}
+
+/// The vector instructions that run here, as a checkpoint records them: "avx2", "neon", ...
+#[pyfunction]
+pub(crate) fn simd_level() -> &'static str {
+    supple::simd_level()
+}

@@ -1,0 +1,224 @@
+"""Motion: free fall, starts, setters, what can change between steps."""
+
+import numpy as np
+import pytest
+
+import supple
+
+GRAVITY = np.array([0, -9.81, 0])
+
+
+def test_free_fall(block):
+    body = supple.Body(block, velocity=(1, 2, 3))
+    sim = supple.Simulation([body], dt=0.01)
+    start = body.positions
+    sim.step(100)
+    # v += g dt, then x += v dt: the sum of 1 to n.
+    fallen = GRAVITY * 0.01**2 * 100 * 101 / 2
+    assert np.allclose(body.positions, start + np.array([1, 2, 3]) + fallen, rtol=0, atol=1e-6)
+    assert np.allclose(body.velocities, np.array([1, 2, 3]) + GRAVITY, rtol=0, atol=1e-4)
+    assert sim.time == 100 * 0.01
+
+
+def test_placement_follows_the_order_scale_rotate_translate(cube):
+    body = supple.Body(
+        cube, cell_size=0.5, scale=2, rotate=(90, 0, 90), translate=(1, 2, 3), velocity=(0, 1, 0), spin=(0, 0, 2)
+    )
+    x, y, z = (2 * cube.vertices).T
+    turned = np.stack([z, x, y], axis=1)  # about x: y -> z, then about z: x -> y
+    assert np.allclose(body.surface(), turned + [1, 2, 3], atol=1e-6)
+    arms = body.positions - [1, 2, 3]
+    spin = np.cross([0, 0, 2], arms)
+    assert np.allclose(body.velocities, spin + [0, 1, 0], atol=1e-5)
+    assert np.allclose(body.rotations, [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-6)
+
+
+def test_a_bare_lattice_is_scaled_too(block):
+    body = supple.Body(block, scale=2, translate=(0, 0, 1))
+    assert np.allclose(body.positions, 2 * block.rest_positions + [0, 0, 1], atol=1e-6)
+    assert body.lattice.cell_size == 1
+
+
+def test_masses(block):
+    body = supple.Body(block, density=12)
+    assert body.masses.sum() == pytest.approx(12 * 0.5**3 * 4 * 3 * 2, rel=1e-12)
+    corner = body.masses[0]
+    assert corner == pytest.approx(12 * 0.5**3 / 8, rel=1e-12)
+    assert body.masses.max() == pytest.approx(4 * 2 * corner, rel=1e-12)
+
+
+def test_setters_leave_each_other_alone(block):
+    body = supple.Body(block)
+    sim = supple.Simulation([body], gravity=(0, 0, 0))
+    velocities = np.random.default_rng(0).normal(size=(len(body), 3))
+    body.velocities = velocities
+    body.positions = body.positions + [5, 0, 0]
+    assert np.allclose(body.velocities, velocities, atol=1e-6)
+    body.velocities = 0 * velocities
+    assert np.allclose(body.positions, block.rest_positions + [5, 0, 0], atol=1e-6)
+    sim.step(50)
+    assert np.allclose(body.positions, block.rest_positions + [5, 0, 0], atol=1e-5)
+    body.velocities += [1, 0, 0]
+    sim.step(60)
+    assert np.allclose(body.positions, block.rest_positions + [6, 0, 0], atol=1e-5)
+
+
+def test_looking_changes_no_bit(cube):
+    bodies = [supple.Body(cube, lattice_vertices=200, damping=0.2) for _ in range(2)]
+    sims = [supple.Simulation([body], colliders=[supple.Plane((0, -2, 0), (0, 1, 0))], threads=1) for body in bodies]
+    for _ in range(60):
+        for sim in sims:
+            sim.step()
+        looked = bodies[0]
+        for look in ("goals", "surface", "surface_normals", "corrected_positions", "volume_report"):
+            getattr(looked, look)()
+    for name in ("positions", "velocities", "rotations"):
+        assert getattr(bodies[0], name).tobytes() == getattr(bodies[1], name).tobytes()
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_change_no_bit(threads):
+    lattice = supple.Lattice.from_cells(np.random.default_rng(4).random((30, 30, 30)) < 0.7)
+    results = []
+    for count in (1, threads):
+        bodies = [supple.Body(lattice, damping=0.1, half_width=w, spin=(0, 1, 2)) for w in (1, 4)]
+        sim = supple.Simulation(bodies, threads=count, colliders=[supple.Sphere((15, -5, 15), 8)])
+        sim.step(20)
+        assert sim.threads == count
+        results.append([body.positions.tobytes() for body in bodies])
+    assert results[0] == results[1]
+
+
+def test_dt_time_and_gravity_can_be_set(block):
+    body = supple.Body(block)
+    sim = supple.Simulation([body], dt=0.1, gravity=[0, 0, 0])
+    sim.step(10)
+    sim.dt = 0.25
+    assert sim.dt == 0.25
+    assert sim.time == 1
+    sim.gravity = (1, 0, 0)
+    assert sim.gravity.tolist() == [1, 0, 0]
+    sim.step(4)
+    assert sim.time == 2
+    assert np.allclose(body.velocities, [1, 0, 0], atol=1e-5)
+    sim.time = 10
+    sim.step(2)
+    assert sim.time == 10.5
+    for name, value, error in [
+        ("dt", 0, ValueError),
+        ("dt", np.nan, ValueError),
+        ("dt", "x", TypeError),
+        ("time", np.inf, ValueError),
+        ("gravity", (0, np.nan, 0), ValueError),
+        ("gravity", (0, 0), ValueError),
+        ("gravity", "down", TypeError),
+    ]:
+        with pytest.raises(error, match=r"dt|time|gravity|number"):
+            setattr(sim, name, value)
+    assert (sim.dt, sim.time) == (0.25, 10.5)
+
+
+def test_stiffness_and_damping_can_be_set(block):
+    body = supple.Body(block, frequency=5, damping_rate=2)
+    assert (body.stiffness, body.frequency) == (None, 5)
+    assert (body.damping, body.damping_rate) == (None, 2)
+    body.stiffness = 0.5
+    body.damping = 0.25
+    assert (body.stiffness, body.frequency) == (0.5, None)
+    assert (body.damping, body.damping_rate) == (0.25, None)
+    body.frequency = 3
+    body.damping_rate = 0
+    assert (body.frequency, body.damping_rate) == (3, 0)
+    for name, value in [("stiffness", 0), ("stiffness", 1.1), ("frequency", 0), ("damping", -1), ("damping_rate", -1)]:
+        with pytest.raises(ValueError, match=f"{name} = "):
+            setattr(body, name, value)
+
+
+def test_what_is_set_later_is_as_what_was_given(block):
+    stretched = block.rest_positions * [1.3, 1, 1]
+    given = supple.Body(block, stiffness=0.4, damping=0.3)
+    later = supple.Body(block)
+    later.stiffness, later.damping = 0.4, 0.3
+    for body in (given, later):
+        sim = supple.Simulation([body])
+        body.positions = stretched
+        sim.step(20)
+    assert given.positions.tobytes() == later.positions.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"half_width": 0}, ValueError, "half_width = 0 is out of range"),
+        ({"half_width": 1.5}, TypeError, "half_width must be a whole number, not float"),
+        ({"half_width": True}, TypeError, "half_width"),
+        ({"half_width": 10**30}, ValueError, "half_width"),
+        ({"stiffness": 0}, ValueError, r"stiffness = 0 is out of range: it must be in \(0, 1\]"),
+        ({"stiffness": np.nan}, ValueError, "stiffness"),
+        ({"stiffness": "soft"}, TypeError, "stiffness must be a number, not str"),
+        ({"damping": 1.1}, ValueError, "damping"),
+        ({"density": -1}, ValueError, "density"),
+        ({"stiffness_radius": 0}, ValueError, "stiffness_radius"),
+        ({"stiffness": 1, "frequency": 3}, ValueError, "stiffness and frequency"),
+        ({"damping": 0, "damping_rate": 3}, ValueError, "damping and damping_rate"),
+        ({"half_width": 1, "stiffness_radius": 3}, ValueError, "half_width and stiffness_radius"),
+        ({"velocity": (0, np.inf, 0)}, ValueError, r"velocity\[1\] = inf"),
+        ({"spin": 3}, ValueError, "spin"),
+        ({"scale": 0}, ValueError, "0"),
+        ({"name": 3}, TypeError, "name must be a string, not int"),
+        ({"lattice_vertices": 100}, ValueError, "lattice_vertices is for a mesh"),
+        ({"halfwidth": 3}, TypeError, '"halfwidth"; the nearest one is "half_width"'),
+    ],
+)
+def test_refused_settings(block, settings, error, message):
+    with pytest.raises(error, match=message):
+        supple.Body(block, **settings)
+
+
+def test_numpy_scalars_are_numbers(block):
+    body = supple.Body(block, half_width=np.int8(1), stiffness=np.float32(0.5), density=np.array(2.0))
+    assert body.half_width == 1
+    assert body.density == 2
+    sim = supple.Simulation([body], dt=np.float64(0.5))
+    sim.step(np.int64(2))
+    assert sim.time == 1
+    for n, error in [(-1, ValueError), (1.0, TypeError), ("3", TypeError)]:
+        with pytest.raises(error, match="n "):
+            sim.step(n)
+
+
+def test_a_body_belongs_to_one_simulation(block):
+    body, other = supple.Body(block), supple.Body(block)
+    sim = supple.Simulation([body])
+    assert sim.bodies == (body,)
+    with pytest.raises(ValueError, match=r"bodies\[1\] already belongs to a simulation"):
+        supple.Simulation([other, body])
+    with pytest.raises(ValueError, match=r"bodies\[1\] is bodies\[0\]"):
+        supple.Simulation([other, other])
+    with pytest.raises(ValueError, match="dt"):
+        supple.Simulation([other], dt=-1)
+    with pytest.raises(ValueError, match="at least one body"):
+        supple.Simulation([])
+    with pytest.raises(TypeError, match=r"bodies\[0\] must be a Body, not str"):
+        supple.Simulation("body")
+    # After all that, the other is still free, and the first alive.
+    supple.Simulation([other]).step()
+    sim.step()
+    assert body.positions[0, 1] < block.rest_positions[0, 1]
+
+
+def test_bodies_outlive_their_simulation(block):
+    body = supple.Body(block)
+    supple.Simulation([body]).step(10)
+    assert body.goals().shape == (len(body), 3)
+    with pytest.raises(ValueError, match="already belongs"):
+        supple.Simulation([body])
+
+
+def test_repr_says_what_it_is(block, cube):
+    assert repr(block) == "<supple.Lattice: 60 vertices, 24 cells of 0.5, 3 kB>"
+    body = supple.Body(cube, name="die", lattice_vertices=125)
+    assert '"die": 125 lattice vertices, 64 cells' in repr(body)
+    assert "half-width 2" in repr(body)
+    assert "time 0.0000 s" in repr(supple.Simulation([body]))
+    assert "region sums" in supple.Simulation([supple.Body(cube)]).plan()

@@ -1,0 +1,62 @@
+"""Goal positions against the naive reference."""
+
+import numpy as np
+import pytest
+
+import supple
+
+RNG = np.random.default_rng(2)
+U_SHAPE = np.ones((5, 4, 2), bool)
+U_SHAPE[2, 1:] = False
+SHAPES = {
+    "box": np.ones((5, 4, 3), bool),
+    "u": U_SHAPE,
+    "rod": np.ones((12, 1, 1), bool),
+    "sheet": np.ones((6, 1, 7), bool),
+    "cell": np.ones((1, 1, 1), bool),
+    "random": RNG.random((5, 5, 5)) < 0.4,
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("half_width", [1, 2, 3, 5])
+def test_fast_equals_reference(name, half_width):
+    lattice = supple.Lattice.from_cells(SHAPES[name], cell_size=0.25, join=False)
+    body = supple.Body(lattice, half_width=half_width)
+    body.positions = lattice.rest_positions + 0.05 * RNG.normal(size=(len(lattice), 3))
+    expected = supple.reference.goals(lattice, body.positions, half_width)
+    assert np.abs(body.goals() - expected).max() <= 1e-5 * lattice.cell_size
+
+
+def test_momentum_is_kept_and_a_rigid_motion_is_its_own_goal(block):
+    body = supple.Body(block, half_width=2)
+    moved = block.rest_positions + RNG.normal(size=(len(block), 3))
+    body.positions = moved
+    masses = body.masses[:, None]
+    assert np.allclose((masses * body.goals()).sum(axis=0), (masses * moved).sum(axis=0), rtol=1e-6)
+    turn = supple.rotations(RNG.normal(size=(3, 3)))
+    body.positions = block.rest_positions @ turn.T + [1e6, 0, 0]
+    assert np.allclose(body.goals(), body.positions, rtol=0, atol=1e-5)
+
+
+def test_regions_differ_beside_concave_corners_only():
+    for name, equal in [("box", True), ("u", False)]:
+        lattice = supple.Lattice.from_cells(SHAPES[name])
+        positions = lattice.rest_positions + 0.1 * RNG.normal(size=(len(lattice), 3))
+        staircase = supple.reference.goals(lattice, positions, 2)
+        breadth_first = supple.reference.goals(lattice, positions, 2, regions="breadth_first")
+        assert np.allclose(staircase, breadth_first, rtol=0, atol=1e-12) == equal
+
+
+def test_wrong_arguments(block):
+    positions = block.rest_positions
+    with pytest.raises(ValueError, match='regions is "cube"; it must be "staircase" or "breadth_first"'):
+        supple.reference.goals(block, positions, 2, regions="cube")
+    with pytest.raises(ValueError, match="half_width"):
+        supple.reference.goals(block, positions, -1)
+    with pytest.raises(TypeError, match="half_width"):
+        supple.reference.goals(block, positions, 1.5)
+    with pytest.raises(ValueError, match="positions"):
+        supple.reference.goals(block, positions[1:], 2)
+    with pytest.raises(TypeError):
+        supple.reference.goals(positions, positions, 2)

@@ -1,0 +1,187 @@
+"""Pins, handles, forces."""
+
+import numpy as np
+import pytest
+
+import supple
+
+
+@pytest.fixture
+def bar():
+    return supple.Lattice.from_cells(np.ones((8, 2, 2), bool), cell_size=0.25)
+
+
+def _sim(body, **settings):
+    return supple.Simulation([body], dt=1 / 120, gravity=settings.pop("gravity", (0, 0, 0)), **settings)
+
+
+SELECTIONS = [
+    {"box": ((-1, -1, -1), (0.1, 1, 1))},
+    {"box": np.array([(-1, -1, -1), (0.1, 1, 1)])},
+    {"box": {"min": (-1, -1, -1), "max": [0.1, 1, 1]}},
+    {"sphere": ((-0.2, 0.25, 0.25), 0.43)},
+    {"sphere": {"center": (-0.2, 0.25, 0.25), "radius": 0.43}},
+    {"plane": ((0.1, 0, 0), (-1, 0, 0))},
+]
+
+
+@pytest.mark.parametrize("selection", SELECTIONS)
+def test_shapes_hold_what_is_inside(bar, selection):
+    body = supple.Body(bar)
+    body.pin(**selection)
+    sim = _sim(body, gravity=(0, -9.81, 0))
+    sim.step(60)
+    moved = np.linalg.norm(body.positions - bar.rest_positions, axis=1)
+    assert np.array_equal(moved < 1e-6, bar.indices[:, 0] == 0)
+
+
+def test_vertices_by_index_or_mask(bar):
+    mask = bar.indices[:, 0] == 0
+    for vertices in (mask, np.flatnonzero(mask), np.flatnonzero(mask).tolist(), np.flatnonzero(mask).astype(np.uint8)):
+        body = supple.Body(bar)
+        body.pin(vertices=vertices)
+        _sim(body, gravity=(0, -9.81, 0)).step(30)
+        assert np.array_equal(np.linalg.norm(body.positions - bar.rest_positions, axis=1) < 1e-6, mask)
+
+
+def test_a_pin_holds_from_and_until(bar):
+    body = supple.Body(bar, velocity=(1, 0, 0))
+    body.pin(vertices=np.arange(len(bar)), from_=0.25, until=0.5)
+    sim = _sim(body)
+    sim.step(30)
+    assert np.allclose(body.positions, bar.rest_positions + [0.25, 0, 0], atol=1e-5)
+    sim.step(30)
+    assert np.allclose(body.positions, bar.rest_positions + [0.25, 0, 0], atol=1e-5)
+    assert np.allclose(body.velocities, 0)
+
+
+@pytest.mark.parametrize("as_dicts", [False, True])
+def test_a_handle_moves_along_its_keys(bar, as_dicts):
+    body = supple.Body(bar)
+    held = bar.indices[:, 0] == 8
+    keys = [(0, (0, 0, 0), (0, 0, 0)), (1, (0.5, 0, 0), (360, 0, 0))]
+    if as_dicts:
+        keys = [{"time": 0}, {"time": 1, "translate": (0.5, 0, 0), "rotate": (360, 0, 0)}]
+    body.handle(vertices=held, keys=keys)
+    sim = _sim(body)
+    sim.step(30)
+    centre = bar.rest_positions[held].mean(axis=0)
+    arms = bar.rest_positions[held] - centre
+    quarter = arms @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]).T
+    assert np.allclose(body.positions[held], centre + quarter + [0.125, 0, 0], atol=1e-5)
+    sim.step(90)
+    assert np.allclose(body.positions[held], bar.rest_positions[held] + [0.5, 0, 0], atol=1e-5)
+
+
+def test_holds_can_be_released_and_driven(bar):
+    body = supple.Body(bar)
+    held = bar.indices[:, 0] == 0
+    sim = _sim(body)
+    hold = body.handle(vertices=held, keys=[(0,)])
+    assert hold.body is body
+    for frame in range(10):
+        hold.set_keys([(sim.time, (0.01 * frame, 0, 0)), (sim.time + sim.dt, (0.01 * (frame + 1), 0, 0))])
+        sim.step()
+    assert np.allclose(body.positions[held], bar.rest_positions[held] + [0.1, 0, 0], atol=1e-6)
+    hold.release()
+    sim.gravity = (0, -9.81, 0)
+    sim.step(60)
+    assert body.positions[held, 1].max() < -0.5
+    with pytest.raises(ValueError, match="no keys"):
+        hold.set_keys([])
+
+
+def test_a_pin_can_be_added_between_steps(bar):
+    body = supple.Body(bar)
+    sim = _sim(body, gravity=(0, -9.81, 0))
+    sim.step(20)
+    there = body.positions
+    body.pin(vertices=np.arange(len(bar)))
+    sim.step(20)
+    assert np.allclose(body.positions, there, atol=1e-6)
+
+
+def test_mesh_selections_take_the_cells_of_mesh_vertices(cube):
+    body = supple.Body(cube, cell_size=0.5)
+    body.pin(box=((0.9, 0.9, 0.9), (1.1, 1.1, 1.1)))
+    _sim(body, gravity=(0, -9.81, 0)).step(30)
+    still = np.linalg.norm(body.positions - body.lattice.rest_positions, axis=1) < 1e-6
+    assert still.sum() == 8
+    assert body.lattice.rest_positions[still].min() == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({}, TypeError, "needs one of box="),
+        ({"box": ((0, 0, 0), (1, 1, 1)), "vertices": [0]}, TypeError, "box and vertices were given"),
+        ({"box": ((9, 9, 9), (10, 10, 10))}, ValueError, "selects nothing: the nearest vertex"),
+        ({"box": ((1, 1, 1), (0, 0, 0))}, ValueError, "min 1 > max 0"),
+        ({"box": ((0, 0, 0),)}, ValueError, "box has 1 parts"),
+        ({"box": 3}, TypeError, "box must be a pair"),
+        ({"box": ((0, np.nan, 0), (1, 1, 1))}, ValueError, r"box min\[1\] = NaN"),
+        ({"sphere": ((0, 0, 0), -1)}, ValueError, "radius is -1"),
+        ({"sphere": ((0, 0, 0), "1")}, TypeError, "sphere radius must be a number, not str"),
+        ({"plane": ((0, 0, 0), (0, 0, 0))}, ValueError, "normal is zero"),
+        ({"vertices": []}, ValueError, "list of vertices is empty"),
+        ({"vertices": [0, 81]}, ValueError, "81 is out of range: the lattice has 81 vertices"),
+        ({"vertices": [-1]}, ValueError, "-1 is out of range"),
+        ({"vertices": [0.5]}, TypeError, "vertices must be integers"),
+        ({"vertices": np.ones(3, bool)}, ValueError, r"vertices has the shape \(3,\); it must be \(81,\)"),
+        ({"vertices": [0], "from_": 2, "until": 1}, ValueError, "until"),
+        ({"vertices": [0], "untill": 1}, TypeError, '"untill"; the nearest one is "until"'),
+    ],
+)
+def test_refused_selections(bar, arguments, error, message):
+    body = supple.Body(bar)
+    with pytest.raises(error, match=message):
+        body.pin(**arguments)
+    if "untill" not in arguments:
+        with pytest.raises(error, match=message):
+            body.handle(keys=[(0,)], **arguments)
+
+
+@pytest.mark.parametrize(
+    ("keys", "error", "message"),
+    [
+        ([], ValueError, "no keys"),
+        ([(0,), (0,)], ValueError, "not after key 0"),
+        ([()], ValueError, r"keys\[0\] has 0 parts"),
+        ([(0, (0, 0))], ValueError, r"keys\[0\]\.translate has the shape \(2,\)"),
+        ([(0, (0, 0, 0), (0, np.nan, 0))], ValueError, r"keys\[0\]\.rotate\[1\] = NaN"),
+        ([("0",)], TypeError, r"keys\[0\]\.time must be a number"),
+        ([{"translate": (0, 0, 0)}], ValueError, "has no time"),
+        ([{"time": 0, "rotat": (0, 0, 0)}], TypeError, '"rotate"'),
+        (3, TypeError, "keys must be a list"),
+        ([3], TypeError, r"keys\[0\] must be \(time, translate, rotate\), not int"),
+    ],
+)
+def test_refused_keys(bar, keys, error, message):
+    with pytest.raises(error, match=message):
+        supple.Body(bar).handle(vertices=[0], keys=keys)
+
+
+def test_a_force_gives_its_impulse_once(bar):
+    body = supple.Body(bar)
+    sim = _sim(body)
+    body.apply_force((6, 0, 3), plane=((1, 0, 0), (1, 0, 0)))
+    body.apply_force((-3, 0, 0), vertices=[0, 5])
+    sim.step()
+    momentum = (body.masses[:, None] * body.velocities).sum(axis=0)
+    assert np.allclose(momentum, np.array([3, 0, 3]) / 120, rtol=1e-5, atol=1e-7)
+    sim.step(100)
+    momentum = (body.masses[:, None] * body.velocities).sum(axis=0)
+    assert np.allclose(momentum, np.array([3, 0, 3]) / 120, rtol=1e-4, atol=1e-6)
+
+
+def test_a_force_against_gravity_keeps_a_body_up(bar):
+    body = supple.Body(bar, density=100)
+    sim = _sim(body, gravity=(0, -9.81, 0))
+    for _ in range(60):
+        body.apply_force((0, 9.81 * body.masses.sum(), 0), vertices=np.arange(len(bar)))
+        sim.step()
+    assert np.allclose(body.positions, bar.rest_positions, atol=1e-4)
+    with pytest.raises(ValueError, match=r"force\[0\] = NaN"):
+        body.apply_force((np.nan, 0, 0), vertices=[0])
+    with pytest.raises(ValueError, match="selects nothing"):
+        body.apply_force((1, 0, 0), sphere=((9, 9, 9), 1))

@@ -1,0 +1,117 @@
+"""Meshes: from arrays, from files, from other libraries; what is refused."""
+
+import pickle
+
+import numpy as np
+import pytest
+import trimesh
+
+import supple
+from shapes import CORNERS, QUADS
+
+
+def test_faces_are_fanned_from_their_first_vertex(cube):
+    assert cube.vertices.shape == (8, 3)
+    assert cube.vertices.dtype == np.float64
+    assert cube.faces.dtype == np.int64
+    expected = [triangle for a, b, c, d in QUADS for triangle in ([a, b, c], [a, c, d])]
+    assert np.array_equal(cube.faces, expected)
+
+
+def test_volume_and_closedness(cube):
+    assert cube.volume == pytest.approx(8, rel=1e-15)
+    assert cube.is_closed
+    open_box = supple.Mesh(CORNERS, QUADS[1:])
+    assert not open_box.is_closed
+    turned = supple.Mesh(CORNERS, QUADS[:, ::-1])
+    assert turned.volume == pytest.approx(1, rel=1e-15)
+
+
+def test_faces_of_different_sizes():
+    faces = [*QUADS[1:].tolist(), [0, 2, 1], [1, 2, 3]]
+    mesh = supple.Mesh(CORNERS, faces)
+    assert mesh.is_closed
+    assert len(mesh.faces) == 12
+
+
+def test_constant_arrays_are_read_only_views(cube):
+    for array in (cube.vertices, cube.faces):
+        assert not array.flags.writeable
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1
+        with pytest.raises(ValueError, match="WRITEABLE"):
+            array.flags.writeable = True
+    assert cube.vertices is cube.vertices
+
+
+def test_trimesh_and_paths_are_meshes(bust):
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    lattice = supple.Lattice.from_mesh(ball, cell_size=0.25)
+    assert lattice.cell_size == 0.25
+    body = supple.Body(ball, lattice_vertices=200)
+    assert np.allclose(body.surface(), ball.vertices, atol=1e-6)
+    assert len(supple.Body(bust, lattice_vertices=300)) == pytest.approx(300, rel=0.05)
+    assert len(supple.Body(str(bust), lattice_vertices=300)) == pytest.approx(300, rel=0.05)
+
+
+def test_read_obj(bust):
+    mesh = supple.read_obj(bust)
+    assert mesh.vertices.shape[1] == 3
+    assert "vertices" in repr(mesh)
+    with pytest.raises(supple.MeshError, match="no object or group `Nose`"):
+        supple.read_obj(bust, object="Nose")
+
+
+def test_missing_and_bad_files(tmp_path):
+    with pytest.raises(FileNotFoundError) as caught:
+        supple.read_obj(tmp_path / "none.obj")
+    assert caught.value.filename == str(tmp_path / "none.obj")
+    with pytest.raises(IsADirectoryError):
+        supple.read_obj(tmp_path)
+    bad = tmp_path / "bad.obj"
+    bad.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
+    with pytest.raises(supple.MeshError, match=r"bad\.obj:4: face 1 refers to vertex 4 of 3"):
+        supple.read_obj(bad)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (CORNERS, [[0, 1, 8]], "face 0 refers to vertex 8 of 8"),
+        (CORNERS, [[0, 1, 2], [0, -1, 2]], "face 1 refers to vertex -1 of 8"),
+        (CORNERS, [[0, 1]], r"shape \(1, 2\)"),
+        (CORNERS, np.zeros((0, 3), int), "no faces"),
+        (np.where(CORNERS == 1, np.nan, CORNERS), QUADS, "vertex 1 .* x = NaN"),
+        (np.where(CORNERS == 1, np.inf, CORNERS), QUADS, "vertex 1 .* x = inf"),
+        (CORNERS[:, :2], QUADS, r"vertices has the shape \(8, 2\); it must be \(n, 3\)"),
+        (np.zeros((8, 3)), QUADS, "no extent"),
+        ([[0, 0, 0], [1]], QUADS, "vertices"),
+    ],
+)
+def test_refused(vertices, faces, message):
+    with pytest.raises(supple.MeshError, match=message) as caught:
+        supple.Mesh(vertices, faces)
+    assert isinstance(caught.value, ValueError)
+    assert isinstance(caught.value, supple.SuppleError)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        ("corners", QUADS, "vertices must be numbers"),
+        (CORNERS.astype(complex), QUADS, "complex128"),
+        (CORNERS, QUADS.astype(float), "faces must be integers .* float64"),
+        (CORNERS, None, "faces must be integers"),
+    ],
+)
+def test_wrong_types(vertices, faces, message):
+    with pytest.raises(TypeError, match=message):
+        supple.Mesh(vertices, faces)
+
+
+def test_a_pickled_mesh_is_the_same():
+    mesh = supple.Mesh(CORNERS, [*QUADS[1:].tolist(), [0, 2, 1], [1, 2, 3]])
+    again = pickle.loads(pickle.dumps(mesh))
+    assert np.array_equal(again.vertices, mesh.vertices)
+    assert np.array_equal(again.faces, mesh.faces)
+    assert repr(again) == repr(mesh)

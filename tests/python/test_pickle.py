@@ -1,0 +1,123 @@
+"""Pickles and copies: they go on bit for bit."""
+
+import copy
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+import supple
+
+NAMES = ("positions", "velocities", "rotations", "masses")
+
+
+def _same(a, b):
+    return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in NAMES)
+
+
+def _busy(cube):
+    """A simulation with all that can change at run time changed."""
+    body = supple.Body(
+        cube, name="die", lattice_vertices=200, scale=0.7, rotate=(10, 20, 30), translate=(0, 1, 0), damping=0.1
+    )
+    block = supple.Body(supple.Lattice.from_cells(np.ones((3, 3, 3))), translate=[5, 0, 0], frequency=10)
+    ground = supple.Plane((0, 0, 0), (0, 1, 0), friction=0.3, keys=[(0,), (2, (0, 0.3, 0))])
+    sim = supple.Simulation([body, block], dt=1 / 100, colliders=[ground], threads=2, substeps=2)
+    hold = body.handle(vertices=[0, 1, 2], keys=[(0,), (1, (0.2, 0, 0), (0, 0, 90))], until=0.4)
+    sim.step(7)
+    body.pin(vertices=[20], from_=0.2)
+    sim.gravity = (0.5, -9, 0)
+    sim.dt = 1 / 120
+    body.stiffness = 0.7
+    block.damping_rate = 2
+    hold.set_keys([(0,), (1, (0.1, 0, 0))])
+    sim.step(20)
+    body.apply_force((0, 50, 0), vertices=[5, 6])
+    return sim
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda sim: pickle.loads(pickle.dumps(sim))])
+def test_a_simulation_goes_on_bit_for_bit(cube, again):
+    sim = _busy(cube)
+    other = again(sim)
+    assert other is not sim
+    assert [body.name for body in other.bodies] == ["die", "body"]
+    for name in ("dt", "time", "colliders", "substeps", "threads"):
+        assert getattr(other, name) == getattr(sim, name), name
+    assert np.array_equal(other.gravity, sim.gravity)
+    for _ in range(3):
+        for body, twin in zip(sim.bodies, other.bodies, strict=True):
+            assert body is not twin
+            assert _same(body, twin)
+            assert body.volume_report() == twin.volume_report()
+            assert (body.stiffness, body.frequency, body.damping) == (twin.stiffness, twin.frequency, twin.damping)
+        assert sim.bodies[0].surface().tobytes() == other.bodies[0].surface().tobytes()
+        sim.step(10)
+        other.step(10)
+
+
+def test_the_copy_has_a_life_of_its_own(cube):
+    sim = _busy(cube)
+    other = copy.deepcopy(sim)
+    before = sim.bodies[0].positions
+    other.step(10)
+    assert np.array_equal(sim.bodies[0].positions, before)
+
+
+def test_bodies_stay_with_their_simulation(cube):
+    sim = _busy(cube)
+    twin, body, other = pickle.loads(pickle.dumps((sim, sim.bodies[1], sim.bodies[0])))
+    assert twin.bodies == (other, body)
+    assert copy.copy(sim.bodies[0]) is sim.bodies[0]
+
+
+def test_a_body_by_itself(cube):
+    body = supple.Body(cube, lattice_vertices=100, spin=(1, 0, 0), volume={"measure": "cells", "max_correction": 0.5})
+    body.positions = body.positions * 1.1
+    body.pin(vertices=[3])
+    twin = pickle.loads(pickle.dumps(body))
+    assert _same(body, twin)
+    assert twin.volume_report() == body.volume_report()
+    for each in (body, twin):
+        supple.Simulation([each]).step(20)
+    assert _same(body, twin)
+
+
+def test_a_body_whose_simulation_is_gone(block):
+    body = supple.Body(block)
+    supple.Simulation([body]).step(5)
+    twin = copy.deepcopy(body)
+    assert _same(body, twin)
+    supple.Simulation([twin])
+
+
+def _advance(sim):
+    sim.step(15)
+    return sim
+
+
+def test_through_another_process(cube):
+    sim = _busy(cube)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        other = executor.submit(_advance, sim).result()
+    sim.step(15)
+    assert _same(sim.bodies[0], other.bodies[0])
+
+
+def test_arguments_are_copied(block):
+    velocity = np.array([1.0, 0, 0])
+    body = supple.Body(block, velocity=velocity)
+    velocity[:] = 7
+    assert np.allclose(copy.deepcopy(body).velocities, [1, 0, 0])
+
+
+def test_bytes_of_something_else_are_refused(block):
+    body = supple.Body(block)
+    restore, (shape, settings, state) = body.__reduce__()
+    with pytest.raises(ValueError, match="pickle"):
+        restore(shape, settings, state[:20])
+    other = supple.Lattice.from_cells(np.ones((9, 1, 1)))
+    with pytest.raises(ValueError, match="state"):
+        restore(other, settings, state)

@@ -1,0 +1,169 @@
+"""Scenes: loaded and run."""
+
+import os
+import pickle
+import signal
+import threading
+
+import numpy as np
+import pytest
+import trimesh
+
+import supple
+
+
+def test_a_loaded_scene_is_a_live_simulation(scene):
+    sim = supple.load_scene(scene)
+    assert isinstance(sim, supple.Simulation)
+    assert sim.dt == pytest.approx(1 / 60)
+    assert sim.substeps == 2
+    assert sim.colliders == (supple.Plane((0, 0, 0), (0, 1, 0)),)
+    (body,) = sim.bodies
+    assert body.name == "cube"
+    assert body.damping == 0.1
+    assert len(body) == 125
+    with pytest.raises(ValueError, match="already belongs"):
+        supple.Simulation([body])
+    twin = pickle.loads(pickle.dumps(sim))
+    for each in (sim, twin):
+        each.step(10)
+    assert twin.bodies[0].positions.tobytes() == body.positions.tobytes()
+    assert pickle.loads(pickle.dumps((sim, body)))[1].name == "cube"
+
+
+def test_overrides(scene):
+    overrides = {
+        "simulation.fps": 25,
+        "simulation.gravity": np.zeros(3),
+        "body.cube.half_width": 1,
+        "body.cube.volume": {"measure": "cells"},
+        "body.cube.pin": [],
+        "collider.0.friction": 0.9,
+    }
+    sim = supple.load_scene(str(scene), overrides=overrides)
+    assert sim.dt == pytest.approx(1 / 50)
+    assert sim.gravity.tolist() == [0, 0, 0]
+    assert sim.bodies[0].half_width == 1
+    assert sim.bodies[0].volume_report().measure == "cells"
+    assert sim.colliders[0].friction == 0.9
+    with pytest.raises(supple.SceneError, match=r"half_widht.*half_width"):
+        supple.load_scene(scene, overrides={"body.cube.half_widht": 1})
+    with pytest.raises(TypeError, match="object is no value"):
+        supple.load_scene(scene, overrides={"simulation.frames": object()})
+
+
+def test_run_writes_what_a_loaded_scene_shows(scene, tmp_path):
+    seen = []
+    report = supple.run(scene, tmp_path / "out", "ply", 6, seen.append)
+    assert isinstance(report, supple.RunReport)
+    assert (report.outcome, report.last, report.simulated, report.written, report.substeps) == ("finished", 6, 7, 7, 2)
+    assert report.directory == tmp_path / "out"
+    assert [progress.frame for progress in seen][-1] == 6
+    assert seen[-1].last == 6
+    assert seen[-1].time == pytest.approx(6 / 30)
+    assert report.bodies[0].name == "cube"
+    assert abs(report.bodies[0].volume.residual) < 1e-5
+    sim = supple.load_scene(scene)
+    sim.step(2 * 6)
+    written = trimesh.load(tmp_path / "out" / "cube_0006.ply", process=False)
+    assert np.array_equal(written.vertices, sim.bodies[0].surface().astype(np.float32))
+    assert pickle.loads(pickle.dumps(report)) == report
+
+
+def test_run_takes_the_scenes_own_settings(scene, tmp_path):
+    report = supple.run(scene, every=4, start_frame=100, stats=tmp_path / "stats.csv")
+    names = sorted(os.listdir(tmp_path / "frames"))
+    assert [name for name in names if name.endswith(".obj")] == [f"cube_{100 + k:04}.obj" for k in (0, 4, 8, 12)]
+    assert report.written == 4
+    assert len((tmp_path / "stats.csv").read_text().splitlines()) == 1 + 4
+
+
+def test_a_run_can_be_stopped_and_resumed(scene, tmp_path):
+    whole = supple.run(scene, tmp_path / "whole")
+    stopped = supple.run(scene, tmp_path / "out", progress=lambda progress: progress.frame < 5)
+    assert (stopped.outcome, stopped.last) == ("stopped", 5)
+    resumed = supple.run(scene, tmp_path / "out", resume=True)
+    assert (resumed.outcome, resumed.resumed_after, resumed.last) == ("finished", 5, whole.last)
+    for frame in range(13):
+        name = f"cube_{frame:04}.obj"
+        assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    assert supple.run(scene, tmp_path / "out", resume=True).outcome == "already finished"
+
+
+def test_what_a_callback_raises_comes_out(scene, tmp_path):
+    def fail(progress):
+        if progress.frame == 3:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        supple.run(scene, tmp_path / "out", progress=fail)
+    assert (tmp_path / "out" / "cube_0003.obj").exists()
+    assert not (tmp_path / "out" / "cube_0004.obj").exists()
+
+
+def test_ctrl_c_ends_a_run_after_a_frame(scene, tmp_path):
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        supple.run(scene, tmp_path / "out", frames=1_000_000)
+    timer.join()
+    assert supple.run(scene, tmp_path / "out", frames=20, resume=True).outcome in ("finished", "already finished")
+
+
+def test_a_model_alone_is_a_scene(scene, tmp_path):
+    sim = supple.load_scene(tmp_path / "cube.obj")
+    assert sim.bodies[0].name == "cube"
+    assert len(sim.colliders) == 1
+
+
+def test_errors(scene, tmp_path):
+    for call in (supple.load_scene, supple.run):
+        for name in ("none.toml", "none.obj", "none.txt"):
+            with pytest.raises(FileNotFoundError) as caught:
+                call(tmp_path / name)
+            assert caught.value.filename == str(tmp_path / name)
+        with pytest.raises(TypeError):
+            call(3)
+    text = scene.read_text()
+    for wrong, message in [
+        ("frames = 12", None),
+        ("frames = -1", r"fall\.toml:3: `simulation\.frames`"),
+        ("frams = 12", "`simulation.frams`; the nearest known one is `frames`"),
+        ("frames = ", r"fall\.toml:3"),
+    ]:
+        scene.write_text(text.replace("frames = 12", wrong))
+        if message:
+            with pytest.raises(supple.SceneError, match=message) as caught:
+                supple.load_scene(scene)
+            assert isinstance(caught.value, ValueError)
+    scene.write_text(text.replace("min = [-2, 2, -2]", "min = [-2, 2.9, -2]"))
+    with pytest.raises(supple.SceneError, match=r"body\.cube\.pin\.0: the box selects nothing"):
+        supple.load_scene(scene)
+    scene.write_text(text.replace("lattice_vertices = 125", "cell_size = 1e-6"))
+    with pytest.raises(supple.LatticeError, match="would fit"):
+        supple.load_scene(scene)
+    scene.write_text(text.replace("cube.obj", "bad.obj"))
+    (tmp_path / "bad.obj").write_text("v 0 0 0\n")
+    with pytest.raises(supple.MeshError, match=r"bad\.obj.*no faces"):
+        supple.load_scene(scene)
+    scene.write_text(text.replace("cube.obj", "none.obj"))
+    with pytest.raises(FileNotFoundError):
+        supple.run(scene, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_output_errors(scene, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(supple.OutputError, match="file") as caught:
+        supple.run(scene, tmp_path / "file")
+    assert isinstance(caught.value, OSError)
+    for settings, error, message in [
+        ({"format": "stl"}, ValueError, 'format is "stl"; it must be "obj" or'),
+        ({"frames": -1}, ValueError, "frames = -1"),
+        ({"every": 0}, ValueError, "every = 0"),
+        ({"stats": tmp_path / "stats.txt"}, ValueError, "csv"),
+        ({"frames": "all"}, TypeError, "frames must be a whole number, not str"),
+        ({"progress": 3}, TypeError, "callable"),
+    ]:
+        with pytest.raises(error, match=message):
+            supple.run(scene, tmp_path / "out", **settings)

@@ -1,0 +1,43 @@
+"""Sweeps: the same scene with different parameters."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import pytest
+
+import supple
+
+PARAMETERS = {"body.cube.half_width": [1, 2], "body.cube.damping": [0.0, 0.2]}
+
+
+def test_all_combinations_in_order(scene):
+    results = supple.sweep(scene, PARAMETERS, frames=3)
+    assert [tuple(result.parameters.values()) for result in results] == [(1, 0.0), (1, 0.2), (2, 0.0), (2, 0.2)]
+    assert all(result.report.outcome == "finished" for result in results)
+    assert not any(result.report.directory.exists() for result in results)
+
+
+def test_executors_change_no_bit(scene):
+    here = supple.sweep(scene, PARAMETERS, frames=5)
+    with ThreadPoolExecutor(2) as executor:
+        threads = supple.sweep(scene, PARAMETERS, executor, frames=5)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        processes = supple.sweep(str(scene), PARAMETERS, executor, frames=5)
+    for other in (threads, processes):
+        for a, b in zip(here, other, strict=True):
+            assert a.parameters == b.parameters
+            assert a.report.bodies == b.report.bodies
+
+
+def test_frames_are_kept_where_asked_for(scene, tmp_path):
+    results = supple.sweep(scene, [{"body.cube.stiffness": 0.5}, {}], output=tmp_path / "out", frames=2)
+    for k, result in enumerate(results):
+        assert result.report.directory == tmp_path / "out" / str(k)
+        assert (tmp_path / "out" / str(k) / "cube_0002.obj").exists()
+
+
+def test_errors_come_out(scene):
+    with pytest.raises(supple.SceneError, match="half_width"):
+        supple.sweep(scene, {"body.cube.half_width": [1, 0]}, frames=1)
+    with pytest.raises(FileNotFoundError):
+        supple.sweep("none.toml", {}, frames=1)

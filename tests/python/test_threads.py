@@ -1,0 +1,118 @@
+"""The GIL, Ctrl-C, threads side by side, and forks."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import supple
+
+
+def _large():
+    lattice = supple.Lattice.from_cells(np.ones((60, 60, 60), bool))
+    return supple.Simulation([supple.Body(lattice)], threads=1)
+
+
+def test_other_threads_run_while_a_step_does():
+    sim = _large()
+    ticks = []
+    done = threading.Event()
+
+    def tick():
+        while not done.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    start = time.perf_counter()
+    sim.step(5)
+    end = time.perf_counter()
+    done.set()
+    thread.join()
+    during = [t for t in ticks if start < t < end]
+    assert end - start > 0.02
+    assert len(during) > 0.02 * (end - start) / 0.001
+
+
+def test_two_simulations_step_in_parallel_threads(block):
+    def run():
+        bodies = [supple.Body(block, spin=(0, 1, 0)) for _ in range(2)]
+        sims = [supple.Simulation([body]) for body in bodies]
+        return bodies, sims
+
+    bodies, sims = run()
+    threads = [threading.Thread(target=sim.step, args=(300,)) for sim in sims]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    alone, (sim, _) = run()
+    sim.step(300)
+    for body in bodies:
+        assert body.positions.tobytes() == alone[0].positions.tobytes()
+
+
+def test_one_simulation_looked_at_and_stepped_by_many_threads(cube):
+    body = supple.Body(cube, lattice_vertices=300)
+    sim = supple.Simulation([body])
+    looks = [
+        body.goals,
+        body.surface,
+        body.volume_report,
+        lambda: sim.step(3),
+        lambda: body.positions,
+        lambda: sim.time,
+    ]
+    threads = [threading.Thread(target=lambda look=look: [look() for _ in range(50)]) for look in looks]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sim.time == pytest.approx(150 / 60)
+
+
+def test_ctrl_c_ends_a_long_call_between_two_steps(block):
+    body = supple.Body(block)
+    sim = supple.Simulation([body], dt=0.01, gravity=(0, 0, 0), threads=1)
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    start = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        sim.step(100_000_000)
+    assert time.perf_counter() - start < 5
+    timer.join()
+    stopped = sim.time
+    assert stopped > 0
+    sim.step()
+    assert sim.time > stopped
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_forked_process_goes_on_with_threads_of_its_own():
+    # In a process of its own: pytest's has threads that must not be forked.
+    program = """
+        import os
+        import numpy as np
+        import supple
+
+        lattice = supple.Lattice.from_cells(np.ones((25, 25, 25), bool))
+        body = supple.Body(lattice, spin=(0, 0, 1))
+        sim = supple.Simulation([body], threads=2)
+        sim.step(3)
+        read, write = os.pipe()
+        child = os.fork()
+        sim.step(3)
+        if child == 0:
+            os.write(write, body.positions.tobytes()[:1000])
+            os._exit(0)
+        assert os.waitpid(child, 0)[1] == 0
+        assert os.read(read, 1000) == body.positions.tobytes()[:1000]
+        """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=60)

@@ -1,0 +1,107 @@
+"""The volume that is kept, and what is said about it."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import supple
+
+
+def _stretched(body):
+    body.positions = body.positions * [1.5, 1, 1]
+    return body.volume_report()
+
+
+def test_auto_is_mesh_where_it_encloses_a_volume(cube):
+    body = supple.Body(cube, lattice_vertices=200)
+    report = _stretched(body)
+    assert report.measure == "mesh"
+    assert report.rest == pytest.approx(8, rel=1e-6)
+    assert report.before == pytest.approx(12, rel=1e-5)
+    assert report.after == pytest.approx(8, rel=1e-5)
+    assert abs(report.residual) < 1e-6
+    assert report.lambda_ < 0
+    assert not report.capped
+    shown = supple.Mesh(body.surface(), cube.faces)
+    assert shown.volume == pytest.approx(8, rel=1e-5)
+
+
+def test_a_bare_lattice_keeps_its_cells(block):
+    report = _stretched(supple.Body(block))
+    assert report.measure == "cells"
+    assert report.rest == pytest.approx(24 * 0.5**3, rel=1e-12)
+    assert abs(report.residual) < 1e-6
+    assert set(report.volumes) == {"lattice", "cells"}
+
+
+@pytest.mark.parametrize("measure", ["mesh", "cells", "lattice"])
+def test_each_measure_keeps_its_own(cube, measure):
+    for volume in (measure, {"measure": measure}, {"measure": measure, "scope": "global", "field": "paper"}):
+        report = _stretched(supple.Body(cube, cell_size=0.4, volume=volume))
+        assert report.measure == measure
+        rest, _, after = report.volumes[measure]
+        assert after == pytest.approx(rest, rel=1e-6)
+        assert (report.rest, report.after) == pytest.approx((rest, after))
+        assert set(report.volumes) == {"mesh", "cells", "lattice"}
+
+
+def test_off_keeps_nothing(cube):
+    body = supple.Body(cube, lattice_vertices=200, volume="off")
+    report = _stretched(body)
+    assert report.after == report.before == pytest.approx(12, rel=1e-5)
+    assert report.lambda_ == 0
+    assert np.allclose(body.corrected_positions(), body.positions, rtol=0, atol=1e-6)
+
+
+def test_max_correction_caps(cube):
+    report = _stretched(supple.Body(cube, lattice_vertices=200, volume={"max_correction": 0.01}))
+    assert report.capped
+    assert report.residual > 0.1
+
+
+def test_components_have_a_lambda_of_their_own():
+    cells = np.zeros((7, 3, 3), bool)
+    cells[:3] = cells[4:] = True
+    body = supple.Body(supple.Lattice.from_cells(cells, join=False))
+    scale = np.where(body.lattice.indices[:, :1] <= 3, 1.2, 1.0)
+    body.positions = body.positions * scale
+    report = body.volume_report()
+    assert len(report.components) == 2
+    first, second = report.components
+    assert first.lambda_ < -1e-3
+    assert abs(second.lambda_) < 1e-6
+    assert report.lambda_ == first.lambda_
+    assert report.rest == first.rest + second.rest
+
+
+def test_reports_are_plain_data(cube):
+    report = _stretched(supple.Body(cube, lattice_vertices=64))
+    assert isinstance(report, supple.VolumeReport)
+    assert pickle.loads(pickle.dumps(report)) == report
+    with pytest.raises(AttributeError):
+        report.rest = 3
+
+
+@pytest.mark.parametrize(
+    ("volume", "error", "message"),
+    [
+        ("mass", ValueError, 'volume is "mass"; it must be "auto" or'),
+        (3, TypeError, "volume must be a string or a dict, not int"),
+        ({"measure": "cell"}, ValueError, "volume measure"),
+        ({"mesure": "cells"}, TypeError, '"mesure"; the nearest one is "measure"'),
+        ({"max_correction": -1}, ValueError, "max_correction is -1"),
+        ({"max_correction": np.nan}, ValueError, "max_correction"),
+        ({"field": "magic"}, ValueError, "field"),
+    ],
+)
+def test_refused(cube, volume, error, message):
+    with pytest.raises(error, match=message):
+        supple.Body(cube, volume=volume)
+
+
+def test_mesh_needs_a_closed_mesh(cube, block):
+    with pytest.raises(ValueError, match="use `cells`"):
+        supple.Body(block, volume="mesh")
+    with pytest.raises(ValueError, match="use `cells`"):
+        supple.Body(supple.Mesh(cube.vertices, cube.faces[1:]), volume="mesh")
