@@ -8,7 +8,7 @@ use supple::volume::{Push, Surface, VolumeMeasure};
 use supple::{Correction, Lattice, Resolution, VolumeMeasures, VolumeOptions};
 
 fn correction(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
-    Correction::new(lattice, None, &measure.into(), 1).expect("usable").expect("not off")
+    Correction::new(lattice, None, &measure.into()).expect("usable").expect("not off")
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn a_stretched_ball_keeps_the_volume_that_is_seen() {
     let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.4));
     let surface = Surface { mesh: &mesh, embedding: &embedding };
     let mut correction =
-        Correction::new(&lattice, Some(surface), &VolumeOptions::default(), 2).unwrap().unwrap();
+        Correction::new(&lattice, Some(surface), &VolumeOptions::default()).unwrap().unwrap();
     assert_eq!(correction.measure(), VolumeMeasure::Mesh);
     let stretched = posed(&lattice, |[x, y, z]| [x, 1.5 * y, z + 0.1 * y]);
     let mut corrected = stretched.clone();
@@ -172,7 +172,7 @@ fn what_is_held_stays_and_the_field_rises_beside_it() {
     let stretched = posed(&lattice, |[x, y, z]| [x, y, 1.3 * z]);
     let held: Vec<u32> = (0..25).collect();
     let mut correction =
-        Correction::new(&lattice, None, &VolumeMeasure::Cells.into(), 2).unwrap().expect("not off");
+        Correction::new(&lattice, None, &VolumeMeasure::Cells.into()).unwrap().expect("not off");
     correction.hold(&held);
     let corrected = apply(&mut correction, &stretched, &[]);
     assert_eq!(corrected[..25], stretched[..25]);
@@ -201,7 +201,7 @@ fn a_stretched_bust_keeps_the_volume_that_is_seen() {
     for (k, measure) in
         [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh].into_iter().enumerate()
     {
-        let mut correction = Correction::new(&lattice, Some(surface), &measure.into(), 2).unwrap().unwrap();
+        let mut correction = Correction::new(&lattice, Some(surface), &measure.into()).unwrap().unwrap();
         let mut corrected = stretched.clone();
         let components =
             correction.apply(&stretched, &vec![UPRIGHT; lattice.len()], &[], &mut corrected).to_vec();

@@ -20,7 +20,7 @@ fn report(correction: &mut Correction, deformed: &[[f32; 3]]) -> (ComponentRepor
 }
 
 fn of_lattice(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
-    Correction::new(lattice, None, &measure.into(), 1).expect("usable").expect("not off")
+    Correction::new(lattice, None, &measure.into()).expect("usable").expect("not off")
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn the_cap_is_a_part_of_the_thickness() {
     let huge = posed(&lattice, |p| p.map(|x| 3.0 * x));
     for max_correction in [0.0, 0.1, 0.5] {
         let options = VolumeOptions { max_correction, ..VolumeMeasure::Cells.into() };
-        let mut correction = Correction::new(&lattice, None, &options, 1).unwrap().unwrap();
+        let mut correction = Correction::new(&lattice, None, &options).unwrap().unwrap();
         let (component, _) = report(&mut correction, &huge);
         // The middle of eight cells lies four below the boundary.
         assert_eq!((component.lambda, component.capped), (-4.0 * max_correction, true));
@@ -187,12 +187,12 @@ fn surfaces_that_enclose_nothing() {
     for (mesh, closed) in [(open, false), (two_sided, true)] {
         let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.5));
         let surface = Some(Surface { mesh: &mesh, embedding: &embedding });
-        let error = Correction::new(&lattice, surface, &VolumeMeasure::Mesh.into(), 1).unwrap_err();
+        let error = Correction::new(&lattice, surface, &VolumeMeasure::Mesh.into()).unwrap_err();
         assert!(
             matches!(error, VolumeError::Flat { .. }) == closed && error.to_string().contains("`cells`"),
             "{error}"
         );
-        let auto = Correction::new(&lattice, surface, &Preservation::Auto.into(), 1).unwrap().unwrap();
+        let auto = Correction::new(&lattice, surface, &Preservation::Auto.into()).unwrap().unwrap();
         assert_eq!(auto.measure(), VolumeMeasure::Cells);
         assert_eq!(VolumeMeasures::new(&lattice, surface).kinds().count(), 2);
     }
@@ -201,7 +201,7 @@ fn surfaces_that_enclose_nothing() {
 #[test]
 fn refused_and_left_out() {
     let lattice = lattice(&[[0, 0, 0]]);
-    let new = |options: &VolumeOptions| Correction::new(&lattice, None, options, 1);
+    let new = |options: &VolumeOptions| Correction::new(&lattice, None, options);
     assert_eq!(new(&VolumeMeasure::Mesh.into()).unwrap_err(), VolumeError::NoMesh);
     assert!(new(&Preservation::Off.into()).unwrap().is_none());
     for max_correction in [-1.0, f64::NAN, f64::INFINITY] {

@@ -45,8 +45,8 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) start_frame: u32,
     /// Threads; 0 takes all [default: the scene's simulation.threads]
-    #[arg(long, value_name = "N")]
-    pub(crate) threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
+    pub(crate) threads: Option<u16>,
     /// Write a row of statistics a frame and body; with several inputs, FILE_STEM each
     #[arg(long, value_name = "FILE.csv|.json")]
     pub(crate) stats: Option<PathBuf>,

@@ -42,7 +42,7 @@ pub(crate) fn run_one(
         scene.simulation.frames = frames;
     }
     if let Some(threads) = args.threads {
-        scene.simulation.threads = threads;
+        scene.simulation.threads = threads.into();
     }
     if let Some(format) = args.format {
         scene.output.format = format.into();

@@ -1,4 +1,9 @@
 //! Storage in blocks of eight lattice vertices along one axis: an array of structures of eight lanes.
+//!
+//! Kernels load and store whole rows. They are written as plain loops: a closure handed to `map` or `from_fn` may
+//! be compiled as a function of its own, without the SIMD level of its caller.
+
+use fearless_simd::{Simd, SimdBase, f32x8};
 
 /// Lattice vertices in a block: the lanes of one `f32x8`.
 pub(crate) const LANES: usize = 8;
@@ -60,6 +65,27 @@ impl<const N: usize> Lanes<N> {
     #[inline]
     pub fn blocks_mut(&mut self) -> &mut [[[f32; LANES]; N]] {
         &mut self.blocks
+    }
+}
+
+/// The first `N` rows of a block.
+#[inline(always)]
+pub(crate) fn load<S: Simd, const N: usize, const M: usize>(
+    simd: S,
+    block: &[[f32; LANES]; M],
+) -> [f32x8<S>; N] {
+    let mut rows = [f32x8::splat(simd, 0.0); N];
+    for c in 0..N {
+        rows[c] = f32x8::load_array_ref(simd, &block[c]);
+    }
+    rows
+}
+
+/// Writes rows.
+#[inline(always)]
+pub(crate) fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [[f32; LANES]]) {
+    for c in 0..N {
+        values[c].store_array(&mut rows[c]);
     }
 }
 

@@ -81,11 +81,11 @@ impl Page {
         self.entry(
             "",
             &format!(
-                "from {} to {}, volume {}, {} components",
+                "from {} to {}, volume {}, {}",
                 point(mesh.low),
                 point(mesh.high),
                 number(mesh.volume),
-                mesh.components
+                components(mesh.components)
             ),
         );
         if mesh.flipped {
@@ -116,11 +116,11 @@ impl Page {
         self.entry(
             "lattice",
             &format!(
-                "{} vertices, {} cells of size {}, {} components, {}",
+                "{} vertices, {} cells of size {}, {}, {}",
                 lattice.vertices,
                 lattice.cells,
                 number(lattice.cell_size),
-                lattice.components,
+                components(lattice.components),
                 say::bytes(lattice.bytes as u64)
             ),
         );
@@ -162,6 +162,10 @@ fn number(value: f64) -> String {
 fn point(value: [f64; 3]) -> String {
     let [x, y, z] = value.map(number);
     format!("({x}, {y}, {z})")
+}
+
+fn components(count: usize) -> String {
+    if count == 1 { "1 component".to_owned() } else { format!("{count} components") }
 }
 
 fn list(numbers: &[u32]) -> String {

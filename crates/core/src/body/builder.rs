@@ -220,7 +220,7 @@ impl BodyBuilder {
         let half_width = self.material.half_width(lattice.cell_size(), extent(&lattice));
         let matching = Matching::new(&lattice, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
-        let view = View::new(&lattice, surface.as_ref(), &self.volume, half_width, state.frame)?;
+        let view = View::new(&lattice, surface.as_ref(), &self.volume, state.frame)?;
         state.set_in_motion(&lattice, &matching.layout, &self.placement);
         let mut body = Body {
             name: self.name,

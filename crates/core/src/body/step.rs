@@ -18,14 +18,14 @@ pub(crate) struct World<'a> {
 }
 
 impl Body {
-    /// One step: forces, goal positions, damping, integration, contacts, pins and handles.
+    /// One step: forces, damping, goal positions, integration, contacts, pins and handles.
     pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
         self.begin_holds(world);
         self.pull(world.interval.dt, world.opens_frame);
         self.open_books(executor);
         let gain = self.fall(world);
-        self.match_shape(world, gain, executor);
         self.damp(world, executor);
+        self.match_shape(world, gain, executor);
         self.advance(world, executor);
         self.touch(world);
         self.hold(world);
@@ -82,6 +82,16 @@ impl Body {
         Vector3::zeros()
     }
 
+    /// Region damping, where the material has any: of the velocities that contacts, pins and handles left. After the
+    /// matching, held vertices would hand on the pull that they do not follow.
+    fn damp(&mut self, world: &World, executor: &Executor) {
+        if let Some(damping) = &self.damping {
+            let share = self.material.damping_share(world.interval.dt);
+            let cascade = unlocked(&mut self.cascade);
+            damping.apply(&self.matching, cascade, executor, &mut self.state, share as f32);
+        }
+    }
+
     /// Goal positions by shape matching, and the velocities that they and `gain` give.
     fn match_shape(&mut self, world: &World, gain: Vector3<f64>, executor: &Executor) {
         let Self { matching, bookkeeper, state, .. } = self;
@@ -90,15 +100,6 @@ impl Body {
         matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
         bookkeeper.enter(&mut state.books, gain);
-    }
-
-    /// Region damping, where the material has any.
-    fn damp(&mut self, world: &World, executor: &Executor) {
-        if let Some(damping) = &self.damping {
-            let share = self.material.damping_share(world.interval.dt);
-            let cascade = unlocked(&mut self.cascade);
-            damping.apply(&self.matching, cascade, executor, &mut self.state, share as f32);
-        }
     }
 
     /// Velocities corrected to the books, positions moved.

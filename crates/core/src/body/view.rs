@@ -56,12 +56,11 @@ impl View {
         lattice: &Lattice,
         surface: Option<&Surface>,
         volume: &VolumeOptions,
-        half_width: usize,
         frame: Frame,
     ) -> Result<Self, VolumeError> {
         let borrowed = surface.map(Surface::borrowed);
         Ok(Self {
-            correction: Correction::new(lattice, borrowed, volume, half_width)?,
+            correction: Correction::new(lattice, borrowed, volume)?,
             measures: None,
             normals: None,
             turned: Lanes::default(),

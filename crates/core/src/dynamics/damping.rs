@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
 use crate::body::State;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, load, store};
 use crate::matching::Matching;
 use crate::matching::cascade::{Cascade, RegionTransform, VertexUpdate};
 use crate::matching::goals::Weighted;
@@ -33,7 +33,7 @@ impl RegionDamping {
 
     /// Pulls velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
-    /// The state's rotations are those of this step; `share` is in (0, 1].
+    /// The rotations are those of the last fit; `share` is in (0, 1].
     pub(crate) fn apply(
         &self,
         matching: &Matching,
@@ -68,38 +68,37 @@ impl RegionTransform for FitVelocities<'_> {
     /// the rest inertia. The field: v - ω x R d, and the columns ω x R eⱼ.
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12], _: &mut ()) -> [f32x8<S>; 12] {
-        let constants = &self.constants.blocks()[block];
-        let constant = |c: usize| f32x8::load_array_ref(simd, &constants[c]);
-        let (inverse_mass, d) = (constant(2), [constant(3), constant(4), constant(5)]);
-        let mean = sums.map(|sum| sum * inverse_mass);
+        let zero = f32x8::splat(simd, 0.0);
+        let [_, _, inverse_mass, d0, d1, d2] = load(simd, &self.constants.blocks()[block]);
+        let d = [d0, d1, d2];
+        let mut mean = sums;
+        for i in 0..12 {
+            mean[i] *= inverse_mass;
+        }
         let v = [mean[0], mean[1], mean[2]];
-        let r = columns(
-            simd,
-            self.rotations.blocks()[block].each_ref().map(|row| f32x8::load_array_ref(simd, row)),
-        );
+        let r = columns(simd, load(simd, &self.rotations.blocks()[block]));
         let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
 
-        let mut spin = [f32x8::splat(simd, 0.0); 3];
+        let mut spin = [zero; 3];
         for j in 0..3 {
-            let against: [f32x8<S>; 3] = std::array::from_fn(|c| mean[3 + 3 * j + c] - v[c] * d[j]);
-            let turned = cross(axes[j], against);
-            for (spin, turned) in spin.iter_mut().zip(turned) {
-                *spin += turned;
-            }
+            let against =
+                [mean[3 + 3 * j] - v[0] * d[j], mean[4 + 3 * j] - v[1] * d[j], mean[5 + 3 * j] - v[2] * d[j]];
+            let [x, y, z] = cross(axes[j], against);
+            spin = [spin[0] + x, spin[1] + y, spin[2] + z];
         }
-        let [xx, yy, zz, xy, xz, yz] =
-            self.inverse_inertia.blocks()[block].each_ref().map(|row| f32x8::load_array_ref(simd, row));
-        let at_rest = axes.map(|axis| axis[0] * spin[0] + axis[1] * spin[1] + axis[2] * spin[2]);
-        let turned = [
-            xx * at_rest[0] + xy * at_rest[1] + xz * at_rest[2],
-            xy * at_rest[0] + yy * at_rest[1] + yz * at_rest[2],
-            xz * at_rest[0] + yz * at_rest[1] + zz * at_rest[2],
-        ];
-        let omega: [f32x8<S>; 3] =
-            std::array::from_fn(|c| axes[0][c] * turned[0] + axes[1][c] * turned[1] + axes[2][c] * turned[2]);
+        let [xx, yy, zz, xy, xz, yz] = load(simd, &self.inverse_inertia.blocks()[block]);
+        let (a, b, c) = (dot(axes[0], spin), dot(axes[1], spin), dot(axes[2], spin));
+        let turned = [xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c];
+        let mut omega = [zero; 3];
+        for c in 0..3 {
+            omega[c] = axes[0][c] * turned[0] + axes[1][c] * turned[1] + axes[2][c] * turned[2];
+        }
 
-        let [x, y, z] = axes.map(|axis| cross(omega, axis));
-        let b: [f32x8<S>; 3] = std::array::from_fn(|c| v[c] - (x[c] * d[0] + y[c] * d[1] + z[c] * d[2]));
+        let (x, y, z) = (cross(omega, axes[0]), cross(omega, axes[1]), cross(omega, axes[2]));
+        let mut b = v;
+        for c in 0..3 {
+            b[c] -= x[c] * d0 + y[c] * d1 + z[c] * d2;
+        }
         [b[0], b[1], b[2], x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]]
     }
 }
@@ -121,12 +120,18 @@ impl VertexUpdate for Pull<'_> {
         gathered: [f32x8<S>; 3],
         velocities: &mut [[f32; LANES]; 3],
     ) {
-        let holders = f32x8::load_array_ref(simd, &self.constants.blocks()[block][1]);
-        for (row, sum) in velocities.iter_mut().zip(gathered) {
-            let v = f32x8::load_array_ref(simd, row);
-            sum.mul_add(holders, -v).mul_add(f32x8::splat(simd, self.share), v).store_array(row);
+        let [_, holders] = load(simd, &self.constants.blocks()[block]);
+        let mut v: [f32x8<S>; 3] = load(simd, velocities);
+        for c in 0..3 {
+            v[c] = gathered[c].mul_add(holders, -v[c]).mul_add(self.share, v[c]);
         }
+        store(v, velocities);
     }
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> f32x8<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]

@@ -6,7 +6,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f32x8};
 
 use super::momentum::{Components, RigidVelocity};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, load, store};
 use crate::parallel::{Executor, level};
 
 type Block = [[f32; LANES]; 3];
@@ -43,27 +43,34 @@ impl Advance<'_> {
     #[inline(always)]
     fn correct<S: Simd>(&self, simd: S, block: usize, positions: &Block, velocities: &mut Block) {
         let zero = f32x8::splat(simd, 0.0);
-        let held = f32x8::load_array_ref(simd, &self.constants.blocks()[block][1]).simd_gt(zero);
-        let (linear, omega) = match self.components {
+        let [_, share] = load(simd, &self.constants.blocks()[block]);
+        let held = share.simd_gt(zero);
+        let (linear, omega): ([f32x8<S>; 3], [f32x8<S>; 3]) = match self.components {
             Components::One => {
-                let RigidVelocity { linear, angular } = self.corrections[0];
-                (linear.map(|c| f32x8::splat(simd, c)), angular.map(|c| f32x8::splat(simd, c)))
+                let RigidVelocity { linear: [u, v, w], angular: [p, q, r] } = self.corrections[0];
+                let all = |value| f32x8::splat(simd, value);
+                ([all(u), all(v), all(w)], [all(p), all(q), all(r)])
             }
             components @ Components::Several(_) => {
-                let of = |lane: usize| &self.corrections[components.of((block * LANES + lane) as u32)];
-                let rows = |part: fn(&RigidVelocity) -> [f32; 3]| {
-                    std::array::from_fn(|c| f32x8::from_fn(simd, |lane| part(of(lane))[c]))
-                };
-                (rows(|rigid| rigid.linear), rows(|rigid| rigid.angular))
+                let (mut linear, mut angular) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+                for lane in 0..LANES {
+                    let rigid = &self.corrections[components.of((block * LANES + lane) as u32)];
+                    for c in 0..3 {
+                        linear[c][lane] = rigid.linear[c];
+                        angular[c][lane] = rigid.angular[c];
+                    }
+                }
+                (load(simd, &linear), load(simd, &angular))
             }
         };
-        let x = positions.each_ref().map(|row| f32x8::load_array_ref(simd, row));
-        for (c, row) in velocities.iter_mut().enumerate() {
+        let x: [f32x8<S>; 3] = load(simd, positions);
+        let mut v: [f32x8<S>; 3] = load(simd, velocities);
+        for c in 0..3 {
             let (next, last) = ((c + 1) % 3, (c + 2) % 3);
             let turn = omega[next] * x[last] - omega[last] * x[next];
-            let correction = held.select(linear[c] + turn, zero);
-            (f32x8::load_array_ref(simd, row) + correction).store_array(row);
+            v[c] += held.select(linear[c] + turn, zero);
         }
+        store(v, velocities);
     }
 }
 

@@ -8,7 +8,7 @@
 use fearless_simd::{Simd, SimdBase, dispatch, f32x8, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, load};
 use crate::lattice::Lattice;
 use crate::matching::layout::Layout;
 use crate::parallel::{CHUNK, Executor, level};
@@ -310,22 +310,36 @@ fn sum<S: Simd>(simd: S, fields: Fields, blocks: std::ops::Range<usize>) -> Sums
     let mut mass = f64x4::splat(simd, 0.0);
     let mut total = [f64x4::splat(simd, 0.0); MOMENTS];
     for block in blocks {
-        let wide = |row: &[f32; LANES]| simd.widen_f32x8(f32x8::load_array_ref(simd, row));
-        let (m_low, m_high) = wide(&fields.constants.blocks()[block][0]);
-        let x = fields.positions.blocks()[block].each_ref().map(wide);
-        let v = fields.velocities.blocks()[block].each_ref().map(wide);
-        let low = moments(m_low, x.map(|h| h.0), v.map(|h| h.0));
-        let high = moments(m_high, x.map(|h| h.1), v.map(|h| h.1));
-        mass += m_low + m_high;
-        for ((sum, low), high) in total.iter_mut().zip(low).zip(high) {
-            *sum += low + high;
+        let [m] = load(simd, &fields.constants.blocks()[block]);
+        let [x, y, z] = load(simd, &fields.positions.blocks()[block]);
+        let [u, v, w] = load(simd, &fields.velocities.blocks()[block]);
+        let (m, x, y, z) = (halves(simd, m), halves(simd, x), halves(simd, y), halves(simd, z));
+        let (u, v, w) = (halves(simd, u), halves(simd, v), halves(simd, w));
+        for half in 0..2 {
+            mass += m[half];
+            let moments = moments(m[half], [x[half], y[half], z[half]], [u[half], v[half], w[half]]);
+            for i in 0..MOMENTS {
+                total[i] += moments[i];
+            }
         }
     }
-    let across = |lanes: f64x4<S>| {
-        let [a, b, c, d] = lanes.to_array();
-        (a + b) + (c + d)
-    };
-    Sums { mass: across(mass), moments: total.map(across) }
+    let mut sums = Sums { mass: across(mass), moments: [0.0; MOMENTS] };
+    for i in 0..MOMENTS {
+        sums.moments[i] = across(total[i]);
+    }
+    sums
+}
+
+#[inline(always)]
+fn halves<S: Simd>(simd: S, row: f32x8<S>) -> [f64x4<S>; 2] {
+    let (low, high) = simd.widen_f32x8(row);
+    [low, high]
+}
+
+#[inline(always)]
+fn across<S: Simd>(lanes: f64x4<S>) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    (a + b) + (c + d)
 }
 
 fn sum_by_component(

@@ -17,11 +17,11 @@
 //!
 //! The second half is the exact adjoint of the first: vertex i gathers from the regions that hold i.
 
-use fearless_simd::{Simd, SimdBase, dispatch, f32x8};
+use fearless_simd::{Simd, dispatch, f32x8};
 
 use super::layout::Layout;
 use super::windows::Window;
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, load, store};
 use crate::parallel::{Executor, level};
 
 /// A vector for each lattice vertex, weighted: what the regions sum.
@@ -125,18 +125,6 @@ impl Cascade {
     }
 }
 
-#[inline(always)]
-fn load<S: Simd, const N: usize, const M: usize>(simd: S, block: &[[f32; 8]; M]) -> [f32x8<S>; N] {
-    std::array::from_fn(|c| f32x8::load_array_ref(simd, &block[c]))
-}
-
-#[inline(always)]
-fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [[f32; 8]]) {
-    for (value, row) in values.into_iter().zip(rows) {
-        value.store_array(row);
-    }
-}
-
 /// x, 3 → 6.
 #[inline(always)]
 fn field_sums<S: Simd, F: VertexField>(
@@ -147,7 +135,12 @@ fn field_sums<S: Simd, F: VertexField>(
     out: &mut [[[f32; 8]; 12]],
 ) {
     for (block, out) in (first..).zip(out) {
-        let sums = x.sums::<S, 3, 3, 0>(simd, block, |at| field.load(simd, at));
+        let sums = x.sums::<S, 3, 3, 0>(
+            simd,
+            block,
+            #[inline(always)]
+            |at| field.load(simd, at),
+        );
         store(sums.plain, &mut out[..3]);
         store(sums.weighted, &mut out[3..6]);
     }
@@ -163,7 +156,12 @@ fn deeper_sums<S: Simd>(
     out: &mut [[[f32; 8]; 9]],
 ) {
     for (block, out) in (first..).zip(out) {
-        let sums = y.sums::<S, 6, 6, 0>(simd, block, |at| load(simd, &source[at]));
+        let sums = y.sums::<S, 6, 6, 0>(
+            simd,
+            block,
+            #[inline(always)]
+            |at| load(simd, &source[at]),
+        );
         store(sums.plain, &mut out[..6]);
         store(sums.weighted, &mut out[6..9]);
     }
@@ -181,7 +179,12 @@ fn region_sums<S: Simd, T: RegionTransform>(
     memory: &mut [T::Memory],
 ) {
     for ((block, out), memory) in (first..).zip(out).zip(memory) {
-        let sums = z.sums::<S, 9, 9, 0>(simd, block, |at| load(simd, &source[at]));
+        let sums = z.sums::<S, 9, 9, 0>(
+            simd,
+            block,
+            #[inline(always)]
+            |at| load(simd, &source[at]),
+        );
         let [sz0, sz1, sz2] = sums.weighted;
         let s = sums.plain;
         let sums = [s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], sz0, sz1, sz2];
@@ -199,7 +202,12 @@ fn region_gather<S: Simd>(
     out: &mut [[[f32; 8]; 9]],
 ) {
     for (block, out) in (first..).zip(out) {
-        let sums = z.sums::<S, 12, 9, 9>(simd, block, |at| load(simd, &source[at]));
+        let sums = z.sums::<S, 12, 9, 9>(
+            simd,
+            block,
+            #[inline(always)]
+            |at| load(simd, &source[at]),
+        );
         store(less_weighted(sums.plain, sums.weighted), out);
     }
 }
@@ -214,7 +222,12 @@ fn deeper_gather<S: Simd>(
     out: &mut [[[f32; 8]; 12]],
 ) {
     for (block, out) in (first..).zip(out) {
-        let sums = y.sums::<S, 9, 6, 6>(simd, block, |at| load(simd, &source[at]));
+        let sums = y.sums::<S, 9, 6, 6>(
+            simd,
+            block,
+            #[inline(always)]
+            |at| load(simd, &source[at]),
+        );
         store(less_weighted(sums.plain, sums.weighted), &mut out[..6]);
     }
 }
@@ -230,7 +243,12 @@ fn vertex_gather<S: Simd, U: VertexUpdate>(
     memory: &mut [U::Memory],
 ) {
     for (block, memory) in (first..).zip(memory) {
-        let sums = x.sums::<S, 6, 3, 3>(simd, block, |at| load(simd, &source[at]));
+        let sums = x.sums::<S, 6, 3, 3>(
+            simd,
+            block,
+            #[inline(always)]
+            |at| load(simd, &source[at]),
+        );
         update.apply(simd, block, less_weighted(sums.plain, sums.weighted), memory);
     }
 }
@@ -241,8 +259,8 @@ fn less_weighted<S: Simd, const N: usize>(
     mut plain: [f32x8<S>; N],
     weighted: [f32x8<S>; 3],
 ) -> [f32x8<S>; N] {
-    for (sum, weighted) in plain.iter_mut().zip(weighted) {
-        *sum -= weighted;
+    for c in 0..3 {
+        plain[c] -= weighted[c];
     }
     plain
 }

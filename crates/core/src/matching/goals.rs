@@ -10,7 +10,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x8};
 
 use super::cascade::{RegionTransform, VertexField, VertexUpdate};
 use super::rotation::{columns, newton};
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, load, store};
 
 /// A vector of each vertex times its weight m/n: f = (m/n) p.
 pub(crate) struct Weighted<'a> {
@@ -21,9 +21,10 @@ pub(crate) struct Weighted<'a> {
 impl VertexField for Weighted<'_> {
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, block: usize) -> [f32x8<S>; 3] {
-        let constants = &self.constants.blocks()[block];
-        let weight = f32x8::load_array_ref(simd, &constants[0]) * f32x8::load_array_ref(simd, &constants[1]);
-        self.vectors.blocks()[block].each_ref().map(|row| f32x8::load_array_ref(simd, row) * weight)
+        let [mass, share] = load(simd, &self.constants.blocks()[block]);
+        let weight = mass * share;
+        let [x, y, z] = load(simd, &self.vectors.blocks()[block]);
+        [x * weight, y * weight, z * weight]
     }
 }
 
@@ -47,24 +48,28 @@ impl RegionTransform for FitRotations<'_> {
         sums: [f32x8<S>; 12],
         quaternions: &mut [[f32; LANES]; 4],
     ) -> [f32x8<S>; 12] {
-        let constants = &self.constants.blocks()[block];
-        let constant = |c: usize| f32x8::load_array_ref(simd, &constants[c]);
-        let (inverse_mass, d) = (constant(2), [constant(3), constant(4), constant(5)]);
-        let mut mean = sums.map(|sum| sum * inverse_mass);
+        let [_, _, inverse_mass, d0, d1, d2] = load(simd, &self.constants.blocks()[block]);
+        let d = [d0, d1, d2];
+        let mut mean = sums;
+        for i in 0..12 {
+            mean[i] *= inverse_mass;
+        }
+        let mut a = [d0; 9];
         for column in 0..3 {
             for row in 0..3 {
-                let i = 3 + 3 * column + row;
-                mean[i] = (-mean[row]).mul_add(d[column], mean[i]);
+                let i = 3 * column + row;
+                a[i] = (-mean[row]).mul_add(d[column], mean[3 + i]);
             }
         }
-        let a = std::array::from_fn(|i| mean[3 + i]);
         let left = newton::solve(simd, a, self.occupied[block], quaternions);
         if left != 0 {
             self.unsettled.fetch_add(left.count_ones() as usize, Ordering::Relaxed);
         }
-        let r = columns(simd, quaternions.each_ref().map(|row| f32x8::load_array_ref(simd, row)));
-        let b: [f32x8<S>; 3] =
-            std::array::from_fn(|row| mean[row] - (r[row] * d[0] + r[3 + row] * d[1] + r[6 + row] * d[2]));
+        let r = columns(simd, load(simd, quaternions));
+        let mut b = d;
+        for row in 0..3 {
+            b[row] = mean[row] - (r[row] * d0 + r[3 + row] * d1 + r[6 + row] * d2);
+        }
         [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]]
     }
 }
@@ -79,10 +84,9 @@ impl VertexUpdate for WriteGoals<'_> {
 
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, block: usize, gathered: [f32x8<S>; 3], goals: &mut [[f32; LANES]; 3]) {
-        let share = f32x8::load_array_ref(simd, &self.constants.blocks()[block][1]);
-        for (row, sum) in goals.iter_mut().zip(gathered) {
-            (sum * share).store_array(row);
-        }
+        let [_, share] = load(simd, &self.constants.blocks()[block]);
+        let [x, y, z] = gathered;
+        store([x * share, y * share, z * share], goals);
     }
 }
 
@@ -108,15 +112,15 @@ impl VertexUpdate for Accelerate<'_> {
         velocities: &mut [[f32; LANES]; 3],
     ) {
         let zero = f32x8::splat(simd, 0.0);
-        let share = f32x8::load_array_ref(simd, &self.constants.blocks()[block][1]);
+        let [_, share] = load(simd, &self.constants.blocks()[block]);
         let held = share.simd_gt(zero);
-        let positions = &self.positions.blocks()[block];
-        for (c, row) in velocities.iter_mut().enumerate() {
-            let x = f32x8::load_array_ref(simd, &positions[c]);
-            let v = f32x8::load_array_ref(simd, row);
-            let residual = gathered[c].mul_add(share, -x);
+        let x: [f32x8<S>; 3] = load(simd, &self.positions.blocks()[block]);
+        let mut v: [f32x8<S>; 3] = load(simd, velocities);
+        for c in 0..3 {
             let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
-            residual.mul_add(self.pull, v + gain).store_array(row);
+            let residual = gathered[c].mul_add(share, -x[c]);
+            v[c] = residual.mul_add(self.pull, v[c] + gain);
         }
+        store(v, velocities);
     }
 }

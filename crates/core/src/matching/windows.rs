@@ -35,8 +35,9 @@ impl Window<'_> {
         load: impl Fn(usize) -> [f32x8<S>; N],
     ) -> Sums<S, PLAIN> {
         let centre = load(block);
-        let mut sums =
-            Sums { plain: std::array::from_fn(|c| centre[c]), weighted: [f32x8::splat(simd, 0.0); 3] };
+        let zero = f32x8::splat(simd, 0.0);
+        let mut sums = Sums { plain: [zero; PLAIN], weighted: [zero; 3] };
+        sums.plain.copy_from_slice(&centre[..PLAIN]);
         if self.axis.along_lanes {
             self.lanes_after::<S, N, PLAIN, FIRST>(simd, block, centre, &load, &mut sums);
             self.lanes_before::<S, N, PLAIN, FIRST>(simd, block, centre, &load, &mut sums);
@@ -104,8 +105,14 @@ impl Window<'_> {
         for turn in (0..self.half_width).step_by(LANES) {
             let links = u32::from(self.axis.links[at]);
             let next = if links >> (LANES - 1) == 0 { None } else { Some(self.axis.next[at] as usize) };
-            let line = next.map_or(links, |next| links | u32::from(self.axis.links[next]) << LANES);
-            let far = next.map_or(zero, load);
+            let line = match next {
+                Some(next) => links | u32::from(self.axis.links[next]) << LANES,
+                None => links,
+            };
+            let far = match next {
+                Some(next) => load(next),
+                None => zero,
+            };
             for shift in 1..=LANES.min(self.half_width - turn) {
                 reach &= line >> (shift - 1);
                 if reach & 0xff == 0 {
@@ -135,9 +142,15 @@ impl Window<'_> {
             let before = self.axis.previous[at] as usize;
             let linked = before != at && self.axis.links[before] >> (LANES - 1) != 0;
             let before = if linked { Some(before) } else { None };
-            let links = before.map_or(0, |before| u32::from(self.axis.links[before]));
+            let links = match before {
+                Some(before) => u32::from(self.axis.links[before]),
+                None => 0,
+            };
             let line = links | u32::from(self.axis.links[at]) << LANES;
-            let far = before.map_or(zero, load);
+            let far = match before {
+                Some(before) => load(before),
+                None => zero,
+            };
             for shift in 1..=LANES.min(self.half_width - turn) {
                 reach &= line >> (LANES - shift);
                 if reach & 0xff == 0 {
@@ -165,12 +178,15 @@ impl<S: Simd, const PLAIN: usize> Sums<S, PLAIN> {
         let zero = f32x8::splat(simd, 0.0);
         let mask = mask32x8::from_bitmask(simd, u64::from(reach));
         let offset = f32x8::splat(simd, offset);
-        let values: [f32x8<S>; N] = std::array::from_fn(|c| mask.select(values[c], zero));
-        for (sum, value) in self.plain.iter_mut().zip(values) {
-            *sum += value;
+        let mut reached = values;
+        for c in 0..N {
+            reached[c] = mask.select(values[c], zero);
         }
-        for (sum, value) in self.weighted.iter_mut().zip(&values[FIRST..]) {
-            *sum = value.mul_add(offset, *sum);
+        for c in 0..PLAIN {
+            self.plain[c] += reached[c];
+        }
+        for c in 0..3 {
+            self.weighted[c] = reached[FIRST + c].mul_add(offset, self.weighted[c]);
         }
     }
 }
@@ -187,7 +203,13 @@ fn slide<S: Simd, const N: usize>(
         ($($shift:literal)*) => {
             match shift {
                 0 => a,
-                $($shift => std::array::from_fn(|c| simd.slide_f32x8::<$shift>(a[c], b[c])),)*
+                $($shift => {
+                    let mut slid = a;
+                    for c in 0..N {
+                        slid[c] = simd.slide_f32x8::<$shift>(a[c], b[c]);
+                    }
+                    slid
+                })*
                 _ => b,
             }
         };

@@ -155,26 +155,28 @@ fn numbers(row: &Row) -> [(&'static str, f64); 11] {
 
 fn csv(row: &Row) -> String {
     // Names need no quotes: they hold letters, digits, `-`, `_` and `.` only.
-    let mut line = format!("{},{},{}", row.frame, row.time, row.body);
+    let mut line = format!("{},{:?},{}", row.frame, row.time, row.body);
     for (name, value) in numbers(row) {
         if name == "energy_kinetic" {
             let _ = write!(line, ",{}", row.capped);
         }
-        let _ = write!(line, ",{value}");
+        // The shortest text that reads back, with an exponent where it is shorter.
+        let _ = write!(line, ",{value:?}");
     }
     line.push('\n');
     line
 }
 
 fn json(row: &Row) -> String {
-    let mut line = format!("{{\"frame\": {}, \"time\": {}, \"body\": \"{}\"", row.frame, row.time, row.body);
+    let mut line =
+        format!("{{\"frame\": {}, \"time\": {:?}, \"body\": \"{}\"", row.frame, row.time, row.body);
     for (name, value) in numbers(row) {
         if name == "energy_kinetic" {
             let _ = write!(line, ", \"capped\": {}", row.capped);
         }
         // JSON has no infinities.
         let _ = match value.is_finite() {
-            true => write!(line, ", \"{name}\": {value}"),
+            true => write!(line, ", \"{name}\": {value:?}"),
             false => write!(line, ", \"{name}\": null"),
         };
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::body::name_from;
-use super::data::{BodyData, OutputData, Scene, SimulationData};
+use super::data::{BodyData, OutputData, Scene, SimulationData, Substeps};
 use super::error::SceneError;
 use crate::body::Damping;
 use crate::dynamics::{Collider, Shape};
@@ -68,10 +68,15 @@ impl Scene {
         point[axis] = rounded(low[axis] - GAP * height, height);
 
         let mut body = BodyData::new(name_from(path), path);
-        body.material.damping = Damping::PerStep(0.1);
+        body.material.damping = Damping::PerStep(0.3);
         Self {
             base: Default::default(),
-            simulation: SimulationData { frames: 90, gravity, ..Default::default() },
+            simulation: SimulationData {
+                frames: 90,
+                substeps: Substeps::Fixed(4),
+                gravity,
+                ..Default::default()
+            },
             output: OutputData::default(),
             bodies: vec![body],
             colliders: vec![Collider {

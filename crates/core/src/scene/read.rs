@@ -15,6 +15,8 @@ use crate::frames::Format;
 const MAX_FRAMES: u32 = 10_000_000;
 /// The most steps of a frame.
 const MAX_SUBSTEPS: u32 = 100_000;
+/// The most threads: more than machines have, and less than systems refuse.
+const MAX_THREADS: u32 = 1024;
 
 impl Scene {
     /// Reads a scene file.
@@ -101,7 +103,7 @@ fn read_simulation(field: Option<Field<'_>>) -> Result<SimulationData, SceneErro
     data.fps = fields.read_or("fps", data.fps, |field| field.number(Range::Positive))?;
     data.substeps = fields.read_or("substeps", data.substeps, read_substeps)?;
     data.gravity = fields.read_or("gravity", data.gravity, Field::vector)?;
-    let threads = fields.read_or("threads", 0, |field| field.count(0, 65_536))?;
+    let threads = fields.read_or("threads", 0, |field| field.count(0, MAX_THREADS))?;
     data.threads = threads as usize;
     Ok(data)
 }

@@ -42,7 +42,8 @@ pub struct Correction {
 impl Correction {
     /// The correction that `options` ask for; `None` if that is none at all.
     ///
-    /// `half_width` is that of the regions, in cells: beside held vertices the field rises over `half_width + 1` links.
+    /// Beside held vertices the field rises over half of the body's thickness, at least two links: over a longer way
+    /// too little of the body would be left to give way, over a shorter one a crease shows.
     ///
     /// # Errors
     /// [`VolumeError`]: a surface that cannot be the measure asked for, or a cap out of range.
@@ -50,7 +51,6 @@ impl Correction {
         lattice: &Lattice,
         surface: Option<Surface<'_>>,
         options: &VolumeOptions,
-        half_width: usize,
     ) -> Result<Option<Self>, VolumeError> {
         let most = options.max_correction;
         if !(most.is_finite() && most >= 0.0) {
@@ -70,7 +70,8 @@ impl Correction {
         Ok(Some(Self {
             measure,
             cell_size: lattice.cell_size(),
-            ramp_links: u32::try_from(half_width).unwrap_or(u32::MAX).saturating_add(1),
+            ramp_links: field.thickness.iter().fold(2.0, |links: f64, depth| links.max((depth / 2.0).ceil()))
+                as u32,
             rest: coefficients.iter().map(|c| c[0]).collect(),
             caps: field.thickness.iter().map(|thickness| thickness * most).collect(),
             ramp: None,

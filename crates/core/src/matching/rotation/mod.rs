@@ -13,7 +13,7 @@ pub(crate) mod newton;
 use fearless_simd::{Simd, SimdBase, dispatch, f32x8};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
-use crate::lanes::LANES;
+use crate::lanes::{LANES, load};
 use crate::parallel::level;
 
 /// The columns of eight rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
@@ -45,8 +45,7 @@ pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
         let mut quaternions = IDENTITIES;
         let occupied = (1_u32 << chunk.len()) - 1;
         dispatch!(level(), simd => {
-            let a = a.map(|row| f32x8::load_array(simd, row));
-            newton::solve(simd, a, occupied as u8, &mut quaternions);
+            newton::solve(simd, load(simd, &a), occupied as u8, &mut quaternions);
         });
         out.extend((0..chunk.len()).map(|lane| {
             let [x, y, z, w] = quaternions.map(|row| f64::from(row[lane]));

@@ -12,7 +12,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::{columns, eigen};
-use crate::lanes::LANES;
+use crate::lanes::{LANES, load, store};
 
 /// Steps before the lanes that are left go through the eigenvalue problem. A warm start needs one or two.
 const STEPS: usize = 4;
@@ -28,7 +28,7 @@ pub(crate) fn solve<S: Simd>(
     quaternions: &mut [[f32; LANES]; 4],
 ) -> u8 {
     let warm = *quaternions;
-    let mut q = warm.map(|row| f32x8::load_array(simd, row));
+    let mut q: [f32x8<S>; 4] = load(simd, &warm);
     let mut open = occupied;
     for _ in 0..STEPS {
         let (stepped, settled) = step(simd, a, q);
@@ -38,19 +38,24 @@ pub(crate) fn solve<S: Simd>(
             break;
         }
     }
-    for (row, q) in quaternions.iter_mut().zip(q) {
-        q.store_array(row);
-    }
+    store(q, quaternions);
     if open != 0 {
-        let a = a.map(|row| row.to_array());
-        for lane in (0..LANES).filter(|lane| open >> lane & 1 != 0) {
-            let best = eigen::rotation(a.map(|row| row[lane]), warm.map(|row| row[lane]));
-            for (row, component) in quaternions.iter_mut().zip(best) {
-                row[lane] = component;
-            }
-        }
+        let mut rows = [[0.0; LANES]; 9];
+        store(a, &mut rows);
+        settle(&rows, open, &warm, quaternions);
     }
     open
+}
+
+/// The robust path for the lanes in the bits of `open`.
+#[cold]
+fn settle(a: &[[f32; LANES]; 9], open: u8, warm: &[[f32; LANES]; 4], quaternions: &mut [[f32; LANES]; 4]) {
+    for lane in (0..LANES).filter(|lane| open >> lane & 1 != 0) {
+        let best = eigen::rotation(a.map(|row| row[lane]), warm.map(|row| row[lane]));
+        for (row, component) in quaternions.iter_mut().zip(best) {
+            row[lane] = component;
+        }
+    }
 }
 
 /// One Newton step: the new quaternions, and the lanes that it brings to the maximum, as bits.
@@ -60,20 +65,20 @@ pub(crate) fn solve<S: Simd>(
 /// det H / (tr H / 2)² is a lower bound.
 #[inline(always)]
 fn step<S: Simd>(simd: S, a: [f32x8<S>; 9], q: [f32x8<S>; 4]) -> ([f32x8<S>; 4], u8) {
-    let constant = |value: f32| f32x8::splat(simd, value);
+    let zero = f32x8::splat(simd, 0.0);
     let r = columns(simd, q);
-    let dot = |i: usize, j: usize| {
-        r[3 * i].mul_add(a[3 * j], r[3 * i + 1].mul_add(a[3 * j + 1], r[3 * i + 2] * a[3 * j + 2]))
-    };
-    let (m00, m11, m22) = (dot(0, 0), dot(1, 1), dot(2, 2));
-    let (m01, m10) = (dot(0, 1), dot(1, 0));
-    let (m02, m20) = (dot(0, 2), dot(2, 0));
-    let (m12, m21) = (dot(1, 2), dot(2, 1));
+    let mut m = [[zero; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            m[i][j] =
+                r[3 * i].mul_add(a[3 * j], r[3 * i + 1].mul_add(a[3 * j + 1], r[3 * i + 2] * a[3 * j + 2]));
+        }
+    }
+    let [[m00, m01, m02], [m10, m11, m12], [m20, m21, m22]] = m;
 
     let (t0, t1, t2) = (m21 - m12, m02 - m20, m10 - m01);
     let (h00, h11, h22) = (m11 + m22, m00 + m22, m00 + m11);
-    let minus_half = constant(-0.5);
-    let (h01, h02, h12) = ((m01 + m10) * minus_half, (m02 + m20) * minus_half, (m12 + m21) * minus_half);
+    let (h01, h02, h12) = ((m01 + m10) * -0.5, (m02 + m20) * -0.5, (m12 + m21) * -0.5);
 
     // The adjugate of H and its determinant.
     let c00 = h11 * h22 - h12 * h12;
@@ -85,34 +90,31 @@ fn step<S: Simd>(simd: S, a: [f32x8<S>; 9], q: [f32x8<S>; 4]) -> ([f32x8<S>; 4],
     let det = h00 * c00 + h01 * c01 + h02 * c02;
     let half_trace = m00 + m11 + m22;
 
-    let inverse = constant(1.0) / det;
+    let one = f32x8::splat(simd, 1.0);
+    let inverse = one / det;
     let w0 = (c00 * t0 + c01 * t1 + c02 * t2) * inverse;
     let w1 = (c01 * t0 + c11 * t1 + c12 * t2) * inverse;
     let w2 = (c02 * t0 + c12 * t1 + c22 * t2) * inverse;
     let square = w0 * w0 + w1 * w1 + w2 * w2;
     let angle = square.sqrt();
 
-    let zero = constant(0.0);
     let cube = half_trace * half_trace * half_trace;
     let definite =
-        half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & det.simd_gt(cube * constant(1e-4));
-    let margin = (angle * cube).simd_lt(det * constant(0.02));
-    let accurate = (angle * square * cube).simd_lt(det * constant(2.5e-7));
+        half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & det.simd_gt(cube * 1e-4);
+    let margin = (angle * cube).simd_lt(det * 0.02);
+    let accurate = (angle * square * cube).simd_lt(det * 2.5e-7);
     let settled = definite & margin & accurate;
 
     // A step that is far off or not a number at all is dropped: the lane is not settled by it.
-    let sane = square.simd_lt(constant(16.0));
-    let half = constant(0.5);
-    let (x, y, z) =
-        (sane.select(w0 * half, zero), sane.select(w1 * half, zero), sane.select(w2 * half, zero));
+    let sane = square.simd_lt(f32x8::splat(simd, 16.0));
+    let x = sane.select(w0 * 0.5, zero);
+    let y = sane.select(w1 * 0.5, zero);
+    let z = sane.select(w2 * 0.5, zero);
     let [qx, qy, qz, qw] = q;
-    let stepped = [
-        qx + (qw * x + qy * z - qz * y),
-        qy + (qw * y + qz * x - qx * z),
-        qz + (qw * z + qx * y - qy * x),
-        qw - (qx * x + qy * y + qz * z),
-    ];
-    let norm = stepped.iter().fold(zero, |sum, &c| c.mul_add(c, sum));
-    let unit = constant(1.0) / norm.sqrt();
-    (stepped.map(|c| c * unit), settled.to_bitmask() as u8)
+    let sx = qx + (qw * x + qy * z - qz * y);
+    let sy = qy + (qw * y + qz * x - qx * z);
+    let sz = qz + (qw * z + qx * y - qy * x);
+    let sw = qw - (qx * x + qy * y + qz * z);
+    let unit = one / (sx * sx + sy * sy + sz * sz + sw * sw).sqrt();
+    ([sx * unit, sy * unit, sz * unit, sw * unit], settled.to_bitmask() as u8)
 }

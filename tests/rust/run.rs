@@ -1,0 +1,179 @@
+//! Jobs from Rust: what an observer sees, how a job stops and goes on, and how many steps it takes by itself.
+
+use std::path::Path;
+use std::time::Duration;
+
+use nalgebra::Point3;
+use supple::run::substeps::{Placed, substeps};
+use supple::run::{CHECKPOINT, Flow, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare};
+use supple::scene::{Scene, Substeps};
+
+const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                    f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+const SCENE: &str = r#"
+[simulation]
+frames = 10
+
+[[body]]
+name = "cube"
+mesh = "cube.obj"
+translate = [0, 0.5, 0]
+lattice_vertices = 64
+
+[[collider]]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+"#;
+
+fn scene(folder: &Path, overrides: &[&str]) -> Scene {
+    std::fs::write(folder.join("cube.obj"), CUBE).unwrap();
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    Scene::parse(SCENE, "scene.toml", folder, &overrides).unwrap()
+}
+
+/// Writes down what it sees, and stops after a frame.
+#[derive(Default)]
+struct Witness {
+    span: Option<(u32, u32)>,
+    frames: Vec<u32>,
+    times: Vec<f64>,
+    notes: Vec<Note>,
+    stop_after: Option<u32>,
+}
+
+impl Observer for Witness {
+    fn started(&mut self, first: u32, last: u32) {
+        self.span = Some((first, last));
+    }
+
+    fn frame(&mut self, progress: &Progress) -> Flow {
+        self.frames.push(progress.frame);
+        self.times.push(progress.time);
+        if self.stop_after == Some(progress.frame) { Flow::Stop } else { Flow::Continue }
+    }
+
+    fn note(&mut self, note: &Note) {
+        self.notes.push(note.clone());
+    }
+}
+
+#[test]
+fn an_observer_sees_every_frame_and_may_stop_a_job_that_then_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene(folder.path(), &[]);
+    let mut job = Job::new(scene, folder.path().join("out"));
+    let mut witness = Witness { stop_after: Some(4), ..Witness::default() };
+    let report = job.run(&mut witness).unwrap();
+    assert_eq!((report.outcome, report.last, report.written), (Outcome::Stopped, 4, 5));
+    assert_eq!((witness.span, witness.frames), (Some((0, 10)), vec![0, 1, 2, 3, 4]));
+    assert!(job.directory.join(CHECKPOINT).is_file() && !job.directory.join(LOCK).exists());
+
+    job.resume = true;
+    let mut witness = Witness::default();
+    let report = job.run(&mut witness).unwrap();
+    assert_eq!((report.outcome, report.resumed_after, report.written), (Outcome::Finished, Some(4), 6));
+    assert_eq!((witness.span, witness.frames), (Some((5, 10)), (5..=10).collect()));
+    assert_eq!(witness.notes, [Note::Resumed { frame: 4 }]);
+    // Time is frame / fps, never a running sum.
+    for (frame, time) in (5..=10).zip(&witness.times) {
+        assert!((time - f64::from(frame) / 30.0).abs() < 1e-14);
+    }
+    let body = &report.bodies[0];
+    assert!((body.volume.after / body.volume.rest - 1.0).abs() < 1e-6, "{body:?}");
+
+    let report = job.run(&mut Witness::default()).unwrap();
+    assert_eq!((report.outcome, report.written), (Outcome::AlreadyFinished, 0));
+}
+
+#[test]
+fn what_is_wrong_is_found_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let refused = |job: Job| {
+        let error = job.run(&mut ()).unwrap_err();
+        assert!(error.is_input() && !out.exists(), "{error}");
+        error.to_string()
+    };
+    let job = |overrides: &[&str]| Job::new(scene(folder.path(), overrides), &out);
+    assert!(refused(Job { every: 0, ..job(&[]) }).contains("every"));
+    assert!(refused(Job { stats: Some("rows.txt".into()), ..job(&[]) }).contains("rows.txt"));
+    assert!(refused(job(&["body.cube.mesh=none.obj"])).contains("none.obj"));
+    assert!(refused(job(&["body.cube.object=Head"])).contains("Head"));
+    let pin = "body.cube.pin=[{ sphere = { center = [9, 0, 0], radius = 1 } }]";
+    assert!(refused(job(&[pin])).contains("body.cube.pin.0"));
+    let open = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let of_mesh = job(&["body.cube.volume=mesh"]);
+    std::fs::write(folder.path().join("cube.obj"), open).unwrap();
+    assert!(refused(of_mesh).contains("use `cells`"));
+}
+
+#[test]
+fn a_failure_to_write_is_not_the_users_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = Job::new(scene(folder.path(), &[]), folder.path().join("cube.obj/out"));
+    let error = job.run(&mut ()).unwrap_err();
+    assert!(matches!(error, RunError::Io { .. }) && !error.is_input(), "{error}");
+}
+
+#[test]
+fn checkpoints_are_written_by_the_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = Job::new(scene(folder.path(), &[]), folder.path().join("out"));
+    struct Looks<'a>(&'a Path, usize);
+    impl Observer for Looks<'_> {
+        fn frame(&mut self, _: &Progress) -> Flow {
+            self.1 += usize::from(self.0.is_file());
+            Flow::Continue
+        }
+    }
+    let path = job.directory.join(CHECKPOINT);
+    for (interval, seen) in [(Duration::from_secs(1000), 0), (Duration::ZERO, 10)] {
+        job.checkpoint_interval = interval;
+        let mut looks = Looks(&path, 0);
+        job.run(&mut looks).unwrap();
+        assert_eq!(looks.1, seen);
+    }
+}
+
+/// Steps of the scene with these overrides, for a unit cube of cells of this size whose base is at y = 0.5.
+fn steps(overrides: &[&str], cell_size: f64) -> u32 {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene(folder.path(), overrides);
+    let placed = Placed { low: Point3::new(0.0, 0.5, 0.0), high: Point3::new(1.0, 1.5, 1.0), cell_size };
+    substeps(&scene, &[placed])
+}
+
+#[test]
+fn auto_substeps_follow_frequency_and_speed() {
+    let still = "simulation.gravity=[0, 0, 0]";
+    assert_eq!(steps(&[still], 0.1), 1);
+    // Six steps in a period: alpha = 2 (1 - cos(2 pi / 6)) = 1.
+    for (frequency, expected) in [("5", 1), ("10", 2), ("10.1", 3), ("40", 8)] {
+        assert_eq!(
+            steps(&[still, &format!("body.cube.frequency={frequency}")], 0.1),
+            expected,
+            "{frequency}"
+        );
+    }
+    // A cell in a step: 12 / (30 x 0.1) = 4.
+    assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.1), 4);
+    assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.4), 1);
+    // A fall of the centre over 1: v^2 = 2 g.
+    assert_eq!(steps(&["simulation.gravity=[0, -72, 0]"], 0.1), 4);
+    assert_eq!(steps(&["simulation.gravity=[0, 72, 0]"], 0.1), 1);
+    let mover = "collider.0.keys=[{ time = 0 }, { time = 0.5, translate = [0, 6, 0] }]";
+    assert_eq!(steps(&[still, mover], 0.1), 4);
+    let handle = "body.cube.handle=[{ sphere = { center = [0, 1, 0], radius = 1 }, \
+                  keys = [{ time = 0 }, { time = 1, translate = [12, 0, 0] }] }]";
+    assert_eq!(steps(&[still, handle], 0.1), 4);
+}
+
+#[test]
+fn auto_substeps_are_what_a_scene_runs_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = scene(folder.path(), &["body.cube.frequency=40", "simulation.gravity=[0, 0, 0]"]);
+    scene.simulation.substeps = Substeps::Auto;
+    let prepared = prepare(&scene).unwrap();
+    assert_eq!(prepared.substeps, 8);
+    assert!((prepared.simulation.dt() - 1.0 / 240.0).abs() < 1e-18);
+}

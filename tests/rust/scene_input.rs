@@ -1,0 +1,109 @@
+//! Scenes changed by overrides, and the scene that a model alone means.
+
+use std::path::Path;
+
+use supple::Reach;
+use supple::dynamics::Shape;
+use supple::frames::Format;
+use supple::scene::{Scene, SceneError, Up};
+use supple::volume::Preservation;
+
+const TWO: &str = r#"
+[output]
+directory = "out"
+
+[[body]]
+name = "bust"
+mesh = "bust.obj"
+stiffness_radius = 0.2
+
+[[body.handle]]
+sphere = { center = [0, 1, 0], radius = 0.5 }
+keys = [ { time = 0 }, { time = 1, translate = [0, 0.5, 0] } ]
+
+[[body]]
+name = "ball.2"
+mesh = "ball.obj"
+
+[[collider]]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+
+[[collider]]
+sphere = { center = [0, 0, 0], radius = 1 }
+"#;
+
+const SMALL: &str = "[[body]]\nname = \"bust\"\nmesh = \"bust.obj\"\n";
+
+fn parse_with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    Scene::parse(text, "scene.toml", Path::new("folder"), &overrides)
+}
+
+#[test]
+fn overrides_change_the_scene() {
+    let scene = parse_with(
+        TWO,
+        &[
+            "simulation.frames=60",
+            "output.format=pc2",
+            "output.directory = \"else where\"",
+            "body.bust.half_width=3",
+            "body.ball.2.density=10",
+            "body.bust.handle.0.keys.1.translate=[0, 2, 0]",
+            "body.1.translate=[0, 5, 0]",
+            "collider.1.friction=0",
+        ],
+    )
+    .unwrap();
+    assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2));
+    assert_eq!(scene.output.directory, Path::new("else where"));
+    // The override takes the place of `stiffness_radius`, which said the same.
+    assert_eq!(scene.bodies[0].material.reach, Reach::Cells(3));
+    assert_eq!(
+        (scene.bodies[1].material.density, scene.bodies[1].placement.translate),
+        (10.0, [0.0, 5.0, 0.0])
+    );
+    assert_eq!(scene.bodies[0].handles[0].keys[1].translate, [0.0, 2.0, 0.0]);
+    assert_eq!(scene.colliders[1].friction, 0.0);
+    assert_eq!(parse_with(SMALL, &["simulation.fps=25"]).unwrap().simulation.fps, 25.0);
+}
+
+#[test]
+fn wrong_overrides_say_so() {
+    for (text, words) in [
+        ("simulation.frames", "KEY=VALUE"),
+        ("simulation.frame=3", "unknown key `simulation.frame`; the nearest known one is `frames`"),
+        ("body.bsut.half_width=3", "nothing is called `bsut`; the nearest known name is `bust`"),
+        ("body.7.half_width=3", "the list has 1"),
+        ("body.bust.half_width=0", "must be a whole number from 1"),
+        ("body.bust.stiffness=soft", "a number, not the text \"soft\""),
+        ("body.bust.name.x=1", "has no keys"),
+        ("body..x=1", "is called"),
+        (".x=1", "empty"),
+    ] {
+        let message = parse_with(SMALL, &[text]).unwrap_err().to_string();
+        assert!(message.contains(&format!("--set {text}")) && message.contains(words), "{message}");
+    }
+    let both = ["body.bust.half_width=3", "body.bust.stiffness_radius=0.1"];
+    assert!(matches!(parse_with(SMALL, &both), Err(SceneError::Exclusive { .. })));
+}
+
+#[test]
+fn a_model_falls_its_own_height_in_half_a_second() {
+    for (up, axis) in [(Up::Y, 1), (Up::Z, 2)] {
+        let scene =
+            Scene::of_model(Path::new("models/red ball.obj"), [-1.0, -2.0, -3.0], [1.0, 2.0, 4.0], up);
+        let height = [2.0, 4.0, 7.0][axis];
+        let low = [-1.0, -2.0, -3.0][axis];
+        let g = -scene.simulation.gravity[axis];
+        assert!((0.5 * g * 0.25 - height).abs() < 1e-4 * height);
+        let Shape::Plane { point, normal } = scene.colliders[0].shape else { panic!("a plane") };
+        assert!(point[axis] < low && point[axis] > low - 0.2 * height);
+        assert_eq!(normal[axis], 1.0);
+        assert_eq!(scene.bodies[0].name, "red_ball");
+        assert_eq!(scene.bodies[0].volume.measure, Preservation::Auto);
+        assert_eq!(Scene::parse(&scene.to_toml(), "model", Path::new(""), &[]).unwrap(), scene);
+    }
+    let flat = Scene::of_model(Path::new("sheet.obj"), [0.0; 3], [1e-3, 0.0, 1e-3], Up::Y);
+    assert!(flat.simulation.gravity[1] < 0.0);
+}

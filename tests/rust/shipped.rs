@@ -1,0 +1,100 @@
+//! The shipped scenes do what they say.
+
+use std::path::Path;
+
+use nalgebra::Matrix3;
+use supple::Body;
+use supple::run::{Prepared, prepare};
+use supple::scene::Scene;
+
+fn scene(name: &str, overrides: &[&str]) -> (Scene, Prepared) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes").join(name);
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    let scene = Scene::read_with(path, &overrides).unwrap();
+    let prepared = prepare(&scene).unwrap();
+    (scene, prepared)
+}
+
+/// The enclosed volume of the surface as it is written: f32 coordinates.
+fn shown(body: &Body) -> (f64, [f32; 3], [f32; 3]) {
+    let mesh = body.mesh().unwrap();
+    let mut surface = vec![[0.0_f32; 3]; mesh.vertices().len()];
+    body.surface_into(&mut surface, None);
+    let low = std::array::from_fn(|c| surface.iter().map(|p| p[c]).fold(f32::INFINITY, f32::min));
+    let high = std::array::from_fn(|c| surface.iter().map(|p| p[c]).fold(f32::NEG_INFINITY, f32::max));
+    let at = |v: u32| nalgebra::Vector3::from(surface[v as usize].map(f64::from));
+    let volume = mesh.triangles().iter().map(|t| at(t[0]).dot(&at(t[1]).cross(&at(t[2]))) / 6.0).sum();
+    (volume, low, high)
+}
+
+/// Cells that are turned inside out at a corner.
+fn inverted_cells(body: &Body) -> usize {
+    let x = body.positions();
+    let cells = 0..body.lattice().cells().len() as u32;
+    cells
+        .filter(|&cell| {
+            let corners = body.lattice().cell_corners(cell);
+            (0..8).any(|k| {
+                let along = |axis: usize| {
+                    let (low, high) = (corners[k & !(1 << axis)], corners[k | 1 << axis]);
+                    x[high as usize] - x[low as usize]
+                };
+                Matrix3::from_columns(&[along(0), along(1), along(2)]).determinant() <= 0.0
+            })
+        })
+        .count()
+}
+
+#[test]
+fn a_stretched_head_keeps_its_volume_and_comes_to_rest() {
+    let (scene, mut prepared) = scene("stretch_and_drop.toml", &[]);
+    let (rest, low, high) = shown(prepared.simulation.body(0));
+    let height = high[1] - low[1];
+    let (mut stretch, mut boxes) = (0.0_f32, Vec::new());
+    for frame in 0..=scene.simulation.frames {
+        if frame > 0 {
+            prepared.simulation.steps(u64::from(prepared.substeps));
+        }
+        let body = prepared.simulation.body(0);
+        let (volume, low, high) = shown(body);
+        assert!((volume / rest - 1.0).abs() < 1e-5, "frame {frame}: {volume} of {rest}");
+        assert_eq!(inverted_cells(body), 0, "frame {frame}");
+        stretch = stretch.max((high[1] - low[1]) / height);
+        boxes.push((low, high));
+    }
+    assert!(stretch > 1.3, "stretched by {stretch}");
+    let cell = prepared.simulation.body(0).lattice().cell_size() as f32;
+    let second = scene.simulation.fps as usize;
+    let (low, high) = boxes[boxes.len() - 1];
+    assert!(low[1].abs() < 0.05 * cell, "lowest at {}", low[1] / cell);
+    for (before_low, before_high) in &boxes[boxes.len() - second..] {
+        for c in 0..3 {
+            let moved = (low[c] - before_low[c]).abs().max((high[c] - before_high[c]).abs());
+            assert!(moved < 0.25 * cell, "still moves by {} cells along {c}", moved / cell);
+        }
+    }
+}
+
+#[test]
+fn without_correction_it_swells() {
+    let (_, mut prepared) = scene("stretch_and_drop.toml", &["body.bust.volume=off"]);
+    let rest = shown(prepared.simulation.body(0)).0;
+    // Full stretch: 1.5 s.
+    prepared.simulation.steps(45 * u64::from(prepared.substeps));
+    let swollen = shown(prepared.simulation.body(0)).0 / rest;
+    assert!(swollen > 1.25, "{swollen}");
+}
+
+#[test]
+fn every_scene_runs_and_keeps_its_volume() {
+    for name in ["drop.toml", "squeeze.toml", "twist.toml", "bust_parts.toml"] {
+        let (scene, mut prepared) = scene(name, &[]);
+        let rest = prepared.simulation.body(0).volume_report().rest;
+        for _ in 0..scene.simulation.frames {
+            prepared.simulation.steps(u64::from(prepared.substeps));
+            let report = prepared.simulation.body(0).volume_report();
+            let kept = (report.after / rest - 1.0).abs() < 1e-5 && !report.capped;
+            assert!(kept, "{name} at {}: {report:?}", prepared.simulation.time());
+        }
+    }
+}
