@@ -62,7 +62,6 @@ fn a_free_body_keeps_its_place_and_its_angle() {
         sim.steps(100_000);
         let after = pose(&sim);
         let (drift, turn) = ((after.0 - before.0).norm(), before.1.rotation_to(&after.1).angle());
-        println!("stretch {factors:?}, damping {damping}: centre {drift:e} cells, angle {turn:e} rad");
         assert!(drift < 1e-3, "stretch {factors:?}, damping {damping}: the centre moved by {drift:e} cells");
         assert!(turn < 1e-3, "stretch {factors:?}, damping {damping}: it turned by {turn:e} rad");
     }

@@ -94,7 +94,6 @@ fn levels_with_fma_agree_bit_for_bit_and_others_to_a_tolerance() {
         let (ran, bits) = text.split_once(' ').unwrap();
         let numbers: Vec<f64> = bits.split(' ').map(|b| f64::from_bits(b.parse().unwrap())).collect();
         let other: Vec<_> = numbers.chunks(3).map(Vector3::from_column_slice).collect();
-        println!("asked for {level}, ran {ran}: {:e} cells", worst(&x, &other));
         if ran == own_level {
             assert_eq!(x, other, "{level}");
         } else if [ran, own_level].iter().all(|level| ["avx2", "avx512", "neon"].contains(level)) {

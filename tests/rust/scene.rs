@@ -4,7 +4,7 @@ use std::path::Path;
 
 use supple::dynamics::{Selection, Shape};
 use supple::frames::Format;
-use supple::scene::{Scene, SceneError, Substeps, Up};
+use supple::scene::{Scene, SceneError, Substeps};
 use supple::volume::{Preservation, VolumeMeasure};
 use supple::{Damping, Reach, Resolution, Stiffness};
 

@@ -34,7 +34,7 @@ pub struct BodyBuilder {
 #[derive(Clone, Debug)]
 enum Shape {
     Mesh(Mesh),
-    Lattice(Lattice),
+    Lattice(Box<Lattice>),
 }
 
 impl BodyBuilder {
@@ -43,7 +43,7 @@ impl BodyBuilder {
     }
 
     pub(super) fn from_lattice(lattice: Lattice) -> Self {
-        Self::from_shape(Shape::Lattice(lattice))
+        Self::from_shape(Shape::Lattice(Box::new(lattice)))
     }
 
     fn from_shape(shape: Shape) -> Self {
@@ -207,7 +207,7 @@ impl BodyBuilder {
         self.placement.validate()?;
         let (lattice, surface) = match self.shape {
             Shape::Lattice(lattice) => {
-                let scaled = if self.scale == 1.0 { lattice } else { lattice.scaled(self.scale)? };
+                let scaled = if self.scale == 1.0 { *lattice } else { lattice.scaled(self.scale)? };
                 (scaled, None)
             }
             Shape::Mesh(mesh) => {

@@ -10,7 +10,7 @@ use crate::body::State;
 use crate::lanes::{LANES, Lanes, load, store};
 use crate::matching::Matching;
 use crate::matching::cascade::{Cascade, RegionTransform, VertexUpdate};
-use crate::matching::goals::Weighted;
+use crate::matching::goals::{Means, Weighted};
 use crate::matching::rotation::columns;
 use crate::parallel::Executor;
 
@@ -69,20 +69,13 @@ impl RegionTransform for FitVelocities<'_> {
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12], _: &mut ()) -> [f32x8<S>; 12] {
         let zero = f32x8::splat(simd, 0.0);
-        let [_, _, inverse_mass, d0, d1, d2] = load(simd, &self.constants.blocks()[block]);
-        let d = [d0, d1, d2];
-        let mut mean = sums;
-        for i in 0..12 {
-            mean[i] *= inverse_mass;
-        }
-        let v = [mean[0], mean[1], mean[2]];
+        let Means { mean: v, central, d } = Means::new(simd, &self.constants.blocks()[block], sums);
         let r = columns(simd, load(simd, &self.rotations.blocks()[block]));
         let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
 
         let mut spin = [zero; 3];
         for j in 0..3 {
-            let against =
-                [mean[3 + 3 * j] - v[0] * d[j], mean[4 + 3 * j] - v[1] * d[j], mean[5 + 3 * j] - v[2] * d[j]];
+            let against = [central[3 * j], central[3 * j + 1], central[3 * j + 2]];
             let [x, y, z] = cross(axes[j], against);
             spin = [spin[0] + x, spin[1] + y, spin[2] + z];
         }
@@ -97,7 +90,7 @@ impl RegionTransform for FitVelocities<'_> {
         let (x, y, z) = (cross(omega, axes[0]), cross(omega, axes[1]), cross(omega, axes[2]));
         let mut b = v;
         for c in 0..3 {
-            b[c] -= x[c] * d0 + y[c] * d1 + z[c] * d2;
+            b[c] -= x[c] * d[0] + y[c] * d[1] + z[c] * d[2];
         }
         [b[0], b[1], b[2], x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]]
     }

@@ -28,6 +28,34 @@ impl VertexField for Weighted<'_> {
     }
 }
 
+/// The sums of a region as means.
+pub(crate) struct Means<S: Simd> {
+    /// S/M: of positions the centre of mass, of velocities its velocity.
+    pub(crate) mean: [f32x8<S>; 3],
+    /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: the moments against rest offsets from the rest centroid.
+    pub(crate) central: [f32x8<S>; 9],
+    /// The rest centroid from the centre vertex.
+    pub(crate) d: [f32x8<S>; 3],
+}
+
+impl<S: Simd> Means<S> {
+    /// From the constants of a block of regions and their sums (S, Sx, Sy, Sz).
+    #[inline(always)]
+    pub(crate) fn new(simd: S, constants: &[[f32; LANES]; 6], sums: [f32x8<S>; 12]) -> Self {
+        let [_, _, inverse_mass, d0, d1, d2] = load(simd, constants);
+        let d = [d0, d1, d2];
+        let mean = [sums[0] * inverse_mass, sums[1] * inverse_mass, sums[2] * inverse_mass];
+        let mut central = [inverse_mass; 9];
+        for column in 0..3 {
+            for row in 0..3 {
+                let i = 3 * column + row;
+                central[i] = (-mean[row]).mul_add(d[column], sums[3 + i] * inverse_mass);
+            }
+        }
+        Self { mean, central, d }
+    }
+}
+
 /// The rigid motion that fits each region best. Its memory is the region's rotation: the warm start, replaced.
 pub(crate) struct FitRotations<'a> {
     pub(crate) constants: &'a Lanes<6>,
@@ -48,19 +76,7 @@ impl RegionTransform for FitRotations<'_> {
         sums: [f32x8<S>; 12],
         quaternions: &mut [[f32; LANES]; 4],
     ) -> [f32x8<S>; 12] {
-        let [_, _, inverse_mass, d0, d1, d2] = load(simd, &self.constants.blocks()[block]);
-        let d = [d0, d1, d2];
-        let mut mean = sums;
-        for i in 0..12 {
-            mean[i] *= inverse_mass;
-        }
-        let mut a = [d0; 9];
-        for column in 0..3 {
-            for row in 0..3 {
-                let i = 3 * column + row;
-                a[i] = (-mean[row]).mul_add(d[column], mean[3 + i]);
-            }
-        }
+        let Means { mean, central: a, d } = Means::new(simd, &self.constants.blocks()[block], sums);
         let left = newton::solve(simd, a, self.occupied[block], quaternions);
         if left != 0 {
             self.unsettled.fetch_add(left.count_ones() as usize, Ordering::Relaxed);
@@ -68,7 +84,7 @@ impl RegionTransform for FitRotations<'_> {
         let r = columns(simd, load(simd, quaternions));
         let mut b = d;
         for row in 0..3 {
-            b[row] = mean[row] - (r[row] * d0 + r[3 + row] * d1 + r[6 + row] * d2);
+            b[row] = mean[row] - (r[row] * d[0] + r[3 + row] * d[1] + r[6 + row] * d[2]);
         }
         [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]]
     }

@@ -20,8 +20,7 @@ pub enum FieldKind {
 pub(super) struct Field {
     /// One vector a vertex, in vertex order, of length 0 to 1.
     pub(super) directions: Vec<[f32; 3]>,
-    /// Of each component: the greatest depth below the boundary in cells, and the half cell that lattice vertices may miss
-    /// of the middle.
+    /// Of each component: the greatest depth below the boundary in cells, half a cell where all is boundary.
     pub(super) thickness: Vec<f64>,
 }
 
@@ -54,7 +53,7 @@ impl Field {
         };
         Self {
             directions: (0..adjacency.len()).map(scaled).collect(),
-            thickness: greatest.into_iter().map(|depth| f64::from(depth) + 0.5).collect(),
+            thickness: greatest.into_iter().map(|depth| f64::from(depth).max(0.5)).collect(),
         }
     }
 }
@@ -102,7 +101,7 @@ mod tests {
             let depth = index.iter().map(|&i| i.min(6 - i)).min().unwrap();
             assert!((length(v) - (1.0 - depth as f32 / 3.0)).abs() < 1e-6, "{index:?}: {v:?}");
         }
-        assert_eq!(field.thickness, [3.5]);
+        assert_eq!(field.thickness, [3.0]);
         let at = |index| field.directions[lattice.vertex_at(index).unwrap() as usize];
         assert_eq!(at([3, 3, 0]), [0.0, 0.0, -1.0]);
         assert_eq!(at([6, 3, 2]), [1.0, 0.0, 0.0]);

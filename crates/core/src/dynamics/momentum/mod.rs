@@ -1,0 +1,176 @@
+//! Momentum book-keeping: what f32 loses of a free body's momenta is given back each step.
+//!
+//! The rounding of g - x is a constant force that is integrated twice: without a book a free body drifts, and one
+//! whose drift alone is removed spins itself up. So for each component on which nothing pulls, linear and angular
+//! momentum are kept in f64, changed only by known outside impulses, and the velocities are corrected by the rigid
+//! velocity that they miss.
+
+mod rigid;
+mod sums;
+
+pub(crate) use rigid::{Momentum, RigidVelocity};
+
+use nalgebra::Vector3;
+
+use crate::lanes::{LANES, Lanes};
+use crate::lattice::Lattice;
+use crate::matching::layout::Layout;
+use crate::parallel::{CHUNK, Executor};
+use rigid::RigidState;
+use sums::{Fields, Sums};
+
+/// Which component each lattice vertex belongs to.
+#[derive(Clone, Debug)]
+pub(crate) enum Components {
+    /// All to the only one.
+    One,
+    /// By slot.
+    Several(Vec<u32>),
+}
+
+impl Components {
+    /// The component of a slot.
+    #[inline(always)]
+    pub(crate) fn of(&self, slot: u32) -> usize {
+        match self {
+            Self::One => 0,
+            Self::Several(of_slot) => of_slot[slot as usize] as usize,
+        }
+    }
+}
+
+/// Sums momenta; its buffers.
+#[derive(Clone, Debug)]
+pub(crate) struct Bookkeeper {
+    components: Components,
+    /// Of each component, in full cells.
+    masses: Vec<f64>,
+    partial: Vec<Sums>,
+    states: Vec<RigidState>,
+    corrections: Vec<RigidVelocity>,
+    /// Components that something holds: their momenta are not their own.
+    pulled: Vec<bool>,
+}
+
+impl Bookkeeper {
+    /// For a lattice stored by `layout`.
+    pub(crate) fn new(lattice: &Lattice, layout: &Layout) -> Self {
+        let count = lattice.components().count;
+        let mut masses = vec![0.0; count];
+        for (&component, &cells) in lattice.components().of_vertex.iter().zip(lattice.occupied_cells()) {
+            masses[component as usize] += f64::from(cells) / 8.0;
+        }
+        let components = if count == 1 {
+            Components::One
+        } else {
+            let mut of_slot = vec![0; layout.blocks() * LANES];
+            for (&slot, &component) in layout.slots().iter().zip(&lattice.components().of_vertex) {
+                of_slot[slot as usize] = component;
+            }
+            Components::Several(of_slot)
+        };
+        Self {
+            components,
+            masses,
+            partial: vec![Sums::default(); count * layout.blocks().div_ceil(CHUNK)],
+            states: vec![Sums::default().rigid_state(); count],
+            corrections: vec![RigidVelocity::default(); count],
+            pulled: vec![false; count],
+        }
+    }
+
+    /// Shuts the books of the components of which a vertex is held; `held` by lattice vertex.
+    pub(crate) fn pull(&mut self, slots: &[u32], held: &[bool], books: &mut [Option<Momentum>]) {
+        self.pulled.fill(false);
+        for (&slot, _) in slots.iter().zip(held).filter(|(_, held)| **held) {
+            self.pulled[self.components.of(slot)] = true;
+        }
+        for (book, _) in books.iter_mut().zip(&self.pulled).filter(|(_, pulled)| **pulled) {
+            *book = None;
+        }
+    }
+
+    /// Whether a book is to be opened: its component is free, and its momenta are not known.
+    pub(crate) fn any_to_open(&self, books: &[Option<Momentum>]) -> bool {
+        books.iter().zip(&self.pulled).any(|(book, pulled)| book.is_none() && !pulled)
+    }
+
+    /// Opens the books of free components with the momenta measured last.
+    pub(crate) fn open(&self, books: &mut [Option<Momentum>]) {
+        for ((book, state), pulled) in books.iter_mut().zip(&self.states).zip(&self.pulled) {
+            if book.is_none() && !pulled {
+                *book = Some(state.momentum);
+            }
+        }
+    }
+
+    /// Mass, centre and momenta of each component.
+    pub(crate) fn measure(
+        &mut self,
+        executor: &Executor,
+        constants: &Lanes<6>,
+        positions: &Lanes<3>,
+        velocities: &Lanes<3>,
+    ) {
+        let count = self.states.len();
+        let fields = Fields { constants, positions, velocities };
+        let components = &self.components;
+        executor.groups(&mut self.partial, count, |chunk, sums| {
+            let blocks = chunk * CHUNK..fields.constants.blocks().len().min((chunk + 1) * CHUNK);
+            fields.sum(components, blocks, sums);
+        });
+        for (component, state) in self.states.iter_mut().enumerate() {
+            let mut total = Sums::default();
+            for sums in self.partial.iter().skip(component).step_by(count) {
+                total.add(sums);
+            }
+            *state = total.rigid_state();
+        }
+    }
+
+    /// Enters in the open books that each vertex has gained `gain`, in cells/s.
+    pub(crate) fn enter(&self, books: &mut [Option<Momentum>], gain: Vector3<f64>) {
+        for (book, mass) in books.iter_mut().zip(&self.masses) {
+            if let Some(book) = book {
+                book.linear = (Vector3::from(book.linear) + gain * *mass).into();
+            }
+        }
+    }
+
+    /// Memory that the sums take.
+    pub(crate) fn bytes(&self) -> usize {
+        let of_slots = match &self.components {
+            Components::One => 0,
+            Components::Several(of_slot) => size_of_val(of_slot.as_slice()),
+        };
+        of_slots + size_of_val(self.partial.as_slice())
+    }
+
+    /// Whether any component is free, so that its momenta are its own.
+    pub(crate) fn any_free(&self) -> bool {
+        self.pulled.contains(&false)
+    }
+
+    /// The centre of mass of the body in the last measurement, in cells.
+    pub(crate) fn centre(&self) -> Vector3<f64> {
+        self.states.iter().map(|state| state.centre * state.mass).sum::<Vector3<f64>>() / self.mass()
+    }
+
+    /// The velocity of that centre, in cells/s.
+    pub(crate) fn velocity(&self) -> Vector3<f64> {
+        self.states.iter().map(|state| Vector3::from(state.momentum.linear)).sum::<Vector3<f64>>()
+            / self.mass()
+    }
+
+    fn mass(&self) -> f64 {
+        self.states.iter().map(|state| state.mass).sum()
+    }
+
+    /// The rigid velocity that each component, as measured last, misses of its book; none where that is shut.
+    pub(crate) fn corrections(&mut self, books: &[Option<Momentum>]) -> (&Components, &[RigidVelocity]) {
+        for ((state, book), correction) in self.states.iter().zip(books).zip(&mut self.corrections) {
+            *correction = book.map_or_else(RigidVelocity::default, |book| state.missing(book));
+        }
+        (&self.components, &self.corrections)
+    }
+}
