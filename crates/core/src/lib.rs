@@ -1,4 +1,77 @@
 //! Soft bodies from any surface mesh, by lattice shape matching, that keep their volume.
+//!
+//! A body is a lattice of cubic cells that covers its mesh. Each step fits a rigid motion to the region around every
+//! lattice vertex, and draws the vertices to the goal positions that these motions give; that cannot blow up. The mesh is
+//! carried along, and what is shown has its volume restored. No tetrahedra, no stiffness matrix.
+//!
+//! ```
+//! use supple::{Body, Collider, Mesh, Simulation};
+//!
+//! // A cube of edge 1, as six quads seen from outside.
+//! let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
+//! let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+//! let mesh = Mesh::new(corners, &quads)?;
+//!
+//! let body = Body::builder(mesh).lattice_vertices(500).half_width(2).damping_rate(4.0).build()?;
+//! let ground = Collider::plane([0.0, -0.5, 0.0], [0.0, 1.0, 0.0]);
+//! let mut simulation = Simulation::builder().body(body).collider(ground).dt(1.0 / 120.0).build()?;
+//! simulation.steps(240);
+//!
+//! let surface = simulation.body(0).surface();
+//! assert!(surface.positions.iter().all(|p| p.y > -0.51));
+//! let volume = simulation.body(0).volume_report();
+//! assert!((volume.after - 1.0).abs() < 1e-5);
+//! # Ok::<(), supple::Error>(())
+//! ```
+//!
+//! # The pipeline, in order
+//!
+//! Once for a body ([`Body::builder`], [`Body::from_lattice`]):
+//!
+//! 1. **Mesh** ([`mesh`], and `obj` for files): polygons of any kind; what is unusual is reported, not refused.
+//! 2. **Lattice** ([`Lattice`]): the cells that the surface passes through or encloses. Vertices sit on their corners, links
+//!    join neighbours along an axis. Nothing is glued across a gap.
+//! 3. **Embedding** ([`Embedding`]): where each mesh vertex lies in its cell.
+//!
+//! In each step ([`Simulation::step`]):
+//!
+//! 1. **Damping** ([`Damping`]): each region's rigid velocity pulls the velocities. Left out where it is zero.
+//! 2. **Matching** ([`Body::goals`]): moments of all regions by window sums along x, y and z, a rotation for each
+//!    ([`rotations()`]), and the adjoint of the sums, which gives the goal positions.
+//! 3. **Motion** ([`dynamics`]): the vertices are drawn to their goals, forces act, momentum is kept to the books, pins and
+//!    handles go their way, the visible surface meets colliders.
+//!
+//! Where somebody looks ([`Body::surface`], [`Body::volume_report`]), and never fed back:
+//!
+//! 1. **Volume correction** ([`volume`]): the lattice moves along a field that is normal to its boundary, by the root of a
+//!    cubic.
+//! 2. **Mesh update**: trilinear in the cells, with normals.
+//! 3. **Frames** ([`frames`]): OBJ, PLY, PC2.
+//!
+//! [`Simulation::plan`] prints what of this a simulation does; a stage that it does not need takes no time and no memory.
+//! [`reference`](mod@reference) is the same method in its naive form, the oracle of the tests.
+//!
+//! # Units and conventions
+//!
+//! Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees but for `spin` (rad/s). Axes are
+//! right-handed, and none is "up" but for gravity. Axes 0, 1, 2 are x, y, z; corner k of a cell lies at the offset
+//! `(k & 1, k >> 1 & 1, k >> 2 & 1)`; lattice vertices are sorted by z, then y, then x. Results have the same bits for any
+//! number of threads. Contact between bodies is not simulated.
+//!
+//! # Features
+//!
+//! | feature | default | what |
+//! |---|---|---|
+//! | `rayon` | yes | threads |
+//! | `obj` | yes | OBJ files: `supple::obj`, and frames that keep every other byte of their input |
+//! | `scene` | no | TOML scenes and the job that steps them to frames: `supple::scene`, `supple::run` |
+//!
+//! # Sources
+//!
+//! * K. Takamatsu, T. Kanai: Volume-Preserving LSM Deformations, SIGGRAPH Asia 2009 Sketches.
+//! * A. Rivers, D. James: FastLSM: Fast Lattice Shape Matching for Robust Real-Time Deformation, SIGGRAPH 2007.
+//! * M. Müller, B. Heidelberger, M. Teschner, M. Gross: Meshless Deformations Based on Shape Matching, SIGGRAPH 2005.
+//! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
 mod body;
 pub mod dynamics;

@@ -1,0 +1,20 @@
+//! The program of the README.
+//!
+//!     cargo run --release -p supple --example 00_readme
+
+use supple::{Body, Collider, Simulation};
+
+fn main() -> Result<(), supple::Error> {
+    let mesh = supple::obj::read("examples/scenes/bust.obj")?;
+    let body = Body::builder(mesh).lattice_vertices(1000).half_width(2).damping_rate(4.0).build()?;
+    let ground = Collider::plane([0.0, 5.0, 0.0], [0.0, 1.0, 0.0]);
+    let mut simulation = Simulation::builder().body(body).collider(ground).dt(1.0 / 120.0).build()?;
+    for _frame in 0..60 {
+        simulation.steps(4);
+        let surface = simulation.body(0).surface(); // positions and normals, in the order of the input
+        assert!(surface.positions.iter().all(|p| p.y > 4.9));
+    }
+    let volume = simulation.body(0).volume_report();
+    assert!((volume.after / volume.rest - 1.0).abs() < 1e-5);
+    Ok(())
+}

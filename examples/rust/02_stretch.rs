@@ -1,0 +1,41 @@
+//! A bust is pulled by its crown: handles, and what the volume correction does.
+//!
+//!     cargo run --release -p supple --example 02_stretch
+
+#![allow(clippy::print_stdout, reason = "a table for the reader")]
+
+use std::error::Error;
+use std::path::Path;
+
+use supple::{Body, Handle, Key, Pin, Selection, Simulation, Window};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let bust = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/bust.obj");
+    let mesh = supple::obj::read(bust)?;
+    let (low, high) = mesh.bounds();
+    let height = high.y - low.y;
+
+    // A half space takes what lies on the side that its normal points to.
+    let base = Selection::Plane { point: [0.0, low.y + 0.05 * height, 0.0], normal: [0.0, -1.0, 0.0] };
+    let crown = Selection::Plane { point: [0.0, high.y - 0.1 * height, 0.0], normal: [0.0, 1.0, 0.0] };
+    let up = Key { time: 1.0, translate: [0.0, 0.35 * height, 0.0], ..Key::default() };
+
+    let body = Body::builder(mesh)
+        .lattice_vertices(1000)
+        .half_width(2)
+        .damping_rate(6.0)
+        .pin(Pin { selection: base, window: Window::default() })
+        .handle(Handle { selection: crown, keys: vec![Key::default(), up], window: Window::default() })
+        .build()?;
+    let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 120.0).build()?;
+
+    println!("  time   volume by shape matching   as shown       lambda");
+    for _ in 0..=5 {
+        // Looking changes nothing that follows.
+        let report = simulation.body(0).volume_report();
+        let (before, after) = (report.before / report.rest, report.after / report.rest);
+        println!("{:>5.2}s {before:>26.4} {after:>10.6} {:>12.4}", simulation.time(), report.lambda);
+        simulation.steps(24);
+    }
+    Ok(())
+}

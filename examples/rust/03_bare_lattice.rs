@@ -1,0 +1,48 @@
+//! A lattice without a mesh: cells by hand, goal positions, momentum.
+//!
+//!     cargo run --release -p supple --example 03_bare_lattice
+
+#![allow(clippy::print_stdout, reason = "figures for the reader")]
+
+use std::error::Error;
+
+use nalgebra::{Point3, Vector3};
+use supple::{Body, Lattice, Simulation};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    // A horseshoe, one cell thick: its tips are near to each other, but no link joins them.
+    let cells: Vec<[i32; 3]> = (0..7)
+        .flat_map(|y| (0..5).map(move |x| [x, y, 0]))
+        .filter(|&[x, y, _]| y == 0 || x == 0 || x == 4)
+        .collect();
+    let lattice = Lattice::from_cells(&cells, 0.1, Point3::origin(), true)?;
+    println!("{} cells, {} lattice vertices", lattice.cells().len(), lattice.len());
+
+    // One tip is lifted; the goals say where shape matching would have each vertex.
+    let mut body = Body::from_lattice(lattice).half_width(2).build()?;
+    let mut positions = body.positions();
+    for (position, &[x, y, _]) in positions.iter_mut().zip(body.lattice().indices()) {
+        if x >= 4 && y >= 5 {
+            position.z += 0.15;
+        }
+    }
+    body.set_positions(&positions)?;
+    let goals = body.goals();
+    let pull = goals.iter().zip(&positions).map(|(goal, at)| (goal - at).norm()).fold(0.0, f64::max);
+    println!("farthest goal: {pull:.4} away");
+
+    // The pulls cancel: with nothing outside, the centre of mass stays where it is.
+    let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 60.0).build()?;
+    let before = centre(simulation.body(0));
+    simulation.steps(600);
+    let moved = (centre(simulation.body(0)) - before).norm();
+    println!("centre of mass after {} steps: moved by {moved:.1e}", simulation.step_count());
+    Ok(())
+}
+
+/// The centre of mass.
+fn centre(body: &Body) -> Vector3<f64> {
+    let masses = body.masses();
+    let sum: Vector3<f64> = body.positions().iter().zip(&masses).map(|(at, mass)| at.coords * *mass).sum();
+    sum / masses.iter().sum::<f64>()
+}
