@@ -132,7 +132,7 @@ impl Simulation {
     /// Forgets the threads, as a process must that was forked: they are not in it. Works alone from then on.
     pub fn abandon_threads(&mut self) {
         // To let them go would mean to wake them.
-        std::mem::forget(std::mem::take(&mut self.executor));
+        self.executor.abandon();
     }
 
     /// Sets the colliders, from the next step on.
