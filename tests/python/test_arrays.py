@@ -87,6 +87,15 @@ def test_what_is_not_finite_is_found(body, name, bad):
     assert np.array_equal(getattr(body, name), before)
 
 
+@pytest.mark.parametrize("name", ["positions", "velocities"])
+@pytest.mark.parametrize("scale", [1e16, 1e60, 1e300])
+def test_what_is_beyond_all_measure_is_refused(body, name, scale):
+    values = np.zeros((len(body), 3))
+    values[4] = scale
+    with pytest.raises(ValueError, match=rf"{name}\[4\] = .* is too large"):
+        setattr(body, name, values)
+
+
 @pytest.mark.parametrize("look", ["surface", "surface_normals"])
 def test_out(cube, look):
     body = supple.Body(cube, lattice_vertices=100)

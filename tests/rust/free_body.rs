@@ -160,3 +160,21 @@ fn parts_that_float_keep_their_own_momenta() {
         .collect();
     assert!(moved.iter().all(|d| d.norm() < 1e-4), "{:?}", moved[0]);
 }
+
+#[test]
+fn damping_leaves_a_rigid_motion_alone_also_when_it_was_set() {
+    let lattice = lattice(&block([6, 3, 4]));
+    let mut body = Body::from_lattice(lattice.clone()).half_width(2).damping(0.9).build().unwrap();
+    let turn = Rotation3::new(Vector3::new(0.9, -1.7, 0.4));
+    let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
+    let centre = x.iter().zip(body.masses()).map(|(x, m)| x * m).sum::<Vector3<f64>>()
+        / body.masses().iter().sum::<f64>();
+    let (drift, spin) = (Vector3::new(0.5, 1.0, -2.0), Vector3::new(0.2, 0.1, -0.3));
+    let v: Vec<_> = x.iter().map(|x| drift + spin.cross(&(x - centre))).collect();
+    body.set_positions(&points(&x)).unwrap();
+    body.set_velocities(&v).unwrap();
+    let mut sim = free(body);
+    sim.step();
+    let moved: Vec<_> = x.iter().zip(&v).map(|(x, v)| x + v * DT).collect();
+    assert!(worst(&coordinates(&sim.body(0).positions()), &moved) < 1e-5);
+}

@@ -5,6 +5,7 @@ mod common;
 use common::{Random, bare, coordinates, points, rest, rigid_fit, shapes, tolerance, worst};
 use nalgebra::{Matrix3, Vector3};
 use supple::reference::{self, Regions};
+use supple::{Body, Simulation};
 
 /// A smooth deformation, noise and a rigid motion of a shape.
 fn deformed(x: &[Vector3<f64>], random: &mut Random) -> Vec<Vector3<f64>> {
@@ -121,4 +122,27 @@ fn the_fit_of_a_turned_body_is_its_turn() {
     let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
     let (fit, ..) = rigid_fit(&bare(&lattice, 1).masses(), &rest(&lattice), &x);
     assert!((fit.matrix() - turn.matrix()).amax() < 1e-12);
+}
+
+#[test]
+fn damping_equals_the_reference() {
+    let mut random = Random(8);
+    for (name, lattice) in shapes() {
+        for half_width in 1..=3 {
+            // A rigidly moved body is its own goal, so that the step adds nothing to the damped velocities.
+            let turn = random.rotation();
+            let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
+            let v: Vec<_> = x.iter().map(|_| random.vector()).collect();
+            let body =
+                Body::from_lattice(lattice.clone()).half_width(half_width).stiffness(1e-3).damping(0.6);
+            let mut body = body.build().unwrap();
+            body.set_positions(&points(&x)).unwrap();
+            body.set_velocities(&v).unwrap();
+            let mut sim = Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build().unwrap();
+            sim.step();
+            let naive = reference::damped_velocities(&lattice, &x, &v, half_width, Regions::Staircase, 0.6);
+            let error = worst(&sim.body(0).velocities(), &naive);
+            assert!(error < 1e-5, "{name}, w = {half_width}: {error:e} cells/s");
+        }
+    }
 }

@@ -96,6 +96,13 @@ impl Executor {
         Self::sequential()
     }
 
+    /// Leaves the pool as it is, and works on the calling thread: its threads are not there any more, and to wait
+    /// for them would hang.
+    pub(crate) fn abandon(&mut self) {
+        #[cfg(feature = "rayon")]
+        std::mem::forget(self.pool.take());
+    }
+
     /// Threads that work.
     pub(crate) fn threads(&self) -> usize {
         #[cfg(feature = "rayon")]

@@ -41,6 +41,10 @@ use force::Forces;
 use look::unlocked;
 use view::View;
 
+/// The greatest coordinate in cells, and speed in cells/s, that is taken: beyond it, f64 does not tell neighbouring
+/// lattice vertices apart.
+const FARTHEST: f64 = 1e15;
+
 /// A soft body.
 ///
 /// Its lattice vertices are the bodies of the dynamics; arrays are "one per vertex", in the order of
@@ -112,7 +116,7 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A wrong number of positions, or a number that is not finite.
+    /// A wrong number of positions, or a number that is not finite or beyond 10^15 cells.
     pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
         self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
         self.state.set_world(self.matching.layout.slots(), positions);
@@ -128,7 +132,7 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A wrong number of velocities, or a number that is not finite.
+    /// A wrong number of velocities, or a number that is not finite or beyond 10^15 cells/s.
     pub fn set_velocities(&mut self, velocities: &[Vector3<f64>]) -> Result<(), ArrayError> {
         self.check("velocities", velocities.len(), velocities.iter().copied())?;
         self.state.set_world_velocities(self.matching.layout.slots(), velocities);
@@ -177,6 +181,10 @@ impl Body {
             if !value.iter().all(|x| x.is_finite()) {
                 return Err(ArrayError::NotFinite { name, index, value: value.into() });
             }
+            let limit = FARTHEST * self.lattice.cell_size();
+            if value.amax() > limit {
+                return Err(ArrayError::TooFar { name, index, value: value.into(), limit });
+            }
         }
         Ok(())
     }
@@ -218,5 +226,17 @@ pub enum ArrayError {
         index: usize,
         /// What it is.
         value: [f64; 3],
+    },
+    /// A number so large that neighbouring vertices could not be told apart.
+    #[error("{name}[{index}] = {value:?} is too large: the limit is {limit:.3e}, 10^15 cells")]
+    TooFar {
+        /// The array.
+        name: &'static str,
+        /// The entry.
+        index: usize,
+        /// What it is.
+        value: [f64; 3],
+        /// The greatest magnitude that is taken.
+        limit: f64,
     },
 }

@@ -24,6 +24,8 @@ pub(crate) struct State {
     pub(crate) velocities: Lanes<3>,
     /// Of the region around each vertex, from the rest pose: unit quaternions x, y, z, w.
     pub(crate) rotations: Lanes<4>,
+    /// Whether the rotations are of these positions, or of those a step before.
+    pub(crate) fitted: bool,
     /// The momenta of each component on which nothing pulls; `None` until they are measured anew.
     pub(crate) books: Vec<Option<Momentum>>,
 }
@@ -103,6 +105,7 @@ impl State {
             carry: Lanes::zeros(layout.blocks()),
             velocities: Lanes::zeros(layout.blocks()),
             rotations: Lanes::filled(layout.blocks(), IDENTITIES),
+            fitted: true,
             books: vec![None; lattice.components().count],
         };
         let turned = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
@@ -172,6 +175,7 @@ impl State {
         for (&slot, &point) in slots.iter().zip(world) {
             self.put(slot, self.frame.to_local(point));
         }
+        self.fitted = false;
         self.books.fill(None);
     }
 

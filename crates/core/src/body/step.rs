@@ -85,11 +85,13 @@ impl Body {
     /// Region damping, where the material has any: of the velocities that contacts, pins and handles left. After the
     /// matching, held vertices would hand on the pull that they do not follow.
     fn damp(&mut self, world: &World, executor: &Executor) {
-        if let Some(damping) = &self.damping {
-            let share = self.material.damping_share(world.interval.dt);
-            let cascade = unlocked(&mut self.cascade);
-            damping.apply(&self.matching, cascade, executor, &mut self.state, share as f32);
+        let Some(damping) = &self.damping else { return };
+        let (state, cascade) = (&mut self.state, unlocked(&mut self.cascade));
+        if !state.fitted {
+            self.matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         }
+        let share = self.material.damping_share(world.interval.dt);
+        damping.apply(&self.matching, cascade, executor, state, share as f32);
     }
 
     /// Goal positions by shape matching, and the velocities that they and `gain` give.
@@ -98,6 +100,7 @@ impl Body {
         let cascade = unlocked(&mut self.cascade);
         let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
         matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        state.fitted = true;
         matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
         bookkeeper.enter(&mut state.books, gain);
     }

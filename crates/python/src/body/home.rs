@@ -73,7 +73,7 @@ impl World {
             );
         };
         simulation.abandon_threads();
-        simulation.set_threads(self.threads);
+        simulation.set_threads(self.threads).expect("as it was built with");
         self.process.store(process, Ordering::Release);
         Ok(())
     }

@@ -1,0 +1,150 @@
+//! What a user changes between steps: forces, stiffness, damping, holds, time, threads; and states that keep all of it.
+
+use nalgebra::{Point3, Vector3};
+use supple::{Body, Damping, Key, Lattice, Selection, Simulation, Stiffness, Window};
+
+fn block() -> Lattice {
+    let cells: Vec<[i32; 3]> = (0..24).map(|i| [i % 4, i / 4 % 3, i / 12]).collect();
+    Lattice::from_cells(&cells, 0.5, Point3::new(1.0, 2.0, 3.0), true).unwrap()
+}
+
+fn simulation(body: Body) -> Simulation {
+    Simulation::builder().body(body).gravity([0.0; 3]).dt(0.01).threads(1).build().unwrap()
+}
+
+fn momentum(body: &Body) -> Vector3<f64> {
+    body.masses().iter().zip(body.velocities()).map(|(m, v)| v * *m).sum()
+}
+
+#[test]
+fn a_force_gives_its_impulse_once_whatever_it_pulls_at() {
+    let selections = [
+        Selection::Vertices(vec![0, 7, 30]),
+        Selection::Plane { point: [1.6, 0.0, 0.0], normal: [1.0, 0.0, 0.0] },
+    ];
+    for selection in selections {
+        let mut simulation = simulation(Body::from_lattice(block()).damping(0.2).build().unwrap());
+        let force = Vector3::new(300.0, -20.0, 50.0);
+        simulation.body_mut(0).apply_force(force.into(), &selection).unwrap();
+        for steps in [1, 100] {
+            simulation.steps(steps);
+            let error = momentum(simulation.body(0)) - force * 0.01;
+            assert!(error.norm() < 1e-5 * force.norm() * 0.01, "{error}");
+        }
+    }
+}
+
+#[test]
+fn forces_add_up_and_are_refused_whole() {
+    let mut simulation = simulation(Body::from_lattice(block()).build().unwrap());
+    let body = simulation.body_mut(0);
+    body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (3, [0.0, 2.0, 0.0])]).unwrap();
+    assert!(body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (4, [f64::NAN, 0.0, 0.0])]).is_err());
+    simulation.step();
+    let error = momentum(simulation.body(0)) - Vector3::new(0.01, 0.02, 0.0);
+    assert!(error.norm() < 1e-7, "{error}");
+}
+
+#[test]
+fn what_is_set_later_is_as_what_was_built() {
+    let build = || Body::from_lattice(block());
+    let mut later = build().build().unwrap();
+    later.set_stiffness(Stiffness::Frequency(3.0)).unwrap();
+    later.set_damping(Damping::Rate(2.0)).unwrap();
+    let given = build().frequency(3.0).damping_rate(2.0).build().unwrap();
+    let run = |body: Body| {
+        let mut simulation = simulation(body);
+        let stretched: Vec<_> =
+            simulation.body(0).positions().iter().map(|p| Point3::new(1.2 * p.x, p.y, p.z)).collect();
+        simulation.body_mut(0).set_positions(&stretched).unwrap();
+        simulation.steps(30);
+        simulation.body(0).positions()
+    };
+    assert_eq!(run(later), run(given));
+}
+
+#[test]
+fn out_of_range_changes_nothing() {
+    let mut body = Body::from_lattice(block()).build().unwrap();
+    assert!(body.set_stiffness(Stiffness::PerStep(1.5)).is_err());
+    assert!(body.set_damping(Damping::Rate(-1.0)).is_err());
+    assert_eq!(*body.material(), supple::Material::default());
+    assert!(body.release(0).is_err());
+    assert!(body.set_keys(0, &[Key::default()]).is_err());
+}
+
+#[test]
+fn holds_are_released_and_driven() {
+    let mut body = Body::from_lattice(block()).build().unwrap();
+    let all = Selection::Vertices((0..60).collect());
+    let keys = vec![Key::default()];
+    body.handle(&supple::Handle { selection: all, keys, window: Window::default() }).unwrap();
+    let rest = body.positions();
+    let mut simulation = simulation(body);
+    simulation.steps(5);
+    let there = Key { time: 0.0, translate: [1.0, 0.0, 0.0], rotate: [0.0; 3] };
+    simulation.body_mut(0).set_keys(0, &[there]).unwrap();
+    simulation.step();
+    let shift = |simulation: &Simulation| simulation.body(0).positions()[7] - rest[7];
+    assert!((shift(&simulation) - Vector3::x()).norm() < 1e-6);
+    simulation.body_mut(0).release(0).unwrap();
+    simulation.set_gravity([0.0, -1.0, 0.0]).unwrap();
+    simulation.steps(100);
+    assert!(shift(&simulation).y < -0.4);
+}
+
+#[test]
+fn a_lattice_is_scaled_about_the_origin() {
+    let body = Body::from_lattice(block()).scale(2.0).build().unwrap();
+    let (own, given) = (body.positions(), block());
+    for (vertex, position) in (0..60).zip(own) {
+        assert!((position - given.rest_position(vertex) * 2.0).norm() < 1e-6);
+    }
+    assert!(Body::from_lattice(block()).scale(0.0).build().is_err());
+}
+
+#[test]
+fn threads_can_be_changed_on_the_way() {
+    let run = |threads: [usize; 2]| {
+        let mut simulation = simulation(Body::from_lattice(block()).spin([0.0, 1.0, 2.0]).build().unwrap());
+        for threads in threads {
+            simulation.abandon_threads();
+            simulation.set_threads(threads).unwrap();
+            simulation.steps(10);
+        }
+        assert!(simulation.set_threads(1_000_000).is_err());
+        simulation.body(0).positions()
+    };
+    assert_eq!(run([1, 1]), run([2, 3]));
+}
+
+#[cfg(feature = "scene")]
+#[test]
+fn a_state_keeps_what_a_user_changed() {
+    let build = || Body::from_lattice(block()).spin([0.0, 1.0, 0.0]).build().unwrap();
+    let collider = || supple::Collider::sphere([2.0, 1.0, 3.5], 1.2);
+    let world = |body| {
+        Simulation::builder().body(body).gravity([0.0; 3]).dt(0.01).collider(collider()).build().unwrap()
+    };
+    let mut one = world(build());
+    one.steps(3);
+    one.set_dt(0.008).unwrap();
+    one.set_gravity([0.0, -9.0, 0.0]).unwrap();
+    let body = one.body_mut(0);
+    body.set_stiffness(Stiffness::PerStep(0.6)).unwrap();
+    body.set_damping(Damping::PerStep(0.1)).unwrap();
+    let pin = supple::Pin { selection: Selection::Vertices(vec![0, 1]), window: Window::default() };
+    body.pin(&pin).unwrap();
+    one.steps(40);
+    one.body_mut(0).apply_force([5.0, 0.0, 0.0], &Selection::Vertices(vec![20])).unwrap();
+
+    let mut other = world(build());
+    other.restore(&one.state()).unwrap();
+    assert_eq!(other.state(), one.state());
+    for _ in 0..2 {
+        assert_eq!(other.body(0).corrected_positions(), one.body(0).corrected_positions());
+        one.steps(10);
+        other.steps(10);
+    }
+    assert_eq!(other.state(), one.state());
+}
