@@ -99,7 +99,7 @@ impl Body {
         let Self { matching, bookkeeper, state, .. } = self;
         let cascade = unlocked(&mut self.cascade);
         let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
-        matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        self.unsettled += matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         state.fitted = true;
         matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
         bookkeeper.enter(&mut state.books, gain);
