@@ -17,7 +17,7 @@ pub(crate) enum Report {
 
 impl Report {
     /// A report with its fields in their order.
-    pub(crate) fn new<'py>(
+    pub(crate) fn make<'py>(
         self,
         py: Python<'py>,
         fields: impl PyCallArgs<'py>,
@@ -39,7 +39,7 @@ pub(crate) fn of_volume<'py>(py: Python<'py>, report: &supple::VolumeReport) -> 
     let mut components = Vec::with_capacity(report.components.len());
     for c in &report.components {
         let fields = (c.rest, c.before, c.after, c.lambda, c.residual, c.capped);
-        components.push(Report::Component.new(py, fields)?);
+        components.push(Report::Component.make(py, fields)?);
     }
     let volumes = PyDict::new(py);
     for (measure, v) in &report.volumes {
@@ -48,5 +48,5 @@ pub(crate) fn of_volume<'py>(py: Python<'py>, report: &supple::VolumeReport) -> 
     let supple::VolumeReport { measure, rest, before, after, lambda, residual, capped, .. } = report;
     let components = PyTuple::new(py, components)?;
     let fields = (measure.name(), rest, before, after, lambda, residual, capped, components, volumes);
-    Report::Volume.new(py, fields)
+    Report::Volume.make(py, fields)
 }

@@ -67,7 +67,7 @@ impl Observer for Onlooker {
             py.check_signals()?;
             let Some(callback) = &self.callback else { return Ok(true) };
             let Progress { frame, last, time, elapsed } = progress;
-            let progress = Report::Progress.new(py, (*frame, *last, *time, elapsed.as_secs_f64()))?;
+            let progress = Report::Progress.make(py, (*frame, *last, *time, elapsed.as_secs_f64()))?;
             let answer = callback.bind(py).call1((progress,))?;
             Ok(answer.extract::<bool>().unwrap_or(true))
         });
@@ -87,7 +87,7 @@ fn of_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny
     let mut bodies = Vec::with_capacity(run.bodies.len());
     for body in &run.bodies {
         let volume = report::of_volume(py, &body.volume)?;
-        bodies.push(Report::Body.new(py, (&body.name, body.lattice_vertices, volume))?);
+        bodies.push(Report::Body.make(py, (&body.name, body.lattice_vertices, volume))?);
     }
     let outcome = match run.outcome {
         Outcome::Finished => "finished",
@@ -98,5 +98,5 @@ fn of_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny
     let elapsed = run.elapsed.as_secs_f64();
     let RunReport { directory, resumed_after, last, simulated, written, substeps, .. } = run;
     let values = (directory, outcome, resumed_after, last, simulated, written, substeps, elapsed, bodies);
-    Report::Run.new(py, values)
+    Report::Run.make(py, values)
 }
