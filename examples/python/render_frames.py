@@ -3,7 +3,7 @@
     supple run examples/scenes/stretch_and_drop.toml -o frames/kept --format ply
     supple run examples/scenes/stretch_and_drop.toml -o frames/plain --format ply --set 'body.bust.volume="off"'
     python examples/python/render_frames.py stretch.png "plain=frames/plain" "volume kept=frames/kept" \
-        --frames 0 20 40 210 --titles rest "half way" "full stretch" landed
+        --frames 0 24 48 240 --titles rest "half way" "full stretch" landed
 
 Needs pyvista (which brings matplotlib). On a machine without a display that has no software renderer of its own, run
 it under `xvfb-run -a`.

@@ -35,7 +35,7 @@ impl Exception {
     }
 
     /// A `ValueError` of an argument as this exception, which is one too; others as they are.
-    pub(crate) fn in_place_of_value_error(self, error: PyErr) -> PyErr {
+    pub(crate) fn of_value_error(self, error: PyErr) -> PyErr {
         Python::attach(|py| match error.is_instance_of::<PyValueError>(py) {
             true => self.with(error.value(py).to_string()),
             false => error,

@@ -99,7 +99,7 @@ impl Lattice {
         join: bool,
     ) -> PyResult<Self> {
         let py = cells.py();
-        let wrong = |e| Exception::Lattice.in_place_of_value_error(e);
+        let wrong = |e| Exception::Lattice.of_value_error(e);
         let cells = occupied(cells).map_err(wrong)?;
         let origin = origin
             .map(|origin| arrays::vector(origin, "origin"))

@@ -41,9 +41,8 @@ impl Mesh {
     #[new]
     #[pyo3(signature = (vertices, faces))]
     fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let points = read_vertices(vertices).map_err(|e| Exception::Mesh.in_place_of_value_error(e))?;
-        let faces =
-            read_faces(faces, points.len()).map_err(|e| Exception::Mesh.in_place_of_value_error(e))?;
+        let points = read_vertices(vertices).map_err(|e| Exception::Mesh.of_value_error(e))?;
+        let faces = read_faces(faces, points.len()).map_err(|e| Exception::Mesh.of_value_error(e))?;
         faces.mesh(points).map(Self::from_core)
     }
 
