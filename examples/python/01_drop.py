@@ -1,6 +1,6 @@
 """A model falls on the ground: OBJ in, arrays out.
 
-    python examples/python/01_drop.py [MODEL.obj [SURFACES.npy [FRAMES]]]
+python examples/python/01_drop.py [MODEL.obj [SURFACES.npy [FRAMES]]]
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 
 import numpy as np
+
 import supple
 
 STEPS_PER_FRAME = 4

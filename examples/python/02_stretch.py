@@ -1,6 +1,6 @@
 """A bust is pulled by its crown: handles, and what the volume correction does.
 
-    python examples/python/02_stretch.py
+python examples/python/02_stretch.py
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
 """A lattice without a mesh: cells from a boolean array, goal positions, momentum.
 
-    python examples/python/03_bare_lattice.py
+python examples/python/03_bare_lattice.py
 """
 
 from __future__ import annotations
 
 import numpy as np
+
 import supple
 
 

@@ -1,6 +1,6 @@
 """Many runs of one scene: how far a dropped bust is pressed together, for different stiffness.
 
-    python examples/python/04_sweep.py
+python examples/python/04_sweep.py
 """
 
 from __future__ import annotations
