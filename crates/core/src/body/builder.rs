@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use super::state::State;
 use super::view::View;
-use super::{Body, Damping, Material, Placement, Reach, Stiffness, Surface};
+use super::{Body, Damping, FARTHEST, Material, Placement, Reach, Stiffness, Surface};
 use crate::dynamics::damping::RegionDamping;
 use crate::dynamics::momentum::Bookkeeper;
 use crate::dynamics::{Handle, Pin};
@@ -217,6 +217,7 @@ impl BodyBuilder {
                 (lattice, Some(Surface { mesh, embedding }))
             }
         };
+        self.placement.within(FARTHEST * lattice.cell_size())?;
         let half_width = self.material.half_width(lattice.cell_size(), extent(&lattice));
         let matching = Matching::new(&lattice, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
@@ -226,6 +227,7 @@ impl BodyBuilder {
             name: self.name,
             damping: self.material.is_damped().then(|| RegionDamping::new(&matching)),
             bookkeeper: Bookkeeper::new(&lattice, &matching.layout),
+            unsettled: 0,
             cascade: Mutex::new(Cascade::new(&matching.layout, half_width)),
             material: self.material,
             lattice,

@@ -59,7 +59,11 @@ impl Body {
     /// Prepares for contacts in steps of `dt` seconds, where there are colliders.
     pub(crate) fn meet(&mut self, colliders: bool, dt: f64) {
         self.set_dt(dt);
-        self.contacts = colliders.then(|| Contacts::new(self.samples()));
+        if !colliders {
+            self.contacts = None;
+        } else if self.contacts.is_none() {
+            self.contacts = Some(Contacts::new(self.samples()));
+        }
     }
 
     /// Prepares for steps of `dt` seconds.

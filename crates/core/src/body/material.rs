@@ -1,5 +1,7 @@
 //! How a body behaves, as its user says it: per step, or in physical terms that do not change with the step.
 
+use crate::dynamics::sin_cos_degrees;
+
 /// How far a region reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reach {
@@ -114,9 +116,10 @@ impl Material {
         match self.stiffness {
             Stiffness::PerStep(alpha) => alpha,
             Stiffness::Frequency(frequency) => {
-                // Up to 1/6 of a turn per step the cosine falls; beyond, alpha has long been capped.
-                let turn = (frequency * dt).min(0.5);
-                (2.0 * (1.0 - (std::f64::consts::TAU * turn).cos())).min(1.0)
+                // 2 (1 - cos 2x) = 4 sin² x, which keeps its digits at slow frequencies. Up to 1/6 of a turn per step
+                // the cosine falls; beyond, alpha has long been capped.
+                let (sine, _) = sin_cos_degrees(180.0 * (frequency * dt).min(0.5));
+                (4.0 * sine * sine).min(1.0)
             }
         }
     }

@@ -60,6 +60,8 @@ pub struct Body {
     cascade: Mutex<Cascade>,
     damping: Option<RegionDamping>,
     bookkeeper: Bookkeeper,
+    /// Rotations that Newton's method left to the robust path.
+    unsettled: usize,
     kinematics: Option<Kinematics>,
     contacts: Option<Contacts>,
     forces: Option<Forces>,
@@ -160,7 +162,7 @@ impl Body {
 
     /// Rotations in all steps so far that Newton's method left to the robust path.
     pub fn unsettled_rotations(&self) -> usize {
-        self.matching.unsettled()
+        self.unsettled
     }
 
     /// One value per vertex, from its slot.

@@ -29,6 +29,18 @@ impl Placement {
         Isometry3::from_parts(Vector3::from(self.translate).into(), self.rotation())
     }
 
+    /// Whether lengths and speeds are no greater than `limit`; a spin is that of a body as long as it likes.
+    pub(crate) fn within(&self, limit: f64) -> Result<(), RangeError> {
+        let Self { translate, velocity, spin, .. } = *self;
+        for (name, values) in [("translate", translate), ("velocity", velocity), ("spin", spin)] {
+            let limit = if name == "spin" { 1e12 } else { limit };
+            for value in values {
+                in_range(name, value, value.abs() <= limit, "at most 1e15 cells (spin: 1e12 rad/s)")?;
+            }
+        }
+        Ok(())
+    }
+
     /// Whether the numbers make sense.
     ///
     /// # Errors

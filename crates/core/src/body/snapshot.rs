@@ -41,6 +41,7 @@ impl Body {
         self.set_damping(snapshot.damping)?;
         self.state = snapshot.state.clone();
         self.kinematics = snapshot.kinematics.clone();
+        self.bookkeeper.free();
         self.forces = snapshot.forces.clone();
         if let Some(contacts) = &mut self.contacts {
             contacts.set_pushes(&snapshot.pushes);
@@ -50,6 +51,10 @@ impl Body {
 
     /// Whether a snapshot is of a body like this one.
     pub(crate) fn fits(&self, snapshot: &BodySnapshot) -> Result<(), String> {
+        let (size, other_size) = (self.state.frame.cell_size(), snapshot.state.frame.cell_size());
+        if size != other_size {
+            return Err(format!("body {:?} has cells of {size}, the state of {other_size}", self.name));
+        }
         let (own, other) = (self.state.positions.blocks().len(), snapshot.state.positions.blocks().len());
         if !(own == other && snapshot.state.is_whole(own, self.state.books.len())) {
             return Err(format!(

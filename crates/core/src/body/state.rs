@@ -63,6 +63,12 @@ impl Frame {
         BodyFrame { origin: self.to_world(Vector3::zeros()), cell_size: self.cell_size }
     }
 
+    /// Edge of a cell in scene units.
+    #[cfg(feature = "scene")]
+    pub(crate) fn cell_size(self) -> f64 {
+        self.cell_size
+    }
+
     /// The velocity of the origin, in cells/s.
     pub(crate) fn velocity(self) -> Vector3<f64> {
         self.velocity.into()

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{Body, unlocked};
 use crate::dynamics::integrate::Advance;
 use crate::dynamics::{Colliders, Interval, Kinematics};
-use crate::parallel::Executor;
+use crate::parallel::{CHUNK, Executor};
 
 /// What acts on all bodies in a step.
 pub(crate) struct World<'a> {
@@ -18,6 +18,11 @@ pub(crate) struct World<'a> {
 }
 
 impl Body {
+    /// Whether a step cannot be shared out among threads.
+    pub(crate) fn is_one_task(&self) -> bool {
+        self.matching.layout.blocks() <= CHUNK
+    }
+
     /// One step: forces, damping, goal positions, integration, contacts, pins and handles.
     pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
         self.begin_holds(world);
@@ -99,7 +104,7 @@ impl Body {
         let Self { matching, bookkeeper, state, .. } = self;
         let cascade = unlocked(&mut self.cascade);
         let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
-        matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        self.unsettled += matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         state.fitted = true;
         matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
         bookkeeper.enter(&mut state.books, gain);

@@ -60,6 +60,8 @@ impl<S: Simd> Means<S> {
 pub(crate) struct FitRotations<'a> {
     pub(crate) constants: &'a Lanes<6>,
     pub(crate) occupied: &'a [u8],
+    /// The half-width of the regions in cells.
+    pub(crate) reach: f32,
     /// Counts the rotations that Newton's method left to the robust path.
     pub(crate) unsettled: &'a AtomicUsize,
 }
@@ -76,7 +78,18 @@ impl RegionTransform for FitRotations<'_> {
         sums: [f32x8<S>; 12],
         quaternions: &mut [[f32; LANES]; 4],
     ) -> [f32x8<S>; 12] {
-        let Means { mean, central: a, d } = Means::new(simd, &self.constants.blocks()[block], sums);
+        let Means { mean, central: mut a, d } = Means::new(simd, &self.constants.blocks()[block], sums);
+        // What the rounding of the sums alone may leave of a region that is collapsed to a point has no rotation.
+        let noise = (mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2])
+            * (8.0 * f32::EPSILON * self.reach).powi(2);
+        let mut size = a[0] * a[0];
+        for i in 1..9 {
+            size = a[i].mul_add(a[i], size);
+        }
+        let collapsed = size.simd_le(noise);
+        for i in 0..9 {
+            a[i] = collapsed.select(f32x8::splat(simd, 0.0), a[i]);
+        }
         let left = newton::solve(simd, a, self.occupied[block], quaternions);
         if left != 0 {
             self.unsettled.fetch_add(left.count_ones() as usize, Ordering::Relaxed);

@@ -7,7 +7,7 @@ pub(crate) mod regions;
 pub(crate) mod rotation;
 mod windows;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::AtomicUsize;
 
 use crate::body::State;
 use crate::lanes::Lanes;
@@ -23,7 +23,6 @@ use regions::Regions;
 pub(crate) struct Matching {
     pub(crate) layout: Layout,
     pub(crate) regions: Regions,
-    unsettled: AtomicUsize,
 }
 
 impl Matching {
@@ -31,22 +30,25 @@ impl Matching {
     pub(crate) fn new(lattice: &Lattice, half_width: usize) -> Self {
         let layout = Layout::new(lattice);
         let regions = Regions::new(lattice, &layout, half_width);
-        Self { layout, regions, unsettled: AtomicUsize::new(0) }
+        Self { layout, regions }
     }
 
-    /// Fits a rigid motion to each region at `positions`. `rotations` are the warm start, and are replaced.
+    /// Fits a rigid motion to each region at `positions`. `rotations` are the warm start, and are replaced. Returns
+    /// how many of them Newton's method left to the robust path.
     pub(crate) fn fit(
         &self,
         cascade: &mut Cascade,
         executor: &Executor,
         positions: &Lanes<3>,
         rotations: &mut Lanes<4>,
-    ) {
+    ) -> usize {
         let constants = &self.regions.constants;
         let field = Weighted { constants, vectors: positions };
-        let transform =
-            FitRotations { constants, occupied: self.layout.occupied(), unsettled: &self.unsettled };
+        let unsettled = AtomicUsize::new(0);
+        let (occupied, reach) = (self.layout.occupied(), self.regions.half_width() as f32);
+        let transform = FitRotations { constants, occupied, reach, unsettled: &unsettled };
         cascade.gather(&self.layout, executor, &field, &transform, rotations.blocks_mut());
+        unsettled.into_inner()
     }
 
     /// Accelerates each vertex towards the goal that the motions last fitted give it.
@@ -74,10 +76,5 @@ impl Matching {
     /// Memory that the regions and their layout take.
     pub(crate) fn bytes(&self) -> usize {
         self.layout.bytes() + self.regions.constants.bytes()
-    }
-
-    /// Rotations since the start that Newton's method left to the robust path.
-    pub(crate) fn unsettled(&self) -> usize {
-        self.unsettled.load(Ordering::Relaxed)
     }
 }

@@ -115,13 +115,13 @@ impl SimulationBuilder {
 }
 
 pub(super) fn check_dt(dt: f64) -> Result<(), Error> {
-    in_range("dt", dt, dt > 0.0, "a time in seconds, > 0")?;
+    in_range("dt", dt, (1e-12..=1e6).contains(&dt), "a time in seconds, from 1e-12 to 1e6")?;
     Ok(())
 }
 
 pub(super) fn check_gravity(gravity: [f64; 3]) -> Result<(), Error> {
     for g in gravity {
-        in_range("gravity", g, true, "finite")?;
+        in_range("gravity", g, g.abs() <= 1e12, "at most 1e12")?;
     }
     Ok(())
 }

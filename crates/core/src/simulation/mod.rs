@@ -45,7 +45,11 @@ impl Simulation {
 
     /// `count` steps of length `dt`.
     pub fn steps(&mut self, count: u64) {
-        let executor = self.executor.clone();
+        // To enter a pool takes longer than a step of a body that is one task.
+        let executor = match &self.bodies[..] {
+            [body] if body.is_one_task() => Executor::sequential(),
+            _ => self.executor.clone(),
+        };
         executor.enter(|| {
             for _ in 0..count {
                 self.step_bodies(&executor);

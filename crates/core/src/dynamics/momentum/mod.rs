@@ -90,6 +90,11 @@ impl Bookkeeper {
         }
     }
 
+    /// Says that nothing is held.
+    pub(crate) fn free(&mut self) {
+        self.pulled.fill(false);
+    }
+
     /// Whether a book is to be opened: its component is free, and its momenta are not known.
     pub(crate) fn any_to_open(&self, books: &[Option<Momentum>]) -> bool {
         books.iter().zip(&self.pulled).any(|(book, pulled)| book.is_none() && !pulled)

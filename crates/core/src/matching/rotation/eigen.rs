@@ -77,8 +77,8 @@ fn eigen(mut k: Matrix4<f64>) -> (Vector4<f64>, Matrix4<f64>) {
                 }
                 // The smaller of the two turns that bring k[p, q] to zero.
                 let cotangent = (k[(q, q)] - k[(p, p)]) / (2.0 * k[(p, q)]);
-                let tangent = cotangent.signum() / (cotangent.abs() + cotangent.hypot(1.0));
-                let cosine = 1.0 / tangent.hypot(1.0);
+                let tangent = cotangent.signum() / (cotangent.abs() + (cotangent * cotangent + 1.0).sqrt());
+                let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
                 let sine = tangent * cosine;
                 for i in 0..4 {
                     let (x, y) = (k[(i, p)], k[(i, q)]);
