@@ -189,7 +189,7 @@ fn wrong_types_are_named() {
         ("rotate = [0, 1]", "three numbers, not a list of 2 values"),
         ("object = 3", "a text in quotes, not 3"),
         ("volume = 1", "{ measure = \"mesh\" }"),
-        ("[body.pin]\nbox = { min = [0,0,0], max = [1,1,1] }", "[[pin]] in double brackets"),
+        ("[body.pin]\nbox = { min = [0,0,0], max = [1,1,1] }", "[[body.pin]] in double brackets"),
         ("[[body.handle]]\nbox = { min = [0,0,0], max = [1,1,1] }\nkeys = 3", "a list of poses"),
     ] {
         let message = refusal(line);

@@ -30,13 +30,8 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
     }
 }
 
-/// Runs one input into a folder.
-pub(crate) fn run_one(
-    args: &RunArgs,
-    input: &Path,
-    folder: impl FnOnce(&Scene) -> PathBuf,
-    stats: Option<PathBuf>,
-) -> Result<RunReport, RunError> {
+/// The scene of an input with the changes that the arguments ask for.
+fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     let mut scene = input::scene(input, &args.scene)?;
     if let Some(frames) = args.frames {
         scene.simulation.frames = frames;
@@ -47,6 +42,17 @@ pub(crate) fn run_one(
     if let Some(format) = args.format {
         scene.output.format = format.into();
     }
+    Ok(scene)
+}
+
+/// Runs one input into a folder.
+pub(crate) fn run_one(
+    args: &RunArgs,
+    input: &Path,
+    folder: impl FnOnce(&Scene) -> PathBuf,
+    stats: Option<PathBuf>,
+) -> Result<RunReport, RunError> {
+    let scene = changed_scene(args, input)?;
     let folder = folder(&scene);
     let mut job = Job::new(scene, folder);
     job.every = args.every;
@@ -104,7 +110,7 @@ fn quoted(word: &str) -> String {
 
 fn print_scenes(args: &RunArgs) -> Exit {
     for input in &args.inputs {
-        match input::scene(input, &args.scene) {
+        match changed_scene(args, input) {
             Ok(scene) => say::out(scene.to_toml().trim_end()),
             Err(error) => {
                 say::error(&error);

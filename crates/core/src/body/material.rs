@@ -58,7 +58,7 @@ impl Default for Material {
 
 /// A number out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{name} = {value} is out of range: it must be {range}")]
+#[error("{name} = {value:?} is out of range: it must be {range}")]
 pub struct RangeError {
     /// The name of the number, as in a scene file.
     pub name: &'static str,

@@ -1,6 +1,6 @@
 //! What is done for a body, from the stages that it has.
 
-use super::Body;
+use super::{Body, Damping};
 use crate::plan::{BodyPlan, When};
 
 impl Body {
@@ -25,7 +25,10 @@ impl Body {
         let state = format!("{vertices} lattice vertices, f32");
         plan.stage(When::Step, "rotations, goals", Some(state), self.state.bytes());
         let damping = self.damping.as_ref();
-        let rate = damping.map(|_| format!("{:?}", self.material.damping));
+        let rate = damping.map(|_| match self.material.damping {
+            Damping::PerStep(share) => format!("{share} a step"),
+            Damping::Rate(rate) => format!("{rate} a second"),
+        });
         plan.stage(When::Step, "region damping", rate, damping.map_or(0, |damping| damping.bytes()));
         plan.stage(When::Step, "integration", Some("corrected to the books".to_owned()), 0);
         let samples = self.contacts.as_ref().map(|contacts| contacts.samples().len());

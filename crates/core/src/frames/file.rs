@@ -9,7 +9,7 @@ use super::OutputError;
 pub(super) const PART: &str = ".part";
 
 /// `path` with `.part` at its end.
-pub(super) fn part_of(path: &Path) -> PathBuf {
+pub(crate) fn part_of(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(PART);
     name.into()

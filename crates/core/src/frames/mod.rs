@@ -26,6 +26,8 @@ mod turned_normals;
 mod writer;
 
 pub use error::OutputError;
+#[cfg(feature = "scene")]
+pub(crate) use file::part_of;
 pub use format::{Format, UnknownFormat};
 pub use sequence::Sequence;
 #[cfg(feature = "obj")]

@@ -89,8 +89,9 @@ impl Request<'_> {
             }
             if surely(middle) { sure = middle } else { unsure = middle }
         }
-        // Most lattices fill little of the grid: where one can be afforded, see how far a finer one may go.
-        let mut finer = refused;
+        // Most lattices fill little of the grid: see how far a finer one may go. Not far below the size that is sure,
+        // since each try voxelises.
+        let mut finer = refused.max(round_up(sure / FINER));
         while let Err(LatticeError::TooMuchMemory { needed, limit, .. }) = self.candidate(finer) {
             if grid_bytes(Grid::counts(bounds, finer)) > self.limit as f64 {
                 return Some(sure);
@@ -103,6 +104,9 @@ impl Request<'_> {
         Some(finer)
     }
 }
+
+/// How much finer a lattice that fits is looked for than the size that surely does.
+const FINER: f64 = 2.0;
 
 /// Bytes that voxelising takes in a grid of so many cells along each axis.
 fn grid_bytes(counts: [f64; 3]) -> f64 {

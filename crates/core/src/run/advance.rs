@@ -101,13 +101,13 @@ impl<'a> Running<'a> {
             let times = body.surface_into(&mut self.positions, normals);
             let writing = Instant::now();
             self.sinks.write(index, number, &self.positions, &self.normals)?;
-            self.written += 1;
             if self.stats.is_some() {
                 let write = writing.elapsed();
                 let step = stepping.div_f64(simulation.bodies().len() as f64);
                 rows.push(Row::of(number, simulation.time(), body, Times { step, write, look: times }));
             }
         }
+        self.written += 1;
         match &mut self.stats {
             Some(stats) => stats.push(&rows),
             None => Ok(()),

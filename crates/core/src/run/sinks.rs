@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::error::RunError;
 use super::job::Job;
 use super::prepare::Prepared;
-use crate::frames::{FrameWriter, OutputError, Sequence};
+use crate::frames::{FrameWriter, OutputError, Sequence, part_of};
 
 /// The frame writers of a job, one for each body.
 #[derive(Debug, Default)]
@@ -65,10 +65,9 @@ pub(super) fn missing(job: &Job, done: u32) -> Option<PathBuf> {
     job.sequences().into_iter().find_map(|sequence| {
         let file = |frame: u32| sequence.path(job.number(frame));
         let kept = (0..=done).filter(|&frame| job.keeps(frame));
-        let part = |path: &PathBuf| PathBuf::from(format!("{}.part", path.display()));
         match sequence.format {
             crate::frames::Format::Pc2 => {
-                Some(file(0)).filter(|path| !path.is_file() && !part(path).is_file())
+                Some(file(0)).filter(|path| !path.is_file() && !part_of(path).is_file())
             }
             _ => kept.map(file).find(|path| !path.is_file()),
         }

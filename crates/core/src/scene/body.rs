@@ -149,7 +149,8 @@ fn read_name(field: &Field<'_>) -> Result<String, SceneError> {
 }
 
 fn is_name(name: &str) -> bool {
-    !name.is_empty() && name.chars().all(is_name_character)
+    // A leading point would hide the frames.
+    !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character)
 }
 
 fn is_name_character(character: char) -> bool {

@@ -80,7 +80,11 @@ impl<'a> Fields<'a> {
             Data::Array(values) => Ok(field.items(values)),
             Data::Table(_) => Err(SceneError::WrongType {
                 place: field.value.place.clone(),
-                expected: format!("a list of tables; write [[{key}]] in double brackets"),
+                // Only bodies hold tables of their own.
+                expected: format!(
+                    "a list of tables; write [[{}{key}]] in double brackets",
+                    if self.name.is_empty() { "" } else { "body." }
+                ),
                 found: "one table".to_owned(),
                 key: field.name,
             }),
