@@ -58,7 +58,7 @@ impl Default for Material {
 
 /// A number out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{name} = {value:?} is out of range: it must be {range}")]
+#[error("{name} = {} is out of range: it must be {range}", short(*.value))]
 pub struct RangeError {
     /// The name of the number, as in a scene file.
     pub name: &'static str,
@@ -66,6 +66,11 @@ pub struct RangeError {
     pub value: f64,
     /// What is taken.
     pub range: &'static str,
+}
+
+/// A number as a person would write it.
+fn short(value: f64) -> String {
+    if value.abs() >= 1e15 { format!("{value:e}") } else { value.to_string() }
 }
 
 /// `value` if it is finite and `inside`.
