@@ -39,11 +39,10 @@ impl Body {
     /// Pins and handles that begin now capture what they hold; the momenta of what is held are not its own.
     fn begin_holds(&mut self, world: &World) {
         let Self { kinematics, matching, bookkeeper, state, .. } = self;
-        if let Some(kinematics) = kinematics {
-            let slots = matching.layout.slots();
-            kinematics.begin(world.interval, &state.shared(), slots);
-            bookkeeper.pull(slots, kinematics.held(), &mut state.books);
-        }
+        let Some(kinematics) = kinematics else { return bookkeeper.free() };
+        let slots = matching.layout.slots();
+        kinematics.begin(world.interval, &state.shared(), slots);
+        bookkeeper.pull(slots, kinematics.held(), &mut state.books);
     }
 
     /// Whether nothing holds the body and nothing can touch it.
