@@ -1,5 +1,8 @@
 //! Reading OBJ files: everything that real files hold, and what is refused.
 
+// Groups are lists of ranges, often of one.
+#![allow(clippy::single_range_in_vec_init)]
+
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;

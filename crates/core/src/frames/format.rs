@@ -10,7 +10,8 @@ pub enum Format {
     /// Wavefront OBJ, one file a frame: the input with new positions and normals. The default.
     #[default]
     Obj,
-    /// PLY, binary little endian, one file a frame.
+    /// PLY, binary little endian, one file a frame: polygons where all have the same number of corners, else their
+    /// triangles, as many readers take lists of one length only.
     Ply,
     /// Point Cache 2, one file a body.
     ///

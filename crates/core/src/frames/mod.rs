@@ -3,7 +3,7 @@
 //! | format | files | holds |
 //! |---|---|---|
 //! | [`Format::Obj`] | `NAME_0000.obj`, ... | the input, byte for byte, with new positions and normals |
-//! | [`Format::Ply`] | `NAME_0000.ply`, ... | binary little endian: positions, vertex normals, polygons |
+//! | [`Format::Ply`] | `NAME_0000.ply`, ... | binary little endian: positions, vertex normals, faces |
 //! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: the positions of all frames, for the input's vertex order |
 //!
 //! Every file is written under another name (`.part` at its end) and renamed when it is whole, so that a final name

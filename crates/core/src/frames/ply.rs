@@ -12,13 +12,20 @@ pub(super) struct Ply {
 }
 
 impl Ply {
-    /// Faces with fewer than three corners are left out: few readers take them.
+    /// Polygons where all have the same number of corners; else their triangles, because common readers (trimesh)
+    /// take binary lists of one length only. Faces with fewer than three corners are left out.
     pub(super) fn new(mesh: &Mesh) -> Self {
-        let drawn = || mesh.faces().filter(|face| face.len() > 2);
+        let polygons = || mesh.faces().filter(|face| face.len() > 2);
+        let first = polygons().next().map_or(0, <[u32]>::len);
+        let drawn: Vec<&[u32]> = if polygons().all(|face| face.len() == first) {
+            polygons().collect()
+        } else {
+            mesh.triangles().iter().map(<[u32; 3]>::as_slice).collect()
+        };
         // A count of corners is a byte where that is enough, as most writers have it.
-        let small = drawn().all(|face| u8::try_from(face.len()).is_ok());
+        let small = drawn.iter().all(|face| u8::try_from(face.len()).is_ok());
         let mut faces = Vec::new();
-        for face in drawn() {
+        for face in &drawn {
             if small {
                 faces.push(face.len() as u8);
             } else {
@@ -32,7 +39,7 @@ impl Ply {
              property float nx\nproperty float ny\nproperty float nz\n\
              element face {}\nproperty list {} int vertex_indices\nend_header\n",
             mesh.vertices().len(),
-            drawn().count(),
+            drawn.len(),
             if small { "uchar" } else { "int" },
         );
         Self { header: header.into_bytes(), faces }
