@@ -146,6 +146,25 @@ impl Executor {
         items.chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
     }
 
+    /// As [`Executor::groups`], over two arrays of equal length.
+    pub(crate) fn groups2<A: Send, B: Send>(
+        &self,
+        a: &mut [A],
+        b: &mut [B],
+        size: usize,
+        work: impl Fn(usize, &mut [A], &mut [B]) + Send + Sync,
+    ) {
+        debug_assert_eq!(a.len(), b.len());
+        #[cfg(feature = "rayon")]
+        if self.pool.is_some() && a.len() > size {
+            use rayon::prelude::*;
+            let groups = a.par_chunks_mut(size).zip(b.par_chunks_mut(size));
+            return groups.enumerate().for_each(|(k, (a, b))| work(k, a, b));
+        }
+        let groups = a.chunks_mut(size).zip(b.chunks_mut(size));
+        groups.enumerate().for_each(|(k, (a, b))| work(k, a, b));
+    }
+
     /// `work(first, a, b)` for chunks of two arrays of equal length, `first` the index of a chunk's first items.
     pub(crate) fn chunks<A: Send, B: Send>(
         &self,
@@ -153,15 +172,7 @@ impl Executor {
         b: &mut [B],
         work: impl Fn(usize, &mut [A], &mut [B]) + Send + Sync,
     ) {
-        debug_assert_eq!(a.len(), b.len());
-        #[cfg(feature = "rayon")]
-        if self.pool.is_some() && a.len() > CHUNK {
-            use rayon::prelude::*;
-            let chunks = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK));
-            return chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
-        }
-        let chunks = a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK));
-        chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
+        self.groups2(a, b, CHUNK, |k, a, b| work(k * CHUNK, a, b));
     }
 
     /// As [`Executor::chunks`], over three arrays.
