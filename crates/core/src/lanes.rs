@@ -3,7 +3,7 @@
 //! Kernels load and store whole rows. They are written as plain loops: a closure handed to `map` or `from_fn` may
 //! be compiled as a function of its own, without the SIMD level of its caller.
 
-use fearless_simd::{Simd, SimdBase, f32x8};
+use fearless_simd::{Simd, SimdBase, f32x8, f32x16};
 
 /// Lattice vertices in a block: the lanes of one `f32x8`.
 pub(crate) const LANES: usize = 8;
@@ -90,6 +90,31 @@ pub(crate) fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [
     for c in 0..N {
         values[c].store_array(&mut rows[c]);
     }
+}
+
+/// The first `N` rows of two blocks, side by side: twice the work at once where one block waits for itself.
+#[inline(always)]
+pub(crate) fn load_two<S: Simd, const N: usize, const M: usize>(
+    simd: S,
+    blocks: [&Block<M>; 2],
+) -> [f32x16<S>; N] {
+    let mut rows = [f32x16::splat(simd, 0.0); N];
+    for c in 0..N {
+        let [a, b] = blocks;
+        let (a, b) = (f32x8::load_array_ref(simd, &a[c]), f32x8::load_array_ref(simd, &b[c]));
+        rows[c] = simd.combine_f32x8(a, b);
+    }
+    rows
+}
+
+/// The rows of two blocks.
+#[inline(always)]
+pub(crate) fn split_two<S: Simd, const N: usize>(simd: S, values: [f32x16<S>; N]) -> [[f32x8<S>; N]; 2] {
+    let mut blocks = [[f32x8::splat(simd, 0.0); N]; 2];
+    for c in 0..N {
+        (blocks[0][c], blocks[1][c]) = simd.split_f32x16(values[c]);
+    }
+    blocks
 }
 
 #[inline]

@@ -80,8 +80,9 @@ impl FitVelocities<'_> {
     #[inline(always)]
     fn fit<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12]) -> [f32x8<S>; 12] {
         let zero = f32x8::splat(simd, 0.0);
-        let Means { mean: v, central, d } = Means::new(simd, &self.constants.blocks()[block], sums);
-        let r = columns(simd, load(simd, &self.rotations.blocks()[block]));
+        let constants = load(simd, &self.constants.blocks()[block]);
+        let Means { mean: v, central, d } = Means::new(constants, sums);
+        let r: [f32x8<S>; 9] = columns(simd, load(simd, &self.rotations.blocks()[block]));
         let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
 
         let mut spin = [zero; 3];
