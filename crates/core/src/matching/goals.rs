@@ -27,7 +27,7 @@ pub(crate) struct Means<V> {
 impl<V> Means<V> {
     /// From the constants of regions and their sums (S, Sx, Sy, Sz).
     #[inline(always)]
-    pub(crate) fn new<S: Simd>([_, _, inverse_mass, d0, d1, d2]: [V; 6], sums: [V; 12]) -> Self
+    pub(crate) fn new<S: Simd>([inverse_mass, d0, d1, d2]: [V; 4], sums: [V; 12]) -> Self
     where
         V: SimdFloat<S, Element = f32>,
     {
@@ -46,7 +46,7 @@ impl<V> Means<V> {
 
 /// The rigid motion that fits each region best. Its memory is the region's rotation: the warm start, replaced.
 pub(crate) struct FitRotations<'a> {
-    pub(crate) constants: &'a Lanes<6>,
+    pub(crate) constants: &'a Lanes<4>,
     pub(crate) occupied: &'a [u8],
     /// The half-width of the regions in cells.
     pub(crate) reach: f32,
@@ -114,7 +114,7 @@ impl FitRotations<'_> {
 
 /// Writes the goal positions down.
 pub(crate) struct WriteGoals<'a> {
-    pub(crate) constants: &'a Lanes<6>,
+    pub(crate) shares: &'a Lanes<2>,
 }
 
 impl VertexUpdate for WriteGoals<'_> {
@@ -131,7 +131,7 @@ impl VertexUpdate for WriteGoals<'_> {
         _: &mut [()],
     ) {
         for ((block, gathered), goals) in (first..).zip(gathered).zip(goals) {
-            let [_, share] = load(simd, &self.constants.blocks()[block]);
+            let [_, share] = load(simd, &self.shares.blocks()[block]);
             let [x, y, z] = load(simd, gathered);
             store([x * share, y * share, z * share], goals);
         }
@@ -140,7 +140,7 @@ impl VertexUpdate for WriteGoals<'_> {
 
 /// Accelerates each vertex towards its goal: v += alpha (g - x)/dt + a dt (Mueller et al. 2005, eq. 9).
 pub(crate) struct Accelerate<'a> {
-    pub(crate) constants: &'a Lanes<6>,
+    pub(crate) shares: &'a Lanes<2>,
     pub(crate) positions: &'a Lanes<3>,
     /// alpha/dt, in 1/s.
     pub(crate) pull: f32,
@@ -164,12 +164,11 @@ impl VertexUpdate for Accelerate<'_> {
         sums: &mut [Sums],
     ) {
         let blocks = first..first + velocities.len();
-        let (constants, positions) =
-            (&self.constants.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
+        let (shares, positions) = (&self.shares.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
         let zero = f32x8::splat(simd, 0.0);
-        let vertices = constants.iter().zip(positions).zip(gathered).zip(&mut *velocities);
-        for (((constants, positions), gathered), velocities) in vertices {
-            let [_, share] = load(simd, constants);
+        let vertices = shares.iter().zip(positions).zip(gathered).zip(&mut *velocities);
+        for (((shares, positions), gathered), velocities) in vertices {
+            let [_, share] = load(simd, shares);
             let held = share.simd_gt(zero);
             let (x, gathered): ([f32x8<S>; 3], [f32x8<S>; 3]) = (load(simd, positions), load(simd, gathered));
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
@@ -181,7 +180,7 @@ impl VertexUpdate for Accelerate<'_> {
             store(v, velocities);
         }
         if let Some(components) = self.components {
-            sums::add(simd, components, first, Fields { constants, positions, velocities }, sums);
+            sums::add(simd, components, first, Fields { shares, positions, velocities }, sums);
         }
     }
 }

@@ -13,7 +13,7 @@ pub(crate) mod newton;
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x16};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
-use crate::lanes::LANES;
+use crate::lanes::{Block, LANES, Row};
 use crate::parallel::level;
 
 /// The columns of rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
@@ -59,4 +59,4 @@ pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
 }
 
 /// Eight identities, as rows x, y, z, w.
-pub(crate) const IDENTITIES: [[f32; LANES]; 4] = [[0.0; LANES], [0.0; LANES], [0.0; LANES], [1.0; LANES]];
+pub(crate) const IDENTITIES: Block<4> = [Row::ZERO, Row::ZERO, Row::ZERO, Row::all(1.0)];

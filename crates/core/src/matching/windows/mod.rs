@@ -16,7 +16,7 @@ use std::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use super::links::AxisLinks;
-use crate::lanes::{Block, LANES, load};
+use crate::lanes::{Block, Row, load};
 use running::Trail;
 use terms::{Carried, Gathered, Returned, Scattered, Windows};
 use wide::{BlockSums, WideWindows};
@@ -89,15 +89,15 @@ impl<const N: usize> Source<'_, N> {
 /// A vector of each vertex times its weight m/n: f = (m/n) p.
 #[derive(Clone, Copy)]
 pub(crate) struct Weighted<'a> {
-    /// Their first two rows: m and 1/n.
-    pub(crate) constants: &'a [Block<6>],
+    /// m and 1/n.
+    pub(crate) shares: &'a [Block<2>],
     pub(crate) vectors: &'a [Block<3>],
 }
 
 impl Weighted<'_> {
     #[inline(always)]
     fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
-        let [mass, share] = load(simd, &self.constants[block]);
+        let [mass, share] = load(simd, &self.shares[block]);
         f32x8::load_array_ref(simd, &self.vectors[block][c]) * (mass * share)
     }
 }
@@ -243,11 +243,11 @@ fn put<S: Simd, T: Windows<S>, const M: usize>(
         return sums.store(out);
     }
     let mask = mask32x8::from_bitmask(simd, u64::from(lanes));
-    let mut rows = [[0.0; LANES]; M];
+    let mut rows = [Row::ZERO; M];
     sums.store(&mut rows);
     for (row, out) in rows.iter().zip(out) {
-        let old = if are_first { [0.0; LANES] } else { *out };
-        let (new, old) = (f32x8::load_array_ref(simd, row), f32x8::load_array(simd, old));
+        let old = if are_first { Row::ZERO } else { *out };
+        let (new, old) = (f32x8::load_array_ref(simd, row), f32x8::load_array_ref(simd, &old));
         mask.select(new, old).store_array(out);
     }
 }
