@@ -21,12 +21,13 @@ use running::Trail;
 use terms::{Carried, Gathered, Returned, Scattered, Windows};
 use wide::{BlockSums, WideWindows};
 
-/// The widest windows that are summed vertex by vertex.
-const NARROW: usize = 5;
+/// The widest windows that are summed vertex by vertex, across the lanes and along them.
+const NARROW_ACROSS: usize = 2;
+const NARROW_ALONG: usize = 5;
 
-/// Whether windows of this half-width are summed as wide ones.
-pub(super) fn are_wide(half_width: usize) -> bool {
-    half_width > NARROW
+/// Whether windows of this half-width are running sums, across the lanes.
+pub(super) fn are_running(half_width: usize) -> bool {
+    half_width > NARROW_ACROSS
 }
 
 /// A pass along one axis.
@@ -36,7 +37,7 @@ pub(super) struct Window<'a> {
     pub(super) half_width: usize,
     /// The lanes of each block that hold a vertex, as bits.
     pub(super) occupied: &'a [u8],
-    /// Of wide windows across the lanes.
+    /// Of running sums.
     pub(super) slides: Option<&'a [Slide]>,
 }
 
@@ -50,12 +51,12 @@ pub(super) struct Carry<const N: usize> {
 impl<const N: usize> Carry<N> {
     /// For a pass over planes of up to `blocks` blocks. A pass along the outer axis goes from plane to plane.
     pub(super) fn new(window: &Window, blocks: usize, outer: bool) -> Self {
-        if !are_wide(window.half_width) {
-            return Self::default();
-        }
-        match window.axis.across {
-            Some(_) => Self { trail: Some(Trail::new(blocks, if outer { 2 } else { 1 })), within: None },
-            None => Self { trail: None, within: Some(BlockSums::new(blocks)) },
+        let across = window.axis.across.is_some();
+        let runs = across && are_running(window.half_width);
+        let is_wide = !across && window.half_width > NARROW_ALONG;
+        Self {
+            trail: runs.then(|| Trail::new(blocks, if outer { 2 } else { 1 })),
+            within: is_wide.then(|| BlockSums::new(blocks)),
         }
     }
 
