@@ -36,13 +36,13 @@ impl Body {
         self.hold(world);
     }
 
-    /// Pins and handles that begin now capture what they hold; the momenta of what is held are not its own.
+    /// Pins and handles that begin now capture what they hold.
     fn begin_holds(&mut self, world: &World) {
-        let Self { kinematics, matching, bookkeeper, state, .. } = self;
-        let Some(kinematics) = kinematics else { return bookkeeper.free() };
-        let slots = matching.layout.slots();
-        kinematics.begin(world.interval, &state.shared(), slots);
-        bookkeeper.pull(slots, kinematics.held(), &mut state.books);
+        let Self { kinematics, matching, state, .. } = self;
+        let Some(kinematics) = kinematics else { return };
+        if kinematics.begin(world.interval, &state.shared(), matching.layout.slots()) {
+            self.book_holds();
+        }
     }
 
     /// Whether nothing holds the body and nothing can touch it.

@@ -201,10 +201,10 @@ impl Kinematics {
     }
 
     /// Opens a step, before positions change: what begins to hold captures where it is, and
-    /// [`held`](Self::held) tells the truth from here to the end of the step.
+    /// [`held`](Self::held) tells the truth from here to the end of the step. Says whether it tells something new.
     ///
     /// `slots` has the slot of each lattice vertex.
-    pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) {
+    pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
         let mut changed = false;
         for ((hold, captured), active) in self.holds.iter().zip(&mut self.captured).zip(&mut self.active) {
             let acts = hold.acts_in(step);
@@ -222,6 +222,7 @@ impl Kinematics {
                 }
             }
         }
+        changed
     }
 
     /// Closes a step: held vertices go to where the hold has them at its end, with the velocity of its motion,
