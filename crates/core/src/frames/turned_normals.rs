@@ -102,10 +102,10 @@ impl TurnedNormals {
         let mut sum = [0.0_f32; 3];
         let mut moved = false;
         for corner in &self.corners[self.offsets[normal] as usize..self.offsets[normal + 1] as usize] {
-            let here = corner.vertices.map(|vertex| positions[vertex as usize]);
-            let still = here == corner.vertices.map(|vertex| self.rest[vertex as usize]);
-            moved |= !still;
-            let turned = if still { unit(input) } else { corner.turn(here) };
+            let [here, there] =
+                [positions, &self.rest].map(|places| corner.vertices.map(|vertex| &places[vertex as usize]));
+            let turned = if here == there { unit(input) } else { corner.turn(here) };
+            moved |= here != there;
             sum = std::array::from_fn(|axis| sum[axis] + turned[axis]);
         }
         let mean = unit(sum);
@@ -118,8 +118,9 @@ impl Corner {
     ///
     /// In `f64`: products of four edge lengths leave the range of `f32` for small and large models.
     #[inline]
-    fn turn(&self, here: [[f32; 3]; 3]) -> [f32; 3] {
-        let [p, next, previous] = here.map(|point| Vec3::from(point.map(f64::from)));
+    fn turn(&self, here: [&[f32; 3]; 3]) -> [f32; 3] {
+        // Number by number: points that are put together on the stack first take a sixth longer.
+        let [p, next, previous] = here.map(|&[x, y, z]| Vec3::new(f64::from(x), f64::from(y), f64::from(z)));
         let (e1, e2) = (next - p, previous - p);
         let m = e1.cross(&e2);
         let area = m.norm();

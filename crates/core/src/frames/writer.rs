@@ -13,6 +13,7 @@ use super::{Format, OutputError, Sequence, file};
 use crate::mesh::Mesh;
 #[cfg(feature = "obj")]
 use crate::obj::{Document, Part};
+use crate::parallel::Executor;
 
 /// Where a body's surface came from.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +64,7 @@ impl Source<'_> {
 
 /// Writes the frames of one body.
 ///
-/// Nothing is allocated per frame: one buffer is filled again and again.
+/// Nothing is allocated per frame: the same buffers are filled again and again.
 #[derive(Debug)]
 pub struct FrameWriter {
     sequence: Sequence,
@@ -161,6 +162,17 @@ impl FrameWriter {
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Result<(), OutputError> {
+        self.write_with(&Executor::sequential(), frame, positions, normals)
+    }
+
+    /// [`FrameWriter::write`] on several threads; the bytes are the same.
+    pub(crate) fn write_with(
+        &mut self,
+        executor: &Executor,
+        frame: u64,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+    ) -> Result<(), OutputError> {
         assert_eq!(positions.len(), self.vertices, "one position per vertex");
         if let Some(vertex) =
             positions.iter().position(|point| point.iter().any(|number| !number.is_finite()))
@@ -171,7 +183,10 @@ impl FrameWriter {
         match &mut self.kind {
             Kind::Plain(plain) => plain.fill(positions, &mut self.buffer),
             #[cfg(feature = "obj")]
-            Kind::Obj(template) => template.fill(positions, &mut self.buffer),
+            Kind::Obj(template) => {
+                template.fill(executor, positions);
+                return file::replace(&self.sequence.path(frame), template.texts());
+            }
             Kind::Ply(ply) => {
                 assert_eq!(normals.len(), self.vertices, "one normal per vertex");
                 ply.fill(positions, normals, &mut self.buffer);
@@ -181,7 +196,7 @@ impl FrameWriter {
                 return cache.write(&self.buffer);
             }
         }
-        file::replace(&self.sequence.path(frame), &self.buffer)
+        file::replace(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
     }
 
     /// Ends the sequence: a point cache gets its final name. Without it the cache stays as `.part`, to be resumed.

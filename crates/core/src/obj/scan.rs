@@ -17,10 +17,10 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    /// Where the first number starts.
+    /// The bytes from the first number to the end of the third.
     #[inline]
-    pub(crate) fn start(&self) -> usize {
-        self.start
+    pub(crate) fn span(&self) -> Range<usize> {
+        self.start..self.start + self.ends[4] as usize
     }
 
     /// The byte ranges of the three numbers.

@@ -6,6 +6,7 @@ use super::error::RunError;
 use super::job::Job;
 use super::prepare::Prepared;
 use crate::frames::{FrameWriter, OutputError, Sequence, part_of};
+use crate::parallel::Executor;
 
 /// The frame writers of a job, one for each body.
 #[derive(Debug, Default)]
@@ -46,12 +47,13 @@ impl Sinks {
     /// Writes a frame of a body, by its number.
     pub(super) fn write(
         &mut self,
+        executor: &Executor,
         body: usize,
         number: u64,
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Result<(), RunError> {
-        Ok(self.writers[body].write(number, positions, normals)?)
+        Ok(self.writers[body].write_with(executor, number, positions, normals)?)
     }
 
     /// Gives point caches their final names.
