@@ -1,5 +1,6 @@
 //! Frames of one body, written one after another.
 
+use std::borrow::Cow;
 use std::fs;
 #[cfg(feature = "obj")]
 use std::sync::Arc;
@@ -191,10 +192,7 @@ impl FrameWriter {
                 assert_eq!(normals.len(), self.vertices, "one normal per vertex");
                 ply.fill(positions, normals, &mut self.buffer);
             }
-            Kind::Cache(cache, points) => {
-                points.fill(positions, &mut self.buffer);
-                return cache.write(&self.buffer);
-            }
+            Kind::Cache(cache, points) => return cache.write(&points.sample(positions)),
         }
         file::replace(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
     }
@@ -222,11 +220,15 @@ impl CachedPoints {
         }
     }
 
-    fn fill(&mut self, positions: &[[f32; 3]], bytes: &mut Vec<u8>) {
+    /// The bytes of a sample with the vertices of the mesh at `positions`.
+    fn sample(&mut self, positions: &[[f32; 3]]) -> Cow<'_, [u8]> {
         match &self.map {
             None => self.points.copy_from_slice(positions),
             Some(map) => map.iter().zip(positions).for_each(|(&point, &at)| self.points[point as usize] = at),
         }
-        bytes.extend(self.points.iter().flatten().flat_map(|number| number.to_le_bytes()));
+        if cfg!(target_endian = "little") {
+            return bytemuck::cast_slice(&self.points).into();
+        }
+        self.points.iter().flatten().flat_map(|number| number.to_le_bytes()).collect()
     }
 }
