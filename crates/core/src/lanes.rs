@@ -8,6 +8,9 @@ use fearless_simd::{Simd, SimdBase, f32x8};
 /// Lattice vertices in a block: the lanes of one `f32x8`.
 pub(crate) const LANES: usize = 8;
 
+/// `N` numbers for each of eight lattice vertices.
+pub(crate) type Block<const N: usize> = [[f32; LANES]; N];
+
 /// `N` numbers for each lattice vertex, stored as blocks of `N` rows of eight lanes.
 ///
 /// A *slot* is `8 * block + lane`; which slot a lattice vertex has is known to its layout.

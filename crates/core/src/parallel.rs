@@ -131,40 +131,31 @@ impl Executor {
         items.iter_mut().for_each(work);
     }
 
-    /// `work(k, group)` for each group of `size` items, the k-th group first of all.
-    pub(crate) fn groups<T: Send>(
-        &self,
-        items: &mut [T],
-        size: usize,
-        work: impl Fn(usize, &mut [T]) + Send + Sync,
-    ) {
+    /// The number of the thread that works, below [`Executor::threads`].
+    pub(crate) fn worker(&self) -> usize {
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() && items.len() > size {
-            use rayon::prelude::*;
-            return items.par_chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+        if let Some(pool) = &self.pool {
+            return pool.current_thread_index().unwrap_or(0);
         }
-        items.chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+        0
     }
 
-    /// `work(first, a, b)` for chunks of two arrays of equal length, `first` the index of a chunk's first items.
-    pub(crate) fn chunks<A: Send, B: Send>(
+    /// `work(task, a, b, c)` for tasks that own parts of arrays: of `a` and `b` the items from `bounds[task]` to
+    /// `bounds[task + 1]`, of `c` equally many each. An empty array stands for no array.
+    pub(crate) fn tasks<A: Send, B: Send, C: Send>(
         &self,
-        a: &mut [A],
-        b: &mut [B],
-        work: impl Fn(usize, &mut [A], &mut [B]) + Send + Sync,
+        bounds: &[usize],
+        parts: (&mut [A], &mut [B], &mut [C]),
+        work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync,
     ) {
-        debug_assert_eq!(a.len(), b.len());
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() && a.len() > CHUNK {
-            use rayon::prelude::*;
-            let chunks = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK));
-            return chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
-        }
-        let chunks = a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK));
-        chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
+        let shared = self.pool.is_some();
+        #[cfg(not(feature = "rayon"))]
+        let shared = false;
+        halve(0, bounds, parts, shared, &work);
     }
 
-    /// As [`Executor::chunks`], over three arrays.
+    /// `work(first, a, b, c)` for chunks of three arrays of equal length, `first` the index of a chunk's first items.
     pub(crate) fn chunks3<A: Send, B: Send, C: Send>(
         &self,
         (a, b, c): (&mut [A], &mut [B], &mut [C]),
@@ -180,4 +171,38 @@ impl Executor {
         let chunks = a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK)).zip(c.chunks_mut(CHUNK));
         chunks.enumerate().for_each(|(k, ((a, b), c))| work(k * CHUNK, a, b, c));
     }
+}
+
+type Parts<'a, A, B, C> = (&'a mut [A], &'a mut [B], &'a mut [C]);
+
+/// Does the tasks from `task` on, of which `bounds` are the bounds, one half beside the other.
+fn halve<A: Send, B: Send, C: Send>(
+    task: usize,
+    bounds: &[usize],
+    (a, b, c): Parts<A, B, C>,
+    shared: bool,
+    work: &(impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync),
+) {
+    let tasks = bounds.len() - 1;
+    if tasks <= 1 {
+        return if tasks == 1 {
+            work(task, a, b, c)
+        };
+    }
+    let half = tasks / 2;
+    let items = bounds[half] - bounds[0];
+    let (a, later_a) = a.split_at_mut(items.min(a.len()));
+    let (b, later_b) = b.split_at_mut(items.min(b.len()));
+    let (c, later_c) = c.split_at_mut(c.len() / tasks * half);
+    let (first, second) = (&bounds[..=half], &bounds[half..]);
+    #[cfg(feature = "rayon")]
+    if shared {
+        rayon::join(
+            || halve(task, first, (a, b, c), shared, work),
+            || halve(task + half, second, (later_a, later_b, later_c), shared, work),
+        );
+        return;
+    }
+    halve(task, first, (a, b, c), shared, work);
+    halve(task + half, second, (later_a, later_b, later_c), shared, work);
 }

@@ -63,13 +63,14 @@ impl Body {
             return;
         }
         let constants = &matching.regions.constants;
-        bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        let bounds = unlocked(&mut self.cascade).bounds();
+        bookkeeper.measure(executor, bounds, constants, &state.positions, &state.velocities);
         if strayed {
             state.rebase(slots, bookkeeper.centre());
         }
         if to_open && flies {
             state.set_origin_velocity(slots, state.frame.velocity() + bookkeeper.velocity());
-            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+            bookkeeper.measure(executor, bounds, constants, &state.positions, &state.velocities);
         }
         bookkeeper.open(&mut state.books);
     }
@@ -105,7 +106,8 @@ impl Body {
         let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
         self.unsettled += matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         state.fitted = true;
-        matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
+        let (pull, drift) = (pull as f32, gain.map(|g| g as f32).into());
+        matching.accelerate(cascade, executor, state, (pull, drift), bookkeeper);
         bookkeeper.enter(&mut state.books, gain);
     }
 
@@ -113,9 +115,6 @@ impl Body {
     fn advance(&mut self, world: &World, executor: &Executor) {
         let Self { matching, bookkeeper, state, .. } = self;
         let constants = &matching.regions.constants;
-        if bookkeeper.any_free() {
-            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
-        }
         let (components, corrections) = bookkeeper.corrections(&state.books);
         let advance = Advance { constants, components, corrections, dt: world.interval.dt };
         advance.run(executor, &mut state.positions, &mut state.carry, &mut state.velocities);

@@ -8,25 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x8};
 
-use super::cascade::{RegionTransform, VertexField, VertexUpdate};
+use super::cascade::{RegionTransform, VertexUpdate};
 use super::rotation::{columns, newton};
-use crate::lanes::{LANES, Lanes, load, store};
-
-/// A vector of each vertex times its weight m/n: f = (m/n) p.
-pub(crate) struct Weighted<'a> {
-    pub(crate) constants: &'a Lanes<6>,
-    pub(crate) vectors: &'a Lanes<3>,
-}
-
-impl VertexField for Weighted<'_> {
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, block: usize) -> [f32x8<S>; 3] {
-        let [mass, share] = load(simd, &self.constants.blocks()[block]);
-        let weight = mass * share;
-        let [x, y, z] = load(simd, &self.vectors.blocks()[block]);
-        [x * weight, y * weight, z * weight]
-    }
-}
+use crate::dynamics::momentum::Components;
+use crate::dynamics::momentum::sums::{self, Fields, Sums};
+use crate::lanes::{Block, Lanes, load, store};
 
 /// The sums of a region as means.
 pub(crate) struct Means<S: Simd> {
@@ -41,7 +27,7 @@ pub(crate) struct Means<S: Simd> {
 impl<S: Simd> Means<S> {
     /// From the constants of a block of regions and their sums (S, Sx, Sy, Sz).
     #[inline(always)]
-    pub(crate) fn new(simd: S, constants: &[[f32; LANES]; 6], sums: [f32x8<S>; 12]) -> Self {
+    pub(crate) fn new(simd: S, constants: &Block<6>, sums: [f32x8<S>; 12]) -> Self {
         let [_, _, inverse_mass, d0, d1, d2] = load(simd, constants);
         let d = [d0, d1, d2];
         let mean = [sums[0] * inverse_mass, sums[1] * inverse_mass, sums[2] * inverse_mass];
@@ -67,18 +53,22 @@ pub(crate) struct FitRotations<'a> {
 }
 
 impl RegionTransform for FitRotations<'_> {
-    type Memory = [[f32; LANES]; 4];
+    type Memory = Block<4>;
 
+    #[inline(always)]
+    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], quaternions: &mut [Block<4>]) {
+        for ((block, sums), quaternions) in (first..).zip(sums).zip(quaternions) {
+            self.fit(simd, block, sums, quaternions);
+        }
+    }
+}
+
+impl FitRotations<'_> {
     /// c = S/M, A = [Sx Sy Sz]/M - c dᵀ, R of A; b = c - R d and the columns of R.
     #[inline(always)]
-    fn apply<S: Simd>(
-        &self,
-        simd: S,
-        block: usize,
-        sums: [f32x8<S>; 12],
-        quaternions: &mut [[f32; LANES]; 4],
-    ) -> [f32x8<S>; 12] {
-        let Means { mean, central: mut a, d } = Means::new(simd, &self.constants.blocks()[block], sums);
+    fn fit<S: Simd>(&self, simd: S, block: usize, sums: &mut Block<12>, quaternions: &mut Block<4>) {
+        let Means { mean, central: mut a, d } =
+            Means::new(simd, &self.constants.blocks()[block], load(simd, sums));
         // What the rounding of the sums alone may leave of a region that is collapsed to a point has no rotation.
         let noise = (mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2])
             * (8.0 * f32::EPSILON * self.reach).powi(2);
@@ -99,7 +89,7 @@ impl RegionTransform for FitRotations<'_> {
         for row in 0..3 {
             b[row] = mean[row] - (r[row] * d[0] + r[3 + row] * d[1] + r[6 + row] * d[2]);
         }
-        [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]]
+        store([b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]], sums);
     }
 }
 
@@ -109,13 +99,23 @@ pub(crate) struct WriteGoals<'a> {
 }
 
 impl VertexUpdate for WriteGoals<'_> {
-    type Memory = [[f32; LANES]; 3];
+    type Memory = Block<3>;
+    type Tally = ();
 
     #[inline(always)]
-    fn apply<S: Simd>(&self, simd: S, block: usize, gathered: [f32x8<S>; 3], goals: &mut [[f32; LANES]; 3]) {
-        let [_, share] = load(simd, &self.constants.blocks()[block]);
-        let [x, y, z] = gathered;
-        store([x * share, y * share, z * share], goals);
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        gathered: &[Block<3>],
+        goals: &mut [Block<3>],
+        _: &mut [()],
+    ) {
+        for ((block, gathered), goals) in (first..).zip(gathered).zip(goals) {
+            let [_, share] = load(simd, &self.constants.blocks()[block]);
+            let [x, y, z] = load(simd, gathered);
+            store([x * share, y * share, z * share], goals);
+        }
     }
 }
 
@@ -127,29 +127,42 @@ pub(crate) struct Accelerate<'a> {
     pub(crate) pull: f32,
     /// What each vertex gains by forces that act on all alike, in cells/s.
     pub(crate) gain: [f32; 3],
+    /// Which component each vertex belongs to, whose momenta are summed; `None` to sum nothing.
+    pub(crate) components: Option<&'a Components>,
 }
 
 impl VertexUpdate for Accelerate<'_> {
-    type Memory = [[f32; LANES]; 3];
+    type Memory = Block<3>;
+    type Tally = Sums;
 
     #[inline(always)]
     fn apply<S: Simd>(
         &self,
         simd: S,
-        block: usize,
-        gathered: [f32x8<S>; 3],
-        velocities: &mut [[f32; LANES]; 3],
+        first: usize,
+        gathered: &[Block<3>],
+        velocities: &mut [Block<3>],
+        sums: &mut [Sums],
     ) {
+        let blocks = first..first + velocities.len();
+        let (constants, positions) =
+            (&self.constants.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
         let zero = f32x8::splat(simd, 0.0);
-        let [_, share] = load(simd, &self.constants.blocks()[block]);
-        let held = share.simd_gt(zero);
-        let x: [f32x8<S>; 3] = load(simd, &self.positions.blocks()[block]);
-        let mut v: [f32x8<S>; 3] = load(simd, velocities);
-        for c in 0..3 {
-            let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
-            let residual = gathered[c].mul_add(share, -x[c]);
-            v[c] = residual.mul_add(self.pull, v[c] + gain);
+        let vertices = constants.iter().zip(positions).zip(gathered).zip(&mut *velocities);
+        for (((constants, positions), gathered), velocities) in vertices {
+            let [_, share] = load(simd, constants);
+            let held = share.simd_gt(zero);
+            let (x, gathered): ([f32x8<S>; 3], [f32x8<S>; 3]) = (load(simd, positions), load(simd, gathered));
+            let mut v: [f32x8<S>; 3] = load(simd, velocities);
+            for c in 0..3 {
+                let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
+                let residual = gathered[c].mul_add(share, -x[c]);
+                v[c] = residual.mul_add(self.pull, v[c] + gain);
+            }
+            store(v, velocities);
         }
-        store(v, velocities);
+        if let Some(components) = self.components {
+            sums::add(simd, components, first, Fields { constants, positions, velocities }, sums);
+        }
     }
 }
