@@ -13,7 +13,7 @@ use crate::obj::{Document, Part};
 use crate::parallel::Executor;
 
 /// Statements that change in a piece: enough that a thread has something to do, and that a write is worth its call.
-const CHANGES: usize = 2048;
+const CHANGES: usize = 4096;
 
 /// Bytes that stay as they are and are more than this are no part of a piece that changes.
 const STRETCH: usize = 1 << 16;
@@ -82,6 +82,10 @@ impl ObjTemplate {
     /// Fills the pieces with the vertices of the mesh at `positions`.
     pub(super) fn fill(&mut self, executor: &Executor, positions: &[[f32; 3]]) {
         let Self { shared, pieces } = self;
+        if shared.changes.len() <= CHANGES {
+            // To enter a pool takes longer.
+            return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));
+        }
         executor.enter(|| executor.each(pieces, |piece| shared.fill(piece, positions)));
     }
 
