@@ -17,7 +17,7 @@ const SMALL: [i32; 3] = [10, 10, 10];
 
 pub(crate) fn bench(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     large(bench, bandwidth);
-    middle(bench, bandwidth);
+    middle(bench);
     small(bench);
     many(bench);
 }
@@ -107,7 +107,7 @@ fn looked_at(lattice: &Lattice) -> Simulation {
     simulation
 }
 
-fn middle(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
+fn middle(bench: &mut Bench) {
     bench.part("solid block, 97,336 lattice vertices, full step");
     let lattice = block(MIDDLE);
     for (half_width, targets) in [(1, [22.0, 12.0]), (3, [30.0, 17.0])] {
@@ -121,9 +121,6 @@ fn middle(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
             let other = format!("the other: {:.1} ns", times[2 - threads]);
             let target = Some(AtMost(targets[threads - 1]));
             bench.row(&format!("w = {half_width}, {word}"), (times[threads - 1], "ns/vertex"), target, other);
-        }
-        if half_width == 1 {
-            roofline(bench, &in_motion(&lattice, half_width, 1), bandwidth, [(1, times[0]), (2, times[1])]);
         }
     }
 }
