@@ -23,6 +23,7 @@ const STRETCH: usize = 1 << 16;
 pub(super) struct ObjTemplate {
     shared: Shared,
     pieces: Vec<Piece>,
+    executor: Executor,
 }
 
 /// What all pieces look at.
@@ -76,12 +77,18 @@ impl ObjTemplate {
         let mut changes: Vec<_> = vertices.chain(used).chain(libraries).collect();
         changes.sort_by_key(|change| shared.span(change).start);
         shared.changes = changes;
-        Self { pieces: shared.cut(), shared }
+        Self { pieces: shared.cut(), shared, executor: Executor::sequential() }
+    }
+
+    /// Fills the pieces on these threads from now on.
+    #[cfg(feature = "scene")]
+    pub(super) fn share(&mut self, executor: &Executor) {
+        self.executor = executor.clone();
     }
 
     /// Fills the pieces with the vertices of the mesh at `positions`.
-    pub(super) fn fill(&mut self, executor: &Executor, positions: &[[f32; 3]]) {
-        let Self { shared, pieces } = self;
+    pub(super) fn fill(&mut self, positions: &[[f32; 3]]) {
+        let Self { shared, pieces, executor } = self;
         if shared.changes.len() <= CHANGES {
             // To enter a pool takes longer.
             return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));

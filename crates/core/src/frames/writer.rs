@@ -14,6 +14,7 @@ use super::{Format, OutputError, Sequence, file};
 use crate::mesh::Mesh;
 #[cfg(feature = "obj")]
 use crate::obj::{Document, Part};
+#[cfg(feature = "scene")]
 use crate::parallel::Executor;
 
 /// Where a body's surface came from.
@@ -141,6 +142,14 @@ impl FrameWriter {
         Ok(Self { sequence, vertices: source.mesh().vertices().len(), kind, buffer: Vec::new() })
     }
 
+    /// Shares the work of a frame out from now on, where that pays; the bytes are the same.
+    #[cfg(feature = "scene")]
+    pub(crate) fn share(&mut self, executor: &Executor) {
+        if let Kind::Obj(template) = &mut self.kind {
+            template.share(executor);
+        }
+    }
+
     /// Whether [`FrameWriter::write`] looks at the normals that it is given; else they may be empty.
     pub fn needs_normals(&self) -> bool {
         matches!(self.kind, Kind::Ply(_))
@@ -163,17 +172,6 @@ impl FrameWriter {
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Result<(), OutputError> {
-        self.write_with(&Executor::sequential(), frame, positions, normals)
-    }
-
-    /// [`FrameWriter::write`] on several threads; the bytes are the same.
-    pub(crate) fn write_with(
-        &mut self,
-        executor: &Executor,
-        frame: u64,
-        positions: &[[f32; 3]],
-        normals: &[[f32; 3]],
-    ) -> Result<(), OutputError> {
         assert_eq!(positions.len(), self.vertices, "one position per vertex");
         if let Some(vertex) =
             positions.iter().position(|point| point.iter().any(|number| !number.is_finite()))
@@ -185,7 +183,7 @@ impl FrameWriter {
             Kind::Plain(plain) => plain.fill(positions, &mut self.buffer),
             #[cfg(feature = "obj")]
             Kind::Obj(template) => {
-                template.fill(executor, positions);
+                template.fill(positions);
                 return file::replace(&self.sequence.path(frame), template.texts());
             }
             Kind::Ply(ply) => {

@@ -100,7 +100,7 @@ impl<'a> Running<'a> {
             let normals = needs_normals.then_some(&mut self.normals[..]);
             let times = body.surface_into(&mut self.positions, normals);
             let writing = Instant::now();
-            self.sinks.write(simulation.executor(), index, number, &self.positions, &self.normals)?;
+            self.sinks.write(index, number, &self.positions, &self.normals)?;
             if self.stats.is_some() {
                 let write = writing.elapsed();
                 let step = stepping.div_f64(simulation.bodies().len() as f64);

@@ -6,7 +6,6 @@ use super::error::RunError;
 use super::job::Job;
 use super::prepare::Prepared;
 use crate::frames::{FrameWriter, OutputError, Sequence, part_of};
-use crate::parallel::Executor;
 
 /// The frame writers of a job, one for each body.
 #[derive(Debug, Default)]
@@ -31,11 +30,11 @@ impl Sinks {
         prepared: &Prepared,
         open: impl Fn(Sequence, crate::frames::Source<'_>) -> Result<FrameWriter, OutputError>,
     ) -> Result<Self, RunError> {
-        let writers = job
-            .sequences()
-            .into_iter()
-            .zip(&prepared.inputs)
-            .map(|(sequence, input)| Ok(open(sequence, input.source())?));
+        let writers = job.sequences().into_iter().zip(&prepared.inputs).map(|(sequence, input)| {
+            let mut writer = open(sequence, input.source())?;
+            writer.share(prepared.simulation.executor());
+            Ok(writer)
+        });
         Ok(Self { writers: writers.collect::<Result<_, RunError>>()? })
     }
 
@@ -47,13 +46,12 @@ impl Sinks {
     /// Writes a frame of a body, by its number.
     pub(super) fn write(
         &mut self,
-        executor: &Executor,
         body: usize,
         number: u64,
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Result<(), RunError> {
-        Ok(self.writers[body].write_with(executor, number, positions, normals)?)
+        Ok(self.writers[body].write(number, positions, normals)?)
     }
 
     /// Gives point caches their final names.
