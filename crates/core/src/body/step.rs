@@ -62,15 +62,15 @@ impl Body {
         if !strayed && !to_open {
             return;
         }
-        let constants = &matching.regions.constants;
+        let shares = &matching.regions.shares;
         let bounds = unlocked(&mut self.cascade).bounds();
-        bookkeeper.measure(executor, bounds, constants, &state.positions, &state.velocities);
+        bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
         if strayed {
             state.rebase(slots, bookkeeper.centre());
         }
         if to_open && flies {
             state.set_origin_velocity(slots, state.frame.velocity() + bookkeeper.velocity());
-            bookkeeper.measure(executor, bounds, constants, &state.positions, &state.velocities);
+            bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
         }
         bookkeeper.open(&mut state.books);
     }
@@ -114,9 +114,9 @@ impl Body {
     /// Velocities corrected to the books, positions moved.
     fn advance(&mut self, world: &World, executor: &Executor) {
         let Self { matching, bookkeeper, state, .. } = self;
-        let constants = &matching.regions.constants;
+        let occupied = matching.layout.occupied();
         let (components, corrections) = bookkeeper.corrections(&state.books);
-        let advance = Advance { constants, components, corrections, dt: world.interval.dt };
+        let advance = Advance { occupied, components, corrections, dt: world.interval.dt };
         advance.run(executor, &mut state.positions, &mut state.carry, &mut state.velocities);
     }
 

@@ -11,6 +11,7 @@ use crate::lanes::{Block, Lanes, load, store};
 use crate::matching::Matching;
 use crate::matching::cascade::{Cascade, Purpose, RegionTransform, VertexUpdate};
 use crate::matching::goals::Means;
+use crate::matching::regions::Regions;
 use crate::matching::rotation::columns;
 use crate::matching::windows::Weighted;
 use crate::parallel::Executor;
@@ -45,18 +46,18 @@ impl RegionDamping {
     ) {
         let Matching { layout, regions, .. } = matching;
         let State { rotations, velocities, .. } = state;
-        let constants = &regions.constants;
-        let field = Weighted { constants: constants.blocks(), vectors: velocities.blocks() };
+        let Regions { constants, shares, .. } = regions;
+        let field = Weighted { shares: shares.blocks(), vectors: velocities.blocks() };
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
         // A vector of nothing takes no memory.
         cascade.gather(layout, executor, field, (&fit, &mut vec![(); layout.blocks()]), Purpose::Scatter);
-        cascade.scatter(layout, executor, &Pull { constants, share }, velocities.blocks_mut(), &mut []);
+        cascade.scatter(layout, executor, &Pull { shares, share }, velocities.blocks_mut(), &mut []);
     }
 }
 
 /// The rigid velocity that has the momentum and angular momentum of each region.
 struct FitVelocities<'a> {
-    constants: &'a Lanes<6>,
+    constants: &'a Lanes<4>,
     inverse_inertia: &'a Lanes<6>,
     rotations: &'a Lanes<4>,
 }
@@ -80,8 +81,9 @@ impl FitVelocities<'_> {
     #[inline(always)]
     fn fit<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12]) -> [f32x8<S>; 12] {
         let zero = f32x8::splat(simd, 0.0);
-        let Means { mean: v, central, d } = Means::new(simd, &self.constants.blocks()[block], sums);
-        let r = columns(simd, load(simd, &self.rotations.blocks()[block]));
+        let constants = load(simd, &self.constants.blocks()[block]);
+        let Means { mean: v, central, d } = Means::new(constants, sums);
+        let r: [f32x8<S>; 9] = columns(simd, load(simd, &self.rotations.blocks()[block]));
         let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
 
         let mut spin = [zero; 3];
@@ -109,7 +111,7 @@ impl FitVelocities<'_> {
 
 /// v += share (v̄ - v).
 struct Pull<'a> {
-    constants: &'a Lanes<6>,
+    shares: &'a Lanes<2>,
     share: f32,
 }
 
@@ -127,7 +129,7 @@ impl VertexUpdate for Pull<'_> {
         _: &mut [()],
     ) {
         for ((block, gathered), velocities) in (first..).zip(gathered).zip(velocities) {
-            let [_, holders] = load(simd, &self.constants.blocks()[block]);
+            let [_, holders] = load(simd, &self.shares.blocks()[block]);
             let gathered: [f32x8<S>; 3] = load(simd, gathered);
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {

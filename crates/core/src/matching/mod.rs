@@ -78,7 +78,7 @@ impl Matching {
         let constants = &self.regions.constants;
         let (occupied, reach) = (self.layout.occupied(), self.regions.half_width() as f32);
         (
-            Weighted { constants: constants.blocks(), vectors: positions.blocks() },
+            Weighted { shares: self.regions.shares.blocks(), vectors: positions.blocks() },
             FitRotations { constants, occupied, reach, unsettled },
         )
     }
@@ -95,23 +95,23 @@ impl Matching {
         (pull, gain): (f32, [f32; 3]),
         bookkeeper: &mut Bookkeeper,
     ) {
-        let (constants, positions) = (&self.regions.constants, &state.positions);
+        let (shares, positions) = (&self.regions.shares, &state.positions);
         let free = bookkeeper.any_free();
         let (components, sums) = bookkeeper.open_sums();
         let components = free.then_some(components);
-        let update = Accelerate { constants, positions, pull, gain, components };
+        let update = Accelerate { shares, positions, pull, gain, components };
         cascade.scatter(&self.layout, executor, &update, state.velocities.blocks_mut(), sums);
         bookkeeper.close_sums();
     }
 
     /// The goal positions that the motions last fitted give.
     pub(crate) fn goals(&self, cascade: &Cascade, executor: &Executor, goals: &mut Lanes<3>) {
-        let update = WriteGoals { constants: &self.regions.constants };
+        let update = WriteGoals { shares: &self.regions.shares };
         cascade.scatter(&self.layout, executor, &update, goals.blocks_mut(), &mut []);
     }
 
     /// Memory that the regions and their layout take.
     pub(crate) fn bytes(&self) -> usize {
-        self.layout.bytes() + self.regions.constants.bytes()
+        self.layout.bytes() + self.regions.bytes()
     }
 }

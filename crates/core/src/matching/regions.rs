@@ -12,9 +12,11 @@ use crate::lattice::Lattice;
 /// weighs m/n, with n the number of regions that hold i, so that the goals keep the momentum of all vertices.
 #[derive(Clone, Debug)]
 pub(crate) struct Regions {
-    /// For each vertex m and 1/n; for the region around it 1/M and its rest centroid, from its centre vertex, in
-    /// cells. Zero in lanes without a vertex.
-    pub(crate) constants: Lanes<6>,
+    /// For each vertex m and 1/n. Zero in lanes without a vertex.
+    pub(crate) shares: Lanes<2>,
+    /// For the region around each vertex 1/M and its rest centroid, from its centre vertex, in cells. Zero in lanes
+    /// without a vertex.
+    pub(crate) constants: Lanes<4>,
     half_width: usize,
 }
 
@@ -28,23 +30,27 @@ impl Regions {
         }
         let holders = windows.holders(&mass);
 
-        let mut constants = Lanes::zeros(layout.blocks());
+        let (mut shares, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
         let mut weights = mass.clone();
         for &slot in layout.slots() {
             let share = (1.0 / holders[slot as usize]) as f32;
             let m = mass[slot as usize] as f32;
             // The weight that the sums use, rounded as they round it.
             weights[slot as usize] = f64::from(m * share);
-            constants.set(slot, [m, share, 0.0, 0.0, 0.0, 0.0]);
+            shares.set(slot, [m, share]);
         }
         let [s, sx, sy, sz] = windows.first_moments(&weights);
         for &slot in layout.slots() {
             let i = slot as usize;
-            let [m, share, ..] = constants.get(slot);
-            let centroid = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
-            constants.set(slot, [m, share, (1.0 / s[i]) as f32, centroid[0], centroid[1], centroid[2]]);
+            let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
+            constants.set(slot, [(1.0 / s[i]) as f32, x, y, z]);
         }
-        Self { constants, half_width }
+        Self { shares, constants, half_width }
+    }
+
+    /// Memory that they take.
+    pub(crate) fn bytes(&self) -> usize {
+        self.shares.bytes() + self.constants.bytes()
     }
 
     /// The half-width of the regions in cells.
@@ -57,13 +63,13 @@ impl Regions {
     pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
         let mut weights = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
-            let [m, share, ..] = self.constants.get(slot);
+            let [m, share] = self.shares.get(slot);
             weights[slot as usize] = f64::from(m * share);
         }
         let second = LineWindows { layout, half_width: self.half_width }.second_moments(&weights);
         let mut lanes = Lanes::zeros(layout.blocks());
         for &slot in layout.slots() {
-            let [_, _, inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
+            let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let moments = second.each_ref().map(|moment| moment[slot as usize] * inverse_mass);
             lanes.set(slot, inverse_inertia(moments, Vector3::new(x, y, z)));
         }

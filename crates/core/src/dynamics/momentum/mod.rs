@@ -115,7 +115,7 @@ impl Bookkeeper {
         &mut self,
         executor: &Executor,
         bounds: &[usize],
-        constants: &Lanes<6>,
+        shares: &Lanes<2>,
         positions: &Lanes<3>,
         velocities: &Lanes<3>,
     ) {
@@ -123,7 +123,7 @@ impl Bookkeeper {
         executor.tasks(bounds, (&mut [], &mut [], partial), |task, _: &mut [()], _: &mut [()], sums| {
             let blocks = bounds[task]..bounds[task + 1];
             let fields = Fields {
-                constants: &constants.blocks()[blocks.clone()],
+                shares: &shares.blocks()[blocks.clone()],
                 positions: &positions.blocks()[blocks.clone()],
                 velocities: &velocities.blocks()[blocks.clone()],
             };

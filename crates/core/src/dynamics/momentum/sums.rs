@@ -38,7 +38,7 @@ impl Sums {
 #[derive(Clone, Copy)]
 pub(crate) struct Fields<'a> {
     /// The first row: m.
-    pub(crate) constants: &'a [Block<6>],
+    pub(crate) shares: &'a [Block<2>],
     pub(crate) positions: &'a [Block<3>],
     pub(crate) velocities: &'a [Block<3>],
 }
@@ -68,9 +68,9 @@ pub(crate) fn add<S: Simd>(
 #[inline(always)]
 fn sum<S: Simd>(simd: S, fields: Fields) -> Sums {
     let mut total = [f64x4::splat(simd, 0.0); MOMENTS];
-    let Fields { constants, positions, velocities } = fields;
-    for ((constants, position), velocity) in constants.iter().zip(positions).zip(velocities) {
-        let [m] = load(simd, constants);
+    let Fields { shares, positions, velocities } = fields;
+    for ((shares, position), velocity) in shares.iter().zip(positions).zip(velocities) {
+        let [m] = load(simd, shares);
         let [x, y, z] = load(simd, position);
         let [u, v, w] = load(simd, velocity);
         let (m, x, y, z) =
@@ -104,11 +104,11 @@ fn add_moments<S: Simd>(t: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S>; 
 
 /// The sums of some blocks from `first` on, each vertex to its own component.
 fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [Sums]) {
-    let Fields { constants, positions, velocities } = fields;
-    let blocks = constants.iter().zip(positions).zip(velocities);
-    for (((constants, position), velocity), of_lane) in blocks.zip(of_slot[first * LANES..].chunks(LANES)) {
+    let Fields { shares, positions, velocities } = fields;
+    let blocks = shares.iter().zip(positions).zip(velocities);
+    for (((shares, position), velocity), of_lane) in blocks.zip(of_slot[first * LANES..].chunks(LANES)) {
         for (lane, &component) in of_lane.iter().enumerate() {
-            let m = f64::from(constants[0][lane]);
+            let m = f64::from(shares[0][lane]);
             let [x, y, z] = position.map(|row| f64::from(row[lane]));
             let [u, v, w] = velocity.map(|row| f64::from(row[lane]));
             let cross = [y * w - z * v, z * u - x * w, x * v - y * u];

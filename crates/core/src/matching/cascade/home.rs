@@ -6,7 +6,7 @@ use fearless_simd::Simd;
 
 use super::VertexUpdate;
 use super::plane::Scratch;
-use crate::lanes::{Block, LANES};
+use crate::lanes::{Block, Row};
 use crate::matching::layout::Layout;
 use crate::matching::windows::{Source, Window};
 
@@ -34,7 +34,7 @@ impl<U: VertexUpdate> HomePass<'_, U> {
     ) {
         let base = self.layout.blocks_of(planes.clone()).start;
         let source = Source { first: 0, blocks: self.source };
-        let mut gathered = [[[0.0; LANES]; 3]; BATCH];
+        let mut gathered = [[Row::ZERO; 3]; BATCH];
         for plane in planes {
             let blocks = self.layout.blocks_of(plane..plane + 1);
             scratch.carry_home.enter(blocks.start);

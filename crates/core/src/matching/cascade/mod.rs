@@ -59,9 +59,11 @@ pub(crate) trait VertexUpdate: Sync {
     );
 }
 
-/// Planes, and lines of a plane, after which running sums begin anew.
-const PLANES: usize = 8;
-const LINES: usize = 16;
+/// Planes after which running sums begin anew, as do those within a plane after twice as many lines. To begin a wide
+/// window costs more, and its own sums round more.
+fn planes_of_a_run(half_width: usize) -> usize {
+    if half_width < 8 { 4 } else { 8 }
+}
 
 /// What sums are gathered for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +78,7 @@ pub(crate) enum Purpose {
 #[derive(Debug)]
 pub(crate) struct Cascade {
     half_width: usize,
-    /// Of wide windows: what slides into them and out of them, along x and along the axis across a plane's lines.
+    /// Of running sums: what slides into them and out of them, along x and along the axis across a plane's lines.
     slides: Option<[Vec<Slide>; 2]>,
     /// Tasks are whole planes: the first of each, and the end.
     tasks: Vec<usize>,
@@ -93,19 +95,20 @@ pub(crate) struct Cascade {
 impl Cascade {
     /// The cascade over regions of half-width `half_width` in cells, at least 1.
     pub(crate) fn new(layout: &Layout, half_width: usize) -> Self {
-        let slides = windows::are_wide(half_width).then(|| {
+        let run = planes_of_a_run(half_width);
+        let slides = windows::are_running(half_width).then(|| {
             let (outer, inner) = (layout.axis(0), layout.axis(3 - layout.lane_axis()));
             let plane_of = plane_of(layout);
             let slides = |axis, anew: &dyn Fn(usize, usize) -> bool| {
                 windows::slides(axis, half_width, layout.occupied(), anew)
             };
             [
-                slides(outer, &|block, _| plane_of[block].is_multiple_of(PLANES)),
-                slides(inner, &|_, place| place.is_multiple_of(LINES)),
+                slides(outer, &|block, _| plane_of[block].is_multiple_of(run)),
+                slides(inner, &|_, place| place.is_multiple_of(2 * run)),
             ]
         });
         // Running sums along x begin anew with each task.
-        let together = if slides.is_some() { PLANES } else { 1 };
+        let together = if slides.is_some() { run } else { 1 };
         let (mut tasks, mut bounds, mut largest_plane) = (vec![0], vec![0], 0);
         for plane in 0..layout.planes() {
             let blocks = layout.blocks_of(plane..plane + 1);

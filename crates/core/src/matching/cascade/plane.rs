@@ -13,8 +13,8 @@ use crate::lanes::{Block, Lanes};
 use crate::matching::layout::Layout;
 use crate::matching::windows::{Carry, Source, Weighted, Window};
 
-/// Blocks in a strip, where the windows do not ask for more: what all passes hold of it fits a first-level cache.
-const STRIP: usize = 24;
+/// Blocks in a strip, where the windows do not ask for more: what all passes hold of three fits a second-level cache.
+const STRIP: usize = 64;
 
 /// A plane with up to so many blocks is one strip.
 const SMALL_PLANE: usize = 256;

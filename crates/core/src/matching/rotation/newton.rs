@@ -1,4 +1,4 @@
-//! Eight rotations at a time: Newton's method on the quaternion with a Cayley step (Kugelstadt et al. 2018).
+//! Rotations, two blocks of eight at a time: Newton's method on the quaternion with a Cayley step (Kugelstadt et al. 2018).
 //!
 //! With M = Rᵀ A, a = axial(M) and S = sym(M), a turn by ω in the body's frame changes the trace to
 //!
@@ -9,10 +9,10 @@
 //! so Newton's step is H ω = a, here with one term more. A stationary point is the global maximum iff H is positive definite; without that
 //! test Newton also settles on saddles, where the torque a vanishes as well.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
 use super::{columns, eigen};
-use crate::lanes::{Block, LANES, load, store};
+use crate::lanes::LANES;
 
 /// Steps before the lanes that are left go through the eigenvalue problem. A warm start needs one or two.
 const STEPS: usize = 4;
@@ -23,36 +23,56 @@ const MARGIN: f32 = 0.1;
 /// The largest error that a step may leave in u.
 const ACCURACY: f32 = 1e-7;
 
-/// The rotations of eight matrices given by columns, from the quaternions (rows x, y, z, w) of the step before,
-/// which they replace. Only lanes in the bits of `occupied` are asked for. Returns the lanes that Newton did not
-/// settle, as bits.
+/// The rotations of the matrices of two blocks, given by columns, from the quaternions (rows x, y, z, w) of the step
+/// before. Only lanes in the bits of `asked` are asked for. Returns the quaternions, and the lanes that Newton did
+/// not settle, as bits: they have gone through the robust path, and those in the bits of `collapsed` there have kept
+/// what they had.
 #[inline(always)]
-pub(crate) fn solve<S: Simd>(simd: S, a: [f32x8<S>; 9], occupied: u8, quaternions: &mut Block<4>) -> u8 {
-    let warm = *quaternions;
-    let mut q: [f32x8<S>; 4] = load(simd, &warm);
-    let mut open = occupied;
+pub(crate) fn solve<S: Simd>(
+    simd: S,
+    a: [f32x16<S>; 9],
+    warm: [f32x16<S>; 4],
+    asked: u16,
+    collapsed: u16,
+) -> ([f32x16<S>; 4], u16) {
+    let mut q = warm;
+    let mut open = asked;
     for _ in 0..STEPS {
         let (stepped, settled) = step(simd, a, q);
         q = stepped;
-        open = occupied & !settled;
+        open = asked & !(settled & !collapsed);
         if open == 0 {
-            break;
+            return (q, 0);
         }
     }
-    store(q, quaternions);
-    if open != 0 {
-        let mut rows = [[0.0; LANES]; 9];
-        store(a, &mut rows);
-        settle(&rows, open, &warm, quaternions);
+    let mut rows = [[0.0; 2 * LANES]; 9];
+    let (mut before, mut best) = ([[0.0; 2 * LANES]; 4], [[0.0; 2 * LANES]; 4]);
+    for c in 0..9 {
+        a[c].store_array(&mut rows[c]);
     }
-    open
+    for c in 0..4 {
+        warm[c].store_array(&mut before[c]);
+        q[c].store_array(&mut best[c]);
+    }
+    settle(&rows, open, collapsed, &before, &mut best);
+    for c in 0..4 {
+        q[c] = f32x16::load_array_ref(simd, &best[c]);
+    }
+    (q, open)
 }
 
 /// The robust path for the lanes in the bits of `open`.
 #[cold]
-fn settle(a: &Block<9>, open: u8, warm: &Block<4>, quaternions: &mut Block<4>) {
-    for lane in (0..LANES).filter(|lane| open >> lane & 1 != 0) {
-        let best = eigen::rotation(a.map(|row| row[lane]), warm.map(|row| row[lane]));
+fn settle(
+    a: &[[f32; 2 * LANES]; 9],
+    open: u16,
+    collapsed: u16,
+    warm: &[[f32; 2 * LANES]; 4],
+    quaternions: &mut [[f32; 2 * LANES]; 4],
+) {
+    for lane in (0..2 * LANES).filter(|lane| open >> lane & 1 != 0) {
+        let matrix = if collapsed >> lane & 1 != 0 { [0.0; 9] } else { a.map(|row| row[lane]) };
+        let best = eigen::rotation(matrix, warm.map(|row| row[lane]));
         for (row, component) in quaternions.iter_mut().zip(best) {
             row[lane] = component;
         }
@@ -66,8 +86,8 @@ fn settle(a: &Block<9>, open: u8, warm: &Block<4>, quaternions: &mut Block<4>) {
 /// order in u, about ρ² |u| with ρ = δ |(2 H)⁻¹|. A lane has settled if that is below the rounding of f32, and H is
 /// positive definite with a margin that the step cannot use up: (tr H / 2)² / det H bounds |H⁻¹| from above.
 #[inline(always)]
-fn step<S: Simd>(simd: S, a: [f32x8<S>; 9], q: [f32x8<S>; 4]) -> ([f32x8<S>; 4], u8) {
-    let zero = f32x8::splat(simd, 0.0);
+fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 4], u16) {
+    let zero = f32x16::splat(simd, 0.0);
     let r = columns(simd, q);
     let mut m = [[zero; 3]; 3];
     for i in 0..3 {
@@ -93,7 +113,7 @@ fn step<S: Simd>(simd: S, a: [f32x8<S>; 9], q: [f32x8<S>; 4]) -> ([f32x8<S>; 4],
     let det = h00.mul_add(c00, h01.mul_add(c01, h02 * c02));
     let half_trace = m00 + m11 + m22;
 
-    let one = f32x8::splat(simd, 1.0);
+    let one = f32x16::splat(simd, 1.0);
     let inverse = one / det;
     let half = inverse * 0.5;
     let u = scaled(half, symmetric(adjugate, t));
@@ -104,30 +124,30 @@ fn step<S: Simd>(simd: S, a: [f32x8<S>; 9], q: [f32x8<S>; 4]) -> ([f32x8<S>; 4],
     let bound = half_trace * half_trace * inverse;
     let condition = bound * half_trace;
     let definite = half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & inverse.simd_gt(zero);
-    let margin = (square * condition * condition).simd_lt(f32x8::splat(simd, MARGIN * MARGIN));
+    let margin = (square * condition * condition).simd_lt(f32x16::splat(simd, MARGIN * MARGIN));
     let rho = delta * bound * 0.5;
     let fourth = (rho * rho) * (rho * rho);
-    let accurate = (fourth * square).simd_lt(f32x8::splat(simd, ACCURACY * ACCURACY));
+    let accurate = (fourth * square).simd_lt(f32x16::splat(simd, ACCURACY * ACCURACY));
     let settled = definite & margin & accurate;
 
     // A step that is far off or not a number at all is dropped: the lane is not settled by it.
-    let sane = square.simd_lt(f32x8::splat(simd, 4.0));
-    let near = rho.simd_lt(f32x8::splat(simd, 0.25));
+    let sane = square.simd_lt(f32x16::splat(simd, 4.0));
+    let near = rho.simd_lt(f32x16::splat(simd, 0.25));
     let mut turn = u;
     for c in 0..3 {
         turn[c] = sane.select(near.select(u[c] + correction[c], u[c]), zero);
     }
-    (turned(simd, q, turn), settled.to_bitmask() as u8)
+    (turned(simd, q, turn), settled.to_bitmask() as u16)
 }
 
 /// q (1, u), to unit length. The length of q itself, next to 1, is mended by a step of Newton's.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, q: [f32x8<S>; 4], [x, y, z]: [f32x8<S>; 3]) -> [f32x8<S>; 4] {
-    let one = f32x8::splat(simd, 1.0);
+fn turned<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 4] {
+    let one = f32x16::splat(simd, 1.0);
     let [qx, qy, qz, qw] = q;
     let square = x.mul_add(x, y.mul_add(y, z.mul_add(z, one)));
     let length = qx.mul_add(qx, qy.mul_add(qy, qz.mul_add(qz, qw * qw)));
-    let unit = length.mul_add(f32x8::splat(simd, -0.5), f32x8::splat(simd, 1.5)) / square.sqrt();
+    let unit = length.mul_add(f32x16::splat(simd, -0.5), f32x16::splat(simd, 1.5)) / square.sqrt();
     let sx = qx + qw.mul_add(x, qy.mul_add(z, -(qz * y)));
     let sy = qy + qw.mul_add(y, qz.mul_add(x, -(qx * z)));
     let sz = qz + qw.mul_add(z, qx.mul_add(y, -(qy * x)));
@@ -137,16 +157,16 @@ fn turned<S: Simd>(simd: S, q: [f32x8<S>; 4], [x, y, z]: [f32x8<S>; 3]) -> [f32x
 
 /// C v of a symmetric matrix given by xx, xy, xz, yy, yz, zz.
 #[inline(always)]
-fn symmetric<S: Simd>(c: [f32x8<S>; 6], v: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+fn symmetric<S: Simd>(c: [f32x16<S>; 6], v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
     [dot([c[0], c[1], c[2]], v), dot([c[1], c[3], c[4]], v), dot([c[2], c[4], c[5]], v)]
 }
 
 #[inline(always)]
-fn dot<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> f32x8<S> {
+fn dot<S: Simd>(a: [f32x16<S>; 3], b: [f32x16<S>; 3]) -> f32x16<S> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 #[inline(always)]
-fn scaled<S: Simd>(by: f32x8<S>, v: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
+fn scaled<S: Simd>(by: f32x16<S>, v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
     [v[0] * by, v[1] * by, v[2] * by]
 }

@@ -16,17 +16,18 @@ use std::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use super::links::AxisLinks;
-use crate::lanes::{Block, LANES, load};
+use crate::lanes::{Block, Row, load};
 use running::Trail;
 use terms::{Carried, Gathered, Returned, Scattered, Windows};
 use wide::{BlockSums, WideWindows};
 
-/// The widest windows that are summed vertex by vertex.
-const NARROW: usize = 5;
+/// The widest windows that are summed vertex by vertex, across the lanes and along them.
+const NARROW_ACROSS: usize = 2;
+const NARROW_ALONG: usize = 5;
 
-/// Whether windows of this half-width are summed as wide ones.
-pub(super) fn are_wide(half_width: usize) -> bool {
-    half_width > NARROW
+/// Whether windows of this half-width are running sums, across the lanes.
+pub(super) fn are_running(half_width: usize) -> bool {
+    half_width > NARROW_ACROSS
 }
 
 /// A pass along one axis.
@@ -36,7 +37,7 @@ pub(super) struct Window<'a> {
     pub(super) half_width: usize,
     /// The lanes of each block that hold a vertex, as bits.
     pub(super) occupied: &'a [u8],
-    /// Of wide windows across the lanes.
+    /// Of running sums.
     pub(super) slides: Option<&'a [Slide]>,
 }
 
@@ -50,12 +51,12 @@ pub(super) struct Carry<const N: usize> {
 impl<const N: usize> Carry<N> {
     /// For a pass over planes of up to `blocks` blocks. A pass along the outer axis goes from plane to plane.
     pub(super) fn new(window: &Window, blocks: usize, outer: bool) -> Self {
-        if !are_wide(window.half_width) {
-            return Self::default();
-        }
-        match window.axis.across {
-            Some(_) => Self { trail: Some(Trail::new(blocks, if outer { 2 } else { 1 })), within: None },
-            None => Self { trail: None, within: Some(BlockSums::new(blocks)) },
+        let across = window.axis.across.is_some();
+        let runs = across && are_running(window.half_width);
+        let is_wide = !across && window.half_width > NARROW_ALONG;
+        Self {
+            trail: runs.then(|| Trail::new(blocks, if outer { 2 } else { 1 })),
+            within: is_wide.then(|| BlockSums::new(blocks)),
         }
     }
 
@@ -89,15 +90,15 @@ impl<const N: usize> Source<'_, N> {
 /// A vector of each vertex times its weight m/n: f = (m/n) p.
 #[derive(Clone, Copy)]
 pub(crate) struct Weighted<'a> {
-    /// Their first two rows: m and 1/n.
-    pub(crate) constants: &'a [Block<6>],
+    /// m and 1/n.
+    pub(crate) shares: &'a [Block<2>],
     pub(crate) vectors: &'a [Block<3>],
 }
 
 impl Weighted<'_> {
     #[inline(always)]
     fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
-        let [mass, share] = load(simd, &self.constants[block]);
+        let [mass, share] = load(simd, &self.shares[block]);
         f32x8::load_array_ref(simd, &self.vectors[block][c]) * (mass * share)
     }
 }
@@ -243,11 +244,11 @@ fn put<S: Simd, T: Windows<S>, const M: usize>(
         return sums.store(out);
     }
     let mask = mask32x8::from_bitmask(simd, u64::from(lanes));
-    let mut rows = [[0.0; LANES]; M];
+    let mut rows = [Row::ZERO; M];
     sums.store(&mut rows);
     for (row, out) in rows.iter().zip(out) {
-        let old = if are_first { [0.0; LANES] } else { *out };
-        let (new, old) = (f32x8::load_array_ref(simd, row), f32x8::load_array(simd, old));
+        let old = if are_first { Row::ZERO } else { *out };
+        let (new, old) = (f32x8::load_array_ref(simd, row), f32x8::load_array_ref(simd, &old));
         mask.select(new, old).store_array(out);
     }
 }

@@ -3,7 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use super::wide::{BlockSums, WideWindows};
-use crate::lanes::{LANES, store};
+use crate::lanes::{Row, store};
 
 /// What a pass leaves.
 pub(super) trait Windows<S: Simd>: Terms<S> {
@@ -29,7 +29,7 @@ pub(super) trait Terms<S: Simd>: Copy {
     fn add(&mut self, simd: S, reach: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>);
 
     /// Writes them down.
-    fn store(self, rows: &mut [[f32; LANES]]);
+    fn store(self, rows: &mut [Row]);
 }
 
 /// Sums that are carried on from window to window.
@@ -39,7 +39,7 @@ pub(super) trait Carried<S: Simd>: Terms<S> {
 
     /// Sums as they were stored.
     #[inline(always)]
-    fn load(simd: S, rows: &[[f32; LANES]]) -> Self {
+    fn load(simd: S, rows: &[Row]) -> Self {
         Self::from_rows(
             simd,
             #[inline(always)]
@@ -104,7 +104,7 @@ impl<S: Simd, const N: usize> Terms<S> for Gathered<S, N> {
     }
 
     #[inline(always)]
-    fn store(self, rows: &mut [[f32; LANES]]) {
+    fn store(self, rows: &mut [Row]) {
         store(self.plain, rows);
         store(self.weighted, &mut rows[N..]);
     }
@@ -153,7 +153,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Scattered<S, IN, O
     }
 
     #[inline(always)]
-    fn store(self, rows: &mut [[f32; LANES]]) {
+    fn store(self, rows: &mut [Row]) {
         store(self.sums, rows);
     }
 }
@@ -178,7 +178,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Returned<S, IN, OU
     }
 
     #[inline(always)]
-    fn store(self, rows: &mut [[f32; LANES]]) {
+    fn store(self, rows: &mut [Row]) {
         store(self.scattered.sums, rows);
         store(self.last, &mut rows[OUT..]);
     }
