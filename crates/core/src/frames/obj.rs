@@ -53,7 +53,12 @@ enum Change {
 struct Piece {
     raw: Range<usize>,
     changes: Range<usize>,
-    /// What it becomes in a frame; not used where nothing changes.
+    /// The `vn` among the changes, from the first to the last.
+    normals: Range<usize>,
+    /// What these are in a frame, and scratch for it.
+    directions: Vec<[f32; 3]>,
+    corners: Vec<[f32; 3]>,
+    /// What the bytes are in a frame; not used where nothing changes.
     text: Vec<u8>,
 }
 
@@ -140,6 +145,10 @@ impl Shared {
                 }
                 _ => pieces.push(Piece::new(end..span.end, index..index + 1)),
             }
+            if let (Change::Normal { vn }, Some(piece)) = (*change, pieces.last_mut()) {
+                let first = if piece.normals.is_empty() { vn as usize } else { piece.normals.start };
+                piece.normals = first..vn as usize + 1;
+            }
             end = span.end;
         }
         let none = self.changes.len();
@@ -148,8 +157,9 @@ impl Shared {
     }
 
     fn fill(&self, piece: &mut Piece, positions: &[[f32; 3]]) {
-        let Piece { raw: bytes, changes, text } = piece;
+        let Piece { raw: bytes, changes, normals, directions, corners, text } = piece;
         let raw = self.document.bytes();
+        self.normals.turn(normals.clone(), positions, corners, directions);
         let mut copied = bytes.start;
         text.clear();
         for change in &self.changes[changes.clone()] {
@@ -158,7 +168,7 @@ impl Shared {
                     (&self.document.vertex_numbers()[v as usize], positions[vertex as usize])
                 }
                 Change::Normal { vn } => {
-                    (&self.document.normal_numbers()[vn as usize], self.normals.at(vn as usize, positions))
+                    (&self.document.normal_numbers()[vn as usize], directions[vn as usize - normals.start])
                 }
                 Change::Library { index } => {
                     let (range, name) = &self.libraries[index as usize];
@@ -183,7 +193,7 @@ impl Shared {
 
 impl Piece {
     fn new(raw: Range<usize>, changes: Range<usize>) -> Self {
-        Self { raw, changes, text: Vec::new() }
+        Self { raw, changes, normals: 0..0, directions: Vec::new(), corners: Vec::new(), text: Vec::new() }
     }
 }
 
