@@ -5,7 +5,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use fearless_simd::Simd;
 
 /// Blocks in a task: 4,096 lattice vertices. A smaller body is one task, since joins cost more than its work.
 pub(crate) const CHUNK: usize = 512;

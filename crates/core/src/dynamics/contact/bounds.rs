@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use crate::Lanes;
-use crate::dynamics::collider::PosedCollider;
+use crate::dynamics::colliders::PosedCollider;
 
 /// Whether anything in the box `centre ± half` may be within the skin of the collider; false for bounds that
 /// are not numbers.
