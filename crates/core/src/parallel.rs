@@ -151,10 +151,16 @@ impl Executor {
         work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync,
     ) {
         #[cfg(feature = "rayon")]
-        let shared = self.pool.is_some();
-        #[cfg(not(feature = "rayon"))]
-        let shared = false;
-        halve(0, bounds, parts, shared, &work);
+        if self.pool.is_some() {
+            return halve(0, bounds, parts, &work);
+        }
+        let (mut a, mut b, mut c) = parts;
+        let each = c.len() / bounds.len().saturating_sub(1).max(1);
+        for (task, ends) in bounds.windows(2).enumerate() {
+            let items = ends[1] - ends[0];
+            let (of_a, of_b) = (take(&mut a, items), take(&mut b, items));
+            work(task, of_a, of_b, take(&mut c, each));
+        }
     }
 
     /// `work(first, a, b, c)` for chunks of three arrays of equal length, `first` the index of a chunk's first items.
@@ -175,14 +181,21 @@ impl Executor {
     }
 }
 
+/// Cuts the first items off, as many as there are.
+fn take<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let count = count.min(items.len());
+    items.split_off_mut(..count).unwrap_or_default()
+}
+
+#[cfg(feature = "rayon")]
 type Parts<'a, A, B, C> = (&'a mut [A], &'a mut [B], &'a mut [C]);
 
 /// Does the tasks from `task` on, of which `bounds` are the bounds, one half beside the other.
+#[cfg(feature = "rayon")]
 fn halve<A: Send, B: Send, C: Send>(
     task: usize,
     bounds: &[usize],
-    (a, b, c): Parts<A, B, C>,
-    shared: bool,
+    (mut a, mut b, mut c): Parts<A, B, C>,
     work: &(impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync),
 ) {
     let tasks = bounds.len() - 1;
@@ -192,19 +205,10 @@ fn halve<A: Send, B: Send, C: Send>(
         };
     }
     let half = tasks / 2;
-    let items = bounds[half] - bounds[0];
-    let (a, later_a) = a.split_at_mut(items.min(a.len()));
-    let (b, later_b) = b.split_at_mut(items.min(b.len()));
-    let (c, later_c) = c.split_at_mut(c.len() / tasks * half);
-    let (first, second) = (&bounds[..=half], &bounds[half..]);
-    #[cfg(feature = "rayon")]
-    if shared {
-        rayon::join(
-            || halve(task, first, (a, b, c), shared, work),
-            || halve(task + half, second, (later_a, later_b, later_c), shared, work),
-        );
-        return;
-    }
-    halve(task, first, (a, b, c), shared, work);
-    halve(task + half, second, (later_a, later_b, later_c), shared, work);
+    let (items, each) = (bounds[half] - bounds[0], c.len() / tasks);
+    let first = (take(&mut a, items), take(&mut b, items), take(&mut c, each * half));
+    rayon::join(
+        || halve(task, &bounds[..=half], first, work),
+        || halve(task + half, &bounds[half..], (a, b, c), work),
+    );
 }
