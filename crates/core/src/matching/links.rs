@@ -2,9 +2,6 @@
 
 use crate::lanes::LANES;
 
-/// No block.
-const NONE: u32 = u32::MAX;
-
 /// The links along one axis.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisLinks {
@@ -18,17 +15,17 @@ pub(crate) struct AxisLinks {
 /// The blocks next to each other along an axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbours {
-    /// The block next along the axis; meaningful where a link leads there.
+    /// The block next along the axis; the block itself where there is none.
     pub(crate) next: Vec<u32>,
-    /// The block before along the axis; the block itself where there is none, whose links never lead back to it.
+    /// The block before along the axis; the block itself where there is none.
     pub(crate) previous: Vec<u32>,
 }
 
 impl Neighbours {
     /// Of blocks with the sorted keys `keys`, along the axis that component `component` of a key counts.
     pub(super) fn new(keys: &[[i32; 3]], component: usize) -> Self {
-        let mut next = vec![NONE; keys.len()];
-        let mut previous: Vec<u32> = (0..keys.len() as u32).collect();
+        let mut next: Vec<u32> = (0..keys.len() as u32).collect();
+        let mut previous = next.clone();
         // What is sought grows with what it is sought for, as the keys are sorted.
         let mut at = 0;
         for (block, key) in keys.iter().enumerate() {

@@ -79,7 +79,7 @@ pub(crate) enum Purpose {
 pub(crate) struct Cascade {
     half_width: usize,
     /// Of running sums: what slides into them and out of them, along x and along the axis across a plane's lines.
-    slides: Option<[Vec<Slide>; 2]>,
+    slides: [Option<Vec<Slide>>; 2],
     /// Tasks are whole planes: the first of each, and the end.
     tasks: Vec<usize>,
     /// The first block of each task, and the end.
@@ -96,19 +96,20 @@ impl Cascade {
     /// The cascade over regions of half-width `half_width` in cells, at least 1.
     pub(crate) fn new(layout: &Layout, half_width: usize) -> Self {
         let run = planes_of_a_run(half_width);
-        let slides = windows::are_running(half_width).then(|| {
-            let (outer, inner) = (layout.axis(0), layout.axis(3 - layout.lane_axis()));
-            let plane_of = plane_of(layout);
-            let slides = |axis, anew: &dyn Fn(usize, usize) -> bool| {
-                windows::slides(axis, half_width, layout.occupied(), anew)
-            };
-            [
-                slides(outer, &|block, _| plane_of[block].is_multiple_of(run)),
-                slides(inner, &|_, place| place.is_multiple_of(2 * run)),
-            ]
-        });
+        let plane_of = plane_of(layout);
+        let slides = [
+            windows::slides(layout.axis(0), half_width, layout.occupied(), |block, _| {
+                plane_of[block].is_multiple_of(run)
+            }),
+            windows::slides(
+                layout.axis(3 - layout.lane_axis()),
+                half_width,
+                layout.occupied(),
+                |_, place| place.is_multiple_of(2 * run),
+            ),
+        ];
         // Running sums along x begin anew with each task.
-        let together = if slides.is_some() { run } else { 1 };
+        let together = if slides[0].is_some() { run } else { 1 };
         let (mut tasks, mut bounds, mut largest_plane) = (vec![0], vec![0], 0);
         for plane in 0..layout.planes() {
             let blocks = layout.blocks_of(plane..plane + 1);
@@ -140,9 +141,8 @@ impl Cascade {
     /// The passes x, y, z.
     fn windows<'a>(&'a self, layout: &'a Layout) -> [Window<'a>; 3] {
         [0, 1, 2].map(|axis| {
-            let of_axis = usize::from(axis != 0);
-            let slides = self.slides.as_ref().filter(|_| axis != layout.lane_axis());
-            let slides = slides.map(|slides| slides[of_axis].as_slice());
+            let slides = self.slides[usize::from(axis != 0)].as_deref();
+            let slides = slides.filter(|_| axis != layout.lane_axis());
             let (half_width, occupied) = (self.half_width, layout.occupied());
             Window { axis: layout.axis(axis), half_width, occupied, slides }
         })

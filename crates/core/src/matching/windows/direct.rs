@@ -2,6 +2,7 @@
 
 use fearless_simd::{Simd, f32x8};
 
+use super::NARROW_ACROSS;
 use super::terms::Terms;
 use crate::lanes::LANES;
 use crate::matching::links::Neighbours;
@@ -21,10 +22,12 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
         #[inline(always)]
         |c| row(block, c),
     );
+    // Narrow windows go to their ends whatever is linked: to guess where thin shapes end costs more.
+    let stops = half_width > NARROW_ACROSS;
     let (mut reach, mut at) = (0xff, block);
     for offset in 1..=half_width {
         reach &= links[at];
-        if reach == 0 {
+        if stops && reach == 0 {
             break;
         }
         at = neighbours.next[at] as usize;
@@ -39,8 +42,9 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
     let (mut reach, mut at) = (0xff, block);
     for offset in 1..=half_width {
         let before = neighbours.previous[at] as usize;
-        reach &= links[before];
-        if reach == 0 || before == at {
+        let any = u8::from(before != at).wrapping_neg();
+        reach &= links[before] & any;
+        if stops && reach == 0 {
             break;
         }
         at = before;

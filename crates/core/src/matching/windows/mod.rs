@@ -25,11 +25,6 @@ use wide::{BlockSums, WideWindows};
 const NARROW_ACROSS: usize = 2;
 const NARROW_ALONG: usize = 5;
 
-/// Whether windows of this half-width are running sums, across the lanes.
-pub(super) fn are_running(half_width: usize) -> bool {
-    half_width > NARROW_ACROSS
-}
-
 /// A pass along one axis.
 #[derive(Clone, Copy)]
 pub(super) struct Window<'a> {
@@ -52,7 +47,7 @@ impl<const N: usize> Carry<N> {
     /// For a pass over planes of up to `blocks` blocks. A pass along the outer axis goes from plane to plane.
     pub(super) fn new(window: &Window, blocks: usize, outer: bool) -> Self {
         let across = window.axis.across.is_some();
-        let runs = across && are_running(window.half_width);
+        let runs = window.slides.is_some();
         let is_wide = !across && window.half_width > NARROW_ALONG;
         Self {
             trail: runs.then(|| Trail::new(blocks, if outer { 2 } else { 1 })),

@@ -10,8 +10,8 @@
 
 use fearless_simd::{Simd, f32x8};
 
-use super::direct;
 use super::terms::Carried;
+use super::{NARROW_ACROSS, direct};
 use crate::lanes::{Block, Lanes};
 use crate::matching::links::{AxisLinks, Neighbours};
 
@@ -29,14 +29,16 @@ pub(in crate::matching) struct Slide {
 }
 
 /// The slides of all blocks along an axis across the lanes. `occupied` are the lanes that hold a vertex, `anew` says
-/// of a block, and of how far it is along its line, whether its sums begin anew whatever is linked.
+/// of a block, and of how far it is along its line, whether its sums begin anew whatever is linked. `None` if narrow
+/// windows, or most of those of a thin shape, are better summed vertex by vertex.
 pub(in crate::matching) fn slides(
     axis: &AxisLinks,
     half_width: usize,
     occupied: &[u8],
     anew: impl Fn(usize, usize) -> bool,
-) -> Vec<Slide> {
-    let AxisLinks { links, across: Some(Neighbours { next, previous }) } = axis else { return Vec::new() };
+) -> Option<Vec<Slide>> {
+    let Neighbours { next, previous } = axis.across.as_ref().filter(|_| half_width > NARROW_ACROSS)?;
+    let links = &axis.links;
     let mut place = vec![0; occupied.len()];
     let slide = |block: usize| {
         let before = previous[block] as usize;
@@ -67,7 +69,9 @@ pub(in crate::matching) fn slides(
             begins: linked & occupied[block] != occupied[block] || anew(block, place[block]),
         }
     };
-    (0..occupied.len()).map(slide).collect()
+    let slides: Vec<_> = (0..occupied.len()).map(slide).collect();
+    let begin = slides.iter().filter(|slide| slide.begins).count();
+    (2 * begin < slides.len()).then_some(slides)
 }
 
 /// The running sums of the plane at hand and of the one before it, `N` numbers by block.
