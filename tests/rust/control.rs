@@ -46,6 +46,29 @@ fn forces_add_up_and_are_refused_whole() {
 }
 
 #[test]
+fn forces_come_in_any_order_and_leave_no_trace() {
+    let run = |forces: &[(u32, [f64; 3])]| {
+        let mut simulation = simulation(Body::from_lattice(block()).build().unwrap());
+        for force in [forces, &[]] {
+            simulation.body_mut(0).apply_forces(force).unwrap();
+            simulation.steps(3);
+        }
+        (simulation.body(0).positions(), simulation.body(0).corrected_positions())
+    };
+    let (a, b, c) = (1e3, [0.0, 2e3, 0.0], [0.0, 0.0, -5e2]);
+    let sorted = run(&[(3, [a, 2e3, 0.0]), (17, c), (59, b)]);
+    assert_eq!(run(&[(59, b), (3, [a, 0.0, 0.0]), (17, c), (3, b)]), sorted);
+    assert_ne!(run(&[]), sorted);
+}
+
+#[test]
+#[should_panic(expected = "vertex 60 of 60")]
+fn a_force_on_no_vertex_is_a_bug_of_the_caller() {
+    let mut body = Body::from_lattice(block()).build().unwrap();
+    let _ = body.apply_forces(&[(60, [1.0; 3])]);
+}
+
+#[test]
 fn what_is_set_later_is_as_what_was_built() {
     let build = || Body::from_lattice(block());
     let mut later = build().build().unwrap();
@@ -116,6 +139,34 @@ fn threads_can_be_changed_on_the_way() {
         simulation.body(0).positions()
     };
     assert_eq!(run([1, 1]), run([2, 3]));
+}
+
+#[cfg(feature = "scene")]
+#[test]
+fn a_state_of_what_is_held_goes_on_in_a_body_that_never_was() {
+    let pin = |until| supple::Pin {
+        selection: Selection::Vertices(vec![0, 1, 20]),
+        window: Window { from: 0.05, until },
+    };
+    let build = || Body::from_lattice(block()).spin([0.0, 1.0, 0.0]).pin(pin(0.25)).build().unwrap();
+    let (mut one, mut free) = (simulation(build()), simulation(build()));
+    free.steps(3);
+    let start = free.state();
+    one.steps(15);
+    let mut other = simulation(build());
+    other.restore(&one.state()).unwrap();
+    for _ in 0..3 {
+        // Held, then let go, and back to where nothing was held.
+        one.steps(15);
+        other.steps(15);
+        assert_eq!(other.state(), one.state());
+    }
+    other.restore(&start).unwrap();
+    for steps in [1, 30] {
+        free.steps(steps);
+        other.steps(steps);
+        assert_eq!(other.state(), free.state());
+    }
 }
 
 #[cfg(feature = "scene")]

@@ -87,7 +87,7 @@ pub mod obj;
 mod parallel;
 mod plan;
 pub mod reference;
-mod rows;
+mod padded;
 #[cfg(feature = "scene")]
 pub mod run;
 #[cfg(feature = "scene")]

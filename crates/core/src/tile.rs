@@ -4,10 +4,10 @@ use std::cell::RefCell;
 
 use fearless_simd::{Bytes, Simd, SimdBase, f32x4, f32x8, u8x16};
 
-use crate::rows::{EightRows, Pair, Row};
+use crate::padded::{Eight, Pair, Padded};
 
 /// Bytes of a row.
-const ROW: usize = size_of::<Row>();
+const ROW: usize = size_of::<Padded>();
 
 /// Rows that a [`Tile`] holds.
 pub(crate) const ROWS: usize = (1 << 16) / ROW;
@@ -34,18 +34,18 @@ impl Tile {
     }
 
     /// The rows, eight by eight.
-    pub(crate) fn eights(&mut self) -> &mut [EightRows] {
+    pub(crate) fn eights(&mut self) -> &mut [Eight] {
         bytemuck::cast_slice_mut(&mut self.0[..ROWS * ROW])
     }
 
     /// The rows.
-    pub(crate) fn rows(&mut self) -> &mut [Row] {
+    pub(crate) fn rows(&mut self) -> &mut [Padded] {
         bytemuck::cast_slice_mut(&mut self.0)
     }
 
     /// The row at an offset.
     #[inline(always)]
-    pub(crate) fn get(&self, offset: u16) -> Row {
+    pub(crate) fn get(&self, offset: u16) -> Padded {
         bytemuck::pod_read_unaligned(self.bytes(offset))
     }
 

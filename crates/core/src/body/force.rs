@@ -1,27 +1,43 @@
 //! Forces that a user applies for one step.
 
+use std::ops::AddAssign;
+
 use nalgebra::Vector3;
 
 use super::{Body, RangeError, in_range};
 use crate::dynamics::Selection;
 use crate::error::Error;
 
-/// Forces for the next step, and what those since the frame began come to.
+/// Forces for the next step, and what those since the frame began come to: lists in increasing order of lattice
+/// vertex, each once.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Forces {
-    /// One per lattice vertex, in scene units of mass x length / s^2; empty when none is due.
-    next: Vec<[f64; 3]>,
-    /// For the volume correction, one per lattice vertex, in cells: the velocity change times the step.
-    pushes: Vec<[f32; 3]>,
+    /// In scene units of mass x length / s^2.
+    next: Vec<(u32, [f64; 3])>,
+    /// For the volume correction, in cells: the velocity change times the step.
+    pushes: Vec<(u32, [f32; 3])>,
 }
 
 impl Forces {
-    /// Whether all arrays are of so many lattice vertices, or empty.
+    /// Whether all are of a lattice of so many vertices, as those read from a file may not be.
     #[cfg(feature = "scene")]
     pub(crate) fn is_whole(&self, vertices: usize) -> bool {
-        [self.next.len(), self.pushes.len()].into_iter().all(|length| length == 0 || length == vertices)
+        let inside = |vertex: u32| (vertex as usize) < vertices;
+        self.next.iter().all(|&(vertex, _)| inside(vertex))
+            && self.pushes.iter().all(|&(vertex, _)| inside(vertex))
     }
+}
+
+/// Adds up what a list sorted by vertex has for the same one.
+fn add_up<T: Copy + AddAssign>(list: &mut Vec<(u32, [T; 3])>) {
+    list.dedup_by(|(vertex, more), (before, sum)| {
+        let same = vertex == before;
+        if same {
+            sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += *more);
+        }
+        same
+    });
 }
 
 impl Body {
@@ -35,9 +51,8 @@ impl Body {
     /// A number that is not finite, or a selection that takes nothing.
     pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
         let vertices = self.select(selection)?;
-        let masses = self.masses();
-        let whole: f64 = vertices.iter().map(|&vertex| masses[vertex as usize]).sum();
-        let share = |vertex: u32| force.map(|f| f * (masses[vertex as usize] / whole));
+        let whole: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
+        let share = |vertex: u32| force.map(|f| f * (self.mass(vertex) / whole));
         let shares: Vec<_> = vertices.iter().map(|&vertex| (vertex, share(vertex))).collect();
         Ok(self.apply_forces(&shares)?)
     }
@@ -55,42 +70,42 @@ impl Body {
         for f in forces.iter().flat_map(|(_, force)| force) {
             in_range("force", *f, true, "finite")?;
         }
-        let own = self.forces.get_or_insert_default();
-        own.next.resize(self.lattice.len(), [0.0; 3]);
-        for (vertex, force) in forces {
-            let sum = &mut own.next[*vertex as usize];
-            *sum = std::array::from_fn(|c| sum[c] + force[c]);
+        let count = self.lattice.len();
+        for (vertex, _) in forces {
+            assert!((*vertex as usize) < count, "vertex {vertex} of {count}");
         }
+        let next = &mut self.forces.get_or_insert_default().next;
+        next.extend_from_slice(forces);
+        next.sort_by_key(|&(vertex, _)| vertex);
+        add_up(next);
         Ok(())
     }
 
     /// What forces did to lattice vertices since the frame began: pairs of vertex and push in cells.
     pub(super) fn forced(&self) -> impl Iterator<Item = (u32, [f32; 3])> {
-        let pushes = self.forces.iter().flat_map(|forces| &forces.pushes);
-        (0..).zip(pushes.copied()).filter(|(_, push)| *push != [0.0; 3])
+        self.forces.iter().flat_map(|forces| forces.pushes.iter().copied())
     }
 
     /// v += dt f/m. The momenta that this gives are measured, not booked.
     pub(super) fn pull(&mut self, dt: f64, opens_frame: bool) {
-        let (cell, cell_size) = (self.cell_mass(), self.lattice.cell_size());
-        let Some(forces) = &mut self.forces else { return };
+        let Some(mut forces) = self.forces.take() else { return };
         if opens_frame {
             forces.pushes.clear();
         }
-        if forces.next.is_empty() {
-            return;
+        let pulls = !forces.next.is_empty();
+        for (vertex, force) in forces.next.drain(..) {
+            let gain = Vector3::from(force) * (dt / (self.mass(vertex) * self.lattice.cell_size()));
+            let slot = self.matching.layout.slots()[vertex as usize];
+            let mut state = self.state.shared();
+            state.set_velocity(slot, state.velocity(slot) + gain);
+            self.state.shut_book(&self.lattice, vertex);
+            forces.pushes.push((vertex, (gain * dt).map(|push| push as f32).into()));
         }
-        forces.pushes.resize(forces.next.len(), [0.0; 3]);
-        let slots = self.matching.layout.slots();
-        for (vertex, force) in forces.next.iter().enumerate().filter(|(_, force)| **force != [0.0; 3]) {
-            let mass = cell * f64::from(self.lattice.occupied_cells()[vertex]) / 8.0;
-            let gain = Vector3::from(*force) * (dt / (mass * cell_size));
-            let velocity = Vector3::from(self.state.velocities.get(slots[vertex]).map(f64::from)) + gain;
-            self.state.velocities.set(slots[vertex], velocity.map(|v| v as f32).into());
-            let push = &mut forces.pushes[vertex];
-            *push = std::array::from_fn(|c| push[c] + (gain[c] * dt) as f32);
+        if pulls {
+            // Two at most for each vertex, whose order does not matter: sorted without an allocation.
+            forces.pushes.sort_unstable_by_key(|&(vertex, _)| vertex);
+            add_up(&mut forces.pushes);
         }
-        forces.next.clear();
-        self.state.books.fill(None);
+        self.forces = Some(forces);
     }
 }

@@ -34,6 +34,17 @@ impl Body {
         Ok(())
     }
 
+    /// Shuts the books of the components that pins and handles hold now, whose momenta are not their own.
+    pub(super) fn book_holds(&mut self) {
+        let Self { kinematics, matching, bookkeeper, state, .. } = self;
+        match kinematics {
+            Some(kinematics) => {
+                bookkeeper.pull(matching.layout.slots(), kinematics.held(), &mut state.books);
+            }
+            None => bookkeeper.free(),
+        }
+    }
+
     /// The lattice vertices that a selection takes, in increasing order: those of the cells of the mesh vertices
     /// inside; of a bare lattice the vertices inside. Tested where the body is placed at frame 0.
     ///
@@ -41,17 +52,16 @@ impl Body {
     ///
     /// A selection that takes nothing, with the nearest distance, or that makes no sense.
     pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
-        let placed = |p: &Point3<f64>| self.placed * p;
+        let (count, placed) = (self.lattice.len(), |p: Point3<f64>| self.placed * p);
         match &self.surface {
             Some(surface) => {
-                let points: Vec<_> = surface.mesh.vertices().iter().map(placed).collect();
+                let points = surface.mesh.vertices().iter().copied().map(placed);
                 let owned = |point: u32| surface.embedding.corners(point as usize);
-                selection.lattice_vertices(&points, self.lattice.len(), owned)
+                selection.lattice_vertices(points, count, owned)
             }
             None => {
-                let rest = |vertex| self.lattice.rest_position(vertex);
-                let points: Vec<_> = (0..self.lattice.len() as u32).map(|v| placed(&rest(v))).collect();
-                selection.lattice_vertices(&points, self.lattice.len(), |vertex| [vertex])
+                let points = (0..count as u32).map(|vertex| placed(self.lattice.rest_position(vertex)));
+                selection.lattice_vertices(points, count, |vertex| [vertex])
             }
         }
     }

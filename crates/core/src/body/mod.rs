@@ -154,13 +154,13 @@ impl Body {
 
     /// Masses, one per vertex: density x cell_size³ x occupied cells / 8.
     pub fn masses(&self) -> Vec<f64> {
-        let cell = self.cell_mass();
-        self.lattice.occupied_cells().iter().map(|&cells| cell * f64::from(cells) / 8.0).collect()
+        (0..self.lattice.len() as u32).map(|vertex| self.mass(vertex)).collect()
     }
 
-    /// The mass of a full cell.
-    fn cell_mass(&self) -> f64 {
-        self.material.density * self.lattice.cell_size().powi(3)
+    /// The mass of a lattice vertex.
+    fn mass(&self, vertex: u32) -> f64 {
+        let cell = self.material.density * self.lattice.cell_size().powi(3);
+        cell * f64::from(self.lattice.occupied_cells()[vertex as usize]) / 8.0
     }
 
     /// Rotations in all steps so far that Newton's method left to the robust path.

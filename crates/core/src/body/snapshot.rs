@@ -41,6 +41,7 @@ impl Body {
         self.set_damping(snapshot.damping)?;
         self.state = snapshot.state.clone();
         self.kinematics = snapshot.kinematics.clone();
+        self.book_holds();
         self.forces = snapshot.forces.clone();
         if let Some(contacts) = &mut self.contacts {
             contacts.set_pushes(&snapshot.pushes);

@@ -210,6 +210,11 @@ impl State {
         self.books.fill(None);
     }
 
+    /// Shuts the book of the component of a lattice vertex, whose momenta are not known any more.
+    pub(crate) fn shut_book(&mut self, lattice: &Lattice, vertex: u32) {
+        self.books[lattice.components().of_vertex[vertex as usize] as usize] = None;
+    }
+
     /// Whether the body has moved so far from its origin that [`State::rebase`] is due, judged by one vertex.
     pub(crate) fn strayed(&self, slot: u32) -> bool {
         self.positions.get(slot).iter().any(|x| f64::from(x.abs()) > 2.0 * self.frame.quantum)

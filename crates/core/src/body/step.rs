@@ -36,13 +36,13 @@ impl Body {
         self.hold(world);
     }
 
-    /// Pins and handles that begin now capture what they hold; the momenta of what is held are not its own.
+    /// Pins and handles that begin now capture what they hold.
     fn begin_holds(&mut self, world: &World) {
-        let Self { kinematics, matching, bookkeeper, state, .. } = self;
-        let Some(kinematics) = kinematics else { return bookkeeper.free() };
-        let slots = matching.layout.slots();
-        kinematics.begin(world.interval, &state.shared(), slots);
-        bookkeeper.pull(slots, kinematics.held(), &mut state.books);
+        let Self { kinematics, matching, state, .. } = self;
+        let Some(kinematics) = kinematics else { return };
+        if kinematics.begin(world.interval, &state.shared(), matching.layout.slots()) {
+            self.book_holds();
+        }
     }
 
     /// Whether nothing holds the body and nothing can touch it.
@@ -62,14 +62,15 @@ impl Body {
         if !strayed && !to_open {
             return;
         }
-        let constants = &matching.regions.constants;
-        bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        let shares = &matching.regions.shares;
+        let bounds = unlocked(&mut self.cascade).bounds();
+        bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
         if strayed {
             state.rebase(slots, bookkeeper.centre());
         }
         if to_open && flies {
             state.set_origin_velocity(slots, state.frame.velocity() + bookkeeper.velocity());
-            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+            bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
         }
         bookkeeper.open(&mut state.books);
     }
@@ -105,19 +106,17 @@ impl Body {
         let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
         self.unsettled += matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         state.fitted = true;
-        matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
+        let (pull, drift) = (pull as f32, gain.map(|g| g as f32).into());
+        matching.accelerate(cascade, executor, state, (pull, drift), bookkeeper);
         bookkeeper.enter(&mut state.books, gain);
     }
 
     /// Velocities corrected to the books, positions moved.
     fn advance(&mut self, world: &World, executor: &Executor) {
         let Self { matching, bookkeeper, state, .. } = self;
-        let constants = &matching.regions.constants;
-        if bookkeeper.any_free() {
-            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
-        }
+        let occupied = matching.layout.occupied();
         let (components, corrections) = bookkeeper.corrections(&state.books);
-        let advance = Advance { constants, components, corrections, dt: world.interval.dt };
+        let advance = Advance { occupied, components, corrections, dt: world.interval.dt };
         advance.run(executor, &mut state.positions, &mut state.carry, &mut state.velocities);
     }
 
@@ -128,9 +127,9 @@ impl Body {
             contacts.clear_pushes();
         }
         let mut state = self.state.shared();
-        let report = contacts.resolve(&mut state, colliders, world.interval, world.gravity.into());
-        if report.contacts > 0 {
-            self.state.books.fill(None);
+        contacts.resolve(&mut state, colliders, world.interval, world.gravity.into());
+        for vertex in contacts.touched() {
+            self.state.shut_book(&self.lattice, vertex);
         }
     }
 
@@ -139,5 +138,31 @@ impl Body {
         if let Some(kinematics) = &self.kinematics {
             kinematics.apply(world.interval, &mut self.state.shared(), self.matching.layout.slots());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use crate::{Body, Collider, Lattice, Selection, Simulation};
+
+    #[test]
+    fn only_the_books_of_what_is_touched_or_pulled_are_shut() {
+        let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0], [8, 0, 0]], 1.0, Point3::origin(), false);
+        let mut body = Body::from_lattice(lattice.unwrap()).build().unwrap();
+        body.apply_forces(&[(2, [1.0, 0.0, 0.0])]).unwrap();
+        let ball = Collider::sphere([8.5, -1.0, 0.5], 1.5);
+        let mut simulation =
+            Simulation::builder().body(body).collider(ball).gravity([0.0; 3]).build().unwrap();
+        simulation.step();
+        let open = |simulation: &Simulation| {
+            simulation.body(0).state.books.iter().map(Option::is_some).collect::<Vec<_>>()
+        };
+        assert_eq!(open(&simulation), [true, true, false]);
+        let body = simulation.body_mut(0);
+        body.apply_force([1.0; 3], &Selection::Vertices(vec![2])).unwrap();
+        body.pull(1.0, true);
+        assert_eq!(open(&simulation), [true, false, false]);
     }
 }

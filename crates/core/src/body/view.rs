@@ -11,7 +11,7 @@ use crate::lanes::Lanes;
 use crate::lattice::Lattice;
 use crate::matching::cascade::Cascade;
 use crate::parallel::Executor;
-use crate::rows::{Row, row};
+use crate::padded::{Padded, padded};
 use crate::update::{Asked, MeshUpdate, Shown};
 use crate::volume::{
     ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
@@ -34,7 +34,7 @@ pub(crate) struct View {
     corrected: Vec<[f32; 3]>,
     components: Vec<ComponentReport>,
     /// The lattice as it is shown.
-    shown: Vec<Row>,
+    shown: Vec<Padded>,
     frame: Frame,
     times: ViewTimes,
 }
@@ -88,7 +88,7 @@ impl View {
         let Some(correction) = &mut self.correction else { return };
         // The field turns with the positions shown, which are a step ahead of the state's rotations.
         self.turned.clone_from(&body.state.rotations);
-        body.matching.fit(cascade, executor, &body.state.positions, &mut self.turned);
+        body.matching.turn(cascade, executor, &body.state.positions, &mut self.turned);
         self.rotations.clear();
         self.rotations.extend(slots.iter().map(|&slot| self.turned.get(slot)));
         if !body.held().eq(self.held.iter().copied()) {
@@ -117,7 +117,7 @@ impl View {
         if let Some(surface) = &body.surface {
             let lattice = if self.correction.is_some() { &self.corrected } else { &self.deformed };
             self.shown.clear();
-            self.shown.extend(lattice.iter().map(|&point| row(point)));
+            self.shown.extend(lattice.iter().map(|&point| padded(point)));
             let (mesh, embedding, frame) = (&surface.mesh, &surface.embedding, &self.frame.body_frame());
             self.mesh.show(executor, Shown { mesh, embedding, lattice: &self.shown, frame }, asked);
         }

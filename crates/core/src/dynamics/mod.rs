@@ -6,8 +6,10 @@
 //! | `angles` | Euler angles in degrees |
 //! | `selection` | which part of a body a pin, a handle or a force takes |
 //! | `motion` | keyed rigid motion of handles and colliders |
+//! | `hold` | pins and handles: what they hold, when, and how it moves |
 //! | `kinematics` | pins and handles: the stage that overrides positions |
 //! | `shape`, `collider` | what a body can touch |
+//! | `colliders`, `posed` | what a body sees of it during a step |
 //! | `samples` | points of the visible surface on which contacts act |
 //! | `contact` | contacts: the stage that pushes out, clamps and rubs |
 //! | `damping` | region damping, by the moment cascade |
@@ -16,22 +18,27 @@
 
 mod angles;
 mod collider;
+mod colliders;
 mod contact;
 pub(crate) mod damping;
 mod frame;
+mod hold;
 pub(crate) mod integrate;
 mod kinematics;
 pub(crate) mod momentum;
 mod motion;
+mod posed;
 mod samples;
 mod selection;
 mod shape;
 
 pub use angles::{euler_degrees, sin_cos_degrees};
-pub use collider::{Collider, ColliderError, Colliders};
+pub use collider::{Collider, ColliderError};
+pub use colliders::Colliders;
 pub use contact::{ContactReport, Contacts};
 pub use frame::{BodyFrame, BodyState, Interval};
-pub use kinematics::{Capture, Handle, Hold, Kinematics, KinematicsError, Pin, Window};
+pub use hold::{Handle, Hold, Pin, Window};
+pub use kinematics::{Kinematics, KinematicsError};
 pub use motion::{Key, Motion, MotionError, Pose};
 pub use samples::{SampleCells, surface_points};
 pub use selection::{Selection, SelectionError};

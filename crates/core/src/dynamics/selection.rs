@@ -1,5 +1,7 @@
 //! Which part of a body a pin, a handle or a force takes.
 
+use std::borrow::Borrow;
+
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
@@ -143,13 +145,14 @@ impl Selection {
     ///
     /// `points` are what the shapes are tested against, at frame 0 in world space: the mesh vertices, or the
     /// vertices of a bare lattice. `owned(i)` names the lattice vertices that point `i` brings with it: the
-    /// corners of its cell, or itself. `vertex_count` is the number of lattice vertices.
+    /// corners of its cell, or itself. `vertex_count` is the number of lattice vertices. A list of vertices looks at
+    /// no point.
     ///
     /// # Errors
     /// Those of [`validate`](Self::validate), a vertex out of range, and [`SelectionError::Nothing`].
     pub fn lattice_vertices<I: IntoIterator<Item = u32>>(
         &self,
-        points: &[Point3<f64>],
+        points: impl IntoIterator<Item: Borrow<Point3<f64>>>,
         vertex_count: usize,
         owned: impl Fn(u32) -> I,
     ) -> Result<Vec<u32>, SelectionError> {
@@ -169,10 +172,11 @@ impl Selection {
     }
 
     /// The points inside, by index in increasing order; at least one.
-    fn hits(&self, points: &[Point3<f64>]) -> Result<Vec<u32>, SelectionError> {
+    fn hits(&self, points: impl IntoIterator<Item: Borrow<Point3<f64>>>) -> Result<Vec<u32>, SelectionError> {
         let mut hits = Vec::new();
         let mut nearest = (f64::INFINITY, Point3::origin());
         for (index, point) in (0u32..).zip(points) {
+            let point = point.borrow();
             let distance = self.distance(point);
             if distance <= 0.0 {
                 hits.push(index);

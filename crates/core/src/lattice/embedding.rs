@@ -8,7 +8,7 @@ use super::Lattice;
 use super::locate::{locate, nearest};
 use super::run_tree::RunTree;
 use super::trilinear;
-use crate::rows::{Row, row};
+use crate::padded::{Padded, padded};
 
 /// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
 ///
@@ -153,7 +153,7 @@ impl Embedding {
     }
 
     /// Where one point is.
-    pub(crate) fn carried(&self, point: usize, lattice: &[Row]) -> Row {
+    pub(crate) fn carried(&self, point: usize, lattice: &[Padded]) -> Padded {
         carried_outside(&self.group_of(point).corners, lattice, self.local[point])
     }
 
@@ -165,12 +165,12 @@ impl Embedding {
 }
 
 /// Where a place in a cell with these corners is taken, within or outside.
-pub(crate) fn carried_outside(corners: &[u32; 8], lattice: &[Row], place: [f32; 3]) -> Row {
+pub(crate) fn carried_outside(corners: &[u32; 8], lattice: &[Padded], place: [f32; 3]) -> Padded {
     let corners = corners.map(|corner| {
         let [x, y, z, _] = lattice[corner as usize];
         [x, y, z]
     });
-    row(trilinear::CellMap::new(corners).at(place))
+    padded(trilinear::CellMap::new(corners).at(place))
 }
 
 /// The numbers of the points, by cell, then by number: a counting sort.

@@ -4,9 +4,8 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 
 use super::Mesh;
 use super::rings::{CHUNK, EightRings, Layout, NO_NORMAL, Rings};
-use crate::lanes::store;
 use crate::parallel::level;
-use crate::rows::{EightRows, Row, row, spread, squares, turned};
+use crate::padded::{Eight, Padded, padded, spread, squares, store, turned};
 use crate::tile::{Tile, with_tiles};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
@@ -49,7 +48,7 @@ impl VertexNormals {
         let Self { rings, members } = self;
         assert_eq!(positions.len(), rings.len(), "one position per vertex");
         assert_eq!(out.len(), rings.len(), "one normal per vertex");
-        let at = |vertex: u32| row(positions[vertex as usize]);
+        let at = |vertex: u32| padded(positions[vertex as usize]);
         for (chunk, out) in out.chunks_mut(CHUNK).enumerate() {
             with_tiles(|near, normals| {
                 for (row, &vertex) in near.rows().iter_mut().zip(members.of(chunk)) {
@@ -99,7 +98,7 @@ pub fn vertex_normals(triangles: &[[u32; 3]], positions: &[[f32; 3]], weld: &[u3
 
 /// A normal from its row, `(z, x, y)` as cross products leave it.
 #[inline(always)]
-pub(crate) fn components([z, x, y, _]: Row) -> [f32; 3] {
+pub(crate) fn components([z, x, y, _]: Padded) -> [f32; 3] {
     [x, y, z]
 }
 
@@ -117,7 +116,7 @@ impl Rings {
 
 /// The unit normals of eight vertices.
 #[inline(always)]
-fn around<S: Simd>(simd: S, near: &Tile, rings: &EightRings, normals: &mut EightRows) {
+fn around<S: Simd>(simd: S, near: &Tile, rings: &EightRings, normals: &mut Eight) {
     let mut sums = sums(simd, near, rings);
     let squared = squares(simd, sums);
     let inverse = spread(simd, f32x8::splat(simd, 1.0) / squared.sqrt());
@@ -155,7 +154,7 @@ fn sums<S: Simd>(simd: S, near: &Tile, rings: &EightRings) -> [f32x8<S>; 4] {
 
 /// The unit normal of one vertex in `f64`, for squares that leave the range of `f32` and rings that no tile holds; zero
 /// where no triangle has area.
-pub(crate) fn around_one(centre: Row, ring: impl Iterator<Item = Row>) -> Row {
+pub(crate) fn around_one(centre: Padded, ring: impl Iterator<Item = Padded>) -> Padded {
     let (mut sum, mut last) = ([0.0; 3], [0.0; 3]);
     for at in ring {
         let arm: [f64; 3] = std::array::from_fn(|k| f64::from(at[k]) - f64::from(centre[k]));
@@ -167,7 +166,7 @@ pub(crate) fn around_one(centre: Row, ring: impl Iterator<Item = Row>) -> Row {
     }
     let [x, y, z] = sum;
     let length = (x * x + y * y + z * z).sqrt();
-    if length > 0.0 { row([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
+    if length > 0.0 { padded([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
 }
 
 /// `vector` at length 1; zero if it has none.

@@ -14,7 +14,7 @@ use crate::dynamics::BodyFrame;
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
-use crate::rows::Row;
+use crate::padded::Padded;
 use bare::Bare;
 use sorted::Sorted;
 use turning::Turning;
@@ -39,7 +39,7 @@ pub(crate) struct Shown<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) embedding: &'a Embedding,
     /// One row per lattice vertex, in cells from the body's origin.
-    pub(crate) lattice: &'a [Row],
+    pub(crate) lattice: &'a [Padded],
     /// Where that origin is.
     pub(crate) frame: &'a BodyFrame,
 }

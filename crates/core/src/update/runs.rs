@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 use crate::lattice::{Embedding, carried_outside};
 use crate::mesh::rings::Layout;
 use crate::parallel::level;
-use crate::rows::{Pair, Row, spread};
+use crate::padded::{Pair, Padded, spread};
 
 /// How far outside its cell, along two axes at once, a point may lie for the polynomial of the cell to be used as it
 /// is: the product of the two ways, whose share in the point is below the rounding of `f32`.
@@ -128,7 +128,7 @@ impl Runs {
     }
 
     /// Where the points of a chunk are, given where the lattice vertices are.
-    pub(super) fn carry(&self, chunk: usize, lattice: &[Row], pairs: &mut [Pair]) {
+    pub(super) fn carry(&self, chunk: usize, lattice: &[Padded], pairs: &mut [Pair]) {
         let begin = if chunk == 0 { Ends::default() } else { self.ends[chunk - 1] };
         let end = self.ends[chunk];
         let places = &self.places[begin.places..end.places];
@@ -160,7 +160,7 @@ fn is_outside(place: [f32; 3]) -> bool {
 
 /// The points of one cell: its trilinear map as a polynomial about corner 0, at each place.
 #[inline(always)]
-fn carry_cell<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Row], places: &[Pair], pairs: &mut [Pair]) {
+fn carry_cell<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Padded], places: &[Pair], pairs: &mut [Pair]) {
     let mut terms = [f32x4::splat(simd, 0.0); 8];
     for k in 0..8 {
         terms[k] = f32x4::load_array_ref(simd, &lattice[corners[k] as usize]);

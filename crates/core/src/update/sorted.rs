@@ -9,7 +9,7 @@ use crate::coordinate::Coordinate;
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::{Executor, level};
-use crate::rows::row;
+use crate::padded::padded;
 
 /// Vertices that one thread puts back at a time.
 const GROUP: usize = 512;
@@ -76,7 +76,7 @@ impl Sorted {
                 dispatch!(level(), simd => {
                     let world = World::new(simd, shown.frame);
                     for (position, &slot) in positions.iter_mut().zip(&slots[group * GROUP..]) {
-                        *position = world.position(simd, f32x4::load_array(simd, row(sorted[slot as usize])));
+                        *position = world.position(simd, f32x4::load_array(simd, padded(sorted[slot as usize])));
                     }
                 });
                 put_back(group, normals);

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use crate::Lanes;
-use crate::dynamics::collider::PosedCollider;
+use crate::dynamics::colliders::PosedCollider;
 
 /// Whether anything in the box `centre ± half` may be within the skin of the collider; false for bounds that
 /// are not numbers.
@@ -17,7 +17,7 @@ pub(super) fn bounds_of_slots(positions: &Lanes<3>) -> (Point3<f64>, Vector3<f64
     let (mut low, mut high) = ([[f32::INFINITY; 8]; 3], [[f32::NEG_INFINITY; 8]; 3]);
     for block in positions.blocks() {
         for ((low, high), row) in low.iter_mut().zip(&mut high).zip(block) {
-            for ((low, high), &x) in low.iter_mut().zip(high).zip(row) {
+            for ((low, high), &x) in low.iter_mut().zip(high).zip(row.iter()) {
                 // Comparisons, not `min` and `max`: one instruction for the eight lanes.
                 *low = if x < *low { x } else { *low };
                 *high = if x > *high { x } else { *high };

@@ -6,7 +6,7 @@ use super::bounds::{bounds, may_touch};
 use super::response::Contact;
 use super::{ContactReport, Contacts, PUSH_LIMIT, SKIN};
 use crate::Lanes;
-use crate::dynamics::collider::PosedCollider;
+use crate::dynamics::colliders::PosedCollider;
 use crate::dynamics::frame::wide;
 use crate::dynamics::samples::{CellMap, STRIP, trilinear};
 

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::dynamics::BodyState;
-use crate::dynamics::collider::PosedCollider;
+use crate::dynamics::colliders::PosedCollider;
 
 /// Passes over the contacts for velocities, and at most so many for positions.
 const VELOCITY_PASSES: usize = 6;
