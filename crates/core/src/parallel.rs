@@ -142,6 +142,21 @@ impl Executor {
         0
     }
 
+    /// `work(k, group)` for groups of `size` items, the k-th of them.
+    pub(crate) fn groups<T: Send>(
+        &self,
+        items: &mut [T],
+        size: usize,
+        work: impl Fn(usize, &mut [T]) + Send + Sync,
+    ) {
+        #[cfg(feature = "rayon")]
+        if self.pool.is_some() && items.len() > size {
+            use rayon::prelude::*;
+            return items.par_chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+        }
+        items.chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+    }
+
     /// As [`Executor::groups`], over two arrays of equal length.
     pub(crate) fn groups2<A: Send, B: Send>(
         &self,

@@ -70,7 +70,7 @@ impl Tile {
     #[inline(always)]
     fn bytes(&self, offset: u16) -> &[u8; ROW] {
         let first = usize::from(offset);
-        self.0[first..first + ROW].as_array().expect("as many as there are in a row")
+        self.0[first..].first_chunk().expect("offsets lie within")
     }
 }
 

@@ -1,6 +1,6 @@
 //! Normals, with or without positions, of a mesh whose order tears neighbours apart: sorted, and put back.
 
-use fearless_simd::{Simd, SimdBase, dispatch, f32x4};
+use fearless_simd::{SimdBase, dispatch, f32x4};
 
 use super::Shown;
 use super::turning::Turning;
@@ -14,8 +14,8 @@ use crate::padded::padded;
 /// Vertices that one thread puts back at a time.
 const GROUP: usize = 512;
 
-/// Parts of a cell along each axis that are sorted by.
-const PARTS: f32 = 16.0;
+/// Parts of the longest edge of the bounds; vertices in the same ones may stand in any order.
+const PARTS: f64 = 1024.0;
 
 /// Welded vertices, sorted.
 #[derive(Debug)]
@@ -29,16 +29,14 @@ pub(super) struct Sorted {
 }
 
 impl Sorted {
-    /// Sorts the vertices of a mesh along a curve through its cells and through each of them.
+    /// Sorts the vertices of a mesh along a curve through space.
     pub(super) fn new(mesh: &Mesh, embedding: &Embedding) -> Self {
-        let mut points = Vec::with_capacity(embedding.len());
-        for cell in embedding.by_cell() {
-            let first = points.len();
-            points.extend(cell.points.iter().filter(|&&point| mesh.weld()[point as usize] == point));
-            points[first..].sort_by_cached_key(|&point| {
-                morton(embedding.local(point as usize).map(|x| (x.clamp(0.0, 1.0) * PARTS) as u32))
-            });
-        }
+        let (low, high) = mesh.bounds();
+        let part = (high - low).amax() / PARTS;
+        let mut points: Vec<u32> = (0..).zip(mesh.weld()).filter(|(v, w)| v == *w).map(|(v, _)| v).collect();
+        points.sort_by_cached_key(|&point| {
+            morton((mesh.vertices()[point as usize] - low).map(|x| (x / part) as u32).into())
+        });
         let mut slots = vec![0; embedding.len()];
         (0..).zip(&points).for_each(|(slot, &point)| slots[point as usize] = slot);
         for vertex in 0..slots.len() {
