@@ -41,7 +41,7 @@ impl Bare {
             with_tiles(|near, _| {
                 self.runs.carry(chunk, shown.lattice, near.pairs());
                 let places = self.places[chunk * CHUNK..].iter().copied();
-                write_positions(near, places, Some(shown.frame), positions);
+                write_positions(near, places, shown.frame, positions);
             });
         });
     }

@@ -79,7 +79,6 @@ impl MeshUpdate {
         for length in lengths.into_iter().flatten() {
             assert_eq!(length, shown.embedding.len(), "one position, one normal per mesh vertex");
         }
-        let t0 = std::time::Instant::now();
         match (positions, normals) {
             (None, None) => {}
             (Some(positions), None) => {
@@ -87,15 +86,11 @@ impl MeshUpdate {
             }
             (positions, Some(normals)) => {
                 match self.turning.get_or_insert_with(|| InOrder::new(shown)) {
-                    InOrder::Own(turning) => {
-                        turning.show(executor, shown, Some(shown.frame), positions, normals);
-                    }
+                    InOrder::Own(turning) => turning.show(executor, shown, positions, normals),
                     InOrder::Sorted(sorted) => sorted.show(executor, shown, positions, normals),
                 }
             }
         }
-        let t1 = std::time::Instant::now();
-        DBG.lock().unwrap().push([(t1 - t0).as_secs_f64() * 1e3, (t1 - t1).as_secs_f64() * 1e3]);
     }
 }
 
@@ -104,15 +99,5 @@ impl InOrder {
         let own = (0..embedding.len() as u32).collect();
         let turning = Turning::new(mesh.triangles(), mesh.weld(), embedding, own);
         if turning.keeps_together() { Self::Own(turning) } else { Self::Sorted(Sorted::new(mesh, embedding)) }
-    }
-}
-
-pub static DBG: std::sync::Mutex<Vec<[f64; 2]>> = std::sync::Mutex::new(Vec::new());
-pub fn dbg() {
-    let d = std::mem::take(&mut *DBG.lock().unwrap());
-    for k in 0..1 {
-        let mut x: Vec<f64> = d.iter().map(|d| d[k]).collect();
-        x.sort_by(f64::total_cmp);
-        if !x.is_empty() { println!("   part {k}: min {:.4} q1 {:.4} median {:.4}", x[0], x[x.len() / 4], x[x.len() / 2]); }
     }
 }

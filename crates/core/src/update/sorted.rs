@@ -1,6 +1,6 @@
 //! Normals, with or without positions, of a mesh whose order tears neighbours apart: sorted, and put back.
 
-use fearless_simd::{SimdBase, dispatch, f32x4};
+use fearless_simd::{Simd, SimdBase, dispatch, f32x8};
 
 use super::Shown;
 use super::turning::Turning;
@@ -8,8 +8,10 @@ use super::write::World;
 use crate::coordinate::Coordinate;
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
+use crate::mesh::normals::components;
+use crate::mesh::rings::CHUNK;
 use crate::parallel::{Executor, level};
-use crate::padded::padded;
+use crate::padded::Pair;
 
 /// Vertices that one thread puts back at a time.
 const GROUP: usize = 512;
@@ -23,9 +25,8 @@ pub(super) struct Sorted {
     turning: Turning,
     /// Where each vertex is among them.
     slots: Vec<u32>,
-    /// In cells.
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
+    /// What each of them is shown with: its position in cells, `(x, y, z, x)`, and its normal, `(z, x, y, z)`.
+    records: Vec<Pair>,
 }
 
 impl Sorted {
@@ -45,13 +46,12 @@ impl Sorted {
         let triangles: Vec<_> = mesh.triangles().iter().map(|t| t.map(|corner| slots[corner as usize])).collect();
         let (own, count) = ((0..points.len() as u32).collect::<Vec<_>>(), points.len());
         let turning = Turning::new(&triangles, &own, embedding, points);
-        Self { turning, slots, positions: vec![[0.0; 3]; count], normals: vec![[0.0; 3]; count] }
+        Self { turning, slots, records: vec![[0.0; 8]; count] }
     }
 
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        let Self { turning, slots, positions, normals } = self;
-        turning.bytes() + size_of_val(&**slots) + size_of_val(&**positions) + size_of_val(&**normals)
+        self.turning.bytes() + size_of_val(&*self.slots) + size_of_val(&*self.records)
     }
 
     /// Writes the positions in the world, if they are asked for, and the unit normals.
@@ -62,24 +62,35 @@ impl Sorted {
         positions: Option<&mut [[P; 3]]>,
         normals: &mut [[N; 3]],
     ) {
-        let Self { turning, slots, positions: sorted, normals: sorted_normals } = self;
-        turning.show(executor, shown, None, positions.is_some().then_some(&mut sorted[..]), sorted_normals);
-        let put_back = |group: usize, normals: &mut [[N; 3]]| {
-            for (normal, &slot) in normals.iter_mut().zip(&slots[group * GROUP..]) {
-                *normal = sorted_normals[slot as usize].map(N::of);
-            }
-        };
+        let Self { turning, slots, records } = self;
+        executor.groups(records, CHUNK, |chunk, records| {
+            turning.turn(chunk, shown, |near, normals, places| {
+                for (record, place) in records.iter_mut().zip(places) {
+                    record[..4].copy_from_slice(&near.get(place.position));
+                    record[4..].copy_from_slice(&normals.get(place.normal));
+                }
+            });
+        });
+        for (slot, normal) in turning.singles(shown) {
+            records[slot][4..].copy_from_slice(&normal);
+        }
+        let own = |group: usize| slots[group * GROUP..].iter().map(|&slot| &records[slot as usize]);
         match positions {
             Some(positions) => executor.groups2(positions, normals, GROUP, |group, positions, normals| {
                 dispatch!(level(), simd => {
                     let world = World::new(simd, shown.frame);
-                    for (position, &slot) in positions.iter_mut().zip(&slots[group * GROUP..]) {
-                        *position = world.position(simd, f32x4::load_array(simd, padded(sorted[slot as usize])));
+                    for ((position, normal), record) in positions.iter_mut().zip(normals).zip(own(group)) {
+                        let (local, direction) = simd.split_f32x8(f32x8::load_array_ref(simd, record));
+                        *position = world.position(simd, local);
+                        *normal = components(direction.to_array()).map(N::of);
                     }
                 });
-                put_back(group, normals);
             }),
-            None => executor.groups(normals, GROUP, put_back),
+            None => executor.groups(normals, GROUP, |group, normals| {
+                for (normal, [.., z, x, y, again]) in normals.iter_mut().zip(own(group)) {
+                    *normal = components([*z, *x, *y, *again]).map(N::of);
+                }
+            }),
         }
     }
 }

@@ -4,12 +4,12 @@ use super::Shown;
 use super::runs::{Runs, RunsOf};
 use super::write::{write_normals, write_positions};
 use crate::coordinate::Coordinate;
-use crate::dynamics::BodyFrame;
 use crate::lattice::Embedding;
 use crate::mesh::normals::{around_one, components};
-use crate::mesh::rings::{CHUNK, Rings};
+use crate::mesh::rings::{CHUNK, Place, Rings};
+use crate::padded::Padded;
 use crate::parallel::Executor;
-use crate::tile::with_tiles;
+use crate::tile::{Tile, with_tiles};
 
 /// How many vertices may have to be carried for each one that is shown before it pays to sort them.
 const MOST_CARRIED: usize = 2;
@@ -41,43 +41,46 @@ impl Turning {
         self.runs.bytes() + self.rings.bytes() + size_of_val(&*self.points)
     }
 
-    /// Writes the positions, if they are asked for, and the unit normals: positions in the world if there is a frame,
-    /// else in cells.
+    /// Carries the vertices of a chunk and those around it, finds the normals, and hands on both, and where in them
+    /// the vertices are.
+    pub(super) fn turn(&self, chunk: usize, shown: Shown, hand_on: impl FnOnce(&Tile, &Tile, &[Place])) {
+        with_tiles(|near, normals| {
+            self.runs.carry(chunk, shown.lattice, near.pairs());
+            self.rings.find_normals(chunk, near, normals);
+            hand_on(near, normals, self.rings.places(chunk));
+        });
+    }
+
+    /// The normals of vertices whose rings find no room in a tile, by vertex.
+    pub(super) fn singles(&self, shown: Shown) -> impl Iterator<Item = (usize, Padded)> {
+        let at = move |vertex: u32| shown.embedding.carried(self.points[vertex as usize] as usize, shown.lattice);
+        self.rings.singles().iter().map(move |single| {
+            let ring = single.ring.iter().map(|&vertex| at(vertex));
+            (single.vertex as usize, around_one(at(single.centre), ring))
+        })
+    }
+
+    /// Writes the positions in the world, if they are asked for, and the unit normals.
     pub(super) fn show<P: Coordinate, N: Coordinate>(
         &self,
         executor: &Executor,
         shown: Shown,
-        frame: Option<&BodyFrame>,
         positions: Option<&mut [[P; 3]]>,
         normals: &mut [[N; 3]],
     ) {
-        let chunk = |chunk: usize, positions: Option<&mut [[P; 3]]>, normals: &mut [[N; 3]]| {
-            with_tiles(|near, found| {
-                self.runs.carry(chunk, shown.lattice, near.pairs());
-                self.rings.find_normals(chunk, near, found);
-                let places = self.rings.places(chunk);
-                if let Some(positions) = positions {
-                    write_positions(near, places.iter().map(|place| place.position), frame, positions);
-                }
-                write_normals(found, places.iter().map(|place| place.normal), normals);
-            });
-        };
         match positions {
-            Some(positions) => {
-                let both = |k: usize, positions: &mut [_], normals: &mut [_]| chunk(k, Some(positions), normals);
-                executor.groups2(positions, normals, CHUNK, both);
-            }
-            None => executor.groups(normals, CHUNK, |k, normals| chunk(k, None, normals)),
+            Some(positions) => executor.groups2(positions, normals, CHUNK, |chunk, positions, normals| {
+                self.turn(chunk, shown, |near, found, places| {
+                    write_positions(near, places.iter().map(|place| place.position), shown.frame, positions);
+                    write_normals(found, places, normals);
+                });
+            }),
+            None => executor.groups(normals, CHUNK, |chunk, normals| {
+                self.turn(chunk, shown, |_, found, places| write_normals(found, places, normals));
+            }),
         }
-        self.show_singles(shown, normals);
-    }
-
-    /// The normals of vertices whose rings find no room in a tile.
-    fn show_singles<T: Coordinate>(&self, shown: Shown, normals: &mut [[T; 3]]) {
-        let at = |vertex: u32| shown.embedding.carried(self.points[vertex as usize] as usize, shown.lattice);
-        for single in self.rings.singles() {
-            let normal = around_one(at(single.centre), single.ring.iter().map(|&vertex| at(vertex)));
-            normals[single.vertex as usize] = components(normal).map(T::of);
+        for (vertex, normal) in self.singles(shown) {
+            normals[vertex] = components(normal).map(N::of);
         }
     }
 }

@@ -5,6 +5,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f64x4};
 use crate::coordinate::Coordinate;
 use crate::dynamics::BodyFrame;
 use crate::mesh::normals::components;
+use crate::mesh::rings::Place;
 use crate::parallel::level;
 use crate::tile::Tile;
 
@@ -30,20 +31,13 @@ impl<S: Simd> World<S> {
     }
 }
 
-/// Writes the positions in the tile at `places`: in the world if there is a frame, else in cells.
+/// Writes the positions in the tile at `places`.
 pub(super) fn write_positions<T: Coordinate>(
     near: &Tile,
     places: impl Iterator<Item = u16>,
-    frame: Option<&BodyFrame>,
+    frame: &BodyFrame,
     out: &mut [[T; 3]],
 ) {
-    let Some(frame) = frame else {
-        for (out, place) in out.iter_mut().zip(places) {
-            let [x, y, z, _] = near.get(place);
-            *out = [x, y, z].map(T::of);
-        }
-        return;
-    };
     dispatch!(level(), simd => {
         let world = World::new(simd, frame);
         for (out, place) in out.iter_mut().zip(places) {
@@ -53,8 +47,8 @@ pub(super) fn write_positions<T: Coordinate>(
 }
 
 /// Writes the normals in the tile at `places`.
-pub(super) fn write_normals<T: Coordinate>(normals: &Tile, places: impl Iterator<Item = u16>, out: &mut [[T; 3]]) {
+pub(super) fn write_normals<T: Coordinate>(normals: &Tile, places: &[Place], out: &mut [[T; 3]]) {
     for (out, place) in out.iter_mut().zip(places) {
-        *out = components(normals.get(place)).map(T::of);
+        *out = components(normals.get(place.normal)).map(T::of);
     }
 }
