@@ -94,7 +94,7 @@ pub mod run;
 pub mod scene;
 mod simulation;
 mod tile;
-#[allow(missing_docs)] pub mod update;
+mod update;
 pub mod volume;
 
 #[cfg(feature = "scene")]
