@@ -22,7 +22,7 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
         #[inline(always)]
         |c| row(block, c),
     );
-    // Narrow windows go to their ends whatever is linked: to guess where thin shapes end costs more.
+    // Narrow windows go to their ends whatever is linked, so that no branch is there to be guessed.
     let stops = half_width > NARROW_ACROSS;
     let (mut reach, mut at) = (0xff, block);
     for offset in 1..=half_width {
