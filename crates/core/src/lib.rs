@@ -84,10 +84,10 @@ mod matching;
 pub mod mesh;
 #[cfg(feature = "obj")]
 pub mod obj;
+mod padded;
 mod parallel;
 mod plan;
 pub mod reference;
-mod padded;
 #[cfg(feature = "scene")]
 pub mod run;
 #[cfg(feature = "scene")]

@@ -78,7 +78,8 @@ mod tests {
 
     #[test]
     fn squares_of_lengths_and_back() {
-        let points: [Padded; 8] = std::array::from_fn(|k| padded([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
+        let points: [Padded; 8] =
+            std::array::from_fn(|k| padded([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
         let pairs: &[Pair] = points.as_flattened().as_chunks().0;
         let (mut squared, mut back) = ([0.0; 8], [[0.0; 8]; 4]);
         dispatch!(level(), simd => {

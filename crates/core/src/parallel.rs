@@ -4,6 +4,8 @@
 //! value is computed by one thread in one order. So the bits of a result do not depend on the threads.
 
 use std::sync::{Arc, OnceLock};
+#[cfg(feature = "rayon")]
+use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::Level;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -142,38 +144,27 @@ impl Executor {
         0
     }
 
-    /// `work(k, group)` for groups of `size` items, the k-th of them.
-    pub(crate) fn groups<T: Send>(
-        &self,
-        items: &mut [T],
-        size: usize,
-        work: impl Fn(usize, &mut [T]) + Send + Sync,
-    ) {
+    /// `work(item)` for each item, on the calling thread, with the pool's help as it comes: for those outside the
+    /// pool, who would wait longer to enter it than the work takes.
+    pub(crate) fn share<T>(&self, items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() && items.len() > size {
-            use rayon::prelude::*;
-            return items.par_chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+        if let Some(pool) = &self.pool
+            && items.len() > 1
+        {
+            let helpers = pool.current_num_threads().min(items.len()) - 1;
+            let items = Mutex::new(items);
+            let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let help = || {
+                while let Some(item) = next() {
+                    work(item);
+                }
+            };
+            return pool.in_place_scope(|scope| {
+                (0..helpers).for_each(|_| scope.spawn(|_| help()));
+                help();
+            });
         }
-        items.chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
-    }
-
-    /// As [`Executor::groups`], over two arrays of equal length.
-    pub(crate) fn groups2<A: Send, B: Send>(
-        &self,
-        a: &mut [A],
-        b: &mut [B],
-        size: usize,
-        work: impl Fn(usize, &mut [A], &mut [B]) + Send + Sync,
-    ) {
-        debug_assert_eq!(a.len(), b.len());
-        #[cfg(feature = "rayon")]
-        if self.pool.is_some() && a.len() > size {
-            use rayon::prelude::*;
-            let groups = a.par_chunks_mut(size).zip(b.par_chunks_mut(size));
-            return groups.enumerate().for_each(|(k, (a, b))| work(k, a, b));
-        }
-        let groups = a.chunks_mut(size).zip(b.chunks_mut(size));
-        groups.enumerate().for_each(|(k, (a, b))| work(k, a, b));
+        items.for_each(work);
     }
 
     /// `work(task, a, b, c)` for tasks that own parts of arrays: of `a` and `b` the items from `bounds[task]` to
@@ -185,8 +176,8 @@ impl Executor {
         work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync,
     ) {
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() {
-            return halve(0, bounds, parts, &work);
+        if self.pool.is_some() && bounds.len() > 2 {
+            return self.enter(|| halve(0, bounds, parts, &work));
         }
         let (mut a, mut b, mut c) = parts;
         let each = c.len() / bounds.len().saturating_sub(1).max(1);

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use fearless_simd::{Bytes, Simd, SimdBase, f32x4, f32x8, u8x16};
 
-use crate::padded::{Eight, Pair, Padded};
+use crate::padded::{Eight, Padded, Pair};
 
 /// Bytes of a row.
 const ROW: usize = size_of::<Padded>();

@@ -80,14 +80,10 @@ impl Body {
     }
 
     /// What `look` makes of the corrected lattice, on the threads of the simulation where that pays.
-    fn corrected<R: Send>(&self, look: impl FnOnce(&mut View, &Executor) -> R + Send) -> R {
+    fn corrected<R>(&self, look: impl FnOnce(&mut View, &Executor) -> R) -> R {
         let (mut view, mut cascade) = (locked(&self.view), locked(&self.cascade));
-        let (view, cascade) = (&mut *view, &mut *cascade);
-        let executor = &self.executor;
-        executor.enter(|| {
-            view.correct(self, cascade, executor);
-            look(view, executor)
-        })
+        view.correct(self, &mut cascade, &self.executor);
+        look(&mut view, &self.executor)
     }
 
     /// The lattice vertices that pins and handles hold now.

@@ -10,8 +10,8 @@ use crate::coordinate::Coordinate;
 use crate::lanes::Lanes;
 use crate::lattice::Lattice;
 use crate::matching::cascade::Cascade;
-use crate::parallel::Executor;
 use crate::padded::{Padded, padded};
+use crate::parallel::Executor;
 use crate::update::{Asked, MeshUpdate, Shown};
 use crate::volume::{
     ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
@@ -87,7 +87,7 @@ impl View {
         self.deformed.extend(slots.iter().map(|&slot| body.state.positions.get(slot)));
         let Some(correction) = &mut self.correction else { return };
         // The field turns with the positions shown, which are a step ahead of the state's rotations.
-        self.turned.clone_from(&body.state.rotations);
+        self.turned.copy_from(&body.state.rotations);
         body.matching.turn(cascade, executor, &body.state.positions, &mut self.turned);
         self.rotations.clear();
         self.rotations.extend(slots.iter().map(|&slot| self.turned.get(slot)));
@@ -147,9 +147,17 @@ impl View {
         self.correction.as_ref().map(Correction::measure)
     }
 
-    /// Memory that the correction takes.
-    pub(super) fn bytes(&self) -> usize {
-        self.correction.as_ref().map_or(0, Correction::bytes)
+    /// Memory that the correction takes, and what it works on.
+    pub(super) fn correction_bytes(&self) -> usize {
+        let Self { turned, deformed, rotations, pushes, corrected, .. } = self;
+        let lattice = size_of_val(&**deformed) + size_of_val(&**rotations) + size_of_val(&**corrected);
+        let correction = self.correction.as_ref().map_or(0, Correction::bytes);
+        correction + turned.bytes() + lattice + size_of_val(&**pushes)
+    }
+
+    /// Memory that the mesh update takes; none before the first look at a mesh.
+    pub(super) fn update_bytes(&self) -> usize {
+        self.mesh.bytes() + size_of_val(&*self.shown)
     }
 
     /// How long the stages took.

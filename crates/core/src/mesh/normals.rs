@@ -4,8 +4,8 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 
 use super::Mesh;
 use super::rings::{CHUNK, EightRings, Layout, NO_NORMAL, Rings};
-use crate::parallel::level;
 use crate::padded::{Eight, Padded, padded, spread, squares, store, turned};
+use crate::parallel::level;
 use crate::tile::{Tile, with_tiles};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
@@ -167,18 +167,4 @@ pub(crate) fn around_one(centre: Padded, ring: impl Iterator<Item = Padded>) -> 
     let [x, y, z] = sum;
     let length = (x * x + y * y + z * z).sqrt();
     if length > 0.0 { padded([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
-}
-
-/// `vector` at length 1; zero if it has none.
-#[inline]
-pub(crate) fn unit(vector: [f32; 3]) -> [f32; 3] {
-    let squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
-    if squared >= f32::MIN_POSITIVE {
-        let inverse = 1.0 / squared.sqrt();
-        return vector.map(|component| component * inverse);
-    }
-    // The square of a short vector is lost in f32 long before the vector is.
-    let wide = vector.map(f64::from);
-    let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
-    if length > 0.0 { wide.map(|component| (component / length) as f32) } else { [0.0; 3] }
 }

@@ -86,9 +86,11 @@ impl Rings {
                 let longest = chunk.take_longest();
                 for (centre, ring) in longest {
                     let of_ring = own.clone().filter(|&vertex| weld[vertex] == centre);
-                    this.singles.extend(
-                        of_ring.map(|vertex| Single { vertex: vertex as u32, centre, ring: ring.clone() }),
-                    );
+                    this.singles.extend(of_ring.map(|vertex| Single {
+                        vertex: vertex as u32,
+                        centre,
+                        ring: ring.clone(),
+                    }));
                 }
             };
             layout.add(&vertices);
@@ -115,7 +117,8 @@ impl Rings {
             self.pairs.extend((1..longest).step_by(2).map(|at| [entry(at), entry(at + 1)]));
         }
         self.ends.push(self.blocks.len());
-        let normals: HashMap<u32, usize> = (0..).zip(&chunk.rings).map(|(row, (vertex, _))| (*vertex, row)).collect();
+        let normals: HashMap<u32, usize> =
+            (0..).zip(&chunk.rings).map(|(row, (vertex, _))| (*vertex, row)).collect();
         self.places.extend(own.iter().map(|vertex| Place {
             position: offset_of(*vertex),
             normal: offset(normals.get(vertex).copied().unwrap_or(NO_NORMAL)),
@@ -265,7 +268,8 @@ mod tests {
         let welded = triangles.iter().map(|t| t.map(|corner| weld[corner as usize]));
         let at_corners = welded.flat_map(|[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]);
         // Vertices 3, 5 and 8999 are one, and each has its ring.
-        let mut expected: Vec<_> = at_corners.flat_map(|t| std::iter::repeat_n(t, if t[0] == 3 { 3 } else { 1 })).collect();
+        let mut expected: Vec<_> =
+            at_corners.flat_map(|t| std::iter::repeat_n(t, if t[0] == 3 { 3 } else { 1 })).collect();
         expected.sort_unstable();
         found.sort_unstable();
         assert_eq!(found, expected);

@@ -37,7 +37,7 @@ impl Bare {
 
     /// Writes the positions in the world.
     pub(super) fn show<T: Coordinate>(&self, executor: &Executor, shown: Shown, positions: &mut [[T; 3]]) {
-        executor.groups(positions, CHUNK, |chunk, positions| {
+        executor.share(positions.chunks_mut(CHUNK).enumerate(), |(chunk, positions)| {
             with_tiles(|near, _| {
                 self.runs.carry(chunk, shown.lattice, near.pairs());
                 let places = self.places[chunk * CHUNK..].iter().copied();

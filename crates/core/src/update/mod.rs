@@ -13,8 +13,8 @@ use crate::coordinate::Coordinate;
 use crate::dynamics::BodyFrame;
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
-use crate::parallel::Executor;
 use crate::padded::Padded;
+use crate::parallel::Executor;
 use bare::Bare;
 use sorted::Sorted;
 use turning::Turning;
@@ -84,12 +84,10 @@ impl MeshUpdate {
             (Some(positions), None) => {
                 self.bare.get_or_insert_with(|| Bare::new(shown.embedding)).show(executor, shown, positions);
             }
-            (positions, Some(normals)) => {
-                match self.turning.get_or_insert_with(|| InOrder::new(shown)) {
-                    InOrder::Own(turning) => turning.show(executor, shown, positions, normals),
-                    InOrder::Sorted(sorted) => sorted.show(executor, shown, positions, normals),
-                }
-            }
+            (positions, Some(normals)) => match self.turning.get_or_insert_with(|| InOrder::new(shown)) {
+                InOrder::Own(turning) => turning.show(executor, shown, positions, normals),
+                InOrder::Sorted(sorted) => sorted.show(executor, shown, positions, normals),
+            },
         }
     }
 }

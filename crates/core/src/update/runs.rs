@@ -4,8 +4,8 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
 use crate::lattice::{Embedding, carried_outside};
 use crate::mesh::rings::Layout;
+use crate::padded::{Padded, Pair, spread};
 use crate::parallel::level;
-use crate::padded::{Pair, Padded, spread};
 
 /// How far outside its cell, along two axes at once, a point may lie for the polynomial of the cell to be used as it
 /// is: the product of the two ways, whose share in the point is below the rounding of `f32`.

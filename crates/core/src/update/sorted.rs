@@ -10,8 +10,8 @@ use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::mesh::normals::components;
 use crate::mesh::rings::CHUNK;
-use crate::parallel::{Executor, level};
 use crate::padded::Pair;
+use crate::parallel::{Executor, level};
 
 /// Vertices that one thread puts back at a time.
 const GROUP: usize = 512;
@@ -43,7 +43,8 @@ impl Sorted {
         for vertex in 0..slots.len() {
             slots[vertex] = slots[mesh.weld()[vertex] as usize];
         }
-        let triangles: Vec<_> = mesh.triangles().iter().map(|t| t.map(|corner| slots[corner as usize])).collect();
+        let triangles: Vec<_> =
+            mesh.triangles().iter().map(|t| t.map(|corner| slots[corner as usize])).collect();
         let (own, count) = ((0..points.len() as u32).collect::<Vec<_>>(), points.len());
         let turning = Turning::new(&triangles, &own, embedding, points);
         Self { turning, slots, records: vec![[0.0; 8]; count] }
@@ -63,7 +64,7 @@ impl Sorted {
         normals: &mut [[N; 3]],
     ) {
         let Self { turning, slots, records } = self;
-        executor.groups(records, CHUNK, |chunk, records| {
+        executor.share(records.chunks_mut(CHUNK).enumerate(), |(chunk, records)| {
             turning.turn(chunk, shown, |near, normals, places| {
                 for (record, place) in records.iter_mut().zip(places) {
                     record[..4].copy_from_slice(&near.get(place.position));
@@ -76,17 +77,20 @@ impl Sorted {
         }
         let own = |group: usize| slots[group * GROUP..].iter().map(|&slot| &records[slot as usize]);
         match positions {
-            Some(positions) => executor.groups2(positions, normals, GROUP, |group, positions, normals| {
-                dispatch!(level(), simd => {
-                    let world = World::new(simd, shown.frame);
-                    for ((position, normal), record) in positions.iter_mut().zip(normals).zip(own(group)) {
-                        let (local, direction) = simd.split_f32x8(f32x8::load_array_ref(simd, record));
-                        *position = world.position(simd, local);
-                        *normal = components(direction.to_array()).map(N::of);
-                    }
+            Some(positions) => {
+                let both = positions.chunks_mut(GROUP).zip(normals.chunks_mut(GROUP));
+                executor.share(both.enumerate(), |(group, (positions, normals))| {
+                    dispatch!(level(), simd => {
+                        let world = World::new(simd, shown.frame);
+                        for ((position, normal), record) in positions.iter_mut().zip(normals).zip(own(group)) {
+                            let (local, direction) = simd.split_f32x8(f32x8::load_array_ref(simd, record));
+                            *position = world.position(simd, local);
+                            *normal = components(direction.to_array()).map(N::of);
+                        }
+                    });
                 });
-            }),
-            None => executor.groups(normals, GROUP, |group, normals| {
+            }
+            None => executor.share(normals.chunks_mut(GROUP).enumerate(), |(group, normals)| {
                 for (normal, [.., z, x, y, again]) in normals.iter_mut().zip(own(group)) {
                     *normal = components([*z, *x, *y, *again]).map(N::of);
                 }

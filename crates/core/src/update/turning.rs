@@ -53,7 +53,8 @@ impl Turning {
 
     /// The normals of vertices whose rings find no room in a tile, by vertex.
     pub(super) fn singles(&self, shown: Shown) -> impl Iterator<Item = (usize, Padded)> {
-        let at = move |vertex: u32| shown.embedding.carried(self.points[vertex as usize] as usize, shown.lattice);
+        let at =
+            move |vertex: u32| shown.embedding.carried(self.points[vertex as usize] as usize, shown.lattice);
         self.rings.singles().iter().map(move |single| {
             let ring = single.ring.iter().map(|&vertex| at(vertex));
             (single.vertex as usize, around_one(at(single.centre), ring))
@@ -69,13 +70,17 @@ impl Turning {
         normals: &mut [[N; 3]],
     ) {
         match positions {
-            Some(positions) => executor.groups2(positions, normals, CHUNK, |chunk, positions, normals| {
-                self.turn(chunk, shown, |near, found, places| {
-                    write_positions(near, places.iter().map(|place| place.position), shown.frame, positions);
-                    write_normals(found, places, normals);
+            Some(positions) => {
+                let both = positions.chunks_mut(CHUNK).zip(normals.chunks_mut(CHUNK));
+                executor.share(both.enumerate(), |(chunk, (positions, normals))| {
+                    self.turn(chunk, shown, |near, found, places| {
+                        let at = places.iter().map(|place| place.position);
+                        write_positions(near, at, shown.frame, positions);
+                        write_normals(found, places, normals);
+                    });
                 });
-            }),
-            None => executor.groups(normals, CHUNK, |chunk, normals| {
+            }
+            None => executor.share(normals.chunks_mut(CHUNK).enumerate(), |(chunk, normals)| {
                 self.turn(chunk, shown, |_, found, places| write_normals(found, places, normals));
             }),
         }
