@@ -1,0 +1,103 @@
+"""Cubes that fill a surface, for finite elements: `Grid`, `fill`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+import supple
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# The corners of a cube in the order of scikit-fem's hexahedra.
+CORNERS = np.array([[0, 0, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0], [0, 1, 1], [1, 0, 1], [1, 1, 0], [1, 1, 1]])
+# Samples per edge of an eighth of a cell, to measure which share of it lies inside a surface.
+SAMPLES = 4
+# An eighth that lies outside keeps this share: with less, the outer corners of its cell swing freely and turn it over.
+LEAST_SHARE = 0.05
+
+
+@dataclass
+class Grid:
+    """Cubes, `cells` (m, 3) their whole coordinates: the least corner of a cube lies at origin + cell_size * cell."""
+
+    cells: Ints
+    cell_size: float
+    origin: Floats
+
+    def __post_init__(self) -> None:
+        """Numbers the nodes: positions (n, 3), and those of each cell (m, 8)."""
+        corners = self.cells[:, None] + CORNERS
+        shape = tuple(self.cells.max(axis=0) + 2)
+        flat = np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape)
+        nodes, numbers = np.unique(flat, return_inverse=True)
+        self.nodes = np.stack(np.unravel_index(nodes, shape), axis=-1) * self.cell_size + self.origin
+        self.corners = numbers.reshape(-1, 8)
+
+    def mesh(self) -> skfem.MeshHex:
+        """The same for scikit-fem."""
+        return skfem.MeshHex(self.nodes.T.copy(), self.corners.T.copy())
+
+    def interpolate(self, values: Floats, points: Floats) -> Floats:
+        """Trilinear values at points (k, 3) in the cells, of values (n, 3) at the nodes."""
+        last = self.cells.max(axis=0)
+        numbers = np.full(last + 1, -1)
+        numbers[tuple(self.cells.T)] = np.arange(len(self.cells))
+        scaled = (points - self.origin) / self.cell_size
+        # Points on the far faces of the box belong to its last cells.
+        cells = np.clip(np.floor(scaled).astype(int), 0, last)
+        owners = numbers[tuple(cells.T)]
+        if (owners < 0).any():
+            raise ValueError(f"{(owners < 0).sum()} of {len(points)} points lie in no cell")
+        inside = (scaled - cells)[:, None]
+        weights = np.where(CORNERS, inside, 1 - inside).prod(axis=2)
+        return np.einsum("ka,kai->ki", weights, values[self.corners[owners]])
+
+
+def fill(surface: supple.Mesh, cell_size: float, anchor: Floats) -> tuple[Grid, Floats]:
+    """The cells that a closed surface touches or encloses, `anchor` a node, and the filled share of their eighths.
+
+    The shares have the shape (m, 2, 2, 2).
+    """
+    low, high = surface.bounds
+    origin = anchor - np.ceil((anchor - low) / cell_size) * cell_size
+    size = np.ceil((high - origin) / cell_size).astype(int)
+    shares = _inside(surface, origin, cell_size / (2 * SAMPLES), size * 2 * SAMPLES)
+    shares = shares.reshape([length for n in size for length in (n, 2, SAMPLES)]).mean(axis=(2, 5, 8))
+    shares = shares.transpose(0, 2, 4, 1, 3, 5)
+    occupied = shares.any(axis=(3, 4, 5))
+    occupied[tuple(_touched(surface, origin, cell_size).T)] = True
+    return Grid(np.argwhere(occupied), cell_size, origin), np.maximum(shares[occupied], LEAST_SHARE)
+
+
+def _touched(surface: supple.Mesh, origin: Floats, cell_size: float) -> Ints:
+    """Cells (k, 3) that hold a point of the surface, found by many points on each triangle."""
+    steps = np.arange(13)
+    first, second = (steps_on_edge.ravel() for steps_on_edge in np.meshgrid(steps, steps))
+    within = first + second <= 12
+    barycentric = np.stack([first, second, 12 - first - second], axis=1)[within] / 12
+    points = np.einsum("ba,tai->tbi", barycentric, surface.vertices[surface.faces]).reshape(-1, 3)
+    return np.unique(np.floor((points - origin) / cell_size).astype(int), axis=0)
+
+
+def _inside(surface: supple.Mesh, origin: Floats, step: float, counts: Ints) -> NDArray[np.bool_]:
+    """Which samples lie inside, by parity along rays in x; samples are the centres of cubes of the edge `step`."""
+    inside = np.zeros(counts, dtype=bool)
+    # In units of the step; the small shift keeps rays off the vertices and edges of symmetric models.
+    triangles = (surface.vertices[surface.faces] - origin) / step - 0.5 + [0, 1.7e-6, 2.3e-6]
+    for triangle in triangles:
+        first = np.ceil(triangle[:, 1:].min(axis=0)).astype(int)
+        last = np.floor(triangle[:, 1:].max(axis=0)).astype(int)
+        rays = np.stack(np.meshgrid(*map(np.arange, first, last + 1), indexing="ij"), axis=-1).reshape(-1, 2)
+        corners = np.column_stack([triangle[:, 1:], np.ones(3)])
+        if len(rays) == 0 or abs(np.linalg.det(corners)) < 1e-12:
+            continue
+        barycentric = np.column_stack([rays, np.ones(len(rays))]) @ np.linalg.inv(corners)
+        hits = (barycentric >= 0).all(axis=1)
+        for (j, k), x in zip(rays[hits], barycentric[hits] @ triangle[:, 0], strict=True):
+            inside[max(0, int(np.ceil(x))) :, j, k] ^= True
+    return inside
