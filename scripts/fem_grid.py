@@ -13,12 +13,12 @@ import supple
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# The corners of a cube in the order of scikit-fem's hexahedra.
-CORNERS = np.array([[0, 0, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0], [0, 1, 1], [1, 0, 1], [1, 1, 0], [1, 1, 1]])
+# The corners of a cube in scikit-fem's order, so that its reference cube is turned as ours are.
+CORNERS = skfem.ElementHex1.doflocs.astype(int)
 # Samples per edge of an eighth of a cell, to measure which share of it lies inside a surface.
 SAMPLES = 4
-# An eighth that lies outside keeps this share: with less, the outer corners of its cell swing freely and turn it over.
-LEAST_SHARE = 0.05
+# An eighth that lies outside keeps this share: with none, nothing would hold the outer corners of its cell.
+LEAST_SHARE = 0.01
 
 
 @dataclass

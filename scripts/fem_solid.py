@@ -21,8 +21,8 @@ SHEAR = 1.0  # Only the ratio of the two moduli matters: ends are moved, no forc
 BULK = 2000.0
 
 
-class NotConverged(Exception):  # noqa: N818 - a load step too long, not an error
-    """Newton's method did not settle."""
+class ConvergenceError(Exception):
+    """Newton's method did not settle: the load step was too long."""
 
 
 @dataclass
@@ -150,7 +150,7 @@ def solve(problem: Problem, first_step: float) -> Solution:
         wanted = min(1.0, load + step)
         try:
             displacement, pressure, rounds = _equilibrium(solid, problem, free, wanted, displacement, pressure)
-        except NotConverged:
+        except ConvergenceError:
             step /= 2
             continue
         load = wanted
@@ -182,7 +182,7 @@ def _equilibrium(
         pressure = pressure + length * (new_pressure - pressure)
         if length == 1 and np.abs(change).max() < 1e-6 * cell:
             return displacement, pressure, rounds
-    raise NotConverged
+    raise ConvergenceError
 
 
 def _step_length(solid: Solid, displacement: Floats, change: Floats) -> float:
@@ -192,4 +192,4 @@ def _step_length(solid: Solid, displacement: Floats, change: Floats) -> float:
         length = 0.5**halvings
         if (np.linalg.det(solid.deformation(displacement + length * change)) > 0.2 * before).all():
             return length
-    raise NotConverged
+    raise ConvergenceError
