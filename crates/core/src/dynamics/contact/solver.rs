@@ -1,0 +1,402 @@
+//! The impulses that contacts exchange with the lattice vertices under them.
+//!
+//! ```text
+//! contact s:   velocity u_s = sum_k w_sk v_k        impulse p_s = l_s n_s + f_s
+//! vertex k:    change of v_k = sum_s w_sk p_s / m_k
+//! wanted:      l_s >= 0,  n_s . u_s >= leave_s,  the one or the other equal;  |f_s| <= friction l_s, against the slip
+//! ```
+//!
+//! All contacts act together (Jacobi), so that a symmetric body stays symmetric, each as if all that share its
+//! vertices gave what it gives: by the row sum of the matrix in place of its diagonal. Impulses on a surface that is met
+//! evenly are then right at once. And since the matrix over its row sums has no eigenvalue above one, impulses grow
+//! towards the answer without swinging past it: however few the passes, they give no energy.
+
+use super::quad::{Quad, add, dot};
+
+/// No place.
+const NONE: u32 = u32::MAX;
+
+/// A point of the surface at a collider: a weighted mean of lattice vertices.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Contact {
+    /// Outward normal of the collider.
+    pub(super) normal: Quad,
+    /// Velocity relative to the collider's surface.
+    pub(super) velocity: Quad,
+    /// The velocity across the normal with which the step began, relative to the collider's surface.
+    pub(super) came: Quad,
+    /// Least velocity along the normal to leave with.
+    pub(super) leave: f32,
+    /// Greatest impulse across the normal for one along it.
+    pub(super) friction: f32,
+    /// Depth of its deepest sample, in cells; negative outside the collider.
+    pub(super) depth: f32,
+}
+
+/// A contact and the impulses that it exchanges.
+#[derive(Clone, Copy, Debug)]
+struct Exchange {
+    contact: Contact,
+    /// Where its links end, and those of the next begin.
+    end: usize,
+    /// Velocity for a unit of impulse, and its inverse.
+    response: f32,
+    rate: f32,
+    along: f32,
+    across: Quad,
+}
+
+/// A vertex under a contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Link {
+    /// Where the vertex stands among the touched ones.
+    pub(super) vertex: u32,
+    pub(super) weight: f32,
+    /// Its velocity for a unit of impulse: the weight over the mass.
+    response: f32,
+}
+
+/// When the impulses are good enough: after so many passes, or when one changes no contact's velocity by more than
+/// `least`, or by more than `share` of what the first changed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    pub(super) passes: usize,
+    pub(super) share: f32,
+    pub(super) least: f32,
+}
+
+/// Solves contacts; its buffers, which grow with the largest number of them and are kept.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Solver {
+    exchanges: Vec<Exchange>,
+    links: Vec<Link>,
+    /// Rows of the touched vertices.
+    rows: Vec<u32>,
+    /// For each row, where it stands in `rows`.
+    index: Vec<u32>,
+    /// What each touched vertex is given, and what one pass adds to it.
+    given: Vec<Quad>,
+    sums: Vec<Quad>,
+}
+
+impl Solver {
+    /// For vertices in so many rows.
+    pub(super) fn new(rows: usize) -> Self {
+        Self { index: vec![NONE; rows], ..Self::default() }
+    }
+
+    /// Forgets all contacts.
+    pub(super) fn clear(&mut self) {
+        for row in self.rows.drain(..) {
+            self.index[row as usize] = NONE;
+        }
+        self.exchanges.clear();
+        self.links.clear();
+        self.given.clear();
+        self.sums.clear();
+    }
+
+    /// Whether there is no contact.
+    pub(super) fn is_empty(&self) -> bool {
+        self.exchanges.is_empty()
+    }
+
+    /// Names the vertices of which the next contact is the mean: rows and weights; `mobilities` has 1/mass of each row.
+    pub(super) fn link(&mut self, vertices: impl Iterator<Item = (u32, f32)>, mobilities: &[f32]) {
+        for (row, weight) in vertices {
+            let vertex = &mut self.index[row as usize];
+            if *vertex == NONE {
+                *vertex = self.rows.len() as u32;
+                self.rows.push(row);
+                self.given.push([0.0; 4]);
+                self.sums.push([0.0; 4]);
+            }
+            self.links.push(Link { vertex: *vertex, weight, response: weight * mobilities[row as usize] });
+        }
+    }
+
+    /// The vertices that were named for the next contact.
+    pub(super) fn linked(&self) -> &[Link] {
+        &self.links[self.exchanges.last().map_or(0, |last| last.end)..]
+    }
+
+    /// Adds the contact whose vertices were named.
+    pub(super) fn add(&mut self, contact: Contact) {
+        let end = self.links.len();
+        self.exchanges.push(Exchange {
+            contact,
+            end,
+            response: 0.0,
+            rate: 0.0,
+            along: 0.0,
+            across: [0.0; 4],
+        });
+    }
+
+    /// Rows of the touched vertices, in the order in which they were first named.
+    pub(super) fn rows(&self) -> &[u32] {
+        &self.rows
+    }
+
+    /// Exchanges impulses.
+    pub(super) fn solve(&mut self, effort: Effort) {
+        self.find_responses();
+        let mut enough = effort.least;
+        for pass in 0..effort.passes {
+            let change = self.pass();
+            if pass == 0 {
+                enough = enough.max(effort.share * change);
+            }
+            if change <= enough {
+                break;
+            }
+        }
+    }
+
+    /// What each touched vertex was given: rows and velocities.
+    pub(super) fn given(&self) -> impl Iterator<Item = (u32, &Quad)> {
+        self.rows.iter().copied().zip(&self.given)
+    }
+
+    /// What each touched vertex was given along the normals: rows and velocities.
+    pub(super) fn given_along(&mut self) -> impl Iterator<Item = (u32, &Quad)> {
+        let mut first = 0;
+        for exchange in &self.exchanges {
+            for link in &self.links[first..exchange.end] {
+                add(
+                    &mut self.sums[link.vertex as usize],
+                    &exchange.contact.normal,
+                    exchange.along * link.response,
+                );
+            }
+            first = exchange.end;
+        }
+        self.rows.iter().copied().zip(&self.sums)
+    }
+
+    /// Contacts, and what each was given along its normal.
+    pub(super) fn gains(&self) -> impl Iterator<Item = (&Contact, f32)> {
+        let mut first = 0;
+        self.exchanges.iter().map(move |exchange| {
+            let links = &self.links[std::mem::replace(&mut first, exchange.end)..exchange.end];
+            (&exchange.contact, dot(&mean(links, &self.given), &exchange.contact.normal))
+        })
+    }
+
+    /// The velocity of each contact if all contacts gave a unit of impulse along one direction.
+    fn find_responses(&mut self) {
+        for link in &self.links {
+            self.sums[link.vertex as usize][0] += link.response;
+        }
+        let mut first = 0;
+        for exchange in &mut self.exchanges {
+            let links = &self.links[first..exchange.end];
+            exchange.response =
+                links.iter().map(|link| link.weight * self.sums[link.vertex as usize][0]).sum();
+            exchange.rate = 1.0 / exchange.response;
+            first = exchange.end;
+        }
+        self.sums.fill([0.0; 4]);
+    }
+
+    /// One pass; the greatest change of a contact's velocity.
+    ///
+    /// Impulses are summed and the sums clamped, so that a later pass may take back what an earlier one gave too much.
+    fn pass(&mut self) -> f32 {
+        let (mut greatest, mut first) = (0.0_f32, 0);
+        for exchange in &mut self.exchanges {
+            let links = &self.links[first..exchange.end];
+            first = exchange.end;
+            let mut velocity = mean(links, &self.given);
+            add(&mut velocity, &exchange.contact.velocity, 1.0);
+            let change = exchange.change(&velocity);
+            greatest = greatest.max(dot(&change, &change) * exchange.response * exchange.response);
+            for link in links {
+                add(&mut self.sums[link.vertex as usize], &change, link.response);
+            }
+        }
+        for (given, sum) in self.given.iter_mut().zip(&mut self.sums) {
+            add(given, &std::mem::take(sum), 1.0);
+        }
+        greatest.sqrt()
+    }
+}
+
+/// The weighted mean of what vertices are given.
+#[inline(always)]
+fn mean(links: &[Link], given: &[Quad]) -> Quad {
+    // Two sums, so that one need not wait for the other.
+    let (mut sum, mut other) = ([0.0; 4], [0.0; 4]);
+    let (pairs, last) = links.as_chunks::<2>();
+    for [a, b] in pairs {
+        add(&mut sum, &given[a.vertex as usize], a.weight);
+        add(&mut other, &given[b.vertex as usize], b.weight);
+    }
+    for link in last {
+        add(&mut sum, &given[link.vertex as usize], link.weight);
+    }
+    add(&mut sum, &other, 1.0);
+    sum
+}
+
+impl Exchange {
+    /// Changes the impulse, as the velocity asks for; returns the change.
+    #[inline(always)]
+    fn change(&mut self, velocity: &Quad) -> Quad {
+        let Contact { normal, came, leave, friction, .. } = &self.contact;
+        let rate = self.rate;
+        let leaving = dot(velocity, normal);
+        let along = (self.along + (leave - leaving) * rate).max(0.0);
+        let mut change = [0.0; 4];
+        add(&mut change, normal, along - self.along);
+        self.along = along;
+        if *friction > 0.0 {
+            let mut free = *velocity;
+            add(&mut free, normal, -leaving);
+            add(&mut free, &self.across, -self.response);
+            let mut across = slowest(&free, came);
+            add(&mut across, &free, -1.0);
+            let (limit, length) = (friction * along, dot(&across, &across).sqrt() * rate);
+            let scale = if length > limit { rate * (limit / length) } else { rate };
+            across = across.map(|x| x * scale);
+            add(&mut change, &across, 1.0);
+            add(&mut change, &self.across, -1.0);
+            self.across = across;
+        }
+        change
+    }
+}
+
+/// The slowest slip to which friction may bring a point that would slip with `free` and came with `came`, without
+/// giving it energy.
+///
+/// An impulse f that changes the slip from `free` to u does the work f . (u + came)/2: none is done on the point
+/// where u lies in the ball with the diameter from `free` to -`came`. Mostly that holds zero; not where the point is
+/// about to turn back, as one that vibrates.
+#[inline(always)]
+fn slowest(free: &Quad, came: &Quad) -> Quad {
+    if dot(free, came) >= 0.0 {
+        return [0.0; 4];
+    }
+    let (mut middle, mut across) = (*free, *free);
+    add(&mut middle, came, -1.0);
+    add(&mut across, came, 1.0);
+    // Twice the centre of the ball, and its diameter: the centre is the farther from zero.
+    let (distance, diameter) = (dot(&middle, &middle).sqrt(), dot(&across, &across).sqrt());
+    middle.map(|x| 0.5 * x * (1.0 - diameter / distance))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EFFORT: Effort = Effort { passes: 40, share: 0.0, least: 1e-6 };
+
+    fn up(leave: f32, velocity: Quad) -> Contact {
+        Contact { normal: [0.0, 1.0, 0.0, 0.0], velocity, leave, ..Contact::default() }
+    }
+
+    /// A contact's velocity afterwards, and its impulse.
+    fn outcome(solver: &Solver, index: usize) -> (Quad, Quad) {
+        let first = if index == 0 { 0 } else { solver.exchanges[index - 1].end };
+        let exchange = &solver.exchanges[index];
+        let mut velocity = mean(&solver.links[first..exchange.end], &solver.given);
+        add(&mut velocity, &exchange.contact.velocity, 1.0);
+        let mut impulse = exchange.across;
+        add(&mut impulse, &exchange.contact.normal, exchange.along);
+        (velocity, impulse)
+    }
+
+    #[test]
+    fn an_evenly_met_surface_is_right_at_once() {
+        let mobilities = [2.0, 1.0, 1.0, 1.0, 2.0];
+        let mut solver = Solver::new(5);
+        for row in 0..4 {
+            solver.link([(row, 0.5), (row + 1, 0.5)].into_iter(), &[1.0; 5]);
+            solver.add(up(0.0, [0.0, -3.0, 0.0, 0.0]));
+        }
+        solver.solve(Effort { passes: 1, share: 0.0, least: 0.0 });
+        assert!(solver.given().all(|(_, given)| (given[1] - 3.0).abs() < 1.5));
+        // Each vertex its own contact: whatever the masses.
+        solver.clear();
+        for row in 0..5 {
+            solver.link(std::iter::once((row, 1.0)), &mobilities);
+            solver.add(up(1.5, [0.0, -3.0, 0.0, 0.0]));
+        }
+        solver.solve(Effort { passes: 1, share: 0.0, least: 0.0 });
+        assert!(solver.given().all(|(_, given)| *given == [0.0, 4.5, 0.0, 0.0]));
+        assert!(solver.given_along().all(|(_, along)| *along == [0.0, 4.5, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn what_leaves_faster_than_it_must_is_left_alone() {
+        let mut solver = Solver::new(1);
+        solver.link(std::iter::once((0, 1.0)), &[1.0]);
+        solver.add(Contact { friction: 1.0, ..up(1.0, [5.0, 1.5, 0.0, 0.0]) });
+        solver.solve(EFFORT);
+        assert!(solver.given().all(|(_, given)| *given == [0.0; 4]));
+    }
+
+    #[test]
+    fn friction_stops_within_its_cone_and_slows_outside_it() {
+        for (friction, slip) in [(0.0, 3.0), (0.5, 2.0), (1.5, 0.0), (f32::MAX, 0.0)] {
+            let mut solver = Solver::new(2);
+            solver.link([(0, 0.5), (1, 0.5)].into_iter(), &[1.0, 1.0]);
+            solver.add(Contact { friction, ..up(0.0, [3.0, -2.0, 0.0, 0.0]) });
+            solver.solve(EFFORT);
+            let (velocity, _) = outcome(&solver, 0);
+            assert!(
+                (velocity[0] - slip).abs() < 1e-5 && velocity[1].abs() < 1e-5,
+                "{friction}: {velocity:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_point_that_turns_back_is_slowed_no_more_than_takes_energy() {
+        let free = [2.0, 0.0, 0.0, 0.0];
+        for (came, slowed) in [(0.0, 0.0), (5.0, 0.0), (-0.5, 0.5), (-1.5, 1.5), (-2.0, 2.0), (-7.0, 2.0)] {
+            let slip = slowest(&free, &[came, 0.0, 0.0, 0.0]);
+            assert!((slip[0] - slowed).abs() < 1e-6 && slip[1] == 0.0 && slip[2] == 0.0, "{came}: {slip:?}");
+        }
+        // In the plane: on the ball, in which no point is slower.
+        let slip = slowest(&free, &[-1.0, 1.0, 0.0, 0.0]);
+        let work = (slip[0] - 2.0) * (slip[0] - 1.0) + slip[1] * (slip[1] + 1.0);
+        assert!(work.abs() < 1e-6 && dot(&slip, &slip) < 1.0, "{slip:?}");
+    }
+
+    #[test]
+    fn impulses_give_no_energy_however_few_the_passes() {
+        let mut seed = 1_u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32
+        };
+        for case in 0..300 {
+            let mobilities: Vec<f32> = (0..12).map(|_| 1.0 + 7.0 * random()).collect();
+            let velocities: Vec<Quad> =
+                (0..12).map(|_| [random() - 0.5, -random(), random() - 0.5, 0.0]).collect();
+            let mut solver = Solver::new(12);
+            for contact in 0..10 {
+                let (a, b, share) = (contact, 1 + (7.0 * random()) as u32 + contact % 4, random());
+                solver.link([(a, share), (b, 1.0 - share)].into_iter(), &mobilities);
+                let mut velocity = [0.0; 4];
+                add(&mut velocity, &velocities[a as usize], share);
+                add(&mut velocity, &velocities[b as usize], 1.0 - share);
+                // As fast as it came, which is as it would go on.
+                let friction = if case % 2 == 0 { 0.0 } else { random() };
+                let came = [velocity[0], 0.0, velocity[2], 0.0];
+                solver.add(Contact { friction, came, ..up(-velocity[1], velocity) });
+            }
+            solver.solve(Effort { passes: 1 + case % 8, share: 0.0, least: 0.0 });
+            let work: f32 = (0..10)
+                .map(|contact| {
+                    let (mut velocity, impulse) = outcome(&solver, contact);
+                    add(&mut velocity, &solver.exchanges[contact].contact.velocity, 1.0);
+                    dot(&velocity, &impulse)
+                })
+                .sum();
+            assert!(work < 1e-5, "case {case}: {work}");
+        }
+    }
+}
