@@ -101,6 +101,7 @@ def test_what_a_callback_raises_comes_out(scene, tmp_path):
     assert not (tmp_path / "out" / "cube_0004.obj").exists()
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_a_run_after_a_frame(scene, tmp_path):
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()

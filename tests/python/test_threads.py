@@ -78,6 +78,7 @@ def test_one_simulation_looked_at_and_stepped_by_many_threads(cube):
     assert sim.time == pytest.approx(150 / 60)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_a_long_call_between_two_steps(block):
     body = supple.Body(block)
     sim = supple.Simulation([body], dt=0.01, gravity=(0, 0, 0), threads=1)

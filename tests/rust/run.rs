@@ -85,6 +85,52 @@ fn an_observer_sees_every_frame_and_may_stop_a_job_that_then_goes_on() {
     assert_eq!((report.outcome, report.written), (Outcome::AlreadyFinished, 0));
 }
 
+/// A ball with a `vn` after each `v`, too large for one thread.
+fn ball() -> String {
+    let (rings, sectors) = (60, 100);
+    let (mut elements, mut faces) = (String::new(), String::new());
+    for ring in 0..=rings {
+        for sector in 0..sectors {
+            let polar = std::f64::consts::PI * f64::from(ring) / f64::from(rings);
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(sector) / f64::from(sectors)).sin_cos();
+            let place = format!("{} {} {}", polar.sin() * cos, polar.sin() * sin, polar.cos());
+            elements += &format!("v {place}\nvn {place}\n");
+            let corner = |ring: i32, sector: i32| 1 + ring * sectors + sector % sectors;
+            let (here, next) = (corner(ring, sector), corner(ring, sector + 1));
+            if ring < rings {
+                let (below, beside) = (corner(ring + 1, sector), corner(ring + 1, sector + 1));
+                faces += &format!("f {here}//{here} {below}//{below} {beside}//{beside} {next}//{next}\n");
+            }
+        }
+    }
+    elements + &faces
+}
+
+#[test]
+fn frames_have_the_same_bytes_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = |format: &str, threads: usize| {
+        let overrides = [
+            "simulation.frames=3".to_owned(),
+            format!("simulation.threads={threads}"),
+            format!("output.format={format}"),
+            "body.cube.spin=[1, 2, 3]".to_owned(),
+        ];
+        let overrides: Vec<&str> = overrides.iter().map(String::as_str).collect();
+        let scene = scene(folder.path(), &overrides);
+        std::fs::write(folder.path().join("cube.obj"), ball()).unwrap();
+        let out = folder.path().join(format!("{format}{threads}"));
+        Job::new(scene, &out).run(&mut ()).unwrap();
+        let name = if format == "pc2" { "cube.pc2" } else { &format!("cube_0003.{format}") };
+        std::fs::read(out.join(name)).unwrap()
+    };
+    for format in ["obj", "ply", "pc2"] {
+        let one = frame(format, 1);
+        assert!(one.len() > 12 * 6100);
+        assert!([2, 3].iter().all(|&threads| frame(format, threads) == one), "{format}");
+    }
+}
+
 #[test]
 fn what_is_wrong_is_found_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();

@@ -5,7 +5,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+use fearless_simd::Simd;
 
 /// Blocks in a task: 4,096 lattice vertices. A smaller body is one task, since joins cost more than its work.
 pub(crate) const CHUNK: usize = 512;
@@ -131,40 +133,37 @@ impl Executor {
         items.iter_mut().for_each(work);
     }
 
-    /// `work(k, group)` for each group of `size` items, the k-th group first of all.
-    pub(crate) fn groups<T: Send>(
-        &self,
-        items: &mut [T],
-        size: usize,
-        work: impl Fn(usize, &mut [T]) + Send + Sync,
-    ) {
+    /// The number of the thread that works, below [`Executor::threads`].
+    pub(crate) fn worker(&self) -> usize {
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() && items.len() > size {
-            use rayon::prelude::*;
-            return items.par_chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+        if let Some(pool) = &self.pool {
+            return pool.current_thread_index().unwrap_or(0);
         }
-        items.chunks_mut(size).enumerate().for_each(|(k, group)| work(k, group));
+        0
     }
 
-    /// `work(first, a, b)` for chunks of two arrays of equal length, `first` the index of a chunk's first items.
-    pub(crate) fn chunks<A: Send, B: Send>(
+    /// `work(task, a, b, c)` for tasks that own parts of arrays: of `a` and `b` the items from `bounds[task]` to
+    /// `bounds[task + 1]`, of `c` equally many each. An empty array stands for no array.
+    pub(crate) fn tasks<A: Send, B: Send, C: Send>(
         &self,
-        a: &mut [A],
-        b: &mut [B],
-        work: impl Fn(usize, &mut [A], &mut [B]) + Send + Sync,
+        bounds: &[usize],
+        parts: (&mut [A], &mut [B], &mut [C]),
+        work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync,
     ) {
-        debug_assert_eq!(a.len(), b.len());
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() && a.len() > CHUNK {
-            use rayon::prelude::*;
-            let chunks = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK));
-            return chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
+        if self.pool.is_some() {
+            return halve(0, bounds, parts, &work);
         }
-        let chunks = a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK));
-        chunks.enumerate().for_each(|(k, (a, b))| work(k * CHUNK, a, b));
+        let (mut a, mut b, mut c) = parts;
+        let each = c.len() / bounds.len().saturating_sub(1).max(1);
+        for (task, ends) in bounds.windows(2).enumerate() {
+            let items = ends[1] - ends[0];
+            let (of_a, of_b) = (take(&mut a, items), take(&mut b, items));
+            work(task, of_a, of_b, take(&mut c, each));
+        }
     }
 
-    /// As [`Executor::chunks`], over three arrays.
+    /// `work(first, a, b, c)` for chunks of three arrays of equal length, `first` the index of a chunk's first items.
     pub(crate) fn chunks3<A: Send, B: Send, C: Send>(
         &self,
         (a, b, c): (&mut [A], &mut [B], &mut [C]),
@@ -180,4 +179,36 @@ impl Executor {
         let chunks = a.chunks_mut(CHUNK).zip(b.chunks_mut(CHUNK)).zip(c.chunks_mut(CHUNK));
         chunks.enumerate().for_each(|(k, ((a, b), c))| work(k * CHUNK, a, b, c));
     }
+}
+
+/// Cuts the first items off, as many as there are.
+fn take<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let count = count.min(items.len());
+    items.split_off_mut(..count).unwrap_or_default()
+}
+
+#[cfg(feature = "rayon")]
+type Parts<'a, A, B, C> = (&'a mut [A], &'a mut [B], &'a mut [C]);
+
+/// Does the tasks from `task` on, of which `bounds` are the bounds, one half beside the other.
+#[cfg(feature = "rayon")]
+fn halve<A: Send, B: Send, C: Send>(
+    task: usize,
+    bounds: &[usize],
+    (mut a, mut b, mut c): Parts<A, B, C>,
+    work: &(impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync),
+) {
+    let tasks = bounds.len() - 1;
+    if tasks <= 1 {
+        return if tasks == 1 {
+            work(task, a, b, c)
+        };
+    }
+    let half = tasks / 2;
+    let (items, each) = (bounds[half] - bounds[0], c.len() / tasks);
+    let first = (take(&mut a, items), take(&mut b, items), take(&mut c, each * half));
+    rayon::join(
+        || halve(task, &bounds[..=half], first, work),
+        || halve(task + half, &bounds[half..], (a, b, c), work),
+    );
 }

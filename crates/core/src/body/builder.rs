@@ -223,12 +223,13 @@ impl BodyBuilder {
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
         let view = View::new(&lattice, surface.as_ref(), &self.volume, state.frame)?;
         state.set_in_motion(&lattice, &matching.layout, &self.placement);
+        let cascade = Cascade::new(&matching.layout, half_width);
         let mut body = Body {
             name: self.name,
             damping: self.material.is_damped().then(|| RegionDamping::new(&matching)),
-            bookkeeper: Bookkeeper::new(&lattice, &matching.layout),
+            bookkeeper: Bookkeeper::new(&lattice, &matching.layout, cascade.tasks()),
             unsettled: 0,
-            cascade: Mutex::new(Cascade::new(&matching.layout, half_width)),
+            cascade: Mutex::new(cascade),
             material: self.material,
             lattice,
             surface,

@@ -65,14 +65,15 @@ impl Body {
         if !strayed && !to_open {
             return;
         }
-        let constants = &matching.regions.constants;
-        bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+        let shares = &matching.regions.shares;
+        let bounds = unlocked(&mut self.cascade).bounds();
+        bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
         if strayed {
             state.rebase(slots, bookkeeper.centre());
         }
         if to_open && flies {
             state.set_origin_velocity(slots, state.frame.velocity() + bookkeeper.velocity());
-            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
+            bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
         }
         bookkeeper.open(&mut state.books);
     }
@@ -108,19 +109,17 @@ impl Body {
         let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
         self.unsettled += matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         state.fitted = true;
-        matching.accelerate(cascade, executor, state, pull as f32, gain.map(|g| g as f32).into());
+        let (pull, drift) = (pull as f32, gain.map(|g| g as f32).into());
+        matching.accelerate(cascade, executor, state, (pull, drift), bookkeeper);
         bookkeeper.enter(&mut state.books, gain);
     }
 
     /// Velocities corrected to the books, positions moved.
     fn advance(&mut self, world: &World, executor: &Executor) {
         let Self { matching, bookkeeper, state, .. } = self;
-        let constants = &matching.regions.constants;
-        if bookkeeper.any_free() {
-            bookkeeper.measure(executor, constants, &state.positions, &state.velocities);
-        }
+        let occupied = matching.layout.occupied();
         let (components, corrections) = bookkeeper.corrections(&state.books);
-        let advance = Advance { constants, components, corrections, dt: world.interval.dt };
+        let advance = Advance { occupied, components, corrections, dt: world.interval.dt };
         advance.run(executor, &mut state.positions, &mut state.carry, &mut state.velocities);
     }
 

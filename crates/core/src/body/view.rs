@@ -87,7 +87,7 @@ impl View {
         let Some(correction) = &mut self.correction else { return };
         // The field turns with the positions shown, which are a step ahead of the state's rotations.
         self.turned.clone_from(&body.state.rotations);
-        body.matching.fit(cascade, executor, &body.state.positions, &mut self.turned);
+        body.matching.turn(cascade, executor, &body.state.positions, &mut self.turned);
         self.rotations.clear();
         self.rotations.extend(slots.iter().map(|&slot| self.turned.get(slot)));
         if !body.held().eq(self.held.iter().copied()) {

@@ -7,11 +7,13 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
 use crate::body::State;
-use crate::lanes::{LANES, Lanes, load, store};
+use crate::lanes::{Block, Lanes, load, store};
 use crate::matching::Matching;
-use crate::matching::cascade::{Cascade, RegionTransform, VertexUpdate};
-use crate::matching::goals::{Means, Weighted};
+use crate::matching::cascade::{Cascade, Purpose, RegionTransform, VertexUpdate};
+use crate::matching::goals::Means;
+use crate::matching::regions::Regions;
 use crate::matching::rotation::columns;
+use crate::matching::windows::Weighted;
 use crate::parallel::Executor;
 
 /// The stage: what it needs to know of the regions.
@@ -44,18 +46,18 @@ impl RegionDamping {
     ) {
         let Matching { layout, regions, .. } = matching;
         let State { rotations, velocities, .. } = state;
-        let constants = &regions.constants;
-        let field = Weighted { constants, vectors: velocities };
+        let Regions { constants, shares, .. } = regions;
+        let field = Weighted { shares: shares.blocks(), vectors: velocities.blocks() };
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
         // A vector of nothing takes no memory.
-        cascade.gather(layout, executor, &field, &fit, &mut vec![(); layout.blocks()]);
-        cascade.scatter(layout, executor, &Pull { constants, share }, velocities.blocks_mut());
+        cascade.gather(layout, executor, field, (&fit, &mut vec![(); layout.blocks()]), Purpose::Scatter);
+        cascade.scatter(layout, executor, &Pull { shares, share }, velocities.blocks_mut(), &mut []);
     }
 }
 
 /// The rigid velocity that has the momentum and angular momentum of each region.
 struct FitVelocities<'a> {
-    constants: &'a Lanes<6>,
+    constants: &'a Lanes<4>,
     inverse_inertia: &'a Lanes<6>,
     rotations: &'a Lanes<4>,
 }
@@ -63,14 +65,25 @@ struct FitVelocities<'a> {
 impl RegionTransform for FitVelocities<'_> {
     type Memory = ();
 
+    #[inline(always)]
+    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], _: &mut [()]) {
+        for (block, sums) in (first..).zip(sums) {
+            let motion = self.fit(simd, block, load(simd, sums));
+            store(motion, sums);
+        }
+    }
+}
+
+impl FitVelocities<'_> {
     /// v = S/M; B = [Sx Sy Sz]/M - v dᵀ holds the velocities against the rest offsets y = (i, j, k) - d, so the
     /// angular momentum over M is Σ (R y) x v = Σⱼ (R eⱼ) x Bⱼ. In the region's rest frame ω = R J⁻¹ Rᵀ of it, J
     /// the rest inertia. The field: v - ω x R d, and the columns ω x R eⱼ.
     #[inline(always)]
-    fn apply<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12], _: &mut ()) -> [f32x8<S>; 12] {
+    fn fit<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12]) -> [f32x8<S>; 12] {
         let zero = f32x8::splat(simd, 0.0);
-        let Means { mean: v, central, d } = Means::new(simd, &self.constants.blocks()[block], sums);
-        let r = columns(simd, load(simd, &self.rotations.blocks()[block]));
+        let constants = load(simd, &self.constants.blocks()[block]);
+        let Means { mean: v, central, d } = Means::new(constants, sums);
+        let r: [f32x8<S>; 9] = columns(simd, load(simd, &self.rotations.blocks()[block]));
         let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
 
         let mut spin = [zero; 3];
@@ -98,27 +111,32 @@ impl RegionTransform for FitVelocities<'_> {
 
 /// v += share (v̄ - v).
 struct Pull<'a> {
-    constants: &'a Lanes<6>,
+    shares: &'a Lanes<2>,
     share: f32,
 }
 
 impl VertexUpdate for Pull<'_> {
-    type Memory = [[f32; LANES]; 3];
+    type Memory = Block<3>;
+    type Tally = ();
 
     #[inline(always)]
     fn apply<S: Simd>(
         &self,
         simd: S,
-        block: usize,
-        gathered: [f32x8<S>; 3],
-        velocities: &mut [[f32; LANES]; 3],
+        first: usize,
+        gathered: &[Block<3>],
+        velocities: &mut [Block<3>],
+        _: &mut [()],
     ) {
-        let [_, holders] = load(simd, &self.constants.blocks()[block]);
-        let mut v: [f32x8<S>; 3] = load(simd, velocities);
-        for c in 0..3 {
-            v[c] = gathered[c].mul_add(holders, -v[c]).mul_add(self.share, v[c]);
+        for ((block, gathered), velocities) in (first..).zip(gathered).zip(velocities) {
+            let [_, holders] = load(simd, &self.shares.blocks()[block]);
+            let gathered: [f32x8<S>; 3] = load(simd, gathered);
+            let mut v: [f32x8<S>; 3] = load(simd, velocities);
+            for c in 0..3 {
+                v[c] = gathered[c].mul_add(holders, -v[c]).mul_add(self.share, v[c]);
+            }
+            store(v, velocities);
         }
-        store(v, velocities);
     }
 }
 

@@ -3,17 +3,16 @@
 //! A step moves a slow body by less than an ulp of its f32 positions, so each position carries the part that was
 //! rounded away to the next step (Kahan 1965): a position is `positions` + `carry`.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, dispatch, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
 
 use super::momentum::{Components, RigidVelocity};
-use crate::lanes::{LANES, Lanes, load, store};
+use crate::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::parallel::{Executor, level};
-
-type Block = [[f32; LANES]; 3];
 
 /// v += the correction of the vertex's component; x += dt v.
 pub(crate) struct Advance<'a> {
-    pub(crate) constants: &'a Lanes<6>,
+    /// The lanes of each block that hold a vertex, as bits.
+    pub(crate) occupied: &'a [u8],
     pub(crate) components: &'a Components,
     pub(crate) corrections: &'a [RigidVelocity],
     /// Seconds.
@@ -41,10 +40,9 @@ impl Advance<'_> {
     }
 
     #[inline(always)]
-    fn correct<S: Simd>(&self, simd: S, block: usize, positions: &Block, velocities: &mut Block) {
+    fn correct<S: Simd>(&self, simd: S, block: usize, positions: &Block<3>, velocities: &mut Block<3>) {
         let zero = f32x8::splat(simd, 0.0);
-        let [_, share] = load(simd, &self.constants.blocks()[block]);
-        let held = share.simd_gt(zero);
+        let held = mask32x8::from_bitmask(simd, u64::from(self.occupied[block]));
         let (linear, omega): ([f32x8<S>; 3], [f32x8<S>; 3]) = match self.components {
             Components::One => {
                 let RigidVelocity { linear: [u, v, w], angular: [p, q, r] } = self.corrections[0];
@@ -52,7 +50,7 @@ impl Advance<'_> {
                 ([all(u), all(v), all(w)], [all(p), all(q), all(r)])
             }
             components @ Components::Several(_) => {
-                let (mut linear, mut angular) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+                let (mut linear, mut angular) = ([Row::ZERO; 3], [Row::ZERO; 3]);
                 for lane in 0..LANES {
                     let rigid = &self.corrections[components.of((block * LANES + lane) as u32)];
                     for c in 0..3 {
@@ -76,7 +74,7 @@ impl Advance<'_> {
 
 /// x += dt v, dt in two parts so that its own rounding adds up to nothing either.
 #[inline(always)]
-fn advance<S: Simd>(simd: S, dt: f64, positions: &mut Block, carry: &mut Block, velocities: &Block) {
+fn advance<S: Simd>(simd: S, dt: f64, positions: &mut Block<3>, carry: &mut Block<3>, velocities: &Block<3>) {
     let high = dt as f32;
     let low = (dt - f64::from(high)) as f32;
     let (high, low) = (f32x8::splat(simd, high), f32x8::splat(simd, low));

@@ -1,6 +1,7 @@
 //! Whole files or none.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
@@ -15,11 +16,12 @@ pub(crate) fn part_of(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Writes `bytes` to a file beside `path` and renames it. If anything fails nothing of it stays,
+/// Writes `texts` one after another to a file beside `path` and renames it. If anything fails nothing of it stays,
 /// and an older file at `path` is as it was.
-pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+pub(super) fn replace<'a>(path: &Path, mut texts: impl Iterator<Item = &'a [u8]>) -> Result<(), OutputError> {
     let part = part_of(path);
-    let result = fs::write(&part, bytes)
+    let result = File::create(&part)
+        .and_then(|mut file| texts.try_for_each(|text| file.write_all(text)))
         .map_err(OutputError::io("write", path))
         .and_then(|()| fs::rename(&part, path).map_err(OutputError::io("rename to", path)));
     if result.is_err() {

@@ -15,7 +15,13 @@
 //!
 //! A `vn` that several corners share gets the mean of their unit normals, at length 1.
 
+mod corner;
+
+use std::ops::Range;
+
 use nalgebra::Vector3;
+
+use corner::Corner;
 
 use crate::mesh::normals::unit;
 use crate::obj::{Document, Part};
@@ -24,17 +30,6 @@ type Vec3 = Vector3<f64>;
 
 /// A corner's own frame spans too small an angle below this sine; it borrows the one of a better corner of its face.
 const THIN: f64 = 1e-3;
-
-/// A corner of a face that has a `vn`.
-#[derive(Clone, Copy, Debug)]
-struct Corner {
-    /// The vertices of the mesh that span its frame: one, and its neighbours after and before.
-    vertices: [u32; 3],
-    /// `n . m/|m|`, `n . e1`, `n . e2` at rest.
-    covariant: [f32; 3],
-    /// `sqrt |m|` at rest.
-    root_area: f32,
-}
 
 /// All `vn` that the faces of a part use.
 #[derive(Debug)]
@@ -94,44 +89,35 @@ impl TurnedNormals {
         self.offsets[normal] < self.offsets[normal + 1]
     }
 
-    /// `vn` number `normal` at `positions` (one per vertex of the mesh): a unit vector; the very numbers of the input
-    /// where nothing around it has moved, or where its faces have collapsed.
-    #[inline]
-    pub(super) fn at(&self, normal: usize, positions: &[[f32; 3]]) -> [f32; 3] {
-        let input = self.input[normal];
-        let mut sum = [0.0_f32; 3];
-        let mut moved = false;
-        for corner in &self.corners[self.offsets[normal] as usize..self.offsets[normal + 1] as usize] {
-            let here = corner.vertices.map(|vertex| positions[vertex as usize]);
-            let still = here == corner.vertices.map(|vertex| self.rest[vertex as usize]);
-            moved |= !still;
-            let turned = if still { unit(input) } else { corner.turn(here) };
-            sum = std::array::from_fn(|axis| sum[axis] + turned[axis]);
-        }
-        let mean = unit(sum);
-        if moved && mean != [0.0; 3] { mean } else { input }
-    }
-}
-
-impl Corner {
-    /// The unit normal of the corner where its three vertices lie at `here`; zero if they span no area.
-    ///
-    /// In `f64`: products of four edge lengths leave the range of `f32` for small and large models.
-    #[inline]
-    fn turn(&self, here: [[f32; 3]; 3]) -> [f32; 3] {
-        let [p, next, previous] = here.map(|point| Vec3::from(point.map(f64::from)));
-        let (e1, e2) = (next - p, previous - p);
-        let m = e1.cross(&e2);
-        let area = m.norm();
-        if area == 0.0 {
-            return [0.0; 3];
-        }
-        let [along, a, b] = self.covariant.map(f64::from);
-        // The formula above times |m'|^2.
-        let normal =
-            m * (along * area.sqrt() * f64::from(self.root_area)) + e2.cross(&m) * a + m.cross(&e1) * b;
-        let length = normal.norm();
-        if length > 0.0 { (normal / length).cast::<f32>().into() } else { [0.0; 3] }
+    /// Writes the `vn` of `numbers` at `positions` (one per vertex of the mesh) to `directions`: unit vectors; the very
+    /// numbers of the input where nothing around them has moved, or where their faces have collapsed. `corners` is
+    /// scratch.
+    pub(super) fn turn(
+        &self,
+        numbers: Range<usize>,
+        positions: &[[f32; 3]],
+        corners: &mut Vec<[f32; 3]>,
+        directions: &mut Vec<[f32; 3]>,
+    ) {
+        let first = self.offsets[numbers.start] as usize;
+        let own = &self.corners[first..self.offsets[numbers.end] as usize];
+        corners.resize(own.len(), [0.0; 3]);
+        corner::turn(own, positions, corners);
+        directions.clear();
+        directions.extend(numbers.map(|normal| {
+            let input = self.input[normal];
+            let mut sum = [0.0_f32; 3];
+            let mut moved = false;
+            for k in self.offsets[normal] as usize..self.offsets[normal + 1] as usize {
+                let [here, there] = [positions, &self.rest]
+                    .map(|places| self.corners[k].vertices.map(|vertex| &places[vertex as usize]));
+                let turned = if here == there { unit(input) } else { corners[k - first] };
+                moved |= here != there;
+                sum = std::array::from_fn(|axis| sum[axis] + turned[axis]);
+            }
+            let mean = unit(sum);
+            if moved && mean != [0.0; 3] { mean } else { input }
+        }));
     }
 }
 

@@ -1,5 +1,6 @@
 //! Frames of one body, written one after another.
 
+use std::borrow::Cow;
 use std::fs;
 #[cfg(feature = "obj")]
 use std::sync::Arc;
@@ -13,6 +14,8 @@ use super::{Format, OutputError, Sequence, file};
 use crate::mesh::Mesh;
 #[cfg(feature = "obj")]
 use crate::obj::{Document, Part};
+#[cfg(feature = "scene")]
+use crate::parallel::Executor;
 
 /// Where a body's surface came from.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +66,7 @@ impl Source<'_> {
 
 /// Writes the frames of one body.
 ///
-/// Nothing is allocated per frame: one buffer is filled again and again.
+/// Nothing is allocated per frame: the same buffers are filled again and again.
 #[derive(Debug)]
 pub struct FrameWriter {
     sequence: Sequence,
@@ -139,6 +142,14 @@ impl FrameWriter {
         Ok(Self { sequence, vertices: source.mesh().vertices().len(), kind, buffer: Vec::new() })
     }
 
+    /// Shares the work of a frame out from now on, where that pays; the bytes are the same.
+    #[cfg(feature = "scene")]
+    pub(crate) fn share(&mut self, executor: &Executor) {
+        if let Kind::Obj(template) = &mut self.kind {
+            template.share(executor);
+        }
+    }
+
     /// Whether [`FrameWriter::write`] looks at the normals that it is given; else they may be empty.
     pub fn needs_normals(&self) -> bool {
         matches!(self.kind, Kind::Ply(_))
@@ -171,17 +182,17 @@ impl FrameWriter {
         match &mut self.kind {
             Kind::Plain(plain) => plain.fill(positions, &mut self.buffer),
             #[cfg(feature = "obj")]
-            Kind::Obj(template) => template.fill(positions, &mut self.buffer),
+            Kind::Obj(template) => {
+                template.fill(positions);
+                return file::replace(&self.sequence.path(frame), template.texts());
+            }
             Kind::Ply(ply) => {
                 assert_eq!(normals.len(), self.vertices, "one normal per vertex");
                 ply.fill(positions, normals, &mut self.buffer);
             }
-            Kind::Cache(cache, points) => {
-                points.fill(positions, &mut self.buffer);
-                return cache.write(&self.buffer);
-            }
+            Kind::Cache(cache, points) => return cache.write(&points.sample(positions)),
         }
-        file::replace(&self.sequence.path(frame), &self.buffer)
+        file::replace(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
     }
 
     /// Ends the sequence: a point cache gets its final name. Without it the cache stays as `.part`, to be resumed.
@@ -207,11 +218,15 @@ impl CachedPoints {
         }
     }
 
-    fn fill(&mut self, positions: &[[f32; 3]], bytes: &mut Vec<u8>) {
+    /// The bytes of a sample with the vertices of the mesh at `positions`.
+    fn sample(&mut self, positions: &[[f32; 3]]) -> Cow<'_, [u8]> {
         match &self.map {
             None => self.points.copy_from_slice(positions),
             Some(map) => map.iter().zip(positions).for_each(|(&point, &at)| self.points[point as usize] = at),
         }
-        bytes.extend(self.points.iter().flatten().flat_map(|number| number.to_le_bytes()));
+        if cfg!(target_endian = "little") {
+            return bytemuck::cast_slice(&self.points).into();
+        }
+        self.points.iter().flatten().flat_map(|number| number.to_le_bytes()).collect()
     }
 }

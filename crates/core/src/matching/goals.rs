@@ -6,43 +6,31 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
-use super::cascade::{RegionTransform, VertexField, VertexUpdate};
+use super::cascade::{RegionTransform, VertexUpdate};
 use super::rotation::{columns, newton};
-use crate::lanes::{LANES, Lanes, load, store};
-
-/// A vector of each vertex times its weight m/n: f = (m/n) p.
-pub(crate) struct Weighted<'a> {
-    pub(crate) constants: &'a Lanes<6>,
-    pub(crate) vectors: &'a Lanes<3>,
-}
-
-impl VertexField for Weighted<'_> {
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, block: usize) -> [f32x8<S>; 3] {
-        let [mass, share] = load(simd, &self.constants.blocks()[block]);
-        let weight = mass * share;
-        let [x, y, z] = load(simd, &self.vectors.blocks()[block]);
-        [x * weight, y * weight, z * weight]
-    }
-}
+use crate::dynamics::momentum::Components;
+use crate::dynamics::momentum::sums::{self, Fields, Sums};
+use crate::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 
 /// The sums of a region as means.
-pub(crate) struct Means<S: Simd> {
+pub(crate) struct Means<V> {
     /// S/M: of positions the centre of mass, of velocities its velocity.
-    pub(crate) mean: [f32x8<S>; 3],
+    pub(crate) mean: [V; 3],
     /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: the moments against rest offsets from the rest centroid.
-    pub(crate) central: [f32x8<S>; 9],
+    pub(crate) central: [V; 9],
     /// The rest centroid from the centre vertex.
-    pub(crate) d: [f32x8<S>; 3],
+    pub(crate) d: [V; 3],
 }
 
-impl<S: Simd> Means<S> {
-    /// From the constants of a block of regions and their sums (S, Sx, Sy, Sz).
+impl<V> Means<V> {
+    /// From the constants of regions and their sums (S, Sx, Sy, Sz).
     #[inline(always)]
-    pub(crate) fn new(simd: S, constants: &[[f32; LANES]; 6], sums: [f32x8<S>; 12]) -> Self {
-        let [_, _, inverse_mass, d0, d1, d2] = load(simd, constants);
+    pub(crate) fn new<S: Simd>([inverse_mass, d0, d1, d2]: [V; 4], sums: [V; 12]) -> Self
+    where
+        V: SimdFloat<S, Element = f32>,
+    {
         let d = [d0, d1, d2];
         let mean = [sums[0] * inverse_mass, sums[1] * inverse_mass, sums[2] * inverse_mass];
         let mut central = [inverse_mass; 9];
@@ -58,7 +46,7 @@ impl<S: Simd> Means<S> {
 
 /// The rigid motion that fits each region best. Its memory is the region's rotation: the warm start, replaced.
 pub(crate) struct FitRotations<'a> {
-    pub(crate) constants: &'a Lanes<6>,
+    pub(crate) constants: &'a Lanes<4>,
     pub(crate) occupied: &'a [u8],
     /// The half-width of the regions in cells.
     pub(crate) reach: f32,
@@ -67,89 +55,132 @@ pub(crate) struct FitRotations<'a> {
 }
 
 impl RegionTransform for FitRotations<'_> {
-    type Memory = [[f32; LANES]; 4];
+    type Memory = Block<4>;
 
+    #[inline(always)]
+    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], quaternions: &mut [Block<4>]) {
+        for at in (0..sums.len()).step_by(2) {
+            // An odd block is fitted beside itself.
+            let both = [at, (at + 1).min(sums.len() - 1)];
+            self.fit(simd, both.map(|at| first + at), both, sums, quaternions);
+        }
+    }
+}
+
+impl FitRotations<'_> {
     /// c = S/M, A = [Sx Sy Sz]/M - c dᵀ, R of A; b = c - R d and the columns of R.
     #[inline(always)]
-    fn apply<S: Simd>(
+    fn fit<S: Simd>(
         &self,
         simd: S,
-        block: usize,
-        sums: [f32x8<S>; 12],
-        quaternions: &mut [[f32; LANES]; 4],
-    ) -> [f32x8<S>; 12] {
-        let Means { mean, central: mut a, d } = Means::new(simd, &self.constants.blocks()[block], sums);
+        blocks: [usize; 2],
+        at: [usize; 2],
+        sums: &mut [Block<12>],
+        quaternions: &mut [Block<4>],
+    ) {
+        let constants = self.constants.blocks();
+        let constants = load_two(simd, [&constants[blocks[0]], &constants[blocks[1]]]);
+        let moments = load_two(simd, [&sums[at[0]], &sums[at[1]]]);
+        let warm = load_two(simd, [&quaternions[at[0]], &quaternions[at[1]]]);
+        let Means { mean, central: a, d } = Means::new(constants, moments);
         // What the rounding of the sums alone may leave of a region that is collapsed to a point has no rotation.
-        let noise = (mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2])
+        let noise = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
             * (8.0 * f32::EPSILON * self.reach).powi(2);
-        let mut size = a[0] * a[0];
-        for i in 1..9 {
-            size = a[i].mul_add(a[i], size);
+        let mut size = [a[0] * a[0], a[1] * a[1], a[2] * a[2]];
+        for i in 3..9 {
+            size[i % 3] = a[i].mul_add(a[i], size[i % 3]);
         }
-        let collapsed = size.simd_le(noise);
-        for i in 0..9 {
-            a[i] = collapsed.select(f32x8::splat(simd, 0.0), a[i]);
-        }
-        let left = newton::solve(simd, a, self.occupied[block], quaternions);
+        let collapsed = ((size[0] + size[1]) + size[2]).simd_le(noise).to_bitmask() as u16;
+        let [one, other] = blocks.map(|block| u16::from(self.occupied[block]));
+        let asked = one | if blocks[0] == blocks[1] { 0 } else { other << LANES };
+        let (q, left) = newton::solve(simd, a, warm, asked, collapsed);
         if left != 0 {
             self.unsettled.fetch_add(left.count_ones() as usize, Ordering::Relaxed);
         }
-        let r = columns(simd, load(simd, quaternions));
+        let r = columns(simd, q);
         let mut b = d;
         for row in 0..3 {
-            b[row] = mean[row] - (r[row] * d[0] + r[3 + row] * d[1] + r[6 + row] * d[2]);
+            b[row] = mean[row] - r[row].mul_add(d[0], r[3 + row].mul_add(d[1], r[6 + row] * d[2]));
         }
-        [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]]
+        let motions = [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]];
+        let (motions, q) = (split_two(simd, motions), split_two(simd, q));
+        // The first last: it is the one that was asked for where both are the same.
+        for half in [1, 0] {
+            store(motions[half], &mut sums[at[half]]);
+            store(q[half], &mut quaternions[at[half]]);
+        }
     }
 }
 
 /// Writes the goal positions down.
 pub(crate) struct WriteGoals<'a> {
-    pub(crate) constants: &'a Lanes<6>,
+    pub(crate) shares: &'a Lanes<2>,
 }
 
 impl VertexUpdate for WriteGoals<'_> {
-    type Memory = [[f32; LANES]; 3];
-
-    #[inline(always)]
-    fn apply<S: Simd>(&self, simd: S, block: usize, gathered: [f32x8<S>; 3], goals: &mut [[f32; LANES]; 3]) {
-        let [_, share] = load(simd, &self.constants.blocks()[block]);
-        let [x, y, z] = gathered;
-        store([x * share, y * share, z * share], goals);
-    }
-}
-
-/// Accelerates each vertex towards its goal: v += alpha (g - x)/dt + a dt (Mueller et al. 2005, eq. 9).
-pub(crate) struct Accelerate<'a> {
-    pub(crate) constants: &'a Lanes<6>,
-    pub(crate) positions: &'a Lanes<3>,
-    /// alpha/dt, in 1/s.
-    pub(crate) pull: f32,
-    /// What each vertex gains by forces that act on all alike, in cells/s.
-    pub(crate) gain: [f32; 3],
-}
-
-impl VertexUpdate for Accelerate<'_> {
-    type Memory = [[f32; LANES]; 3];
+    type Memory = Block<3>;
+    type Tally = ();
 
     #[inline(always)]
     fn apply<S: Simd>(
         &self,
         simd: S,
-        block: usize,
-        gathered: [f32x8<S>; 3],
-        velocities: &mut [[f32; LANES]; 3],
+        first: usize,
+        gathered: &[Block<3>],
+        goals: &mut [Block<3>],
+        _: &mut [()],
     ) {
-        let zero = f32x8::splat(simd, 0.0);
-        let [_, share] = load(simd, &self.constants.blocks()[block]);
-        let held = share.simd_gt(zero);
-        let x: [f32x8<S>; 3] = load(simd, &self.positions.blocks()[block]);
-        let mut v: [f32x8<S>; 3] = load(simd, velocities);
-        for c in 0..3 {
-            let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
-            let residual = gathered[c].mul_add(share, -x[c]);
-            v[c] = residual.mul_add(self.pull, v[c] + gain);
+        for ((block, gathered), goals) in (first..).zip(gathered).zip(goals) {
+            let [_, share] = load(simd, &self.shares.blocks()[block]);
+            let [x, y, z] = load(simd, gathered);
+            store([x * share, y * share, z * share], goals);
         }
-        store(v, velocities);
+    }
+}
+
+/// Accelerates each vertex towards its goal: v += alpha (g - x)/dt + a dt (Mueller et al. 2005, eq. 9).
+pub(crate) struct Accelerate<'a> {
+    pub(crate) shares: &'a Lanes<2>,
+    pub(crate) positions: &'a Lanes<3>,
+    /// alpha/dt, in 1/s.
+    pub(crate) pull: f32,
+    /// What each vertex gains by forces that act on all alike, in cells/s.
+    pub(crate) gain: [f32; 3],
+    /// Which component each vertex belongs to, whose momenta are summed; `None` to sum nothing.
+    pub(crate) components: Option<&'a Components>,
+}
+
+impl VertexUpdate for Accelerate<'_> {
+    type Memory = Block<3>;
+    type Tally = Sums;
+
+    #[inline(always)]
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        gathered: &[Block<3>],
+        velocities: &mut [Block<3>],
+        sums: &mut [Sums],
+    ) {
+        let blocks = first..first + velocities.len();
+        let (shares, positions) = (&self.shares.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
+        let zero = f32x8::splat(simd, 0.0);
+        let vertices = shares.iter().zip(positions).zip(gathered).zip(&mut *velocities);
+        for (((shares, positions), gathered), velocities) in vertices {
+            let [_, share] = load(simd, shares);
+            let held = share.simd_gt(zero);
+            let (x, gathered): ([f32x8<S>; 3], [f32x8<S>; 3]) = (load(simd, positions), load(simd, gathered));
+            let mut v: [f32x8<S>; 3] = load(simd, velocities);
+            for c in 0..3 {
+                let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
+                let residual = gathered[c].mul_add(share, -x[c]);
+                v[c] = residual.mul_add(self.pull, v[c] + gain);
+            }
+            store(v, velocities);
+        }
+        if let Some(components) = self.components {
+            sums::add(simd, components, first, Fields { shares, positions, velocities }, sums);
+        }
     }
 }

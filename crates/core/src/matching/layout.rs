@@ -1,17 +1,20 @@
 //! Where lattice vertices are stored: blocks of eight along one axis, only those that hold a vertex.
 //!
 //! ```text
-//! lane axis →   block 0: lanes 0..8   block 1: lanes 0..8   …      numbered along the lane axis first
+//! plane  x = const: all its lines            planes are stored one after another: x is the outer axis
+//! line   one after another along the inner axis
+//! block  0: lanes 0..8   1: lanes 0..8  …    along the lane axis; the next along it is the next in storage
 //! ```
 //!
-//! The axis that runs along the lanes and its offset are chosen by counting blocks: 24 candidates. The order in
-//! which the window sums visit the axes does not depend on this choice.
+//! The cascade begins and ends with x, so all of its other passes stay within a plane. Whether y or z runs along
+//! the lanes, and its offset, are chosen by counting blocks: 16 candidates. The order in which the window sums
+//! visit the axes does not depend on this choice.
 
+use std::ops::Range;
+
+use super::links::{AxisLinks, Neighbours};
 use crate::lanes::LANES;
 use crate::lattice::Lattice;
-
-/// No block.
-const NONE: u32 = u32::MAX;
 
 /// The blocks of a lattice and how they are linked.
 #[derive(Clone, Debug)]
@@ -19,43 +22,43 @@ pub(crate) struct Layout {
     slots: Vec<u32>,
     occupied: Vec<u8>,
     axes: [AxisLinks; 3],
-}
-
-/// How blocks are linked along one axis of the lattice.
-#[derive(Clone, Debug)]
-pub(crate) struct AxisLinks {
-    /// Whether the lanes of a block run along this axis.
-    pub(crate) along_lanes: bool,
-    /// Bit `l` of a block: its vertex in lane `l` is linked to the next one along the axis.
-    pub(crate) links: Vec<u8>,
-    /// The block next along the axis; meaningful where a link leads there.
-    pub(crate) next: Vec<u32>,
-    /// The block before along the axis; the block itself where there is none, whose links never lead back to it.
-    pub(crate) previous: Vec<u32>,
+    lane_axis: usize,
+    /// The first block of each line, and the end.
+    lines: Vec<u32>,
+    /// The first line of each plane, and the end.
+    planes: Vec<u32>,
 }
 
 /// A candidate: the lanes' axis, and what is added to a grid coordinate before it is cut into blocks.
 #[derive(Clone, Copy)]
 struct Candidate {
-    axis: usize,
+    lanes: usize,
     offset: i32,
 }
 
+/// Plane, line, and place along the line: sorted as blocks are stored.
+type BlockKey = [i32; 3];
+
 impl Candidate {
-    /// The block that holds a grid position, as a key sorted like storage, and the lane.
-    fn place(self, index: [i32; 3]) -> ([i32; 3], usize) {
-        let along = index[self.axis] + self.offset;
-        let (inner, outer) = self.others();
+    /// The block that holds a grid position, and the lane.
+    fn place(self, index: [i32; 3]) -> (BlockKey, usize) {
+        let along = index[self.lanes] + self.offset;
         let lanes = LANES as i32;
-        ([index[outer], index[inner], along.div_euclid(lanes)], along.rem_euclid(lanes) as usize)
+        let block = [index[0], index[self.inner()], along.div_euclid(lanes)];
+        (block, along.rem_euclid(lanes) as usize)
     }
 
-    /// The two other axes, the one that is numbered faster first.
-    fn others(self) -> (usize, usize) {
-        match self.axis {
-            0 => (1, 2),
-            1 => (0, 2),
-            _ => (0, 1),
+    /// The axis across the lines of a plane.
+    fn inner(self) -> usize {
+        3 - self.lanes
+    }
+
+    /// The component of a block's key that counts along an axis.
+    fn component(self, axis: usize) -> usize {
+        match axis {
+            0 => 0,
+            axis if axis == self.lanes => 2,
+            _ => 1,
         }
     }
 }
@@ -64,11 +67,10 @@ impl Layout {
     /// The layout of a lattice with the fewest blocks.
     pub(crate) fn new(lattice: &Lattice) -> Self {
         let candidate = fewest_blocks(lattice.indices());
-        let mut keys: Vec<[i32; 3]> =
+        let mut keys: Vec<BlockKey> =
             lattice.indices().iter().map(|&index| candidate.place(index).0).collect();
         keys.sort_unstable();
         keys.dedup();
-        let block_of = |key: [i32; 3]| keys.binary_search(&key).ok();
 
         let mut slots = Vec::with_capacity(lattice.len());
         let mut occupied = vec![0; keys.len()];
@@ -77,7 +79,7 @@ impl Layout {
         for (&index, &linked) in lattice.indices().iter().zip(lattice.links()) {
             let (key, lane) = candidate.place(index);
             if key != last.0 {
-                last = (key, block_of(key).expect("each vertex has a block"));
+                last = (key, keys.binary_search(&key).expect("each vertex has a block"));
             }
             let block = last.1;
             slots.push((block * LANES + lane) as u32);
@@ -89,23 +91,15 @@ impl Layout {
 
         let mut axis = 0;
         let axes = links.map(|links| {
-            let along_lanes = axis == candidate.axis;
-            let (inner, _) = candidate.others();
-            let component = if along_lanes { 2 } else { usize::from(axis == inner) };
+            let across = (axis != candidate.lanes).then(|| Neighbours::new(&keys, candidate.component(axis)));
             axis += 1;
-            let mut next = vec![NONE; keys.len()];
-            let mut previous: Vec<u32> = (0..keys.len() as u32).collect();
-            for (block, key) in keys.iter().enumerate() {
-                let mut key = *key;
-                key[component] += 1;
-                if let Some(neighbour) = block_of(key) {
-                    next[block] = neighbour as u32;
-                    previous[neighbour] = block as u32;
-                }
-            }
-            AxisLinks { along_lanes, links, next, previous }
+            AxisLinks { links, across }
         });
-        Self { slots, occupied, axes }
+        let lines = starts(&keys, |a, b| a[..2] != b[..2]);
+        let line_keys: Vec<BlockKey> =
+            lines[..lines.len() - 1].iter().map(|&block| keys[block as usize]).collect();
+        let planes = starts(&line_keys, |a, b| a[0] != b[0]);
+        Self { slots, occupied, axes, lane_axis: candidate.lanes, lines, planes }
     }
 
     /// Number of blocks.
@@ -115,8 +109,11 @@ impl Layout {
 
     /// Memory that it takes.
     pub(crate) fn bytes(&self) -> usize {
-        let per_block = size_of::<u8>() + 3 * (size_of::<u8>() + 2 * size_of::<u32>());
-        size_of_val(self.slots()) + self.blocks() * per_block
+        size_of_val(self.slots())
+            + self.blocks()
+            + self.axes.iter().map(AxisLinks::bytes).sum::<usize>()
+            + size_of_val(self.lines.as_slice())
+            + size_of_val(self.planes.as_slice())
     }
 
     /// The slot of each lattice vertex.
@@ -133,35 +130,48 @@ impl Layout {
     pub(crate) fn axis(&self, axis: usize) -> &AxisLinks {
         &self.axes[axis]
     }
+
+    /// The axis along the lanes: 1 or 2.
+    pub(crate) fn lane_axis(&self) -> usize {
+        self.lane_axis
+    }
+
+    /// Number of planes.
+    pub(crate) fn planes(&self) -> usize {
+        self.planes.len() - 1
+    }
+
+    /// The blocks of each line of a plane.
+    pub(crate) fn lines(&self, plane: usize) -> impl ExactSizeIterator<Item = Range<usize>> {
+        let lines = &self.lines[self.planes[plane] as usize..=self.planes[plane + 1] as usize];
+        lines.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
+    }
+
+    /// The blocks of some planes.
+    pub(crate) fn blocks_of(&self, planes: Range<usize>) -> Range<usize> {
+        let first = |plane: usize| self.lines[self.planes[plane] as usize] as usize;
+        first(planes.start)..first(planes.end)
+    }
 }
 
-impl AxisLinks {
-    /// The slot next along the axis, if a link leads there.
-    pub(crate) fn next_slot(&self, slot: usize) -> Option<usize> {
-        let (block, lane) = (slot / LANES, slot % LANES);
-        if self.links[block] >> lane & 1 == 0 {
-            return None;
-        }
-        Some(match (self.along_lanes, lane + 1 < LANES) {
-            (true, true) => slot + 1,
-            (true, false) => self.next[block] as usize * LANES,
-            (false, _) => self.next[block] as usize * LANES + lane,
-        })
-    }
+/// Where a new group of neighbouring items begins, and the end.
+fn starts<T>(items: &[T], parts: impl Fn(&T, &T) -> bool) -> Vec<u32> {
+    let inner = items.windows(2).enumerate().filter(|(_, pair)| parts(&pair[0], &pair[1]));
+    let inner = inner.map(|(at, _)| at as u32 + 1);
+    std::iter::once(0).chain(inner).chain([items.len() as u32]).collect()
 }
 
 /// The candidate with the fewest blocks; of equals the first.
 fn fewest_blocks(indices: &[[i32; 3]]) -> Candidate {
-    let mut best = (usize::MAX, Candidate { axis: 0, offset: 0 });
-    for axis in 0..3 {
-        let (inner, outer) = Candidate { axis, offset: 0 }.others();
-        let mut lines: Vec<[i32; 3]> = indices.iter().map(|i| [i[outer], i[inner], i[axis]]).collect();
+    let mut best = (usize::MAX, Candidate { lanes: 1, offset: 0 });
+    for lanes in [1, 2] {
+        let mut lines: Vec<[i32; 3]> = indices.iter().map(|i| [i[0], i[3 - lanes], i[lanes]]).collect();
         lines.sort_unstable();
         for offset in 0..LANES as i32 {
             let block = |line: &[i32; 3]| [line[0], line[1], (line[2] + offset).div_euclid(LANES as i32)];
             let blocks = 1 + lines.windows(2).filter(|pair| block(&pair[0]) != block(&pair[1])).count();
             if blocks < best.0 {
-                best = (blocks, Candidate { axis, offset });
+                best = (blocks, Candidate { lanes, offset });
             }
         }
     }

@@ -3,20 +3,23 @@
 pub(crate) mod cascade;
 pub(crate) mod goals;
 pub(crate) mod layout;
+mod links;
 pub(crate) mod regions;
 pub(crate) mod rotation;
-mod windows;
+pub(crate) mod windows;
 
 use std::sync::atomic::AtomicUsize;
 
 use crate::body::State;
+use crate::dynamics::momentum::Bookkeeper;
 use crate::lanes::Lanes;
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
-use cascade::Cascade;
-use goals::{Accelerate, FitRotations, Weighted, WriteGoals};
+use cascade::{Cascade, Purpose};
+use goals::{Accelerate, FitRotations, WriteGoals};
 use layout::Layout;
 use regions::Regions;
+use windows::Weighted;
 
 /// The matching stage: the regions of a lattice. Its buffers are a [`Cascade`], which other stages use as well.
 #[derive(Debug)]
@@ -42,39 +45,73 @@ impl Matching {
         positions: &Lanes<3>,
         rotations: &mut Lanes<4>,
     ) -> usize {
-        let constants = &self.regions.constants;
-        let field = Weighted { constants, vectors: positions };
         let unsettled = AtomicUsize::new(0);
-        let (occupied, reach) = (self.layout.occupied(), self.regions.half_width() as f32);
-        let transform = FitRotations { constants, occupied, reach, unsettled: &unsettled };
-        cascade.gather(&self.layout, executor, &field, &transform, rotations.blocks_mut());
+        let (field, transform) = self.fitting(positions, &unsettled);
+        cascade.gather(&self.layout, executor, field, (&transform, rotations.blocks_mut()), Purpose::Scatter);
         unsettled.into_inner()
+    }
+
+    /// As [`Matching::fit`], for the rotations alone: no goals can be had from it.
+    pub(crate) fn turn(
+        &self,
+        cascade: &mut Cascade,
+        executor: &Executor,
+        positions: &Lanes<3>,
+        rotations: &mut Lanes<4>,
+    ) {
+        let unsettled = AtomicUsize::new(0);
+        let (field, transform) = self.fitting(positions, &unsettled);
+        cascade.gather(
+            &self.layout,
+            executor,
+            field,
+            (&transform, rotations.blocks_mut()),
+            Purpose::Remember,
+        );
+    }
+
+    fn fitting<'a>(
+        &'a self,
+        positions: &'a Lanes<3>,
+        unsettled: &'a AtomicUsize,
+    ) -> (Weighted<'a>, FitRotations<'a>) {
+        let constants = &self.regions.constants;
+        let (occupied, reach) = (self.layout.occupied(), self.regions.half_width() as f32);
+        (
+            Weighted { shares: self.regions.shares.blocks(), vectors: positions.blocks() },
+            FitRotations { constants, occupied, reach, unsettled },
+        )
     }
 
     /// Accelerates each vertex towards the goal that the motions last fitted give it.
     ///
     /// `pull` is alpha/dt in 1/s; `gain` is what each vertex gains by forces that act on all alike, in cells/s.
+    /// The momenta are left with the bookkeeper.
     pub(crate) fn accelerate(
         &self,
-        cascade: &mut Cascade,
+        cascade: &Cascade,
         executor: &Executor,
         state: &mut State,
-        pull: f32,
-        gain: [f32; 3],
+        (pull, gain): (f32, [f32; 3]),
+        bookkeeper: &mut Bookkeeper,
     ) {
-        let update =
-            Accelerate { constants: &self.regions.constants, positions: &state.positions, pull, gain };
-        cascade.scatter(&self.layout, executor, &update, state.velocities.blocks_mut());
+        let (shares, positions) = (&self.regions.shares, &state.positions);
+        let free = bookkeeper.any_free();
+        let (components, sums) = bookkeeper.open_sums();
+        let components = free.then_some(components);
+        let update = Accelerate { shares, positions, pull, gain, components };
+        cascade.scatter(&self.layout, executor, &update, state.velocities.blocks_mut(), sums);
+        bookkeeper.close_sums();
     }
 
     /// The goal positions that the motions last fitted give.
-    pub(crate) fn goals(&self, cascade: &mut Cascade, executor: &Executor, goals: &mut Lanes<3>) {
-        let update = WriteGoals { constants: &self.regions.constants };
-        cascade.scatter(&self.layout, executor, &update, goals.blocks_mut());
+    pub(crate) fn goals(&self, cascade: &Cascade, executor: &Executor, goals: &mut Lanes<3>) {
+        let update = WriteGoals { shares: &self.regions.shares };
+        cascade.scatter(&self.layout, executor, &update, goals.blocks_mut(), &mut []);
     }
 
     /// Memory that the regions and their layout take.
     pub(crate) fn bytes(&self) -> usize {
-        self.layout.bytes() + self.regions.constants.bytes()
+        self.layout.bytes() + self.regions.bytes()
     }
 }

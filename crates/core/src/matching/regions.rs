@@ -12,39 +12,45 @@ use crate::lattice::Lattice;
 /// weighs m/n, with n the number of regions that hold i, so that the goals keep the momentum of all vertices.
 #[derive(Clone, Debug)]
 pub(crate) struct Regions {
-    /// For each vertex m and 1/n; for the region around it 1/M and its rest centroid, from its centre vertex, in
-    /// cells. Zero in lanes without a vertex.
-    pub(crate) constants: Lanes<6>,
+    /// For each vertex m and 1/n. Zero in lanes without a vertex.
+    pub(crate) shares: Lanes<2>,
+    /// For the region around each vertex 1/M and its rest centroid, from its centre vertex, in cells. Zero in lanes
+    /// without a vertex.
+    pub(crate) constants: Lanes<4>,
     half_width: usize,
 }
 
 impl Regions {
     /// The regions of half-width `half_width` in cells.
     pub(crate) fn new(lattice: &Lattice, layout: &Layout, half_width: usize) -> Self {
-        let windows = LineWindows { layout, half_width };
+        let windows = LineWindows::new(layout, half_width);
         let mut mass = vec![0.0; layout.blocks() * LANES];
         for (&slot, &cells) in layout.slots().iter().zip(lattice.occupied_cells()) {
             mass[slot as usize] = f64::from(cells) / 8.0;
         }
         let holders = windows.holders(&mass);
 
-        let mut constants = Lanes::zeros(layout.blocks());
+        let (mut shares, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
         let mut weights = mass.clone();
         for &slot in layout.slots() {
             let share = (1.0 / holders[slot as usize]) as f32;
             let m = mass[slot as usize] as f32;
             // The weight that the sums use, rounded as they round it.
             weights[slot as usize] = f64::from(m * share);
-            constants.set(slot, [m, share, 0.0, 0.0, 0.0, 0.0]);
+            shares.set(slot, [m, share]);
         }
         let [s, sx, sy, sz] = windows.first_moments(&weights);
         for &slot in layout.slots() {
             let i = slot as usize;
-            let [m, share, ..] = constants.get(slot);
-            let centroid = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
-            constants.set(slot, [m, share, (1.0 / s[i]) as f32, centroid[0], centroid[1], centroid[2]]);
+            let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
+            constants.set(slot, [(1.0 / s[i]) as f32, x, y, z]);
         }
-        Self { constants, half_width }
+        Self { shares, constants, half_width }
+    }
+
+    /// Memory that they take.
+    pub(crate) fn bytes(&self) -> usize {
+        self.shares.bytes() + self.constants.bytes()
     }
 
     /// The half-width of the regions in cells.
@@ -57,13 +63,13 @@ impl Regions {
     pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
         let mut weights = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
-            let [m, share, ..] = self.constants.get(slot);
+            let [m, share] = self.shares.get(slot);
             weights[slot as usize] = f64::from(m * share);
         }
-        let second = LineWindows { layout, half_width: self.half_width }.second_moments(&weights);
+        let second = LineWindows::new(layout, self.half_width).second_moments(&weights);
         let mut lanes = Lanes::zeros(layout.blocks());
         for &slot in layout.slots() {
-            let [_, _, inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
+            let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let moments = second.each_ref().map(|moment| moment[slot as usize] * inverse_mass);
             lanes.set(slot, inverse_inertia(moments, Vector3::new(x, y, z)));
         }
@@ -80,13 +86,18 @@ fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32;
     [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| inverse[at] as f32)
 }
 
-/// Explicit window sums in f64 over arrays by slot, for what is built once.
-struct LineWindows<'a> {
-    layout: &'a Layout,
+/// Window sums in f64 over arrays by slot, for what is built once.
+struct LineWindows {
+    /// For each axis the slots of its lines of linked vertices, one line after another, and where each begins.
+    axes: [(Vec<u32>, Vec<usize>); 3],
     half_width: usize,
 }
 
-impl LineWindows<'_> {
+impl LineWindows {
+    fn new(layout: &Layout, half_width: usize) -> Self {
+        Self { axes: [0, 1, 2].map(|axis| lines(layout, axis)), half_width }
+    }
+
     /// The number of regions that hold each vertex: the adjoint's passes z, y, x over ones.
     fn holders(&self, mass: &[f64]) -> Vec<f64> {
         let ones: Vec<f64> = mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -102,33 +113,57 @@ impl LineWindows<'_> {
 
     /// Sxx, Syy, Szz, Sxy, Sxz, Syz.
     fn second_moments(&self, field: &[f64]) -> [Vec<f64>; 6] {
-        let at = |powers: [i32; 3]| {
+        let at = |powers: [usize; 3]| {
             (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, powers[axis], &field))
         };
         [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]].map(at)
     }
 
-    /// Σ iᵖ f over the window of each vertex along `axis`, i the signed number of links from it.
-    fn moment(&self, axis: usize, power: i32, field: &[f64]) -> Vec<f64> {
-        let links = self.layout.axis(axis);
+    /// Σ iᵖ f over the window of each vertex along `axis`, i the signed number of links from it; p up to 2.
+    fn moment(&self, axis: usize, power: usize, field: &[f64]) -> Vec<f64> {
+        let (slots, starts) = &self.axes[axis];
         let mut out = vec![0.0; field.len()];
-        let mut has_previous = vec![false; field.len()];
-        for slot in 0..field.len() {
-            if let Some(next) = links.next_slot(slot) {
-                has_previous[next] = true;
+        // Σ f, Σ j f, Σ j² f up to each vertex of a line, j counted along the line.
+        let mut sums: Vec<[f64; 3]> = Vec::new();
+        for line in starts.windows(2).map(|ends| &slots[ends[0]..ends[1]]) {
+            sums.clear();
+            sums.push([0.0; 3]);
+            let mut sum = [0.0; 3];
+            for (j, &slot) in line.iter().enumerate() {
+                let (j, f) = (j as f64, field[slot as usize]);
+                sum = [sum[0] + f, sum[1] + j * f, sum[2] + j * j * f];
+                sums.push(sum);
             }
-        }
-        let mut line = Vec::new();
-        for &start in self.layout.slots().iter().filter(|&&slot| !has_previous[slot as usize]) {
-            line.clear();
-            line.extend(std::iter::successors(Some(start as usize), |&slot| links.next_slot(slot)));
             for (centre, &slot) in line.iter().enumerate() {
-                let from = centre.saturating_sub(self.half_width);
-                let to = line.len().min(centre + self.half_width + 1);
-                out[slot] =
-                    (from..to).map(|at| (at as f64 - centre as f64).powi(power) * field[line[at]]).sum();
+                let before = sums[centre.saturating_sub(self.half_width)];
+                let upto = sums[line.len().min(centre + self.half_width + 1)];
+                let [s, sj, sjj] = [0, 1, 2].map(|p| upto[p] - before[p]);
+                let c = centre as f64;
+                out[slot as usize] = match power {
+                    0 => s,
+                    1 => sj - c * s,
+                    _ => sjj - 2.0 * c * sj + c * c * s,
+                };
             }
         }
         out
     }
+}
+
+/// The slots of the lines of linked vertices along an axis, one line after another, and where each begins.
+fn lines(layout: &Layout, axis: usize) -> (Vec<u32>, Vec<usize>) {
+    let links = layout.axis(axis);
+    let mut has_previous = vec![false; layout.blocks() * LANES];
+    for &slot in layout.slots() {
+        if let Some(next) = links.next_slot(slot as usize) {
+            has_previous[next] = true;
+        }
+    }
+    let (mut slots, mut starts) = (Vec::with_capacity(layout.slots().len()), vec![0]);
+    for &start in layout.slots().iter().filter(|&&slot| !has_previous[slot as usize]) {
+        let line = std::iter::successors(Some(start as usize), |&slot| links.next_slot(slot));
+        slots.extend(line.map(|slot| slot as u32));
+        starts.push(slots.len());
+    }
+    (slots, starts)
 }

@@ -1,4 +1,6 @@
 //! The border to obj-rs: clean `v`, `vn` and `f` statements in, positions, normals and polygons out.
+//!
+//! Which normals the corners have is known from the scan, and not asked for again.
 
 use std::io::Read;
 
@@ -9,11 +11,14 @@ use super::lines::{decode, line_of};
 use super::scan::{Numbers, Scan};
 
 /// Statements that obj-rs reads: UTF-8 (or it is found out), three numbers, indices from 1 that exist, faces after
-/// everything that they refer to.
+/// the vertices that they refer to.
 #[derive(Debug, Default)]
 pub(super) struct CleanText {
     elements: Vec<u8>,
     faces: Vec<u8>,
+    /// As in [`Parsed`], but that a tail of faces without normals is missing.
+    corner_normals: Vec<u32>,
+    corners: usize,
 }
 
 impl CleanText {
@@ -34,19 +39,19 @@ impl CleanText {
         self.elements.push(b'\n');
     }
 
-    /// A face from its corners, each `[vertex, normal]` from 1. Normals of a face that lacks some are left out, as
-    /// obj-rs reads one form of corner per face.
+    /// A face from its corners, each `[vertex, normal]` from 1. A face of which a corner lacks its normal has none.
     pub(super) fn face(&mut self, corners: &[[u32; 2]], with_normals: bool) {
         self.faces.push(b'f');
-        for &[vertex, normal] in corners {
+        for &[vertex, _] in corners {
             self.faces.push(b' ');
             push_integer(&mut self.faces, vertex);
-            if with_normals {
-                self.faces.extend_from_slice(b"//");
-                push_integer(&mut self.faces, normal);
-            }
         }
         self.faces.push(b'\n');
+        if with_normals {
+            self.corner_normals.resize(self.corners, NO_NORMAL);
+            self.corner_normals.extend(corners.iter().map(|&[_, normal]| normal - 1));
+        }
+        self.corners += corners.len();
     }
 }
 
@@ -67,17 +72,20 @@ pub(super) struct Parsed {
 
 /// Hands the clean statements of `scan` to obj-rs.
 pub(super) fn parse(raw: &[u8], scan: &mut Scan) -> Result<Parsed, At<ObjProblem>> {
-    let text = std::mem::take(&mut scan.clean);
-    let too_many = scan.vertices.len().max(scan.normals.len()).max(text.faces.len() / 2);
+    let CleanText { elements, faces, mut corner_normals, corners } = std::mem::take(&mut scan.clean);
+    let too_many = scan.vertices.len().max(scan.normals.len()).max(corners);
     if too_many >= u32::MAX as usize {
         let problem = "more vertices, normals or corners than 32-bit indices can count".to_owned();
         return Err((None, ObjProblem::Parser(problem)));
     }
-    let parsed = parse_obj(text.elements.as_slice().chain(text.faces.as_slice()));
+    let parsed = parse_obj(elements.as_slice().chain(faces.as_slice()));
     let RawObj { positions, normals, polygons, .. } = parsed.map_err(|error| {
         first_bad_number(raw, scan).unwrap_or((None, ObjProblem::Parser(error.to_string())))
     })?;
-    drop(text);
+    drop((elements, faces));
+    if !corner_normals.is_empty() {
+        corner_normals.resize(corners, NO_NORMAL);
+    }
     let positions: Vec<_> = positions.into_iter().map(|(x, y, z, _)| [x, y, z]).collect();
     let normals: Vec<_> = normals.into_iter().map(|(x, y, z)| [x, y, z]).collect();
     let finite = |numbers: &[[f32; 3]]| numbers.iter().flatten().all(|number| number.is_finite());
@@ -85,36 +93,27 @@ pub(super) fn parse(raw: &[u8], scan: &mut Scan) -> Result<Parsed, At<ObjProblem
         let unknown = || (None, ObjProblem::Parser("a number is not finite".to_owned()));
         return Err(first_bad_number(raw, scan).unwrap_or_else(unknown));
     }
-    let mut parsed = Parsed { positions, normals, ..Parsed::default() };
-    parsed.take_polygons(polygons);
+    let mut parsed = Parsed { positions, normals, corner_normals, ..Parsed::default() };
+    parsed.take_polygons(&polygons);
     Ok(parsed)
 }
 
 impl Parsed {
-    fn take_polygons(&mut self, polygons: Vec<Polygon>) {
-        self.offsets.reserve(polygons.len() + 1);
+    fn take_polygons(&mut self, polygons: &[Polygon]) {
+        self.offsets.reserve_exact(polygons.len() + 1);
         self.offsets.push(0);
         for polygon in polygons {
             match polygon {
                 Polygon::P(corners) => self.corners.extend(corners.iter().map(|&vertex| vertex as u32)),
-                Polygon::PT(corners) => self.corners.extend(corners.iter().map(|&(vertex, _)| vertex as u32)),
-                Polygon::PN(corners) => self.take_corners(corners.into_iter()),
+                // Forms that it was not given.
+                Polygon::PT(corners) | Polygon::PN(corners) => {
+                    self.corners.extend(corners.iter().map(|&(vertex, _)| vertex as u32));
+                }
                 Polygon::PTN(corners) => {
-                    self.take_corners(corners.iter().map(|&(vertex, _, normal)| (vertex, normal)))
+                    self.corners.extend(corners.iter().map(|&(vertex, ..)| vertex as u32));
                 }
             }
-            if !self.corner_normals.is_empty() {
-                self.corner_normals.resize(self.corners.len(), NO_NORMAL);
-            }
             self.offsets.push(self.corners.len() as u32);
-        }
-    }
-
-    fn take_corners(&mut self, corners: impl Iterator<Item = (usize, usize)>) {
-        self.corner_normals.resize(self.corners.len(), NO_NORMAL);
-        for (vertex, normal) in corners {
-            self.corners.push(vertex as u32);
-            self.corner_normals.push(normal as u32);
         }
     }
 }

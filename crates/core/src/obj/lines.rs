@@ -74,6 +74,29 @@ fn is_continued(text: &[u8]) -> bool {
     trimmed.last() == Some(&b'\\') && !trimmed.contains(&b'#')
 }
 
+/// What a byte may be among words.
+#[derive(Clone, Copy, PartialEq)]
+enum Byte {
+    Text,
+    Space,
+    Hash,
+    Backslash,
+}
+
+/// What each byte may be: looked up, since most are looked at.
+const IN_WORDS: [Byte; 256] = {
+    let mut bytes = [Byte::Text; 256];
+    let spaces = b" \t\n\r\x0b\x0c";
+    let mut at = 0;
+    while at < spaces.len() {
+        bytes[spaces[at] as usize] = Byte::Space;
+        at += 1;
+    }
+    bytes[b'#' as usize] = Byte::Hash;
+    bytes[b'\\' as usize] = Byte::Backslash;
+    bytes
+};
+
 /// The words of a statement, as ranges of `raw`.
 #[derive(Clone, Debug)]
 pub(super) struct Words<'a> {
@@ -90,10 +113,10 @@ impl<'a> Words<'a> {
     /// Length of the blank at `at`: a space, or a continuation; 0 if there is none.
     #[inline]
     fn blank(&self, at: usize) -> usize {
-        match self.raw[at] {
-            b' ' | b'\t' | b'\n' | b'\r' | 0x0b | 0x0c => 1,
-            b'\\' => self.continuation(at),
-            _ => 0,
+        match IN_WORDS[self.raw[at] as usize] {
+            Byte::Text | Byte::Hash => 0,
+            Byte::Space => 1,
+            Byte::Backslash => self.continuation(at),
         }
     }
 
@@ -144,7 +167,14 @@ impl Iterator for Words<'_> {
     fn next(&mut self) -> Option<Range<usize>> {
         self.skip_blanks();
         let start = self.at;
-        while self.at < self.end && self.raw[self.at] != b'#' && self.blank(self.at) == 0 {
+        loop {
+            let rest = &self.raw[self.at..self.end];
+            self.at +=
+                rest.iter().position(|&byte| IN_WORDS[byte as usize] != Byte::Text).unwrap_or(rest.len());
+            // A backslash that continues nothing is text.
+            if self.at == self.end || self.raw[self.at] == b'#' || self.blank(self.at) > 0 {
+                break;
+            }
             self.at += 1;
         }
         if self.at == start {

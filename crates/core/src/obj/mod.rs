@@ -24,8 +24,6 @@ pub use library::Library;
 pub use part::Part;
 pub use scan::IgnoredStatement;
 
-pub(crate) use scan::Numbers;
-
 use crate::mesh::{Mesh, MeshError};
 
 /// Reads the surface of an OBJ file.

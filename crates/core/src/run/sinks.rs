@@ -30,11 +30,11 @@ impl Sinks {
         prepared: &Prepared,
         open: impl Fn(Sequence, crate::frames::Source<'_>) -> Result<FrameWriter, OutputError>,
     ) -> Result<Self, RunError> {
-        let writers = job
-            .sequences()
-            .into_iter()
-            .zip(&prepared.inputs)
-            .map(|(sequence, input)| Ok(open(sequence, input.source())?));
+        let writers = job.sequences().into_iter().zip(&prepared.inputs).map(|(sequence, input)| {
+            let mut writer = open(sequence, input.source())?;
+            writer.share(prepared.simulation.executor());
+            Ok(writer)
+        });
         Ok(Self { writers: writers.collect::<Result<_, RunError>>()? })
     }
 

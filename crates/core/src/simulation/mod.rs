@@ -117,6 +117,12 @@ impl Simulation {
         self.substeps
     }
 
+    /// Who works.
+    #[cfg(feature = "scene")]
+    pub(crate) fn executor(&self) -> &Executor {
+        &self.executor
+    }
+
     /// Threads that work.
     pub fn threads(&self) -> usize {
         self.executor.threads()

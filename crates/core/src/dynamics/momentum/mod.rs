@@ -6,16 +6,17 @@
 //! velocity that they miss.
 
 mod rigid;
-mod sums;
+pub(crate) mod sums;
 
 pub(crate) use rigid::{Momentum, RigidVelocity};
 
+use fearless_simd::dispatch;
 use nalgebra::Vector3;
 
 use crate::lanes::{LANES, Lanes};
 use crate::lattice::Lattice;
 use crate::matching::layout::Layout;
-use crate::parallel::{CHUNK, Executor};
+use crate::parallel::{Executor, level};
 use rigid::RigidState;
 use sums::{Fields, Sums};
 
@@ -53,8 +54,8 @@ pub(crate) struct Bookkeeper {
 }
 
 impl Bookkeeper {
-    /// For a lattice stored by `layout`.
-    pub(crate) fn new(lattice: &Lattice, layout: &Layout) -> Self {
+    /// For a lattice stored by `layout`, with so many tasks in a step.
+    pub(crate) fn new(lattice: &Lattice, layout: &Layout, tasks: usize) -> Self {
         let count = lattice.components().count;
         let mut masses = vec![0.0; count];
         for (&component, &cells) in lattice.components().of_vertex.iter().zip(lattice.occupied_cells()) {
@@ -71,9 +72,9 @@ impl Bookkeeper {
         };
         Self {
             components,
+            partial: vec![Sums::default(); count * tasks],
+            states: masses.iter().map(|&mass| Sums::default().rigid_state(mass)).collect(),
             masses,
-            partial: vec![Sums::default(); count * layout.blocks().div_ceil(CHUNK)],
-            states: vec![Sums::default().rigid_state(); count],
             corrections: vec![RigidVelocity::default(); count],
             pulled: vec![false; count],
         }
@@ -109,27 +110,43 @@ impl Bookkeeper {
         }
     }
 
-    /// Mass, centre and momenta of each component.
+    /// Measures mass, centre and momenta of each component; `bounds` of blocks part the tasks.
     pub(crate) fn measure(
         &mut self,
         executor: &Executor,
-        constants: &Lanes<6>,
+        bounds: &[usize],
+        shares: &Lanes<2>,
         positions: &Lanes<3>,
         velocities: &Lanes<3>,
     ) {
-        let count = self.states.len();
-        let fields = Fields { constants, positions, velocities };
-        let components = &self.components;
-        executor.groups(&mut self.partial, count, |chunk, sums| {
-            let blocks = chunk * CHUNK..fields.constants.blocks().len().min((chunk + 1) * CHUNK);
-            fields.sum(components, blocks, sums);
+        let (components, partial) = self.open_sums();
+        executor.tasks(bounds, (&mut [], &mut [], partial), |task, _: &mut [()], _: &mut [()], sums| {
+            let blocks = bounds[task]..bounds[task + 1];
+            let fields = Fields {
+                shares: &shares.blocks()[blocks.clone()],
+                positions: &positions.blocks()[blocks.clone()],
+                velocities: &velocities.blocks()[blocks.clone()],
+            };
+            dispatch!(level(), simd => sums::add(simd, components, blocks.start, fields, sums));
         });
+        self.close_sums();
+    }
+
+    /// The sums of each task, equally many, at zero; one for each component.
+    pub(crate) fn open_sums(&mut self) -> (&Components, &mut [Sums]) {
+        self.partial.fill(Sums::default());
+        (&self.components, &mut self.partial)
+    }
+
+    /// Mass, centre and momenta of each component, from the sums of the tasks.
+    pub(crate) fn close_sums(&mut self) {
+        let count = self.states.len();
         for (component, state) in self.states.iter_mut().enumerate() {
             let mut total = Sums::default();
             for sums in self.partial.iter().skip(component).step_by(count) {
                 total.add(sums);
             }
-            *state = total.rigid_state();
+            *state = total.rigid_state(self.masses[component]);
         }
     }
 

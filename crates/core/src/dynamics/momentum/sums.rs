@@ -1,143 +1,122 @@
 //! Sums of mass, momentum and inertia over the vertices of a component, in f64 and in a fixed order.
 
-use std::ops::Range;
-
-use fearless_simd::{Simd, SimdBase, dispatch, f32x8, f64x4};
+use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
 use super::Components;
 use super::rigid::{Momentum, RigidState};
-use crate::lanes::{LANES, Lanes, load};
-use crate::parallel::level;
+use crate::lanes::{Block, LANES, load};
 
-/// Sums over a component, in f64.
+/// Sums over a component, in f64: Σ m v, Σ m x, Σ m x x v, Σ m (xx, yy, zz, xy, xz, yz).
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sums {
-    mass: f64,
-    /// Σ m v, Σ m x, Σ m x x v, Σ m (xx, yy, zz, xy, xz, yz).
-    moments: [f64; MOMENTS],
-}
+pub(crate) struct Sums([f64; MOMENTS]);
 
 const MOMENTS: usize = 15;
 
 impl Sums {
     pub(super) fn add(&mut self, other: &Self) {
-        self.mass += other.mass;
-        for (sum, other) in self.moments.iter_mut().zip(other.moments) {
+        for (sum, other) in self.0.iter_mut().zip(other.0) {
             *sum += other;
         }
     }
 
-    /// As a rigid body.
-    pub(super) fn rigid_state(&self) -> RigidState {
-        let m = &self.moments;
-        let mass = if self.mass > 0.0 { self.mass } else { 1.0 };
+    /// As a rigid body of mass `mass`.
+    pub(super) fn rigid_state(&self, mass: f64) -> RigidState {
+        let m = &self.0;
         let linear = Vector3::new(m[0], m[1], m[2]);
         let centre = Vector3::new(m[3], m[4], m[5]) / mass;
         let angular = Vector3::new(m[6], m[7], m[8]) - centre.cross(&linear);
         let [xx, yy, zz, xy, xz, yz] = [m[9], m[10], m[11], m[12], m[13], m[14]];
         let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - centre * centre.transpose() * mass;
         let inertia = Matrix3::identity() * spread.trace() - spread;
-        RigidState {
-            mass,
-            centre,
-            momentum: Momentum { linear: linear.into(), angular: angular.into() },
-            inertia,
-        }
+        let momentum = Momentum { linear: linear.into(), angular: angular.into() };
+        RigidState { mass, centre, momentum, inertia }
     }
 }
 
-/// What is summed.
+/// What is summed, by block.
 #[derive(Clone, Copy)]
-pub(super) struct Fields<'a> {
-    pub(super) constants: &'a Lanes<6>,
-    pub(super) positions: &'a Lanes<3>,
-    pub(super) velocities: &'a Lanes<3>,
+pub(crate) struct Fields<'a> {
+    /// The first row: m.
+    pub(crate) shares: &'a [Block<2>],
+    pub(crate) positions: &'a [Block<3>],
+    pub(crate) velocities: &'a [Block<3>],
 }
 
-impl Fields<'_> {
-    /// The sums of each component over a range of blocks.
-    pub(super) fn sum(self, components: &Components, blocks: Range<usize>, sums: &mut [Sums]) {
-        sums.fill(Sums::default());
-        match components {
-            Components::One => dispatch!(level(), simd => sums[0] = sum(simd, self, blocks)),
-            Components::Several(_) => sum_by_component(self, components, blocks, sums),
+/// Adds the blocks from `first` on to the sums of each component.
+#[inline(always)]
+pub(crate) fn add<S: Simd>(
+    simd: S,
+    components: &Components,
+    first: usize,
+    fields: Fields,
+    sums: &mut [Sums],
+) {
+    match components {
+        Components::One => {
+            let all = simd.vectorize(
+                #[inline(always)]
+                || sum(simd, fields),
+            );
+            sums[0].add(&all);
         }
+        Components::Several(of_slot) => sum_by_component(of_slot, first, fields, sums),
     }
 }
 
-/// The moments of one vertex: all but the mass are linear in m.
+/// The sums of some blocks, four lanes at a time.
 #[inline(always)]
-fn moments<T>(m: T, [x, y, z]: [T; 3], [u, v, w]: [T; 3]) -> [T; MOMENTS]
-where
-    T: Copy + std::ops::Mul<Output = T> + std::ops::Sub<Output = T>,
-{
-    let (mx, my, mz) = (m * x, m * y, m * z);
-    [
-        m * u,
-        m * v,
-        m * w,
-        mx,
-        my,
-        mz,
-        my * w - mz * v,
-        mz * u - mx * w,
-        mx * v - my * u,
-        mx * x,
-        my * y,
-        mz * z,
-        mx * y,
-        mx * z,
-        my * z,
-    ]
-}
-
-/// The sums of a range of blocks, four lanes at a time.
-#[inline(always)]
-fn sum<S: Simd>(simd: S, fields: Fields, blocks: Range<usize>) -> Sums {
-    let mut mass = f64x4::splat(simd, 0.0);
+fn sum<S: Simd>(simd: S, fields: Fields) -> Sums {
     let mut total = [f64x4::splat(simd, 0.0); MOMENTS];
-    for block in blocks {
-        let [m] = load(simd, &fields.constants.blocks()[block]);
-        let [x, y, z] = load(simd, &fields.positions.blocks()[block]);
-        let [u, v, w] = load(simd, &fields.velocities.blocks()[block]);
-        let (m, x, y, z) = (halves(simd, m), halves(simd, x), halves(simd, y), halves(simd, z));
-        let (u, v, w) = (halves(simd, u), halves(simd, v), halves(simd, w));
-        for half in 0..2 {
-            mass += m[half];
-            let moments = moments(m[half], [x[half], y[half], z[half]], [u[half], v[half], w[half]]);
-            for i in 0..MOMENTS {
-                total[i] += moments[i];
-            }
-        }
+    let Fields { shares, positions, velocities } = fields;
+    for ((shares, position), velocity) in shares.iter().zip(positions).zip(velocities) {
+        let [m] = load(simd, shares);
+        let [x, y, z] = load(simd, position);
+        let [u, v, w] = load(simd, velocity);
+        let (m, x, y, z) =
+            (simd.widen_f32x8(m), simd.widen_f32x8(x), simd.widen_f32x8(y), simd.widen_f32x8(z));
+        let (u, v, w) = (simd.widen_f32x8(u), simd.widen_f32x8(v), simd.widen_f32x8(w));
+        add_moments(&mut total, m.0, [x.0, y.0, z.0], [u.0, v.0, w.0]);
+        add_moments(&mut total, m.1, [x.1, y.1, z.1], [u.1, v.1, w.1]);
     }
-    let mut sums = Sums { mass: across(mass), moments: [0.0; MOMENTS] };
+    let mut sums = Sums::default();
     for i in 0..MOMENTS {
-        sums.moments[i] = across(total[i]);
+        let [a, b, c, d] = total[i].to_array();
+        sums.0[i] = (a + b) + (c + d);
     }
     sums
 }
 
 #[inline(always)]
-fn halves<S: Simd>(simd: S, row: f32x8<S>) -> [f64x4<S>; 2] {
-    let (low, high) = simd.widen_f32x8(row);
-    [low, high]
+fn add_moments<S: Simd>(t: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S>; 3], v: [f64x4<S>; 3]) {
+    let p = [m * x[0], m * x[1], m * x[2]];
+    for c in 0..3 {
+        let (next, last) = ((c + 1) % 3, (c + 2) % 3);
+        t[c] = m.mul_add(v[c], t[c]);
+        t[3 + c] += p[c];
+        t[6 + c] = p[next].mul_add(v[last], (-p[last]).mul_add(v[next], t[6 + c]));
+        t[9 + c] = p[c].mul_add(x[c], t[9 + c]);
+    }
+    t[12] = p[0].mul_add(x[1], t[12]);
+    t[13] = p[0].mul_add(x[2], t[13]);
+    t[14] = p[1].mul_add(x[2], t[14]);
 }
 
-#[inline(always)]
-fn across<S: Simd>(lanes: f64x4<S>) -> f64 {
-    let [a, b, c, d] = lanes.to_array();
-    (a + b) + (c + d)
-}
-
-fn sum_by_component(fields: Fields, components: &Components, blocks: Range<usize>, sums: &mut [Sums]) {
-    for slot in blocks.start * LANES..blocks.end * LANES {
-        let [m, share, ..] = fields.constants.get(slot as u32);
-        if share > 0.0 {
-            let m = f64::from(m);
-            let x = fields.positions.get(slot as u32).map(f64::from);
-            let v = fields.velocities.get(slot as u32).map(f64::from);
-            sums[components.of(slot as u32)].add(&Sums { mass: m, moments: moments(m, x, v) });
+/// The sums of some blocks from `first` on, each vertex to its own component.
+fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [Sums]) {
+    let Fields { shares, positions, velocities } = fields;
+    let blocks = shares.iter().zip(positions).zip(velocities);
+    for (((shares, position), velocity), of_lane) in blocks.zip(of_slot[first * LANES..].chunks(LANES)) {
+        for (lane, &component) in of_lane.iter().enumerate() {
+            let m = f64::from(shares[0][lane]);
+            let [x, y, z] = position.map(|row| f64::from(row[lane]));
+            let [u, v, w] = velocity.map(|row| f64::from(row[lane]));
+            let cross = [y * w - z * v, z * u - x * w, x * v - y * u];
+            let square = [x * x, y * y, z * z, x * y, x * z, y * z];
+            let moments = [u, v, w, x, y, z].into_iter().chain(cross).chain(square);
+            for (sum, moment) in sums[component as usize].0.iter_mut().zip(moments) {
+                *sum += m * moment;
+            }
         }
     }
 }

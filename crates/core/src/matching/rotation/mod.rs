@@ -4,22 +4,22 @@
 //! proper rotation nearest to A (Umeyama 1991). It is unique iff s₂ + sign(det A) s₃ > 0; where it is not, what is
 //! nearest to the rotation before is kept, so that nothing pops.
 //!
-//! Eight at a time go through Newton's method on the quaternion ([`newton`]); the lanes that it does not settle go
+//! Two blocks of eight at a time go through Newton's method on the quaternion ([`newton`]); the lanes that it does not settle go
 //! through an eigenvalue problem in f64 ([`eigen`]).
 
 pub(crate) mod eigen;
 pub(crate) mod newton;
 
-use fearless_simd::{Simd, SimdBase, dispatch, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x16};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
-use crate::lanes::{LANES, load};
+use crate::lanes::{Block, LANES, Row};
 use crate::parallel::level;
 
-/// The columns of eight rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
+/// The columns of rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
 #[inline(always)]
-pub(crate) fn columns<S: Simd>(simd: S, [x, y, z, w]: [f32x8<S>; 4]) -> [f32x8<S>; 9] {
-    let one = f32x8::splat(simd, 1.0);
+pub(crate) fn columns<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, [x, y, z, w]: [V; 4]) -> [V; 9] {
+    let one = V::splat(simd, 1.0);
     let (x2, y2, z2) = (x + x, y + y, z + z);
     let (xx, yy, zz) = (x * x2, y * y2, z * z2);
     let (xy, xz, yz) = (x * y2, x * z2, y * z2);
@@ -33,8 +33,8 @@ pub(crate) fn columns<S: Simd>(simd: S, [x, y, z, w]: [f32x8<S>; 4]) -> [f32x8<S
 /// matrix it is the identity. Entries that are not finite count as zero.
 pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
     let mut out = Vec::with_capacity(matrices.len());
-    for chunk in matrices.chunks(LANES) {
-        let mut a = [[0.0; LANES]; 9];
+    for chunk in matrices.chunks(2 * LANES) {
+        let mut a = [[0.0; 2 * LANES]; 9];
         for (lane, matrix) in chunk.iter().enumerate() {
             let largest = matrix.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
             let scale = if largest > 0.0 { largest } else { 1.0 };
@@ -42,10 +42,13 @@ pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
                 row[lane] = if x.is_finite() { (x / scale) as f32 } else { 0.0 };
             }
         }
-        let mut quaternions = IDENTITIES;
-        let occupied = (1_u32 << chunk.len()) - 1;
+        let mut quaternions = [[0.0; 2 * LANES]; 4];
+        let asked = (1_u32 << chunk.len()) - 1;
         dispatch!(level(), simd => {
-            newton::solve(simd, load(simd, &a), occupied as u8, &mut quaternions);
+            let rows = a.map(|row| f32x16::load_array(simd, row));
+            let identity = [0.0, 0.0, 0.0, 1.0].map(|x| f32x16::splat(simd, x));
+            let (q, _) = newton::solve(simd, rows, identity, asked as u16, 0);
+            quaternions = q.map(f32x16::to_array);
         });
         out.extend((0..chunk.len()).map(|lane| {
             let [x, y, z, w] = quaternions.map(|row| f64::from(row[lane]));
@@ -56,4 +59,4 @@ pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
 }
 
 /// Eight identities, as rows x, y, z, w.
-pub(crate) const IDENTITIES: [[f32; LANES]; 4] = [[0.0; LANES], [0.0; LANES], [0.0; LANES], [1.0; LANES]];
+pub(crate) const IDENTITIES: Block<4> = [Row::ZERO, Row::ZERO, Row::ZERO, Row::all(1.0)];

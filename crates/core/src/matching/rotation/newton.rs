@@ -1,4 +1,4 @@
-//! Eight rotations at a time: Newton's method on the quaternion with a Cayley step (Kugelstadt et al. 2018).
+//! Rotations, two blocks of eight at a time: Newton's method on the quaternion with a Cayley step (Kugelstadt et al. 2018).
 //!
 //! With M = Rᵀ A, a = axial(M) and S = sym(M), a turn by ω in the body's frame changes the trace to
 //!
@@ -6,66 +6,88 @@
 //! tr(Rᵀ A) + ω·a - ½ ωᵀ H ω,    H = tr(S) I - S,
 //! ```
 //!
-//! so Newton's step is H ω = a. A stationary point is the global maximum iff H is positive definite; without that
+//! so Newton's step is H ω = a, here with one term more. A stationary point is the global maximum iff H is positive definite; without that
 //! test Newton also settles on saddles, where the torque a vanishes as well.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
 use super::{columns, eigen};
-use crate::lanes::{LANES, load, store};
+use crate::lanes::LANES;
 
 /// Steps before the lanes that are left go through the eigenvalue problem. A warm start needs one or two.
 const STEPS: usize = 4;
 
-/// The rotations of eight matrices given by columns, from the quaternions (rows x, y, z, w) of the step before,
-/// which they replace. Only lanes in the bits of `occupied` are asked for. Returns the lanes that Newton did not
-/// settle, as bits.
+/// The largest half-angle of a step that settles, times the condition of H.
+const MARGIN: f32 = 0.1;
+
+/// The largest error that a step may leave in u.
+const ACCURACY: f32 = 1e-7;
+
+/// The rotations of the matrices of two blocks, given by columns, from the quaternions (rows x, y, z, w) of the step
+/// before. Only lanes in the bits of `asked` are asked for. Returns the quaternions, and the lanes that Newton did
+/// not settle, as bits: they have gone through the robust path, and those in the bits of `collapsed` there have kept
+/// what they had.
 #[inline(always)]
 pub(crate) fn solve<S: Simd>(
     simd: S,
-    a: [f32x8<S>; 9],
-    occupied: u8,
-    quaternions: &mut [[f32; LANES]; 4],
-) -> u8 {
-    let warm = *quaternions;
-    let mut q: [f32x8<S>; 4] = load(simd, &warm);
-    let mut open = occupied;
+    a: [f32x16<S>; 9],
+    warm: [f32x16<S>; 4],
+    asked: u16,
+    collapsed: u16,
+) -> ([f32x16<S>; 4], u16) {
+    let mut q = warm;
+    let mut open = asked;
     for _ in 0..STEPS {
         let (stepped, settled) = step(simd, a, q);
         q = stepped;
-        open = occupied & !settled;
+        open = asked & !(settled & !collapsed);
         if open == 0 {
-            break;
+            return (q, 0);
         }
     }
-    store(q, quaternions);
-    if open != 0 {
-        let mut rows = [[0.0; LANES]; 9];
-        store(a, &mut rows);
-        settle(&rows, open, &warm, quaternions);
+    let mut rows = [[0.0; 2 * LANES]; 9];
+    let (mut before, mut best) = ([[0.0; 2 * LANES]; 4], [[0.0; 2 * LANES]; 4]);
+    for c in 0..9 {
+        a[c].store_array(&mut rows[c]);
     }
-    open
+    for c in 0..4 {
+        warm[c].store_array(&mut before[c]);
+        q[c].store_array(&mut best[c]);
+    }
+    settle(&rows, open, collapsed, &before, &mut best);
+    for c in 0..4 {
+        q[c] = f32x16::load_array_ref(simd, &best[c]);
+    }
+    (q, open)
 }
 
 /// The robust path for the lanes in the bits of `open`.
 #[cold]
-fn settle(a: &[[f32; LANES]; 9], open: u8, warm: &[[f32; LANES]; 4], quaternions: &mut [[f32; LANES]; 4]) {
-    for lane in (0..LANES).filter(|lane| open >> lane & 1 != 0) {
-        let best = eigen::rotation(a.map(|row| row[lane]), warm.map(|row| row[lane]));
+fn settle(
+    a: &[[f32; 2 * LANES]; 9],
+    open: u16,
+    collapsed: u16,
+    warm: &[[f32; 2 * LANES]; 4],
+    quaternions: &mut [[f32; 2 * LANES]; 4],
+) {
+    for lane in (0..2 * LANES).filter(|lane| open >> lane & 1 != 0) {
+        let matrix = if collapsed >> lane & 1 != 0 { [0.0; 9] } else { a.map(|row| row[lane]) };
+        let best = eigen::rotation(matrix, warm.map(|row| row[lane]));
         for (row, component) in quaternions.iter_mut().zip(best) {
             row[lane] = component;
         }
     }
 }
 
-/// One Newton step: the new quaternions, and the lanes that it brings to the maximum, as bits.
+/// One step: the new quaternions, and the lanes that it brings to the maximum, as bits.
 ///
-/// The torque after a step is of third order in ω. A lane has settled if H is positive definite with a margin
-/// that the step cannot use up, and the torque to come is below 1e-6 of the smallest eigenvalue of H, for which
-/// det H / (tr H / 2)² is a lower bound.
+/// A turn by the quaternion (1, u) is stationary where (2 H + δ I) u = a, with δ = a·u (Davenport's equation about
+/// R). Newton's step 2 u₀ = H⁻¹ a leaves δ out; one term of its series, u₀ - δ (2 H)⁻¹ u₀, leaves an error of fifth
+/// order in u, about ρ² |u| with ρ = δ |(2 H)⁻¹|. A lane has settled if that is below the rounding of f32, and H is
+/// positive definite with a margin that the step cannot use up: (tr H / 2)² / det H bounds |H⁻¹| from above.
 #[inline(always)]
-fn step<S: Simd>(simd: S, a: [f32x8<S>; 9], q: [f32x8<S>; 4]) -> ([f32x8<S>; 4], u8) {
-    let zero = f32x8::splat(simd, 0.0);
+fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 4], u16) {
+    let zero = f32x16::splat(simd, 0.0);
     let r = columns(simd, q);
     let mut m = [[zero; 3]; 3];
     for i in 0..3 {
@@ -76,45 +98,75 @@ fn step<S: Simd>(simd: S, a: [f32x8<S>; 9], q: [f32x8<S>; 4]) -> ([f32x8<S>; 4],
     }
     let [[m00, m01, m02], [m10, m11, m12], [m20, m21, m22]] = m;
 
-    let (t0, t1, t2) = (m21 - m12, m02 - m20, m10 - m01);
+    let t = [m21 - m12, m02 - m20, m10 - m01];
     let (h00, h11, h22) = (m11 + m22, m00 + m22, m00 + m11);
     let (h01, h02, h12) = ((m01 + m10) * -0.5, (m02 + m20) * -0.5, (m12 + m21) * -0.5);
 
     // The adjugate of H and its determinant.
-    let c00 = h11 * h22 - h12 * h12;
-    let c01 = h02 * h12 - h01 * h22;
-    let c02 = h01 * h12 - h02 * h11;
-    let c11 = h00 * h22 - h02 * h02;
-    let c12 = h01 * h02 - h00 * h12;
-    let c22 = h00 * h11 - h01 * h01;
-    let det = h00 * c00 + h01 * c01 + h02 * c02;
+    let c00 = h11.mul_add(h22, -(h12 * h12));
+    let c01 = h02.mul_add(h12, -(h01 * h22));
+    let c02 = h01.mul_add(h12, -(h02 * h11));
+    let c11 = h00.mul_add(h22, -(h02 * h02));
+    let c12 = h01.mul_add(h02, -(h00 * h12));
+    let c22 = h00.mul_add(h11, -(h01 * h01));
+    let adjugate = [c00, c01, c02, c11, c12, c22];
+    let det = h00.mul_add(c00, h01.mul_add(c01, h02 * c02));
     let half_trace = m00 + m11 + m22;
 
-    let one = f32x8::splat(simd, 1.0);
+    let one = f32x16::splat(simd, 1.0);
     let inverse = one / det;
-    let w0 = (c00 * t0 + c01 * t1 + c02 * t2) * inverse;
-    let w1 = (c01 * t0 + c11 * t1 + c12 * t2) * inverse;
-    let w2 = (c02 * t0 + c12 * t1 + c22 * t2) * inverse;
-    let square = w0 * w0 + w1 * w1 + w2 * w2;
-    let angle = square.sqrt();
+    let half = inverse * 0.5;
+    let u = scaled(half, symmetric(adjugate, t));
+    let delta = dot(t, u);
+    let correction = scaled(-(delta * half), symmetric(adjugate, u));
+    let square = dot(u, u);
 
-    let cube = half_trace * half_trace * half_trace;
-    let definite =
-        half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & det.simd_gt(cube * 1e-4);
-    let margin = (angle * cube).simd_lt(det * 0.02);
-    let accurate = (angle * square * cube).simd_lt(det * 2.5e-7);
+    let bound = half_trace * half_trace * inverse;
+    let condition = bound * half_trace;
+    let definite = half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & inverse.simd_gt(zero);
+    let margin = (square * condition * condition).simd_lt(f32x16::splat(simd, MARGIN * MARGIN));
+    let rho = delta * bound * 0.5;
+    let fourth = (rho * rho) * (rho * rho);
+    let accurate = (fourth * square).simd_lt(f32x16::splat(simd, ACCURACY * ACCURACY));
     let settled = definite & margin & accurate;
 
     // A step that is far off or not a number at all is dropped: the lane is not settled by it.
-    let sane = square.simd_lt(f32x8::splat(simd, 16.0));
-    let x = sane.select(w0 * 0.5, zero);
-    let y = sane.select(w1 * 0.5, zero);
-    let z = sane.select(w2 * 0.5, zero);
+    let sane = square.simd_lt(f32x16::splat(simd, 4.0));
+    let near = rho.simd_lt(f32x16::splat(simd, 0.25));
+    let mut turn = u;
+    for c in 0..3 {
+        turn[c] = sane.select(near.select(u[c] + correction[c], u[c]), zero);
+    }
+    (turned(simd, q, turn), settled.to_bitmask() as u16)
+}
+
+/// q (1, u), to unit length. The length of q itself, next to 1, is mended by a step of Newton's.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 4] {
+    let one = f32x16::splat(simd, 1.0);
     let [qx, qy, qz, qw] = q;
-    let sx = qx + (qw * x + qy * z - qz * y);
-    let sy = qy + (qw * y + qz * x - qx * z);
-    let sz = qz + (qw * z + qx * y - qy * x);
-    let sw = qw - (qx * x + qy * y + qz * z);
-    let unit = one / (sx * sx + sy * sy + sz * sz + sw * sw).sqrt();
-    ([sx * unit, sy * unit, sz * unit, sw * unit], settled.to_bitmask() as u8)
+    let square = x.mul_add(x, y.mul_add(y, z.mul_add(z, one)));
+    let length = qx.mul_add(qx, qy.mul_add(qy, qz.mul_add(qz, qw * qw)));
+    let unit = length.mul_add(f32x16::splat(simd, -0.5), f32x16::splat(simd, 1.5)) / square.sqrt();
+    let sx = qx + qw.mul_add(x, qy.mul_add(z, -(qz * y)));
+    let sy = qy + qw.mul_add(y, qz.mul_add(x, -(qx * z)));
+    let sz = qz + qw.mul_add(z, qx.mul_add(y, -(qy * x)));
+    let sw = qw - qx.mul_add(x, qy.mul_add(y, qz * z));
+    [sx * unit, sy * unit, sz * unit, sw * unit]
+}
+
+/// C v of a symmetric matrix given by xx, xy, xz, yy, yz, zz.
+#[inline(always)]
+fn symmetric<S: Simd>(c: [f32x16<S>; 6], v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
+    [dot([c[0], c[1], c[2]], v), dot([c[1], c[3], c[4]], v), dot([c[2], c[4], c[5]], v)]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: [f32x16<S>; 3], b: [f32x16<S>; 3]) -> f32x16<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+#[inline(always)]
+fn scaled<S: Simd>(by: f32x16<S>, v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
+    [v[0] * by, v[1] * by, v[2] * by]
 }

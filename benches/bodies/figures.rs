@@ -1,0 +1,169 @@
+//! Thin, branching shapes as cells: capsules that taper, stamped into a grid.
+
+use nalgebra::{Rotation3, Vector3};
+use supple::Lattice;
+
+use super::bare;
+
+type Vec3 = Vector3<f64>;
+
+/// A shape whose bounding box is mostly empty. The unit of length is about its height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// A body with head, arms and legs.
+    Limbs,
+    /// A ball with forty spikes.
+    Star,
+    /// A head with eight thin arms that wind.
+    Octopus,
+}
+
+/// A ball that moves along a line and changes its radius on the way.
+struct Capsule {
+    ends: [Vec3; 2],
+    radii: [f64; 2],
+}
+
+/// How near to the wished number of vertices a lattice is to come.
+const MET: f64 = 0.01;
+
+impl Figure {
+    /// The lattice of the figure with about so many vertices.
+    ///
+    /// # Panics
+    ///
+    /// If `vertices` is 0, or the memory is not there.
+    pub fn lattice(self, vertices: usize) -> Lattice {
+        let capsules = self.capsules();
+        let mut per_unit = (vertices as f64).cbrt();
+        loop {
+            let lattice = bare(&cells(&capsules, per_unit));
+            let factor = vertices as f64 / lattice.len() as f64;
+            if (factor - 1.0).abs() <= MET {
+                return lattice;
+            }
+            // Between the power of a solid and that of a sheet.
+            per_unit *= factor.powf(0.4);
+        }
+    }
+
+    fn capsules(self) -> Vec<Capsule> {
+        match self {
+            Self::Limbs => limbs(),
+            Self::Star => star(),
+            Self::Octopus => octopus(),
+        }
+    }
+}
+
+fn limbs() -> Vec<Capsule> {
+    let point = |x, y, z| Vec3::new(x, y, z);
+    let mut capsules = vec![
+        capsule([point(0.0, 0.52, 0.0), point(0.0, 0.78, 0.0)], [0.075, 0.09]),
+        capsule([point(0.0, 0.84, 0.0), point(0.0, 0.94, 0.01)], [0.035, 0.065]),
+    ];
+    for side in [-1.0, 1.0] {
+        let chain = |places: [Vec3; 4], radii: [f64; 4]| {
+            (0..3).map(move |k| capsule([places[k], places[k + 1]], [radii[k], radii[k + 1]]))
+        };
+        let arm = [(0.1, 0.8, 0.0), (0.27, 0.69, -0.03), (0.42, 0.62, 0.05), (0.5, 0.58, 0.08)];
+        let leg = [(0.06, 0.5, 0.0), (0.11, 0.27, 0.03), (0.14, 0.05, -0.03), (0.15, 0.02, 0.07)];
+        let mirrored = |places: [(f64, f64, f64); 4]| places.map(|(x, y, z)| point(side * x, y, z));
+        capsules.extend(chain(mirrored(arm), [0.035, 0.028, 0.02, 0.012]));
+        capsules.extend(chain(mirrored(leg), [0.06, 0.042, 0.028, 0.02]));
+    }
+    capsules
+}
+
+fn star() -> Vec<Capsule> {
+    const SPIKES: usize = 40;
+    let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let spike = |k: usize| {
+        let y = 1.0 - 2.0 * (k as f64 + 0.5) / SPIKES as f64;
+        let (sin, cos) = (turn * k as f64).sin_cos();
+        let around = (1.0 - y * y).sqrt();
+        let tip = Vec3::new(around * cos, y, around * sin) * if k.is_multiple_of(2) { 0.5 } else { 0.38 };
+        capsule([Vec3::zeros(), tip], [0.03, 0.004])
+    };
+    let ball = capsule([Vec3::zeros(), Vec3::zeros()], [0.1, 0.1]);
+    std::iter::once(ball).chain((0..SPIKES).map(spike)).collect()
+}
+
+fn octopus() -> Vec<Capsule> {
+    const ARMS: usize = 8;
+    const JOINTS: usize = 32;
+    let mut capsules = vec![capsule([Vec3::new(0.0, 0.1, 0.0), Vec3::new(0.0, 0.26, 0.05)], [0.08, 0.1])];
+    for arm in 0..ARMS {
+        let place = |joint: usize| {
+            let along = joint as f64 / JOINTS as f64;
+            let outward =
+                Rotation3::from_axis_angle(&Vec3::y_axis(), std::f64::consts::TAU * arm as f64 / ARMS as f64);
+            // It sways to the side and up, each arm a little differently.
+            let sway = (7.0 * along + 0.8 * arm as f64).sin();
+            let lift = (5.0 * along + 0.5 * arm as f64).cos();
+            outward * Vec3::new(0.05 + 0.55 * along, 0.06 + 0.1 * along * lift, 0.12 * along * sway)
+        };
+        let radius = |joint: usize| 0.026 - 0.022 * joint as f64 / JOINTS as f64;
+        capsules.extend(
+            (0..JOINTS).map(|joint| capsule([joint, joint + 1].map(place), [joint, joint + 1].map(radius))),
+        );
+    }
+    capsules
+}
+
+fn capsule(ends: [Vec3; 2], radii: [f64; 2]) -> Capsule {
+    Capsule { ends, radii }
+}
+
+/// The cells whose centres lie in a capsule, `per_unit` cells to the unit of length.
+fn cells(capsules: &[Capsule], per_unit: f64) -> Vec<[i32; 3]> {
+    let mut cells: Vec<[i32; 3]> = capsules.iter().flat_map(|capsule| capsule.stamp(per_unit)).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells
+}
+
+impl Capsule {
+    fn stamp(&self, per_unit: f64) -> Vec<[i32; 3]> {
+        let [a, b] = self.ends.map(|end| end * per_unit);
+        // However thin, a chain of cells is left.
+        let radii = self.radii.map(|radius| (radius * per_unit).max(1.0));
+        let reach = Vec3::repeat(radii[0].max(radii[1]));
+        let (low, high) = (a.inf(&b) - reach, a.sup(&b) + reach);
+        let range = |axis: usize| low[axis].floor() as i32..=high[axis].ceil() as i32;
+        let axis = b - a;
+        let inside = |cell: [i32; 3]| {
+            let centre = Vec3::from(cell.map(|k| f64::from(k) + 0.5));
+            let length = axis.norm_squared();
+            let along = if length > 0.0 { ((centre - a).dot(&axis) / length).clamp(0.0, 1.0) } else { 0.0 };
+            (a + axis * along - centre).norm() <= radii[0] + (radii[1] - radii[0]) * along
+        };
+        let mut cells = Vec::new();
+        for z in range(2) {
+            for y in range(1) {
+                cells.extend(range(0).map(|x| [x, y, z]).filter(|&cell| inside(cell)));
+            }
+        }
+        cells
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_one_part_in_a_box_that_is_mostly_empty() {
+        for figure in [Figure::Limbs, Figure::Star, Figure::Octopus] {
+            let lattice = figure.lattice(20_000);
+            let extent = |axis: usize| {
+                let along = || lattice.indices().iter().map(move |index| index[axis]);
+                f64::from(along().max().unwrap() - along().min().unwrap() + 1)
+            };
+            let share = lattice.len() as f64 / (extent(0) * extent(1) * extent(2));
+            assert!((lattice.len() as f64 / 20_000.0 - 1.0).abs() <= MET, "{figure:?}: {}", lattice.len());
+            assert_eq!(lattice.components().count, 1, "{figure:?}");
+            assert!(share < 0.2, "{figure:?} fills {share} of its box");
+        }
+    }
+}

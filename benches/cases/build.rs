@@ -1,0 +1,53 @@
+//! Building what a run needs, once: the lattice of a large mesh, the body around it, the field of the correction.
+
+use supple::volume::{Preservation, Surface};
+use supple::{Body, Correction, Embedding, Lattice, LatticeOptions, Mesh, Resolution, VolumeMeasure};
+use supple_benches::Target::{self, AtMost};
+use supple_benches::bodies::Statue;
+
+use crate::measure::{Bench, Effort, Samples, timed};
+
+/// Quads along an edge of the statue's cube: 1,002,252 triangles.
+pub(crate) const QUADS: usize = 289;
+const LATTICE_VERTICES: usize = 1_000_000;
+
+pub(crate) fn bench(bench: &mut Bench) {
+    bench.part("building: mesh of 1,002,252 triangles, 1,000,000 lattice vertices");
+    let mesh = || Statue::of_triangles(QUADS).mesh();
+    let options =
+        LatticeOptions { resolution: Resolution::Vertices(LATTICE_VERTICES), ..LatticeOptions::default() };
+    let lattice = |mesh: &Mesh| Lattice::from_mesh(mesh, &options).expect("a closed surface has a lattice");
+
+    let samples = bench.measure(["build", "lattice"], Effort::Few, mesh, |mesh, n| {
+        [timed(|| (0..n).for_each(|_| drop(lattice(mesh))))]
+    });
+    row(bench, "lattice, from a number of vertices", samples, Some(AtMost(1.0)));
+
+    let samples = bench.measure(["build", "body"], Effort::Few, mesh, |mesh, n| {
+        let body =
+            || Body::builder(mesh.clone()).resolution(options.resolution).volume(Preservation::Off).build();
+        [timed(|| (0..n).for_each(|_| drop(body())))]
+    });
+    row(bench, "the whole body without a correction", samples, None);
+
+    let built = || {
+        let mesh = mesh();
+        let lattice = lattice(&mesh);
+        let embedding = Embedding::new(&lattice, mesh.vertices());
+        // Found once, kept with the mesh, and asked for by all that look at it.
+        mesh.topology();
+        (mesh, lattice, embedding)
+    };
+    let samples = bench.measure(["build", "field"], Effort::Few, built, |(mesh, lattice, embedding), n| {
+        let surface = Surface { mesh, embedding };
+        let correction = || Correction::new(lattice, Some(surface), &VolumeMeasure::Mesh.into());
+        [timed(|| (0..n).for_each(|_| drop(correction())))]
+    });
+    row(bench, "the field and measure of the correction", samples, Some(AtMost(3.0)));
+}
+
+fn row(bench: &mut Bench, case: &str, samples: Option<Samples<1>>, target: Option<Target>) {
+    if let Some(samples) = samples {
+        bench.row(case, (samples.seconds(0), "s"), target, "");
+    }
+}

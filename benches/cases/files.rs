@@ -1,0 +1,119 @@
+//! Files: reading a large OBJ, and writing frames end to end with the simulation.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use supple::frames::Format;
+use supple::run::{Job, Observer};
+use supple::scene::Scene;
+use supple_benches::Target::AtLeast;
+use supple_benches::bodies::Statue;
+use tempfile::TempDir;
+
+use crate::build;
+use crate::frame::{LATTICE_VERTICES, QUADS};
+use crate::measure::{Bench, Effort, timed};
+
+pub(crate) fn bench(bench: &mut Bench) {
+    reading(bench);
+    writing(bench);
+}
+
+/// A folder that goes when it is done with, and a statue in it.
+struct Folder {
+    folder: TempDir,
+    /// Of the statue's file.
+    bytes: usize,
+}
+
+/// Of the statue in its folder.
+const FILE: &str = "statue.obj";
+
+impl Folder {
+    fn with(statue: &Statue) -> Self {
+        let folder = tempfile::tempdir().expect("a folder for temporary files");
+        let text = statue.obj();
+        std::fs::write(folder.path().join(FILE), &text).expect("room for temporary files");
+        Self { folder, bytes: text.len() }
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+fn reading(bench: &mut Bench) {
+    bench.part("reading OBJ: 501,128 vertices with normals and texture coordinates, 1,002,252 triangles");
+    let mut bytes = 0;
+    let folder = || Folder::with(&Statue::of_triangles(build::QUADS));
+    let samples = bench.measure(["files", "read obj"], Effort::Few, folder, |folder, n| {
+        bytes = folder.bytes;
+        [timed(|| (0..n).for_each(|_| drop(supple::obj::read(folder.path().join(FILE)))))]
+    });
+    if let Some(samples) = samples {
+        let megabytes = bytes as f64 / 1e6;
+        let beside = format!("{megabytes:.1} MB in {:.2} s", samples.seconds(0));
+        bench.row("reading", (megabytes / samples.seconds(0), "MB/s"), Some(AtLeast(50.0)), beside);
+    }
+}
+
+fn writing(bench: &mut Bench) {
+    bench.part("frames: 1,000 lattice vertices, 2 steps, mesh of 60,002 vertices, volume kept, two threads");
+    for (format, frames, target) in [
+        (Format::Obj, 40, Some(AtLeast(40.0))),
+        (Format::Ply, 40, None),
+        (Format::Pc2, 200, Some(AtLeast(500.0))),
+    ] {
+        let folder = || Folder::with(&Statue::of_quads(QUADS));
+        let mut written = 0;
+        let name = format!("write {frames} frames {format}");
+        let samples = bench.measure(["files", &name], Effort::Few, folder, |folder, n| {
+            let time = (0..n).map(|_| run(folder.path(), format, frames)).sum();
+            written = bytes_a_frame(folder.path(), format);
+            [time]
+        });
+        if let Some(samples) = samples {
+            let seconds = samples.seconds(0) / f64::from(frames);
+            let beside = format!("{:.2} ms and {:.2} MB a frame", seconds * 1e3, written as f64 / 1e6);
+            bench.row(
+                &format!("{format}, simulated and written"),
+                (1.0 / seconds, "frames/s"),
+                target,
+                beside,
+            );
+        }
+    }
+}
+
+/// From the first step to the last frame on disk.
+fn run(folder: &Path, format: Format, frames: u32) -> Duration {
+    let text = format!(
+        "[simulation]\nframes = {}\nsubsteps = 2\nthreads = 2\n\n[output]\nformat = \"{format}\"\n\n[[body]]\nname = \
+         \"statue\"\nmesh = \"{FILE}\"\nlattice_vertices = {LATTICE_VERTICES}\ndamping_rate = 4.0\nspin = [1, 0, 0]\n\n\
+         [[collider]]\nplane = {{ point = [0, -1, 0], normal = [0, 1, 0] }}\n",
+        // Frame 0 is one of them.
+        frames - 1
+    );
+    let scene = Scene::parse(&text, "bench.toml", folder, &[]).expect("a scene");
+    let mut watch = Watch(None);
+    Job::new(scene, folder.join("frames")).run(&mut watch).expect("room for frames");
+    watch.0.map_or(Duration::ZERO, |start| start.elapsed())
+}
+
+/// Notes when the meshes are read and the bodies are built.
+struct Watch(Option<Instant>);
+
+impl Observer for Watch {
+    fn started(&mut self, _: u32, _: u32) {
+        self.0 = Some(Instant::now());
+    }
+}
+
+/// Of the first file; a point cache holds the points of each frame.
+fn bytes_a_frame(folder: &Path, format: Format) -> u64 {
+    let frame = |name: &str| std::fs::metadata(folder.join("frames").join(name)).map_or(0, |file| file.len());
+    match format {
+        Format::Pc2 => 12 * (6 * QUADS * QUADS + 2) as u64,
+        _ => frame(&format!("statue_0000.{format}")),
+    }
+}

@@ -1,0 +1,88 @@
+//! What a frame of a fine mesh on a coarse lattice costs: a step, the volume correction, the mesh update with normals.
+
+use std::time::Duration;
+
+use supple::volume::Preservation;
+use supple::{Body, Simulation, VolumeMeasure};
+use supple_benches::Target::AtMost;
+use supple_benches::bodies::{Statue, deform};
+
+use crate::measure::{Bench, Effort, steps, timed};
+
+/// Quads along an edge of the statue's cube: 60,002 mesh vertices.
+pub(crate) const QUADS: usize = 100;
+pub(crate) const LATTICE_VERTICES: usize = 1000;
+
+/// A simulation that is looked at, and what it is shown in.
+struct Shown {
+    simulation: Simulation,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+/// The whole frame, its step, its correction, its mesh update.
+const FRAME: usize = 0;
+const STEP: usize = 1;
+const CORRECTION: usize = 2;
+const UPDATE: usize = 3;
+/// The whole frame of a body whose volume is not kept.
+const PLAIN: usize = 4;
+
+pub(crate) fn bench(bench: &mut Bench) {
+    bench.part("frame: 1,000 lattice vertices, w = 2, mesh of 60,002 vertices, two threads");
+    let measures = [
+        (VolumeMeasure::Lattice, Some(AtMost(0.30))),
+        (VolumeMeasure::Cells, None),
+        (VolumeMeasure::Mesh, Some(AtMost(0.45))),
+    ];
+    for (measure, target) in measures {
+        let pair = || [Preservation::By(measure), Preservation::Off].map(Shown::new);
+        let frames = |[kept, plain]: &mut [Shown; 2], n| {
+            let [whole, step, correction, update] = kept.frames(n);
+            [whole, step, correction, update, plain.frames(n)[FRAME]]
+        };
+        let Some(samples) = bench.measure(["frame", measure.name()], Effort::Many, pair, frames) else {
+            continue;
+        };
+        let times: [f64; 5] = std::array::from_fn(|part| samples.seconds(part) * 1e3);
+        let beside = format!("without correction: {:.3} ms", times[PLAIN]);
+        let case = format!("step, correction `{measure}`, mesh update with normals");
+        bench.row(&case, (times[FRAME], "ms"), target, beside);
+        let share = 100.0 * samples.ratio(CORRECTION, FRAME);
+        let most = (measure == VolumeMeasure::Lattice).then_some(AtMost(10.0));
+        let parts = format!(
+            "step {:.3}, correction {:.3}, mesh update {:.3} ms",
+            times[STEP], times[CORRECTION], times[UPDATE]
+        );
+        bench.row(&format!("share of the correction `{measure}`"), (share, "%"), most, parts);
+    }
+}
+
+impl Shown {
+    fn new(volume: Preservation) -> Self {
+        let body = Body::builder(Statue::of_quads(QUADS).mesh()).lattice_vertices(LATTICE_VERTICES);
+        let mut body = body.volume(volume).build().expect("a closed surface is a body");
+        deform(&mut body);
+        let count = body.mesh().map_or(0, |mesh| mesh.vertices().len());
+        let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(2);
+        Self {
+            simulation: simulation.build().expect("numbers in range"),
+            positions: vec![[0.0; 3]; count],
+            normals: vec![[0.0; 3]; count],
+        }
+    }
+
+    /// So many frames of one step: how long they took, and of that the steps, the corrections and the mesh updates.
+    fn frames(&mut self, count: u64) -> [Duration; 4] {
+        let mut parts = [Duration::ZERO; 3];
+        let whole = timed(|| {
+            for _ in 0..count {
+                parts[0] += steps(&mut self.simulation, 1);
+                let look = self.simulation.body(0).surface_into(&mut self.positions, Some(&mut self.normals));
+                parts[1] += look.volume;
+                parts[2] += look.embed;
+            }
+        });
+        [whole, parts[0], parts[1], parts[2]]
+    }
+}

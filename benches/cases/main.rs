@@ -1,0 +1,28 @@
+//! All benches, and after them one table: what was measured, what it is to be, what it was measured beside.
+//!
+//! `cargo bench` runs everything, `cargo bench -- frame` what has "frame" in its name, `cargo bench -- --test`
+//! every case once and without a table.
+
+mod bandwidth;
+mod build;
+mod contact;
+mod files;
+mod frame;
+mod measure;
+mod memory;
+mod naive;
+mod shapes;
+mod step;
+
+fn main() {
+    let mut bench = measure::Bench::from_arguments();
+    let bandwidth = bandwidth::bench(&mut bench);
+    step::bench(&mut bench, bandwidth.as_ref());
+    naive::bench(&mut bench);
+    shapes::bench(&mut bench);
+    frame::bench(&mut bench);
+    contact::bench(&mut bench);
+    build::bench(&mut bench);
+    files::bench(&mut bench);
+    bench.finish();
+}

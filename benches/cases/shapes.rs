@@ -1,0 +1,36 @@
+//! Real, thin and branching shapes beside a solid block: time per lattice vertex.
+
+use supple_benches::Target::AtMost;
+use supple_benches::bodies::{Figure, block, bust_lattice, in_motion};
+
+use crate::measure::{Bench, Effort};
+use crate::step::{MIDDLE, in_turn};
+
+const VERTICES: usize = 100_000;
+
+pub(crate) fn bench(bench: &mut Bench) {
+    bench.part("about 100,000 lattice vertices of other shapes, time per vertex against the block's");
+    let shapes: [(&str, f64, &dyn Fn() -> supple::Lattice); 4] = [
+        ("bust", 1.35, &|| bust_lattice(VERTICES)),
+        ("body with limbs", 1.35, &|| Figure::Limbs.lattice(VERTICES)),
+        ("spiky star", 1.8, &|| Figure::Star.lattice(VERTICES)),
+        ("octopus", 1.8, &|| Figure::Octopus.lattice(VERTICES)),
+    ];
+    for (name, most, shape) in shapes {
+        let lattices = [shape(), block(MIDDLE)];
+        for half_width in [1, 3] {
+            for threads in [1, 2] {
+                let pair = || lattices.each_ref().map(|lattice| in_motion(lattice, half_width, threads));
+                let case = format!("{name}, w = {half_width}, threads: {threads}");
+                let Some(samples) = bench.measure(["shapes", &case], Effort::Many, pair, in_turn) else {
+                    continue;
+                };
+                let counts = lattices.each_ref().map(|lattice| lattice.len() as f64);
+                let [own, of_block] = [0, 1].map(|rival| samples.seconds(rival) * 1e9 / counts[rival]);
+                let ratio = samples.ratio(0, 1) * counts[1] / counts[0];
+                let beside = format!("{own:.1} ns, block: {of_block:.1} ns");
+                bench.row(&case, (ratio, "times"), Some(AtMost(most)), beside);
+            }
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The table at the end: what was measured beside what it is to be.
+
+use std::fmt;
+
+/// What a figure is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// This or less.
+    AtMost(f64),
+    /// This or more.
+    AtLeast(f64),
+}
+
+impl Target {
+    /// Whether a figure is as it is to be.
+    pub fn is_met(self, measured: f64) -> bool {
+        match self {
+            Self::AtMost(most) => measured <= most,
+            Self::AtLeast(least) => measured >= least,
+        }
+    }
+}
+
+/// A figure that was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// What of.
+    pub case: String,
+    /// How much, in `unit`.
+    pub measured: f64,
+    /// The unit: `ns/vertex`, `ms`, `times`, ...
+    pub unit: &'static str,
+    /// What it is to be; none if it is there to compare with.
+    pub target: Option<Target>,
+    /// What it was measured beside, in the same moments.
+    pub beside: String,
+}
+
+/// Figures under headings. Shown as text in columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    parts: Vec<(String, Vec<Row>)>,
+}
+
+impl Table {
+    /// Starts a part; one without rows is not shown.
+    pub fn part(&mut self, heading: impl Into<String>) {
+        self.parts.push((heading.into(), Vec::new()));
+    }
+
+    /// Adds a row to the last part.
+    ///
+    /// # Panics
+    ///
+    /// If there is no part yet.
+    pub fn row(&mut self, row: Row) {
+        self.parts.last_mut().expect("a part to add a row to").1.push(row);
+    }
+
+    /// The rows of all parts.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.parts.iter().flat_map(|(_, rows)| rows)
+    }
+}
+
+/// Columns: what is measured, how much, what it is to be, whether it is, what it was measured beside.
+const HEADINGS: [&str; 5] = ["", "measured", "target", "", "beside"];
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts: Vec<_> = self.parts.iter().filter(|(_, rows)| !rows.is_empty()).collect();
+        let lines: Vec<Vec<[String; 5]>> =
+            parts.iter().map(|(_, rows)| rows.iter().map(Row::columns).collect()).collect();
+        let widths: [usize; 5] = std::array::from_fn(|column| {
+            let cells = lines.iter().flatten().map(|line| line[column].chars().count());
+            cells.chain([HEADINGS[column].len()]).max().unwrap_or(0)
+        });
+        write_line(f, &HEADINGS.map(str::to_owned), &widths)?;
+        for ((heading, _), lines) in parts.iter().zip(&lines) {
+            writeln!(f, "\n{heading}")?;
+            lines.iter().try_for_each(|line| write_line(f, line, &widths))?;
+        }
+        let judged = || self.rows().filter_map(|row| Some(row.target?.is_met(row.measured)));
+        let met = judged().filter(|met| *met).count();
+        writeln!(f, "\n{met} of {} targets met", judged().count())
+    }
+}
+
+fn write_line(
+    f: &mut fmt::Formatter<'_>,
+    [case, measured, target, verdict, beside]: &[String; 5],
+    widths: &[usize; 5],
+) -> fmt::Result {
+    let [a, b, c, d, _] = *widths;
+    let line = format!("  {case:<a$}  {measured:>b$}  {target:<c$}  {verdict:<d$}  {beside}");
+    writeln!(f, "{}", line.trim_end())
+}
+
+impl Row {
+    fn columns(&self) -> [String; 5] {
+        let (target, verdict) = match self.target {
+            None => (String::new(), ""),
+            Some(target) => {
+                let text = match target {
+                    Target::AtMost(most) => format!("<= {}", figure(most)),
+                    Target::AtLeast(least) => format!(">= {}", figure(least)),
+                };
+                (text, if target.is_met(self.measured) { "met" } else { "MISSED" })
+            }
+        };
+        let measured = format!("{} {}", figure(self.measured), self.unit);
+        [self.case.clone(), measured, target, verdict.to_owned(), self.beside.clone()]
+    }
+}
+
+/// Three digits that count; all of larger whole numbers.
+fn figure(number: f64) -> String {
+    let digits = if number == 0.0 { 0 } else { number.abs().log10().floor() as i32 };
+    let decimals = (2 - digits).clamp(0, 5) as usize;
+    let text = format!("{number:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_says_what_is_met() {
+        let mut table = Table::default();
+        table.part("nothing here");
+        table.part("step");
+        let row = |case: &str, measured, target| Row {
+            case: case.to_owned(),
+            measured,
+            unit: "ns",
+            target,
+            beside: "w = 2: 30 ns".to_owned(),
+        };
+        table.row(row("w = 1", 21.96, Some(Target::AtMost(22.0))));
+        table.row(row("w = 3", 104.2, Some(Target::AtLeast(1000.0))));
+        table.row(row("w = 5", 0.012_345, None));
+        let expected = "
+                measured  target          beside
+
+step
+  w = 1    22 ns  <= 22    met     w = 2: 30 ns
+  w = 3   104 ns  >= 1000  MISSED  w = 2: 30 ns
+  w = 5  0.0123 ns                 w = 2: 30 ns
+
+1 of 2 targets met
+";
+        let squeeze = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(squeeze(&table.to_string()), squeeze(expected));
+    }
+
+    #[test]
+    fn figures_have_three_digits() {
+        for (number, text) in
+            [(0.0, "0"), (0.3, "0.3"), (0.012_345, "0.0123"), (21.96, "22"), (31.24, "31.2")]
+        {
+            assert_eq!(figure(number), text);
+        }
+        assert_eq!((figure(1234.5).as_str(), figure(-0.004).as_str()), ("1234", "-0.004"));
+    }
+}

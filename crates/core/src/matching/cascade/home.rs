@@ -1,0 +1,50 @@
+//! The last pass of the cascade, along x, and what is done with the values that the vertices gather.
+
+use std::ops::Range;
+
+use fearless_simd::Simd;
+
+use super::VertexUpdate;
+use super::plane::Scratch;
+use crate::lanes::{Block, Row};
+use crate::matching::layout::Layout;
+use crate::matching::windows::{Source, Window};
+
+/// Blocks that are updated at a time, while they are in the cache.
+const BATCH: usize = 32;
+
+/// From what the way back has left after y to the vertices.
+pub(super) struct HomePass<'a, U> {
+    pub(super) layout: &'a Layout,
+    pub(super) x: Window<'a>,
+    pub(super) source: &'a [Block<6>],
+    pub(super) update: &'a U,
+}
+
+impl<U: VertexUpdate> HomePass<'_, U> {
+    /// x, 6 → 3, and the update of the vertices of some planes. `memory` is by block from the first of these on.
+    #[inline(always)]
+    pub(super) fn run<S: Simd>(
+        &self,
+        simd: S,
+        planes: Range<usize>,
+        scratch: &mut Scratch,
+        memory: &mut [U::Memory],
+        tallies: &mut [U::Tally],
+    ) {
+        let base = self.layout.blocks_of(planes.clone()).start;
+        let source = Source { first: 0, blocks: self.source };
+        let mut gathered = [[Row::ZERO; 3]; BATCH];
+        for plane in planes {
+            let blocks = self.layout.blocks_of(plane..plane + 1);
+            scratch.carry_home.enter(blocks.start);
+            for first in blocks.clone().step_by(BATCH) {
+                let batch = first..blocks.end.min(first + BATCH);
+                let gathered = &mut gathered[..batch.len()];
+                self.x.scatter(simd, batch.clone(), source, &mut scratch.carry_home, gathered);
+                let memory = &mut memory[batch.start - base..batch.end - base];
+                self.update.apply(simd, first, gathered, memory, tallies);
+            }
+        }
+    }
+}

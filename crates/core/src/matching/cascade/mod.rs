@@ -1,0 +1,225 @@
+//! The local-moment cascade and its adjoint: sums of a vertex field over all regions, and back.
+//!
+//! Region r of half-width w holds the vertices reached from its centre vertex r by up to w links in z, then in y,
+//! then in x. FastLSM (Rivers & James 2007, section 4) sums global moments; here the moments are taken about each
+//! window's own centre, which needs 54 window sums in place of 72 and cancels nothing. With (i, j, k) the offset
+//! from the centre, W and W' the plain and the offset-weighted window sum of a pass:
+//!
+//! ```text
+//! x   S = W(f)                          Sx = W'(f)              3 → 6
+//! y   S = W(S)  Sx = W(Sx)              Sy = W'(S)              6 → 9
+//! z   S = W(S)  Sx = W(Sx)  Sy = W(Sy)  Sz = W'(S)              9 → 12
+//!     a transform of each region:  (S, Sx, Sy, Sz) → (b, X, Y, Z), the field b + i X + j Y + k Z on the region
+//! z   b = W(b) - W'(Z)  X = W(X)  Y = W(Y)                     12 → 9
+//! y   b = W(b) - W'(Y)  X = W(X)                                9 → 6
+//! x   b = W(b) - W'(X)                                          6 → 3
+//! ```
+//!
+//! The second half is the exact adjoint of the first: vertex i gathers from the regions that hold i.
+//!
+//! Only the passes along x lead from plane to plane. So all from the first to the last but one run plane by plane
+//! in scratch that stays in the cache ([`plane`]), and one array of six numbers is all that is kept between.
+
+mod home;
+mod plane;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use fearless_simd::{Simd, dispatch};
+
+use super::layout::Layout;
+use super::windows::{self, Slide, Weighted, Window};
+use crate::lanes::{Block, Lanes};
+use crate::parallel::{CHUNK, Executor, level};
+use home::HomePass;
+use plane::{PlanePasses, Scratch};
+
+/// What is done with the sums of regions.
+pub(crate) trait RegionTransform: Sync {
+    /// What the transform keeps for a block of regions.
+    type Memory: Send;
+    /// (S, Sx, Sy, Sz) → (b, X, Y, Z), three components each, of the blocks from `first` on.
+    fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], memory: &mut [Self::Memory]);
+}
+
+/// What is done with the values that vertices gather from their regions.
+pub(crate) trait VertexUpdate: Sync {
+    /// What the update writes for a block of vertices.
+    type Memory: Send;
+    /// What is summed over the vertices of a task.
+    type Tally: Send;
+    /// Takes Σ (b + i X + j Y + k Z) over the regions that hold a vertex, of the blocks from `first` on.
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        gathered: &[Block<3>],
+        memory: &mut [Self::Memory],
+        tallies: &mut [Self::Tally],
+    );
+}
+
+/// Planes after which running sums begin anew, as do those within a plane after twice as many lines. To begin a wide
+/// window costs more, and its own sums round more.
+fn planes_of_a_run(half_width: usize) -> usize {
+    if half_width < 8 { 4 } else { 8 }
+}
+
+/// What sums are gathered for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// To be scattered.
+    Scatter,
+    /// For what the transform remembers.
+    Remember,
+}
+
+/// The buffers of the cascade.
+#[derive(Debug)]
+pub(crate) struct Cascade {
+    half_width: usize,
+    /// Of running sums: what slides into them and out of them, along x and along the axis across a plane's lines.
+    slides: [Option<Vec<Slide>>; 2],
+    /// Tasks are whole planes: the first of each, and the end.
+    tasks: Vec<usize>,
+    /// The first block of each task, and the end.
+    bounds: Vec<usize>,
+    /// What the way back has left after y, by block.
+    returned: Lanes<6>,
+    /// One for each thread.
+    scratch: Vec<Mutex<Scratch>>,
+    /// The most blocks in a plane.
+    largest_plane: usize,
+}
+
+impl Cascade {
+    /// The cascade over regions of half-width `half_width` in cells, at least 1.
+    pub(crate) fn new(layout: &Layout, half_width: usize) -> Self {
+        let run = planes_of_a_run(half_width);
+        let plane_of = plane_of(layout);
+        let slides = [
+            windows::slides(layout.axis(0), half_width, layout.occupied(), |block, _| {
+                plane_of[block].is_multiple_of(run)
+            }),
+            windows::slides(
+                layout.axis(3 - layout.lane_axis()),
+                half_width,
+                layout.occupied(),
+                |_, place| place.is_multiple_of(2 * run),
+            ),
+        ];
+        // Running sums along x begin anew with each task.
+        let together = if slides[0].is_some() { run } else { 1 };
+        let (mut tasks, mut bounds, mut largest_plane) = (vec![0], vec![0], 0);
+        for plane in 0..layout.planes() {
+            let blocks = layout.blocks_of(plane..plane + 1);
+            largest_plane = largest_plane.max(blocks.len());
+            let full = blocks.end - bounds[bounds.len() - 1] >= CHUNK && (plane + 1).is_multiple_of(together);
+            if full || blocks.end == layout.blocks() {
+                tasks.push(plane + 1);
+                bounds.push(blocks.end);
+            }
+        }
+        let returned = Lanes::zeros(layout.blocks());
+        let mut cascade =
+            Self { half_width, slides, tasks, bounds, returned, scratch: Vec::new(), largest_plane };
+        cascade.make_room(layout, 1);
+        cascade
+    }
+
+    /// Makes scratch for so many threads.
+    fn make_room(&mut self, layout: &Layout, threads: usize) {
+        if self.scratch.len() < threads {
+            let windows = self.windows(layout);
+            let room: Vec<_> = (self.scratch.len()..threads)
+                .map(|_| Mutex::new(Scratch::new(&windows, self.largest_plane)))
+                .collect();
+            self.scratch.extend(room);
+        }
+    }
+
+    /// The passes x, y, z.
+    fn windows<'a>(&'a self, layout: &'a Layout) -> [Window<'a>; 3] {
+        [0, 1, 2].map(|axis| {
+            let slides = self.slides[usize::from(axis != 0)].as_deref();
+            let slides = slides.filter(|_| axis != layout.lane_axis());
+            let (half_width, occupied) = (self.half_width, layout.occupied());
+            Window { axis: layout.axis(axis), half_width, occupied, slides }
+        })
+    }
+
+    /// Memory that the buffers take.
+    pub(crate) fn bytes(&self) -> usize {
+        let slides = self.slides.iter().flatten().map(|slides| size_of_val(slides.as_slice()));
+        let scratch = self.scratch.iter().map(|scratch| unlocked(scratch).bytes());
+        self.returned.bytes() + slides.sum::<usize>() + scratch.sum::<usize>()
+    }
+
+    /// Number of tasks.
+    pub(crate) fn tasks(&self) -> usize {
+        self.tasks.len() - 1
+    }
+
+    /// The first block of each task, and the end.
+    pub(crate) fn bounds(&self) -> &[usize] {
+        &self.bounds
+    }
+
+    /// Sums `field` over each region and transforms the sums: for [`Cascade::scatter`] to gather, or for what the
+    /// transform remembers alone.
+    pub(crate) fn gather<T: RegionTransform>(
+        &mut self,
+        layout: &Layout,
+        executor: &Executor,
+        field: Weighted,
+        (transform, memory): (&T, &mut [T::Memory]),
+        purpose: Purpose,
+    ) {
+        self.make_room(layout, executor.threads());
+        let mut returned = std::mem::take(&mut self.returned);
+        let passes = PlanePasses { layout, windows: self.windows(layout), field, transform, purpose };
+        executor.tasks(
+            &self.bounds,
+            (returned.blocks_mut(), memory, &mut []),
+            |task, out, memory, _: &mut [()]| {
+                let mut scratch = self.scratch(executor);
+                let planes = self.tasks[task]..self.tasks[task + 1];
+                dispatch!(level(), simd => passes.run(simd, planes, &mut scratch, memory, out));
+            },
+        );
+        self.returned = returned;
+    }
+
+    /// The scratch of the thread that asks.
+    fn scratch(&self, executor: &Executor) -> MutexGuard<'_, Scratch> {
+        unlocked(&self.scratch[executor.worker() % self.scratch.len()])
+    }
+
+    /// Gathers at each vertex what [`Cascade::gather`] left on the regions that hold it. `tallies`: equally many for
+    /// each task.
+    pub(crate) fn scatter<U: VertexUpdate>(
+        &self,
+        layout: &Layout,
+        executor: &Executor,
+        update: &U,
+        memory: &mut [U::Memory],
+        tallies: &mut [U::Tally],
+    ) {
+        let home = HomePass { layout, x: self.windows(layout)[0], source: self.returned.blocks(), update };
+        executor.tasks(&self.bounds, (memory, &mut [], tallies), |task, memory, _: &mut [()], tallies| {
+            let mut scratch = self.scratch(executor);
+            let planes = self.tasks[task]..self.tasks[task + 1];
+            dispatch!(level(), simd => home.run(simd, planes, &mut scratch, memory, tallies));
+        });
+    }
+}
+
+/// A lock on scratch, which is as good as new whatever happened to those who held it.
+fn unlocked(scratch: &Mutex<Scratch>) -> MutexGuard<'_, Scratch> {
+    scratch.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The number of the plane of each block.
+fn plane_of(layout: &Layout) -> Vec<usize> {
+    (0..layout.planes()).flat_map(|plane| layout.blocks_of(plane..plane + 1).map(move |_| plane)).collect()
+}

@@ -1,0 +1,175 @@
+//! The passes of the cascade that stay within a plane, in scratch that stays in the cache.
+//!
+//! A pass across the lines of a plane needs the lines before and after of the pass before it. So a plane is cut into
+//! strips of lines, at least as many as a window reaches, and the passes follow one another like a wave: each works
+//! on a strip when the one before it is done with the next strip.
+
+use std::ops::Range;
+
+use fearless_simd::Simd;
+
+use super::{Purpose, RegionTransform};
+use crate::lanes::{Block, Lanes};
+use crate::matching::layout::Layout;
+use crate::matching::windows::{Carry, Source, Weighted, Window};
+
+/// Blocks in a strip, where the windows do not ask for more: what all passes hold of three fits a second-level cache.
+const STRIP: usize = 64;
+
+/// A plane with up to so many blocks is one strip.
+const SMALL_PLANE: usize = 256;
+
+/// What the passes hold of one plane, by block.
+#[derive(Clone, Debug)]
+pub(super) struct Scratch {
+    after_x: Lanes<6>,
+    after_y: Lanes<9>,
+    /// Transformed as soon as it is there.
+    after_z: Lanes<12>,
+    returned_z: Lanes<9>,
+    /// Of the passes x, y, z, and back.
+    carries: (Carry<6>, Carry<9>, Carry<12>),
+    carries_back: (Carry<12>, Carry<9>),
+    /// Of the last pass, x.
+    pub(super) carry_home: Carry<6>,
+    /// The first block of each strip, and the end.
+    strips: Vec<usize>,
+}
+
+impl Scratch {
+    /// For the passes x, y, z over planes of up to `blocks` blocks.
+    pub(super) fn new([x, y, z]: &[Window; 3], blocks: usize) -> Self {
+        Self {
+            carries: (
+                Carry::new(x, blocks, true),
+                Carry::new(y, blocks, false),
+                Carry::new(z, blocks, false),
+            ),
+            carries_back: (Carry::new(z, blocks, false), Carry::new(y, blocks, false)),
+            carry_home: Carry::new(x, blocks, true),
+            after_x: Lanes::zeros(blocks),
+            after_y: Lanes::zeros(blocks),
+            after_z: Lanes::zeros(blocks),
+            returned_z: Lanes::zeros(blocks),
+            strips: Vec::with_capacity(blocks + 1),
+        }
+    }
+
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        let (x, y, z) = &self.carries;
+        let (back_z, back_y) = &self.carries_back;
+        self.after_x.bytes()
+            + self.after_y.bytes()
+            + self.after_z.bytes()
+            + self.returned_z.bytes()
+            + (x.bytes() + y.bytes() + z.bytes() + back_z.bytes() + back_y.bytes() + self.carry_home.bytes())
+            + self.strips.capacity() * size_of::<usize>()
+    }
+
+    /// Goes on to the plane with the first block `first`.
+    fn enter(&mut self, first: usize) {
+        self.carries.0.enter(first);
+        self.carries.1.enter(first);
+        self.carries.2.enter(first);
+        self.carries_back.0.enter(first);
+        self.carries_back.1.enter(first);
+    }
+
+    /// Cuts a plane into strips of at least `lines` lines; the last may have fewer.
+    fn cut(&mut self, layout: &Layout, plane: usize, lines: usize) {
+        let blocks = layout.blocks_of(plane..plane + 1);
+        self.strips.clear();
+        self.strips.push(blocks.start);
+        if blocks.len() > SMALL_PLANE {
+            let (mut from, mut held) = (blocks.start, 0);
+            for line in layout.lines(plane) {
+                held += 1;
+                if held >= lines && line.end - from >= STRIP {
+                    self.strips.push(line.end);
+                    (from, held) = (line.end, 0);
+                }
+            }
+        }
+        if self.strips.last() != Some(&blocks.end) {
+            self.strips.push(blocks.end);
+        }
+    }
+}
+
+/// From a field to what the way back has left after y.
+pub(super) struct PlanePasses<'a, T> {
+    pub(super) layout: &'a Layout,
+    /// x, y, z.
+    pub(super) windows: [Window<'a>; 3],
+    pub(super) field: Weighted<'a>,
+    pub(super) transform: &'a T,
+    pub(super) purpose: Purpose,
+}
+
+impl<T: RegionTransform> PlanePasses<'_, T> {
+    /// All passes over some planes. `memory` and `out` are by block from the first of these planes on.
+    #[inline(always)]
+    pub(super) fn run<S: Simd>(
+        &self,
+        simd: S,
+        planes: Range<usize>,
+        scratch: &mut Scratch,
+        memory: &mut [T::Memory],
+        out: &mut [Block<6>],
+    ) {
+        let [x, y, z] = self.windows;
+        let first = self.layout.blocks_of(planes.clone()).start;
+        // How many strips each pass is behind the first: one more with each pass across lines.
+        let [behind_y, behind_z, behind_back_z, behind_back_y] =
+            if self.layout.lane_axis() == 1 { [0, 1, 2, 2] } else { [1, 1, 1, 2] };
+        for plane in planes {
+            scratch.cut(self.layout, plane, x.half_width);
+            let base = scratch.strips[0];
+            scratch.enter(base);
+            for wave in 0..scratch.strips.len() + 1 {
+                let Scratch { after_x, after_y, after_z, returned_z, carries, carries_back, strips, .. } =
+                    &mut *scratch;
+                let ((carry_x, carry_y, carry_z), (carry_back_z, carry_back_y)) = (carries, carries_back);
+                let strip = |behind: usize| {
+                    let at = wave.checked_sub(behind)?;
+                    Some(*strips.get(at)?..*strips.get(at + 1)?)
+                };
+                if let Some(blocks) = strip(0) {
+                    x.weigh(simd, blocks.clone(), self.field, carry_x, part(after_x, blocks, base));
+                }
+                if let Some(blocks) = strip(behind_y) {
+                    let out = part(after_y, blocks.clone(), base);
+                    y.gather(simd, blocks, all(after_x, base), carry_y, out);
+                }
+                if let Some(blocks) = strip(behind_z) {
+                    let memory = &mut memory[blocks.start - first..blocks.end - first];
+                    let sums = part(after_z, blocks.clone(), base);
+                    z.gather(simd, blocks.clone(), all(after_y, base), carry_z, sums);
+                    self.transform.apply(simd, blocks.start, sums, memory);
+                }
+                if self.purpose == Purpose::Remember {
+                    continue;
+                }
+                if let Some(blocks) = strip(behind_back_z) {
+                    let out = part(returned_z, blocks.clone(), base);
+                    z.scatter(simd, blocks, all(after_z, base), carry_back_z, out);
+                }
+                if let Some(blocks) = strip(behind_back_y) {
+                    let out = &mut out[blocks.start - first..blocks.end - first];
+                    y.scatter(simd, blocks, all(returned_z, base), carry_back_y, out);
+                }
+            }
+        }
+    }
+}
+
+/// What a pass reads, of which `base` is the first block.
+fn all<const N: usize>(lanes: &Lanes<N>, base: usize) -> Source<'_, N> {
+    Source { first: base, blocks: lanes.blocks() }
+}
+
+/// What a pass writes.
+fn part<const N: usize>(lanes: &mut Lanes<N>, blocks: Range<usize>, base: usize) -> &mut [Block<N>] {
+    &mut lanes.blocks_mut()[blocks.start - base..blocks.end - base]
+}
