@@ -5,7 +5,8 @@
 //! | `detection`, `bounds`, `field` | the samples that touch: strips of cells, then cells, then samples |
 //! | `patch` | those about one lattice vertex, which act as one |
 //! | `impact` | how fast a patch comes, and how fast it is to leave |
-//! | `solver` | the impulses along the normals and across them that bring that about |
+//! | `exchange` | the impulses along the normal and across it that this asks of it alone |
+//! | `solver` | those of all patches together |
 //! | `push_out` | what is inside all the same comes out, by positions alone |
 //!
 //! A velocity that a contact changes changes the position with it, by the change times the step, so that a step stays
@@ -17,6 +18,7 @@
 
 mod bounds;
 mod detection;
+mod exchange;
 mod field;
 mod impact;
 mod patch;

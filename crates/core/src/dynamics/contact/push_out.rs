@@ -3,9 +3,10 @@
 //! A step seldom needs it: where a body was put into a collider or is held there, where a patch turned while its mean
 //! stayed, where impulses were not yet quite right.
 
+use super::exchange::Contact;
 use super::impact::Motion;
 use super::quad::{quad, vector};
-use super::solver::{Contact, Effort};
+use super::solver::Effort;
 use super::{ContactReport, Contacts, DEPTH_LEFT, add_push};
 use crate::dynamics::{BodyState, Colliders, Interval};
 

@@ -11,40 +11,11 @@
 //! evenly are then right at once. And since the matrix over its row sums has no eigenvalue above one, impulses grow
 //! towards the answer without swinging past it: however few the passes, they give no energy.
 
+use super::exchange::{Contact, Exchange};
 use super::quad::{Quad, add, dot};
 
 /// No place.
 const NONE: u32 = u32::MAX;
-
-/// A point of the surface at a collider: a weighted mean of lattice vertices.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Contact {
-    /// Outward normal of the collider.
-    pub(super) normal: Quad,
-    /// Velocity relative to the collider's surface.
-    pub(super) velocity: Quad,
-    /// The velocity across the normal with which the step began, relative to the collider's surface.
-    pub(super) came: Quad,
-    /// Least velocity along the normal to leave with.
-    pub(super) leave: f32,
-    /// Greatest impulse across the normal for one along it.
-    pub(super) friction: f32,
-    /// Depth of its deepest sample, in cells; negative outside the collider.
-    pub(super) depth: f32,
-}
-
-/// A contact and the impulses that it exchanges.
-#[derive(Clone, Copy, Debug)]
-struct Exchange {
-    contact: Contact,
-    /// Where its links end, and those of the next begin.
-    end: usize,
-    /// Velocity for a unit of impulse, and its inverse.
-    response: f32,
-    rate: f32,
-    along: f32,
-    across: Quad,
-}
 
 /// A vertex under a contact.
 #[derive(Clone, Copy, Debug)]
@@ -117,20 +88,13 @@ impl Solver {
 
     /// The vertices that were named for the next contact.
     pub(super) fn linked(&self) -> &[Link] {
-        &self.links[self.exchanges.last().map_or(0, |last| last.end)..]
+        &self.links[self.exchanges.last().map_or(0, |last| last.links.end)..]
     }
 
     /// Adds the contact whose vertices were named.
     pub(super) fn add(&mut self, contact: Contact) {
         let end = self.links.len();
-        self.exchanges.push(Exchange {
-            contact,
-            end,
-            response: 0.0,
-            rate: 0.0,
-            along: 0.0,
-            across: [0.0; 4],
-        });
+        self.exchanges.push(Exchange::new(contact, end - self.linked().len()..end));
     }
 
     /// Rows of the touched vertices, in the order in which they were first named.
@@ -160,65 +124,57 @@ impl Solver {
 
     /// What each touched vertex was given along the normals: rows and velocities.
     pub(super) fn given_along(&mut self) -> impl Iterator<Item = (u32, &Quad)> {
-        let mut first = 0;
+        self.sums.fill([0.0; 4]);
         for exchange in &self.exchanges {
-            for link in &self.links[first..exchange.end] {
-                add(
-                    &mut self.sums[link.vertex as usize],
-                    &exchange.contact.normal,
-                    exchange.along * link.response,
-                );
+            for link in &self.links[exchange.links.clone()] {
+                let sum = &mut self.sums[link.vertex as usize];
+                add(sum, &exchange.contact.normal, exchange.along * link.response);
             }
-            first = exchange.end;
         }
         self.rows.iter().copied().zip(&self.sums)
     }
 
-    /// Contacts, and what each was given along its normal.
+    /// Contacts, and the velocity that each was given along its normal.
     pub(super) fn gains(&self) -> impl Iterator<Item = (&Contact, f32)> {
-        let mut first = 0;
-        self.exchanges.iter().map(move |exchange| {
-            let links = &self.links[std::mem::replace(&mut first, exchange.end)..exchange.end];
-            (&exchange.contact, dot(&mean(links, &self.given), &exchange.contact.normal))
+        self.exchanges.iter().map(|Exchange { contact, links, .. }| {
+            (contact, dot(&mean(&self.links[links.clone()], &self.given), &contact.normal))
         })
     }
 
     /// The velocity of each contact if all contacts gave a unit of impulse along one direction.
     fn find_responses(&mut self) {
-        for link in &self.links {
-            self.sums[link.vertex as usize][0] += link.response;
+        let Self { exchanges, links, sums, .. } = self;
+        sums.fill([0.0; 4]);
+        for link in &*links {
+            sums[link.vertex as usize][0] += link.response;
         }
-        let mut first = 0;
-        for exchange in &mut self.exchanges {
-            let links = &self.links[first..exchange.end];
-            exchange.response =
-                links.iter().map(|link| link.weight * self.sums[link.vertex as usize][0]).sum();
-            exchange.rate = 1.0 / exchange.response;
-            first = exchange.end;
+        for exchange in exchanges {
+            let links = links[exchange.links.clone()].iter();
+            exchange.set_response(links.map(|link| link.weight * sums[link.vertex as usize][0]).sum());
         }
-        self.sums.fill([0.0; 4]);
     }
 
     /// One pass; the greatest change of a contact's velocity.
     ///
     /// Impulses are summed and the sums clamped, so that a later pass may take back what an earlier one gave too much.
     fn pass(&mut self) -> f32 {
-        let (mut greatest, mut first) = (0.0_f32, 0);
-        for exchange in &mut self.exchanges {
-            let links = &self.links[first..exchange.end];
-            first = exchange.end;
-            let mut velocity = mean(links, &self.given);
+        let Self { exchanges, links, given, sums, .. } = self;
+        sums.fill([0.0; 4]);
+        let mut greatest = 0.0_f32;
+        for exchange in exchanges {
+            let links = &links[exchange.links.clone()];
+            let mut velocity = mean(links, given);
             add(&mut velocity, &exchange.contact.velocity, 1.0);
             let change = exchange.change(&velocity);
-            greatest = greatest.max(dot(&change, &change) * exchange.response * exchange.response);
+            greatest = greatest.max(exchange.effect(&change));
             for link in links {
-                add(&mut self.sums[link.vertex as usize], &change, link.response);
+                add(&mut sums[link.vertex as usize], &change, link.response);
             }
         }
-        for (given, sum) in self.given.iter_mut().zip(&mut self.sums) {
-            add(given, &std::mem::take(sum), 1.0);
+        for (given, sum) in given.iter_mut().zip(&*sums) {
+            add(given, sum, 1.0);
         }
-        greatest.sqrt()
+        greatest
     }
 }
 
@@ -239,53 +195,6 @@ fn mean(links: &[Link], given: &[Quad]) -> Quad {
     sum
 }
 
-impl Exchange {
-    /// Changes the impulse, as the velocity asks for; returns the change.
-    #[inline(always)]
-    fn change(&mut self, velocity: &Quad) -> Quad {
-        let Contact { normal, came, leave, friction, .. } = &self.contact;
-        let rate = self.rate;
-        let leaving = dot(velocity, normal);
-        let along = (self.along + (leave - leaving) * rate).max(0.0);
-        let mut change = [0.0; 4];
-        add(&mut change, normal, along - self.along);
-        self.along = along;
-        if *friction > 0.0 {
-            let mut free = *velocity;
-            add(&mut free, normal, -leaving);
-            add(&mut free, &self.across, -self.response);
-            let mut across = slowest(&free, came);
-            add(&mut across, &free, -1.0);
-            let (limit, length) = (friction * along, dot(&across, &across).sqrt() * rate);
-            let scale = if length > limit { rate * (limit / length) } else { rate };
-            across = across.map(|x| x * scale);
-            add(&mut change, &across, 1.0);
-            add(&mut change, &self.across, -1.0);
-            self.across = across;
-        }
-        change
-    }
-}
-
-/// The slowest slip to which friction may bring a point that would slip with `free` and came with `came`, without
-/// giving it energy.
-///
-/// An impulse f that changes the slip from `free` to u does the work f . (u + came)/2: none is done on the point
-/// where u lies in the ball with the diameter from `free` to -`came`. Mostly that holds zero; not where the point is
-/// about to turn back, as one that vibrates.
-#[inline(always)]
-fn slowest(free: &Quad, came: &Quad) -> Quad {
-    if dot(free, came) >= 0.0 {
-        return [0.0; 4];
-    }
-    let (mut middle, mut across) = (*free, *free);
-    add(&mut middle, came, -1.0);
-    add(&mut across, came, 1.0);
-    // Twice the centre of the ball, and its diameter: the centre is the farther from zero.
-    let (distance, diameter) = (dot(&middle, &middle).sqrt(), dot(&across, &across).sqrt());
-    middle.map(|x| 0.5 * x * (1.0 - diameter / distance))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -298,9 +207,8 @@ mod tests {
 
     /// A contact's velocity afterwards, and its impulse.
     fn outcome(solver: &Solver, index: usize) -> (Quad, Quad) {
-        let first = if index == 0 { 0 } else { solver.exchanges[index - 1].end };
         let exchange = &solver.exchanges[index];
-        let mut velocity = mean(&solver.links[first..exchange.end], &solver.given);
+        let mut velocity = mean(&solver.links[exchange.links.clone()], &solver.given);
         add(&mut velocity, &exchange.contact.velocity, 1.0);
         let mut impulse = exchange.across;
         add(&mut impulse, &exchange.contact.normal, exchange.along);
@@ -350,19 +258,6 @@ mod tests {
                 "{friction}: {velocity:?}"
             );
         }
-    }
-
-    #[test]
-    fn a_point_that_turns_back_is_slowed_no_more_than_takes_energy() {
-        let free = [2.0, 0.0, 0.0, 0.0];
-        for (came, slowed) in [(0.0, 0.0), (5.0, 0.0), (-0.5, 0.5), (-1.5, 1.5), (-2.0, 2.0), (-7.0, 2.0)] {
-            let slip = slowest(&free, &[came, 0.0, 0.0, 0.0]);
-            assert!((slip[0] - slowed).abs() < 1e-6 && slip[1] == 0.0 && slip[2] == 0.0, "{came}: {slip:?}");
-        }
-        // In the plane: on the ball, in which no point is slower.
-        let slip = slowest(&free, &[-1.0, 1.0, 0.0, 0.0]);
-        let work = (slip[0] - 2.0) * (slip[0] - 1.0) + slip[1] * (slip[1] + 1.0);
-        assert!(work.abs() < 1e-6 && dot(&slip, &slip) < 1.0, "{slip:?}");
     }
 
     #[test]
