@@ -15,6 +15,8 @@ pub(super) struct Contact {
     pub(super) came: Quad,
     /// Least velocity along the normal to leave with.
     pub(super) leave: f32,
+    /// The greatest that it may be given, unless it has it: as fast as it came.
+    pub(super) most: f32,
     /// Greatest impulse across the normal for one along it.
     pub(super) friction: f32,
     /// Depth of its deepest sample, in cells; negative outside the collider.
@@ -52,13 +54,22 @@ impl Exchange {
         dot(impulse, impulse).sqrt() * self.response
     }
 
-    /// Changes the impulses, as the velocity asks for; returns the change.
+    /// The impulses as a vector.
     #[inline(always)]
-    pub(super) fn change(&mut self, velocity: &Quad) -> Quad {
+    pub(super) fn impulse(&self) -> Quad {
+        let mut impulse = self.across;
+        add(&mut impulse, &self.contact.normal, self.along);
+        impulse
+    }
+
+    /// Changes the impulses, as the velocity asks for, that along the normal by `far` times as much; returns the
+    /// change.
+    #[inline(always)]
+    pub(super) fn change(&mut self, velocity: &Quad, far: f32) -> Quad {
         let Contact { normal, came, leave, friction, .. } = &self.contact;
         let rate = self.rate;
         let leaving = dot(velocity, normal);
-        let along = (self.along + (leave - leaving) * rate).max(0.0);
+        let along = (self.along + far * (leave - leaving) * rate).max(0.0);
         let mut change = [0.0; 4];
         add(&mut change, normal, along - self.along);
         self.along = along;

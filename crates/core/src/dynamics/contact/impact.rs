@@ -103,6 +103,7 @@ impl SurfacePoint {
             velocity: quad(self.velocity - surface),
             came: quad(came + normal * approach),
             leave: leave as f32,
+            most: approach.max(leave) as f32,
             // Below infinity: of that and no impulse the product would be no number.
             friction: collider.friction.min(f64::from(f32::MAX)) as f32,
             depth: depth as f32,

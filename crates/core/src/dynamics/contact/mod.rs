@@ -46,7 +46,7 @@ const QUIET_STEPS: f64 = 2.0;
 const DEPTH_LEFT: f64 = 3e-4;
 
 /// When the impulses of impacts are good enough.
-const IMPULSES: Effort = Effort { passes: 6, share: 1e-3, least: 0.0 };
+const IMPULSES: Effort = Effort { passes: 13, share: 1e-4, least: 0.0 };
 
 /// The contact stage of one body.
 #[derive(Clone, Debug)]

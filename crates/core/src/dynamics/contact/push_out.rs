@@ -18,7 +18,7 @@ const LIMIT: f64 = 0.25;
 const ROUNDS: usize = 4;
 
 /// When a round is good enough: its pushes are lengths, in cells.
-const EFFORT: Effort = Effort { passes: 10, share: 0.0, least: 1e-5 };
+const EFFORT: Effort = Effort { passes: 9, share: 0.0, least: 1e-5 };
 
 impl Contacts {
     /// Pushes out what is inside a collider at the end of a step.
@@ -35,7 +35,8 @@ impl Contacts {
                     let point = meeting.point(patch, &samples.mobilities, still);
                     let here = collider.shape.signed_distance(&point.place());
                     let leave = (-here.distance).min(LIMIT) as f32;
-                    meeting.solver.add(Contact { normal: quad(here.normal), leave, ..Contact::default() });
+                    let normal = quad(here.normal);
+                    meeting.solver.add(Contact { normal, leave, most: leave, ..Contact::default() });
                 }
             }
             if report.deepest <= DEPTH_LEFT {
