@@ -5,7 +5,11 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Point3;
-use supple::{Body, BodyBuilder, Collider, Handle, Key, Lattice, Pin, Selection, Simulation, Window};
+use supple::volume::Preservation;
+use supple::{
+    Body, BodyBuilder, Collider, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, VolumeMeasure,
+    Window,
+};
 
 struct Counting;
 
@@ -54,6 +58,13 @@ fn block(n: i32) -> BodyBuilder {
     Body::from_lattice(Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap())
 }
 
+/// A cube of edge 1.
+fn cube() -> Mesh {
+    let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh::new(corners, &quads).unwrap()
+}
+
 /// All stages: damping, a pin, a moving handle, contact with the ground.
 fn everything(n: i32, threads: usize) -> Simulation {
     let top = Selection::Plane { point: [0.0, 0.1 * f64::from(n), 0.0], normal: [0.0, 1.0, 0.0] };
@@ -88,6 +99,25 @@ fn nothing_in_a_steady_state() {
     large.steps(100);
     let inside = allocations(|| large.steps(200));
     assert!(inside <= 16, "{inside} allocations in 200 steps on two threads");
+
+    // A look, by each measure: all buffers are there after the first.
+    for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh] {
+        let body = Body::builder(cube()).lattice_vertices(500).volume(Preservation::By(measure));
+        let mut seen = Simulation::builder()
+            .body(body.spin([1.0, 2.0, 0.0]).build().unwrap())
+            .threads(1)
+            .build()
+            .unwrap();
+        let vertices = seen.body(0).mesh().unwrap().vertices().len();
+        let (mut positions, mut normals) = (vec![[0.0_f32; 3]; vertices], vec![[0.0_f32; 3]; vertices]);
+        let mut look = |sim: &mut Simulation| {
+            sim.step();
+            sim.body(0).surface_into(&mut positions, Some(&mut normals));
+            sim.body(0).surface_into(&mut positions, None);
+        };
+        look(&mut seen);
+        assert_eq!(own(|| (0..20).for_each(|_| look(&mut seen))), 0, "looks, measure {measure}");
+    }
 
     let stages = |sim: &Simulation| {
         let plan = sim.plan();

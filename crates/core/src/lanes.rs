@@ -68,6 +68,11 @@ impl<const N: usize> Lanes<N> {
         Self { blocks: vec![block; blocks] }
     }
 
+    /// Becomes the same as `other`, in the room that there is.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.blocks.clone_from(&other.blocks);
+    }
+
     /// The numbers of one slot.
     #[inline]
     pub fn get(&self, slot: u32) -> [f32; N] {

@@ -74,6 +74,7 @@
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
 mod body;
+mod coordinate;
 pub mod dynamics;
 mod error;
 pub mod frames;
@@ -83,6 +84,7 @@ mod matching;
 pub mod mesh;
 #[cfg(feature = "obj")]
 pub mod obj;
+mod padded;
 mod parallel;
 mod plan;
 pub mod reference;
@@ -91,6 +93,8 @@ pub mod run;
 #[cfg(feature = "scene")]
 pub mod scene;
 mod simulation;
+mod tile;
+mod update;
 pub mod volume;
 
 #[cfg(feature = "scene")]
@@ -99,6 +103,7 @@ pub use body::{
     ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, ShownSurface, Stiffness,
     ViewTimes,
 };
+pub use coordinate::Coordinate;
 pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
 pub use error::Error;
 pub use lanes::Lanes;

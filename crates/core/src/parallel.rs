@@ -4,6 +4,8 @@
 //! value is computed by one thread in one order. So the bits of a result do not depend on the threads.
 
 use std::sync::{Arc, OnceLock};
+#[cfg(feature = "rayon")]
+use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::Level;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -142,6 +144,29 @@ impl Executor {
         0
     }
 
+    /// `work(item)` for each item, on the calling thread, with the pool's help as it comes: for those outside the
+    /// pool, who would wait longer to enter it than the work takes.
+    pub(crate) fn share<T>(&self, items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
+        #[cfg(feature = "rayon")]
+        if let Some(pool) = &self.pool
+            && items.len() > 1
+        {
+            let helpers = pool.current_num_threads().min(items.len()) - 1;
+            let items = Mutex::new(items);
+            let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let help = || {
+                while let Some(item) = next() {
+                    work(item);
+                }
+            };
+            return pool.in_place_scope(|scope| {
+                (0..helpers).for_each(|_| scope.spawn(|_| help()));
+                help();
+            });
+        }
+        items.for_each(work);
+    }
+
     /// `work(task, a, b, c)` for tasks that own parts of arrays: of `a` and `b` the items from `bounds[task]` to
     /// `bounds[task + 1]`, of `c` equally many each. An empty array stands for no array.
     pub(crate) fn tasks<A: Send, B: Send, C: Send>(
@@ -151,8 +176,8 @@ impl Executor {
         work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync,
     ) {
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() {
-            return halve(0, bounds, parts, &work);
+        if self.pool.is_some() && bounds.len() > 2 {
+            return self.enter(|| halve(0, bounds, parts, &work));
         }
         let (mut a, mut b, mut c) = parts;
         let each = c.len() / bounds.len().saturating_sub(1).max(1);

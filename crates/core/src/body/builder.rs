@@ -13,6 +13,7 @@ use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution};
 use crate::matching::Matching;
 use crate::matching::cascade::Cascade;
 use crate::mesh::Mesh;
+use crate::parallel::Executor;
 use crate::volume::VolumeOptions;
 
 /// What a [`Body`] is built from. Every setting has the name, the unit, the range and the default that it has in a
@@ -241,6 +242,7 @@ impl BodyBuilder {
             placed: self.placement.isometry(),
             dt: 0.0,
             view: Mutex::new(view),
+            executor: Executor::sequential(),
         };
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;

@@ -2,13 +2,15 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use nalgebra::{Point3, RealField};
+use nalgebra::Point3;
 
 use super::Body;
 use super::view::{View, ViewTimes};
+use crate::coordinate::Coordinate;
 use crate::lanes::Lanes;
 use crate::matching::cascade::Cascade;
 use crate::parallel::Executor;
+use crate::update::Asked;
 use crate::volume::{Push, VolumeReport};
 
 /// A body's mesh as it is shown: after the volume correction, in the order of the input.
@@ -33,16 +35,16 @@ impl Body {
 
     /// The lattice after the volume correction, shape `(n, 3)`; without one the same as the positions.
     pub fn corrected_positions(&self) -> Vec<Point3<f64>> {
-        self.corrected(|view| view.lattice().collect())
+        self.corrected(|view, _| view.lattice().collect())
     }
 
     /// The mesh as it is shown: moved by the lattice after the volume correction.
     pub fn surface(&self) -> ShownSurface {
-        self.corrected(|view| {
-            view.embed(self);
-            view.turn_normals(self);
-            ShownSurface { positions: view.surface().collect(), normals: view.normals().to_vec() }
-        })
+        let vertices = self.mesh().map_or(0, |mesh| mesh.vertices().len());
+        let (mut positions, mut normals) = (vec![[0.0_f64; 3]; vertices], vec![[0.0_f32; 3]; vertices]);
+        let asked = Asked { positions: Some(&mut positions[..]), normals: Some(&mut normals[..]) };
+        self.corrected(|view, executor| view.show(self, executor, asked));
+        ShownSurface { positions: positions.into_iter().map(Point3::from).collect(), normals }
     }
 
     /// Writes the mesh as it is shown to `positions` (one per mesh vertex, `f32` or `f64`) and, where asked for, its
@@ -51,21 +53,13 @@ impl Body {
     /// # Panics
     ///
     /// If a slice has another length than the mesh has vertices.
-    pub fn surface_into<T: RealField + Copy>(
+    pub fn surface_into<T: Coordinate>(
         &self,
         positions: &mut [[T; 3]],
         normals: Option<&mut [[T; 3]]>,
     ) -> ViewTimes {
-        self.corrected(|view| {
-            view.embed(self);
-            assert_eq!(positions.len(), view.surface().len(), "one position per mesh vertex");
-            for (position, shown) in positions.iter_mut().zip(view.surface()) {
-                *position = shown.coords.map(nalgebra::convert::<f64, T>).into();
-            }
-            if let Some(normals) = normals {
-                view.turn_normals(self);
-                write_normals(view, normals);
-            }
+        self.corrected(|view, executor| {
+            view.show(self, executor, Asked { positions: Some(positions), normals });
             view.times()
         })
     }
@@ -75,24 +69,21 @@ impl Body {
     /// # Panics
     ///
     /// If there is another number of normals than of mesh vertices.
-    pub fn normals_into<T: RealField + Copy>(&self, normals: &mut [[T; 3]]) {
-        self.corrected(|view| {
-            view.embed(self);
-            view.turn_normals(self);
-            write_normals(view, normals);
-        });
+    pub fn normals_into<T: Coordinate>(&self, normals: &mut [[T; 3]]) {
+        let asked = Asked::<T, T> { positions: None, normals: Some(normals) };
+        self.corrected(|view, executor| view.show(self, executor, asked));
     }
 
     /// The volumes by all measures, and what the correction does to them.
     pub fn volume_report(&self) -> VolumeReport {
-        self.corrected(|view| view.report(self))
+        self.corrected(|view, _| view.report(self))
     }
 
-    /// What `look` makes of the corrected lattice. The view is built at the first look and kept.
-    fn corrected<R>(&self, look: impl FnOnce(&mut View) -> R) -> R {
-        let mut view = locked(&self.view);
-        view.correct(self, &mut locked(&self.cascade), &Executor::sequential());
-        look(&mut view)
+    /// What `look` makes of the corrected lattice, on the threads of the simulation where that pays.
+    fn corrected<R>(&self, look: impl FnOnce(&mut View, &Executor) -> R) -> R {
+        let (mut view, mut cascade) = (locked(&self.view), locked(&self.cascade));
+        view.correct(self, &mut cascade, &self.executor);
+        look(&mut view, &self.executor)
     }
 
     /// The lattice vertices that pins and handles hold now.
@@ -108,13 +99,6 @@ impl Body {
         contacts
             .chain(self.forced())
             .map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
-    }
-}
-
-fn write_normals<T: RealField + Copy>(view: &View, normals: &mut [[T; 3]]) {
-    assert_eq!(normals.len(), view.normals().len(), "one normal per mesh vertex");
-    for (normal, shown) in normals.iter_mut().zip(view.normals()) {
-        *normal = shown.map(|x| nalgebra::convert::<f64, T>(f64::from(x)));
     }
 }
 

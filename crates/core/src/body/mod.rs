@@ -36,6 +36,7 @@ use crate::lattice::{Embedding, Lattice};
 use crate::matching::Matching;
 use crate::matching::cascade::Cascade;
 use crate::mesh::Mesh;
+use crate::parallel::Executor;
 use crate::volume;
 use force::Forces;
 use look::unlocked;
@@ -71,6 +72,8 @@ pub struct Body {
     /// Length of the simulation's steps in seconds; zero before there is one.
     dt: f64,
     view: Mutex<View>,
+    /// The threads of those who look: the simulation's.
+    executor: Executor,
 }
 
 impl Body {
@@ -163,6 +166,11 @@ impl Body {
     /// Rotations in all steps so far that Newton's method left to the robust path.
     pub fn unsettled_rotations(&self) -> usize {
         self.unsettled
+    }
+
+    /// Lends the body the threads of its simulation, for those who look.
+    pub(crate) fn set_executor(&mut self, executor: &Executor) {
+        self.executor = executor.clone();
     }
 
     /// One value per vertex, from its slot.

@@ -41,10 +41,17 @@ impl Body {
 
         let measure = super::look::locked(&self.view).measure();
         let detail = measure.map(|measure| format!("measure {measure}, turned with the positions shown"));
-        plan.stage(When::Look, "volume correction", detail, super::look::locked(&self.view).bytes());
+        plan.stage(
+            When::Look,
+            "volume correction",
+            detail,
+            super::look::locked(&self.view).correction_bytes(),
+        );
         let surface = self.surface.as_ref();
         let mesh = surface.map(|surface| format!("{} mesh vertices", surface.mesh.vertices().len()));
-        plan.stage(When::Look, "mesh update", mesh, surface.map_or(0, |surface| surface.embedding.memory()));
+        let update = super::look::locked(&self.view).update_bytes();
+        let bytes = surface.map_or(0, |surface| surface.embedding.memory() + update);
+        plan.stage(When::Look, "mesh update", mesh, bytes);
         plan
     }
 }

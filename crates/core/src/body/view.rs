@@ -6,11 +6,13 @@ use nalgebra::Point3;
 
 use super::state::Frame;
 use super::{Body, Surface};
+use crate::coordinate::Coordinate;
 use crate::lanes::Lanes;
 use crate::lattice::Lattice;
 use crate::matching::cascade::Cascade;
-use crate::mesh::VertexNormals;
+use crate::padded::{Padded, padded};
 use crate::parallel::Executor;
+use crate::update::{Asked, MeshUpdate, Shown};
 use crate::volume::{
     ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
     VolumeReport,
@@ -23,7 +25,7 @@ pub(crate) struct View {
     correction: Option<Correction>,
     /// All measures; built when a report is first asked for.
     measures: Option<VolumeMeasures>,
-    normals: Option<VertexNormals>,
+    mesh: MeshUpdate,
     turned: Lanes<4>,
     deformed: Vec<[f32; 3]>,
     rotations: Vec<[f32; 4]>,
@@ -31,8 +33,8 @@ pub(crate) struct View {
     pushes: Vec<Push>,
     corrected: Vec<[f32; 3]>,
     components: Vec<ComponentReport>,
-    points: Vec<[f32; 3]>,
-    directions: Vec<[f32; 3]>,
+    /// The lattice as it is shown.
+    shown: Vec<Padded>,
     frame: Frame,
     times: ViewTimes,
 }
@@ -62,7 +64,7 @@ impl View {
         Ok(Self {
             correction: Correction::new(lattice, borrowed, volume)?,
             measures: None,
-            normals: None,
+            mesh: MeshUpdate::default(),
             turned: Lanes::default(),
             deformed: Vec::new(),
             rotations: Vec::new(),
@@ -70,8 +72,7 @@ impl View {
             pushes: Vec::new(),
             corrected: Vec::new(),
             components: Vec::new(),
-            points: Vec::new(),
-            directions: Vec::new(),
+            shown: Vec::new(),
             frame,
             times: ViewTimes::default(),
         })
@@ -86,7 +87,7 @@ impl View {
         self.deformed.extend(slots.iter().map(|&slot| body.state.positions.get(slot)));
         let Some(correction) = &mut self.correction else { return };
         // The field turns with the positions shown, which are a step ahead of the state's rotations.
-        self.turned.clone_from(&body.state.rotations);
+        self.turned.copy_from(&body.state.rotations);
         body.matching.turn(cascade, executor, &body.state.positions, &mut self.turned);
         self.rotations.clear();
         self.rotations.extend(slots.iter().map(|&slot| self.turned.get(slot)));
@@ -105,42 +106,28 @@ impl View {
         self.times.volume = start.elapsed();
     }
 
-    /// Moves the mesh with the corrected lattice.
-    pub(super) fn embed(&mut self, body: &Body) {
+    /// Moves the mesh with the corrected lattice and writes what is asked for; nothing for a bare lattice.
+    pub(super) fn show<P: Coordinate, N: Coordinate>(
+        &mut self,
+        body: &Body,
+        executor: &Executor,
+        asked: Asked<P, N>,
+    ) {
         let start = Instant::now();
         if let Some(surface) = &body.surface {
             let lattice = if self.correction.is_some() { &self.corrected } else { &self.deformed };
-            self.points.resize(surface.mesh.vertices().len(), [0.0; 3]);
-            surface.embedding.interpolate(lattice, &mut self.points);
+            self.shown.clear();
+            self.shown.extend(lattice.iter().map(|&point| padded(point)));
+            let (mesh, embedding, frame) = (&surface.mesh, &surface.embedding, &self.frame.body_frame());
+            self.mesh.show(executor, Shown { mesh, embedding, lattice: &self.shown, frame }, asked);
         }
         self.times.embed = start.elapsed();
-    }
-
-    /// Vertex normals of the mesh, after [`View::embed`].
-    pub(super) fn turn_normals(&mut self, body: &Body) {
-        let start = Instant::now();
-        if let Some(surface) = &body.surface {
-            let normals = self.normals.get_or_insert_with(|| VertexNormals::new(&surface.mesh));
-            self.directions.resize(self.points.len(), [0.0; 3]);
-            normals.compute(&self.points, &mut self.directions);
-        }
-        self.times.embed += start.elapsed();
     }
 
     /// The lattice as it is shown, in the world.
     pub(super) fn lattice(&self) -> impl ExactSizeIterator<Item = Point3<f64>> {
         let shown = if self.correction.is_some() { &self.corrected } else { &self.deformed };
-        shown.iter().map(|&point| self.world(point))
-    }
-
-    /// The mesh as it is shown, in the world.
-    pub(super) fn surface(&self) -> impl ExactSizeIterator<Item = Point3<f64>> {
-        self.points.iter().map(|&point| self.world(point))
-    }
-
-    /// The vertex normals of the mesh as it is shown.
-    pub(super) fn normals(&self) -> &[[f32; 3]] {
-        &self.directions
+        shown.iter().map(|&point| self.frame.to_world(point.map(f64::from).into()))
     }
 
     /// What the correction did, by all measures.
@@ -160,17 +147,21 @@ impl View {
         self.correction.as_ref().map(Correction::measure)
     }
 
-    /// Memory that the correction takes.
-    pub(super) fn bytes(&self) -> usize {
-        self.correction.as_ref().map_or(0, Correction::bytes)
+    /// Memory that the correction takes, and what it works on.
+    pub(super) fn correction_bytes(&self) -> usize {
+        let Self { turned, deformed, rotations, pushes, corrected, .. } = self;
+        let lattice = size_of_val(&**deformed) + size_of_val(&**rotations) + size_of_val(&**corrected);
+        let correction = self.correction.as_ref().map_or(0, Correction::bytes);
+        correction + turned.bytes() + lattice + size_of_val(&**pushes)
+    }
+
+    /// Memory that the mesh update takes; none before the first look at a mesh.
+    pub(super) fn update_bytes(&self) -> usize {
+        self.mesh.bytes() + size_of_val(&*self.shown)
     }
 
     /// How long the stages took.
     pub(super) fn times(&self) -> ViewTimes {
         self.times
-    }
-
-    fn world(&self, local: [f32; 3]) -> Point3<f64> {
-        self.frame.to_world(local.map(f64::from).into())
     }
 }

@@ -98,7 +98,7 @@ impl ObjTemplate {
             // To enter a pool takes longer.
             return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));
         }
-        executor.enter(|| executor.each(pieces, |piece| shared.fill(piece, positions)));
+        executor.share(pieces.iter_mut(), |piece| shared.fill(piece, positions));
     }
 
     /// The pieces of the frame, in order.

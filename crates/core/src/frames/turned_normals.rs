@@ -23,7 +23,6 @@ use nalgebra::Vector3;
 
 use corner::Corner;
 
-use crate::mesh::normals::unit;
 use crate::obj::{Document, Part};
 
 type Vec3 = Vector3<f64>;
@@ -136,4 +135,18 @@ pub fn shared_normals(document: &Document, part: &Part) -> usize {
         }
     }
     shared.into_iter().filter(|&shared| shared).count()
+}
+
+/// `vector` at length 1; zero if it has none.
+#[inline]
+fn unit(vector: [f32; 3]) -> [f32; 3] {
+    let squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
+    if squared >= f32::MIN_POSITIVE {
+        let inverse = 1.0 / squared.sqrt();
+        return vector.map(|component| component * inverse);
+    }
+    // The square of a short vector is lost in f32 long before the vector is.
+    let wide = vector.map(f64::from);
+    let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
+    if length > 0.0 { wide.map(|component| (component / length) as f32) } else { [0.0; 3] }
 }

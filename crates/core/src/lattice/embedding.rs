@@ -8,6 +8,7 @@ use super::Lattice;
 use super::locate::{locate, nearest};
 use super::run_tree::RunTree;
 use super::trilinear;
+use crate::padded::{Padded, padded};
 
 /// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
 ///
@@ -151,11 +152,25 @@ impl Embedding {
         }
     }
 
+    /// Where one point is.
+    pub(crate) fn carried(&self, point: usize, lattice: &[Padded]) -> Padded {
+        carried_outside(&self.group_of(point).corners, lattice, self.local[point])
+    }
+
     /// Bytes of memory that the embedding takes.
     pub fn memory(&self) -> usize {
         let point = size_of::<[f32; 3]>() + 2 * size_of::<u32>();
         self.len() * point + self.groups.len() * size_of::<Group>() + size_of::<Self>()
     }
+}
+
+/// Where a place in a cell with these corners is taken, within or outside.
+pub(crate) fn carried_outside(corners: &[u32; 8], lattice: &[Padded], place: [f32; 3]) -> Padded {
+    let corners = corners.map(|corner| {
+        let [x, y, z, _] = lattice[corner as usize];
+        [x, y, z]
+    });
+    padded(trilinear::CellMap::new(corners).at(place))
 }
 
 /// The numbers of the points, by cell, then by number: a counting sort.

@@ -29,6 +29,7 @@ use nalgebra::Point3;
 
 pub use components::Components;
 pub(crate) use disjoint::DisjointSets;
+pub(crate) use embedding::carried_outside;
 pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
 pub use options::{LatticeOptions, Resolution};

@@ -22,47 +22,41 @@ fn split(local: [f32; 3]) -> [[f32; 3]; 2] {
 
 /// The trilinear map of one deformed cell, as a polynomial about corner 0: small differences, so that little is lost to rounding.
 pub(crate) struct CellMap {
-    origin: [f32; 3],
-    x: [f32; 3],
-    y: [f32; 3],
-    z: [f32; 3],
-    xy: [f32; 3],
-    xz: [f32; 3],
-    yz: [f32; 3],
-    xyz: [f32; 3],
+    /// The coefficients of 1, x, y, xy, z, xz, yz, xyz.
+    terms: [[f32; 3]; 8],
 }
 
 impl CellMap {
     /// The map of a cell with the given positions of its corners.
-    pub(crate) fn new(corners: [[f32; 3]; 8]) -> Self {
-        let difference = |k: usize, l: usize| std::array::from_fn(|a| corners[k][a] - corners[l][a]);
-        let second = |p: [f32; 3], q: [f32; 3]| std::array::from_fn(|a| p[a] - q[a]);
-        let (x, y, z) = (difference(1, 0), difference(2, 0), difference(4, 0));
-        let (xy, xz, yz) =
-            (second(difference(3, 2), x), second(difference(5, 4), x), second(difference(6, 4), y));
-        let xyz = second(second(difference(7, 6), difference(5, 4)), xy);
-        Self { origin: corners[0], x, y, z, xy, xz, yz, xyz }
+    pub(crate) fn new(mut corners: [[f32; 3]; 8]) -> Self {
+        for axis in [1, 2, 4] {
+            for k in (0..8).filter(|k| k & axis != 0) {
+                corners[k] = std::array::from_fn(|a| corners[k][a] - corners[k ^ axis][a]);
+            }
+        }
+        Self { terms: corners }
     }
 
     /// Where a place in the cell is taken.
     #[inline]
     pub(crate) fn at(&self, local: [f32; 3]) -> [f32; 3] {
+        let [origin, x, y, xy, z, xz, yz, xyz] = &self.terms;
         let [[u, v, w], outside] = split(local);
         let (uv, uw, vw) = (u * v, u * w, v * w);
         let uvw = uv * w;
         let mut offset: [f32; 3] = std::array::from_fn(|a| {
-            let linear = u * self.x[a] + v * self.y[a] + w * self.z[a];
-            linear + (uv * self.xy[a] + uw * self.xz[a] + vw * self.yz[a] + uvw * self.xyz[a])
+            let linear = u * x[a] + v * y[a] + w * z[a];
+            linear + (uv * xy[a] + uw * xz[a] + vw * yz[a] + uvw * xyz[a])
         });
         if outside != [0.0; 3] {
             let slope: [f32; 3] = std::array::from_fn(|a| {
-                outside[0] * (self.x[a] + v * self.xy[a] + w * self.xz[a] + vw * self.xyz[a])
-                    + outside[1] * (self.y[a] + u * self.xy[a] + w * self.yz[a] + uw * self.xyz[a])
-                    + outside[2] * (self.z[a] + u * self.xz[a] + v * self.yz[a] + uv * self.xyz[a])
+                outside[0] * (x[a] + v * xy[a] + w * xz[a] + vw * xyz[a])
+                    + outside[1] * (y[a] + u * xy[a] + w * yz[a] + uw * xyz[a])
+                    + outside[2] * (z[a] + u * xz[a] + v * yz[a] + uv * xyz[a])
             });
             offset = std::array::from_fn(|a| offset[a] + slope[a]);
         }
-        std::array::from_fn(|a| self.origin[a] + offset[a])
+        std::array::from_fn(|a| origin[a] + offset[a])
     }
 }
 

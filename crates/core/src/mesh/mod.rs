@@ -6,7 +6,9 @@ mod edges;
 mod error;
 mod measure;
 pub(crate) mod normals;
+pub(crate) mod rings;
 mod topology;
+mod walks;
 mod weld;
 
 use std::sync::{Arc, OnceLock};

@@ -1,63 +1,87 @@
 //! Vertex normals of a moving surface.
 
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
+
 use super::Mesh;
+use super::rings::{CHUNK, EightRings, Layout, NO_NORMAL, Rings};
+use crate::padded::{Eight, Padded, padded, spread, squares, store, turned};
+use crate::parallel::level;
+use crate::tile::{Tile, with_tiles};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
 ///
 /// Vertices that were welded share a normal, so no seam shows. A normal of a vertex without area around it is zero.
+///
+/// The area vectors of the triangles around a vertex are summed where they are needed, not where they arise: each
+/// normal is one sum in one order, and nothing is added to memory that others add to.
 #[derive(Clone, Debug)]
 pub struct VertexNormals {
-    /// The triangles between welded vertices.
-    triangles: Vec<[u32; 3]>,
-    /// Where each vertex finds its normal.
-    weld: Vec<u32>,
-    /// A power of two that brings edges near length 1, so that no product leaves the range of `f32`.
-    scale: f32,
-    /// Sums of area vectors, four lanes each, one per vertex.
-    sums: Vec<[f32; 4]>,
+    rings: Rings,
+    members: Members,
+}
+
+/// The vertices of each tile, in their order.
+#[derive(Clone, Debug, Default)]
+struct Members {
+    vertices: Vec<u32>,
+    ends: Vec<usize>,
 }
 
 impl VertexNormals {
     /// Prepares the normals of `mesh`.
     pub fn new(mesh: &Mesh) -> Self {
-        let (low, high) = mesh.bounds();
-        Self::of_triangles(mesh.triangles(), mesh.weld(), (high - low).amax() as f32)
+        Self::of_triangles(mesh.triangles(), mesh.weld())
     }
 
-    fn of_triangles(triangles: &[[u32; 3]], weld: &[u32], extent: f32) -> Self {
-        let weld_triangle = |triangle: &[u32; 3]| triangle.map(|corner| weld[corner as usize]);
-        Self {
-            triangles: triangles.iter().map(weld_triangle).collect(),
-            weld: weld.to_vec(),
-            scale: inverse_power_of_two(extent),
-            sums: vec![[0.0; 4]; weld.len()],
-        }
+    fn of_triangles(triangles: &[[u32; 3]], weld: &[u32]) -> Self {
+        let mut members = Members::default();
+        Self { rings: Rings::new(triangles, weld, &mut members), members }
     }
 
     /// Writes the unit normal of each vertex at `positions` (one per vertex) to `out` (one per vertex).
     ///
-    /// One thread, one order: the same bits everywhere. Nothing is allocated.
+    /// Nothing is allocated after a thread's first time.
     ///
     /// # Panics
     /// If `positions` or `out` have another length than the mesh has vertices.
     pub fn compute(&mut self, positions: &[[f32; 3]], out: &mut [[f32; 3]]) {
-        assert_eq!(positions.len(), self.weld.len(), "one position per vertex");
-        assert_eq!(out.len(), self.weld.len(), "one normal per vertex");
-        self.sums.fill([0.0; 4]);
-        let scale = self.scale;
-        for &[a, b, c] in &self.triangles {
-            let area = area_vector([a, b, c].map(|corner| positions[corner as usize]), scale);
-            for corner in [a, b, c] {
-                let sum = &mut self.sums[corner as usize];
-                for (sum, area) in sum.iter_mut().zip(area) {
-                    *sum += area;
+        let Self { rings, members } = self;
+        assert_eq!(positions.len(), rings.len(), "one position per vertex");
+        assert_eq!(out.len(), rings.len(), "one normal per vertex");
+        let at = |vertex: u32| padded(positions[vertex as usize]);
+        for (chunk, out) in out.chunks_mut(CHUNK).enumerate() {
+            with_tiles(|near, normals| {
+                for (row, &vertex) in near.rows().iter_mut().zip(members.of(chunk)) {
+                    *row = at(vertex);
                 }
-            }
+                rings.find_normals(chunk, near, normals);
+                for (out, place) in out.iter_mut().zip(rings.places(chunk)) {
+                    *out = components(normals.get(place.normal));
+                }
+            });
         }
-        for (normal, &welded) in out.iter_mut().zip(&self.weld) {
-            let [x, y, z, _] = self.sums[welded as usize];
-            *normal = unit([x, y, z]);
+        for single in rings.singles() {
+            let ring = single.ring.iter().map(|&vertex| at(vertex));
+            out[single.vertex as usize] = components(around_one(at(single.centre), ring));
         }
+    }
+}
+
+impl Members {
+    fn of(&self, chunk: usize) -> &[u32] {
+        let begin = if chunk == 0 { 0 } else { self.ends[chunk - 1] };
+        &self.vertices[begin..self.ends[chunk]]
+    }
+}
+
+impl Layout for Members {
+    fn rows(&self, vertices: &[u32]) -> Vec<usize> {
+        (0..vertices.len()).collect()
+    }
+
+    fn add(&mut self, vertices: &[u32]) {
+        self.vertices.extend(vertices);
+        self.ends.push(self.vertices.len());
     }
 }
 
@@ -69,37 +93,78 @@ impl VertexNormals {
 /// # Panics
 /// If lengths differ or an index is out of range.
 pub fn vertex_normals(triangles: &[[u32; 3]], positions: &[[f32; 3]], weld: &[u32], out: &mut [[f32; 3]]) {
-    let largest = |axis: usize| {
-        let values = || positions.iter().map(move |position| position[axis]);
-        values().fold(f32::MIN, f32::max) - values().fold(f32::MAX, f32::min)
-    };
-    let extent = largest(0).max(largest(1)).max(largest(2));
-    VertexNormals::of_triangles(triangles, weld, extent).compute(positions, out);
+    VertexNormals::of_triangles(triangles, weld).compute(positions, out);
 }
 
-/// Twice the area vector of a triangle whose edges are scaled first; the fourth lane is zero.
-#[inline]
-fn area_vector([a, b, c]: [[f32; 3]; 3], scale: f32) -> [f32; 4] {
-    let u: [f32; 3] = std::array::from_fn(|axis| (b[axis] - a[axis]) * scale);
-    let v: [f32; 3] = std::array::from_fn(|axis| (c[axis] - a[axis]) * scale);
-    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0], 0.0]
+/// A normal from its row, `(z, x, y)` as cross products leave it.
+#[inline(always)]
+pub(crate) fn components([z, x, y, _]: Padded) -> [f32; 3] {
+    [x, y, z]
 }
 
-/// `vector` at length 1; zero if it has none.
-#[inline]
-pub(crate) fn unit(vector: [f32; 3]) -> [f32; 3] {
-    let squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
-    if squared >= f32::MIN_POSITIVE {
-        let inverse = 1.0 / squared.sqrt();
-        return vector.map(|component| component * inverse);
+impl Rings {
+    /// Finds the unit normals of a chunk whose vertices lie in the tile `near`.
+    pub(crate) fn find_normals(&self, chunk: usize, near: &Tile, normals: &mut Tile) {
+        normals.rows()[NO_NORMAL] = [0.0; 4];
+        dispatch!(level(), simd => {
+            for (block, normals) in self.blocks(chunk).zip(normals.eights()) {
+                around(simd, near, &self.block(block), normals);
+            }
+        });
     }
-    // The square of a short vector is lost in f32 long before the vector is.
-    let wide = vector.map(f64::from);
-    let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
-    if length > 0.0 { wide.map(|component| (component / length) as f32) } else { [0.0; 3] }
 }
 
-/// The power of two nearest below `1 / extent`, kept within what `f32` can multiply.
-fn inverse_power_of_two(extent: f32) -> f32 {
-    if extent > 0.0 && extent.is_finite() { (-extent.log2().ceil().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
+/// The unit normals of eight vertices.
+#[inline(always)]
+fn around<S: Simd>(simd: S, near: &Tile, rings: &EightRings, normals: &mut Eight) {
+    let mut sums = sums(simd, near, rings);
+    let squared = squares(simd, sums);
+    let inverse = spread(simd, f32x8::splat(simd, 1.0) / squared.sqrt());
+    for k in 0..4 {
+        sums[k] *= inverse[k];
+    }
+    store(sums, normals);
+    if !(squared.simd_ge(f32::MIN_POSITIVE) & squared.simd_le(f32::MAX)).all_true() {
+        for (lane, normal) in normals.as_flattened_mut().as_chunks_mut().0.iter_mut().enumerate() {
+            *normal = around_one(near.get(rings.centres[lane]), rings.ring(lane).map(|at| near.get(at)));
+        }
+    }
+}
+
+/// The sum of `(a - v) x (b - v)` along each of eight rings.
+///
+/// Two triangles that share `b` are one product: `(a - v) x (b - v) + (b - v) x (c - v) = (b - v) x (c - a)`.
+#[inline(always)]
+fn sums<S: Simd>(simd: S, near: &Tile, rings: &EightRings) -> [f32x8<S>; 4] {
+    let centres = near.gather(simd, rings.centres);
+    let mut before = near.gather(simd, rings.first);
+    let mut sums = [f32x8::splat(simd, 0.0); 4];
+    for [middle, after] in rings.pairs {
+        let (middle, after) = (near.gather(simd, middle), near.gather(simd, after));
+        for k in 0..4 {
+            let (arm, edge) = (middle[k] - centres[k], after[k] - before[k]);
+            // a yzx(b) - yzx(a) b is the cross product, turned by one.
+            sums[k] = arm.mul_add(turned(simd, edge), sums[k]);
+            sums[k] = (-turned(simd, arm)).mul_add(edge, sums[k]);
+        }
+        before = after;
+    }
+    sums
+}
+
+/// The unit normal of one vertex in `f64`, for squares that leave the range of `f32` and rings that no tile holds; zero
+/// where no triangle has area.
+pub(crate) fn around_one(centre: Padded, ring: impl Iterator<Item = Padded>) -> Padded {
+    let (mut sum, mut last) = ([0.0; 3], [0.0; 3]);
+    for at in ring {
+        let arm: [f64; 3] = std::array::from_fn(|k| f64::from(at[k]) - f64::from(centre[k]));
+        for k in 0..3 {
+            let (next, after) = ((k + 1) % 3, (k + 2) % 3);
+            sum[k] += last[next] * arm[after] - last[after] * arm[next];
+        }
+        last = arm;
+    }
+    let [x, y, z] = sum;
+    let length = (x * x + y * y + z * z).sqrt();
+    if length > 0.0 { padded([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
 }

@@ -89,13 +89,15 @@ impl SimulationBuilder {
         }
         let mut bodies = self.bodies;
         bodies.iter_mut().for_each(|body| body.meet(colliders.is_some(), self.dt));
+        let executor = Executor::new(self.threads);
+        bodies.iter_mut().for_each(|body| body.set_executor(&executor));
         Ok(Simulation {
             bodies,
             gravity: self.gravity.into(),
             clock: Clock::new(self.dt),
             colliders,
             substeps: self.substeps,
-            executor: Executor::new(self.threads),
+            executor,
         })
     }
 

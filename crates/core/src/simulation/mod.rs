@@ -136,6 +136,7 @@ impl Simulation {
     pub fn set_threads(&mut self, threads: usize) -> Result<(), Error> {
         check_threads(threads)?;
         self.executor = Executor::new(threads);
+        self.lend_threads();
         Ok(())
     }
 
@@ -143,6 +144,12 @@ impl Simulation {
     pub fn abandon_threads(&mut self) {
         // To let them go would mean to wake them.
         self.executor.abandon();
+        self.lend_threads();
+    }
+
+    /// Those who look at bodies use the same threads.
+    fn lend_threads(&mut self) {
+        self.bodies.iter_mut().for_each(|body| body.set_executor(&self.executor));
     }
 
     /// Sets the colliders, from the next step on.

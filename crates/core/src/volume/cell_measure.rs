@@ -1,8 +1,10 @@
 //! The exact volume of the trilinear cells, from their outer faces alone.
 
-use super::line::{Moving, determinant};
-use super::sums::{ChunkedSum, DETERMINANTS, add, group_by_component};
-use crate::parallel::Executor;
+use fearless_simd::{Simd, dispatch};
+
+use super::line::{Arm, Determinants, Line, Moving, load};
+use super::sums::{ChunkedSum, DETERMINANTS, group_by_component};
+use crate::parallel::{Executor, level};
 
 /// Sum over the faces of occupied cells that no other occupied cell shares; what inner faces add cancels.
 ///
@@ -20,19 +22,34 @@ impl CellMeasure {
         Self { faces, sums: ChunkedSum::new(&counts, DETERMINANTS) }
     }
 
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.faces)
+    }
+
     /// Adds the coefficients of each component to `out`.
     pub(super) fn add_coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
         let faces = &self.faces;
-        self.sums.add_to(executor, 1.0 / 24.0, out, |range| {
-            let mut sum = [0.0; 4];
-            for face in &faces[range] {
-                let [a, b, c, d] = face.map(|i| points[i as usize].line());
-                let middle = a.plus(b).plus(c.plus(d));
-                add(&mut sum, &determinant(middle, c.minus(a), d.minus(b)));
-            }
-            sum
-        });
+        self.sums.add_to(
+            executor,
+            1.0 / 24.0,
+            out,
+            |range| dispatch!(level(), simd => sum(simd, &faces[range], points)),
+        );
     }
+}
+
+/// The sum over some faces.
+#[inline(always)]
+fn sum<S: Simd>(simd: S, faces: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
+    let mut sum = Determinants::zero(simd);
+    for face in faces {
+        let [a, b, c, d] = load(simd, points, face);
+        let middle =
+            Line::zxy(simd, a).plus(Line::zxy(simd, b)).plus(Line::zxy(simd, c).plus(Line::zxy(simd, d)));
+        sum.add(middle, Arm::new(simd, c - a), Arm::new(simd, d - b));
+    }
+    sum.coefficients()
 }
 
 /// The corners of a cell's face in neighbour order (-x, +x, -y, +y, -z, +z), counter-clockwise seen from outside.

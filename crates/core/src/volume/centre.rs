@@ -9,14 +9,15 @@ const FARTHEST: f64 = 1e37;
 #[derive(Clone, Debug)]
 pub(super) struct Centres {
     sums: Vec<([f64; 3], f64)>,
+    centres: Vec<[f64; 3]>,
 }
 
 impl Centres {
     pub(super) fn new(components: usize) -> Self {
-        Self { sums: vec![([0.0; 3], 0.0); components] }
+        Self { sums: vec![([0.0; 3], 0.0); components], centres: vec![[0.0; 3]; components] }
     }
 
-    /// `points[i].p = positions[i] - centre`; the directions are left as they are.
+    /// The places become `positions[i] - centre`; the directions are left as they are.
     pub(super) fn centred(&mut self, positions: &[[f32; 3]], of_vertex: &[u32], points: &mut [Moving]) {
         self.subtract(positions.iter().map(|p| p.map(f64::from)), of_vertex, points);
     }
@@ -40,13 +41,13 @@ impl Centres {
             }
             *count += 1.0;
         }
+        for (centre, (sum, count)) in self.centres.iter_mut().zip(&self.sums) {
+            // Whole cells: the subtraction is then exact for positions on the grid.
+            *centre = sum.map(|sum| (sum / count).round());
+        }
         for ((p, &component), point) in positions.zip(of_vertex).zip(points) {
-            let (sum, count) = &self.sums[component as usize];
-            for k in 0..3 {
-                // Whole cells: the subtraction is then exact for positions on the grid.
-                let centre = (sum[k] / count).round();
-                point.p[k] = (p[k] - centre).clamp(-FARTHEST, FARTHEST) as f32;
-            }
+            let centre = &self.centres[component as usize];
+            point.set_place(std::array::from_fn(|k| (p[k] - centre[k]).clamp(-FARTHEST, FARTHEST) as f32));
         }
     }
 }

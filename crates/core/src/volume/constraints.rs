@@ -46,11 +46,8 @@ pub(super) fn take_out_pushes(pushes: &[Push], order: &mut Vec<(u32, u32)>, poin
                 *sum += term;
             }
         }
-        let v = &mut points[group[0].0 as usize].v;
-        let solved = solve(&matrix, [v[0], v[1], v[2]].map(f64::from));
-        for (v, solved) in v.iter_mut().zip(solved) {
-            *v = solved as f32;
-        }
+        let point = &mut points[group[0].0 as usize];
+        point.set_direction(solve(&matrix, point.direction().map(f64::from)).map(|v| v as f32));
     }
 }
 
@@ -96,7 +93,7 @@ mod tests {
         let pushes: Vec<Push> = offsets.iter().map(|&offset| Push { vertex: 0, offset }).collect();
         let mut points = [Moving::new([0.0; 3], v)];
         take_out_pushes(&pushes, &mut Vec::new(), &mut points);
-        [points[0].v[0], points[0].v[1], points[0].v[2]]
+        points[0].direction()
     }
 
     fn near(a: [f32; 3], b: [f32; 3], tolerance: f32) {

@@ -91,10 +91,11 @@ impl Correction {
         self.measure.kind()
     }
 
-    /// Memory of what it holds for each lattice vertex: the field, its scratch and the links.
+    /// Memory that it takes: the field, the measure, the links, and its scratch.
     pub fn bytes(&self) -> usize {
         let ramp = self.ramp.as_deref().map_or(0, size_of_val);
-        size_of_val(&*self.points) + size_of_val(&*self.field.directions) + ramp + self.adjacency.bytes()
+        let field = size_of_val(&*self.field.directions) + ramp;
+        size_of_val(&*self.points) + field + self.measure.bytes() + self.adjacency.bytes()
     }
 
     /// Says which lattice vertices are held by pins and handles from now on: the correction leaves them in place, and
@@ -149,7 +150,7 @@ impl Correction {
         self.solve();
         let of_vertex = self.adjacency.of_vertex();
         for (i, (corrected, deformed)) in corrected.iter_mut().zip(deformed).enumerate() {
-            let (lambda, v) = (self.lambdas[of_vertex[i] as usize], &self.points[i].v);
+            let (lambda, v) = (self.lambdas[of_vertex[i] as usize], self.points[i].direction());
             *corrected = std::array::from_fn(|k| deformed[k] + lambda * v[k]);
         }
         &self.reports
@@ -157,11 +158,11 @@ impl Correction {
 
     fn turn_field(&mut self, rotations: &[[f32; 4]]) {
         let turned = rotations.iter().zip(&self.field.directions).map(|(q, v)| turned(q, v));
-        for (point, [x, y, z]) in self.points.iter_mut().zip(turned) {
-            point.v = [x, y, z, 0.0];
+        for (point, direction) in self.points.iter_mut().zip(turned) {
+            point.set_direction(direction);
         }
         for (point, share) in self.points.iter_mut().zip(self.ramp.iter().flatten()) {
-            point.v = point.v.map(|v| v * share);
+            point.set_direction(point.direction().map(|v| v * share));
         }
     }
 

@@ -1,8 +1,10 @@
 //! The measure of Takamatsu & Kanai (2009): a volume at each lattice vertex, from its six neighbours.
 
-use super::line::{Moving, determinant};
-use super::sums::{ChunkedSum, DETERMINANTS, add, group_by_component};
-use crate::parallel::Executor;
+use fearless_simd::{Simd, dispatch};
+
+use super::line::{Arm, Determinants, Line, Moving, load};
+use super::sums::{ChunkedSum, DETERMINANTS, group_by_component};
+use crate::parallel::{Executor, level};
 
 /// Sum over the vertices of `det[dx, dy, dz]`, with `da` half the difference of the two neighbours along axis `a`.
 ///
@@ -22,16 +24,30 @@ impl LatticeMeasure {
         Self { neighbours, sums: ChunkedSum::new(&counts, DETERMINANTS) }
     }
 
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.neighbours)
+    }
+
     /// Adds the coefficients of each component to `out`.
     pub(super) fn add_coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
         let rows = &self.neighbours;
-        self.sums.add_to(executor, 1.0 / 8.0, out, |range| {
-            let mut sum = [0.0; 4];
-            for row in &rows[range] {
-                let [x0, x1, y0, y1, z0, z1] = row.map(|i| points[i as usize].line());
-                add(&mut sum, &determinant(x1.minus(x0), y1.minus(y0), z1.minus(z0)));
-            }
-            sum
-        });
+        self.sums.add_to(
+            executor,
+            1.0 / 8.0,
+            out,
+            |range| dispatch!(level(), simd => sum(simd, &rows[range], points)),
+        );
     }
+}
+
+/// The sum over vertices with these neighbours.
+#[inline(always)]
+fn sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
+    let mut sum = Determinants::zero(simd);
+    for row in rows {
+        let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
+        sum.add(Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0));
+    }
+    sum.coefficients()
 }

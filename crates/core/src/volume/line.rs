@@ -1,84 +1,178 @@
 //! Points that move along straight lines, and determinants of them: cubics in the distance moved.
 
-/// A point `p + lambda v`. The fourth lane is padding: a point is then one register of eight lanes.
+use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8, f64x4, u8x32};
+
+/// A point `p + lambda v`, as `(p, 0, v, 0)`: one register of eight lanes.
 ///
 /// Units: cells. `p` is relative to a centre near the body, so that single precision is fine enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
-pub(super) struct Moving {
-    pub(super) p: [f32; 4],
-    pub(super) v: [f32; 4],
-}
+pub(super) struct Moving([f32; 8]);
 
 impl Moving {
+    /// A place and its direction.
     #[cfg(test)]
-    pub(super) fn new(p: [f32; 3], v: [f32; 3]) -> Self {
-        Self { p: [p[0], p[1], p[2], 0.0], v: [v[0], v[1], v[2], 0.0] }
+    pub(super) fn new(place: [f32; 3], direction: [f32; 3]) -> Self {
+        let mut moving = Self::default();
+        moving.set_place(place);
+        moving.set_direction(direction);
+        moving
     }
 
-    /// `self += weight * other`, in position and direction.
+    /// `p`.
+    #[cfg(test)]
+    pub(super) fn place(&self) -> [f32; 3] {
+        [self.0[0], self.0[1], self.0[2]]
+    }
+
+    /// `v`.
     #[inline]
-    pub(super) fn add_weighted(&mut self, other: &Self, weight: f32) {
-        for k in 0..4 {
-            self.p[k] += weight * other.p[k];
-        }
-        for k in 0..4 {
-            self.v[k] += weight * other.v[k];
-        }
+    pub(super) fn direction(&self) -> [f32; 3] {
+        [self.0[4], self.0[5], self.0[6]]
     }
 
     #[inline]
-    pub(super) fn line(&self) -> Line {
-        let wide = |x: &[f32; 4]| [f64::from(x[0]), f64::from(x[1]), f64::from(x[2])];
-        Line { p: wide(&self.p), v: wide(&self.v) }
+    pub(super) fn set_place(&mut self, [x, y, z]: [f32; 3]) {
+        [self.0[0], self.0[1], self.0[2]] = [x, y, z];
     }
+
+    #[inline]
+    pub(super) fn set_direction(&mut self, [x, y, z]: [f32; 3]) {
+        [self.0[4], self.0[5], self.0[6]] = [x, y, z];
+    }
+
+    #[inline(always)]
+    pub(super) fn store<S: Simd>(&mut self, moving: f32x8<S>) {
+        moving.store_array(&mut self.0);
+    }
+}
+
+/// Some of the points.
+#[inline(always)]
+pub(super) fn load<S: Simd, const N: usize>(simd: S, points: &[Moving], numbers: &[u32; N]) -> [f32x8<S>; N] {
+    let mut loaded = [f32x8::splat(simd, 0.0); N];
+    for k in 0..N {
+        loaded[k] = f32x8::load_array_ref(simd, &points[numbers[k] as usize].0);
+    }
+    loaded
 }
 
 /// A vector `p + lambda v` in double precision.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Line {
-    p: [f64; 3],
-    v: [f64; 3],
+#[derive(Clone, Copy)]
+pub(super) struct Line<S: Simd> {
+    p: f64x4<S>,
+    v: f64x4<S>,
 }
 
-impl Line {
-    #[inline]
+impl<S: Simd> Line<S> {
+    #[inline(always)]
+    pub(super) fn zero(simd: S) -> Self {
+        let zero = f64x4::splat(simd, 0.0);
+        Self { p: zero, v: zero }
+    }
+
+    /// The components in the order (x, y, z).
+    #[inline(always)]
+    pub(super) fn xyz(simd: S, moving: f32x8<S>) -> Self {
+        let (p, v) = simd.widen_f32x8(moving);
+        Self { p, v }
+    }
+
+    /// The components in the order (y, z, x).
+    #[inline(always)]
+    pub(super) fn yzx(simd: S, moving: f32x8<S>) -> Self {
+        Self::xyz(simd, ordered(simd, moving, YZX))
+    }
+
+    /// The components in the order (z, x, y).
+    #[inline(always)]
+    pub(super) fn zxy(simd: S, moving: f32x8<S>) -> Self {
+        Self::xyz(simd, ordered(simd, moving, ZXY))
+    }
+
+    #[inline(always)]
     pub(super) fn plus(self, other: Self) -> Self {
-        Self { p: add(self.p, other.p), v: add(self.v, other.v) }
+        Self { p: self.p + other.p, v: self.v + other.v }
     }
 
-    #[inline]
-    pub(super) fn minus(self, other: Self) -> Self {
-        let negated = |x: [f64; 3]| x.map(|x| -x);
-        Self { p: add(self.p, negated(other.p)), v: add(self.v, negated(other.v)) }
-    }
-
-    #[inline]
-    pub(super) fn times(self, factor: f64) -> Self {
-        Self { p: self.p.map(|x| factor * x), v: self.v.map(|x| factor * x) }
+    /// `self + factor * other`.
+    #[inline(always)]
+    pub(super) fn plus_times(self, other: Self, factor: f64x4<S>) -> Self {
+        Self { p: other.p.mul_add(factor, self.p), v: other.v.mul_add(factor, self.v) }
     }
 }
 
-/// The coefficients of `det[a, b, c]`, that of `lambda^k` at index `k`.
-#[inline]
-pub(super) fn determinant(a: Line, b: Line, c: Line) -> [f64; 4] {
-    let n0 = cross(b.p, c.p);
-    let n1 = add(cross(b.p, c.v), cross(b.v, c.p));
-    let n2 = cross(b.v, c.v);
-    [dot(a.p, n0), dot(a.p, n1) + dot(a.v, n0), dot(a.p, n2) + dot(a.v, n1), dot(a.v, n2)]
+const YZX: [u8; 32] = bytes([1, 2, 0, 3]);
+const ZXY: [u8; 32] = bytes([2, 0, 1, 3]);
+
+/// The bytes of each half of a register, with its four lanes in another order.
+const fn bytes(order: [u8; 4]) -> [u8; 32] {
+    let mut bytes = [0; 32];
+    let mut i = 0;
+    while i < 32 {
+        bytes[i] = 4 * order[i % 16 / 4] + (i % 4) as u8;
+        i += 1;
+    }
+    bytes
 }
 
-#[inline]
-fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+/// Both vectors with their components in another order.
+#[inline(always)]
+fn ordered<S: Simd>(simd: S, moving: f32x8<S>, order: [u8; 32]) -> f32x8<S> {
+    simd.swizzle_dyn_within_blocks_f32x8(moving, u8x32::load_array(simd, order))
 }
 
-#[inline]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+/// A vector of a cross product.
+#[derive(Clone, Copy)]
+pub(super) struct Arm<S: Simd> {
+    xyz: Line<S>,
+    yzx: Line<S>,
 }
 
-#[inline]
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+impl<S: Simd> Arm<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, moving: f32x8<S>) -> Self {
+        Self { xyz: Line::xyz(simd, moving), yzx: Line::yzx(simd, moving) }
+    }
+}
+
+/// A sum of determinants: of each power of `lambda` the coefficient, as the parts that three components add to it.
+#[derive(Clone, Copy)]
+pub(super) struct Determinants<S: Simd>([f64x4<S>; 4]);
+
+impl<S: Simd> Determinants<S> {
+    #[inline(always)]
+    pub(super) fn zero(simd: S) -> Self {
+        Self([f64x4::splat(simd, 0.0); 4])
+    }
+
+    /// Adds `det[a, b, c]`, where `a` is in the order (z, x, y), as the products come.
+    #[inline(always)]
+    pub(super) fn add(&mut self, a: Line<S>, b: Arm<S>, c: Arm<S>) {
+        let n0 = cross(b.xyz.p, b.yzx.p, c.xyz.p, c.yzx.p);
+        let n1 = cross(b.xyz.p, b.yzx.p, c.xyz.v, c.yzx.v) + cross(b.xyz.v, b.yzx.v, c.xyz.p, c.yzx.p);
+        let n2 = cross(b.xyz.v, b.yzx.v, c.xyz.v, c.yzx.v);
+        let [c0, c1, c2, c3] = &mut self.0;
+        *c0 = a.p.mul_add(n0, *c0);
+        *c1 = a.p.mul_add(n1, a.v.mul_add(n0, *c1));
+        *c2 = a.p.mul_add(n2, a.v.mul_add(n1, *c2));
+        *c3 = a.v.mul_add(n2, *c3);
+    }
+
+    /// The coefficients of the sum, that of `lambda^k` at index `k`.
+    #[inline(always)]
+    pub(super) fn coefficients(self) -> [f64; 4] {
+        let mut coefficients = [0.0; 4];
+        for k in 0..4 {
+            let [z, x, y, _] = self.0[k].to_array();
+            coefficients[k] = x + y + z;
+        }
+        coefficients
+    }
+}
+
+/// `a x b` in the order (z, x, y), from both in the orders (x, y, z) and (y, z, x).
+#[inline(always)]
+fn cross<S: Simd>(a: f64x4<S>, a_yzx: f64x4<S>, b: f64x4<S>, b_yzx: f64x4<S>) -> f64x4<S> {
+    a.mul_add(b_yzx, -(a_yzx * b))
 }

@@ -65,6 +65,15 @@ impl Measure {
         }
     }
 
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Self::Lattice(measure) => measure.bytes(),
+            Self::Cells(measure) => measure.bytes(),
+            Self::Mesh(measure) => measure.bytes(),
+        }
+    }
+
     /// The coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
     pub(super) fn coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
         out.fill([0.0; 4]);
@@ -154,9 +163,9 @@ mod tests {
             for lambda in [-3.0_f32, -1.0, -0.5, 0.0, 0.25, 1.5, 7.0] {
                 let moved: Vec<Moving> = points
                     .iter()
-                    .map(|point| Moving {
-                        p: std::array::from_fn(|k| point.p[k] + lambda * point.v[k]),
-                        v: [0.0; 4],
+                    .map(|point| {
+                        let (p, v) = (point.place(), point.direction());
+                        Moving::new(std::array::from_fn(|k| p[k] + lambda * v[k]), [0.0; 3])
                     })
                     .collect();
                 measure.coefficients(&executor, &moved, &mut direct);
@@ -184,7 +193,7 @@ mod tests {
         for mut measure in measures(&lattice, &adjacency) {
             let (mut one_thread, mut two_threads) = ([[0.0; 4]], [[0.0; 4]]);
             measure.coefficients(&Executor::sequential(), &points, &mut one_thread);
-            two.enter(|| measure.coefficients(&two, &points, &mut two_threads));
+            measure.coefficients(&two, &points, &mut two_threads);
             assert_eq!(one_thread.map(|c| c.map(f64::to_bits)), two_threads.map(|c| c.map(f64::to_bits)));
         }
     }

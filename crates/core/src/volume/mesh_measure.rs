@@ -1,11 +1,13 @@
 //! The exact signed volume of the embedded surface.
 
-use super::line::{Line, Moving, determinant};
-use super::patch::Patch;
-use super::sums::{ChunkedSum, DETERMINANTS, add};
-use crate::parallel::Executor;
+use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8};
 
-/// Surface points in a batch: what one thread embeds at a time.
+use super::line::{Arm, Determinants, Line, Moving, load};
+use super::patch::Patch;
+use super::sums::{ChunkedSum, DETERMINANTS};
+use crate::parallel::{Executor, level};
+
+/// Surface points in a batch: what one thread carries at a time.
 const BATCH: usize = 1024;
 
 /// Patches in a chunk.
@@ -16,8 +18,8 @@ const PATCHES: usize = 64;
 pub(super) struct SurfacePoint {
     /// Lattice vertices at the corners of the cell; corner `k` lies at `(k & 1, k >> 1 & 1, k >> 2 & 1)`.
     pub(super) corners: [u32; 8],
-    /// Trilinear coordinates in the cell.
-    pub(super) local: [f32; 3],
+    /// The weights of these corners.
+    pub(super) weights: [f32; 8],
 }
 
 /// Sum over the triangles of `det[a, b, c] / 6`. The surface is linear in the lattice: a point on it moves along a
@@ -28,11 +30,14 @@ pub(super) struct SurfacePoint {
 #[derive(Clone, Debug)]
 pub(super) struct MeshMeasure {
     patches: Vec<Patch>,
-    patch_sums: ChunkedSum,
-    points: Vec<SurfacePoint>,
+    /// Of each batch of points those of each cell, and where its runs end.
+    runs: Vec<Run>,
+    ends: Vec<usize>,
+    weights: Vec<[f32; 8]>,
+    carried: Vec<Moving>,
     triangles: Vec<[u32; 3]>,
-    triangle_sums: ChunkedSum,
-    embedded: Vec<Batch>,
+    /// Of the patches, then of the triangles.
+    sums: ChunkedSum,
 }
 
 /// The parts of a [`MeshMeasure`], one component after the other.
@@ -48,67 +53,83 @@ pub(super) struct Parts {
     pub(super) points: Vec<SurfacePoint>,
 }
 
-/// The embedded points of a batch.
+/// Points in one cell.
 #[derive(Clone, Debug)]
-struct Batch {
-    first: usize,
-    points: Vec<Moving>,
+struct Run {
+    corners: [u32; 8],
+    points: usize,
 }
 
 impl MeshMeasure {
     pub(super) fn new(parts: Parts) -> Self {
         let Parts { patches, patch_counts, triangles, triangle_counts, points } = parts;
-        let batch = |first: usize| {
-            let count = BATCH.min(points.len() - first);
-            Batch { first, points: vec![Moving::default(); count] }
-        };
+        let (mut runs, mut ends) = (Vec::new(), Vec::new());
+        for batch in points.chunks(BATCH) {
+            let cells = batch.chunk_by(|a, b| a.corners == b.corners);
+            runs.extend(cells.map(|points| Run { corners: points[0].corners, points: points.len() }));
+            ends.push(runs.len());
+        }
         Self {
             patches,
-            patch_sums: ChunkedSum::new(&patch_counts, PATCHES),
-            embedded: (0..points.len()).step_by(BATCH).map(batch).collect(),
-            points,
+            runs,
+            ends,
+            carried: vec![Moving::default(); points.len()],
+            weights: points.into_iter().map(|point| point.weights).collect(),
             triangles,
-            triangle_sums: ChunkedSum::new(&triangle_counts, DETERMINANTS),
+            sums: ChunkedSum::new(&patch_counts, PATCHES).then(&triangle_counts, DETERMINANTS),
         }
+    }
+
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        let points = size_of_val(&*self.weights) + size_of_val(&*self.carried);
+        size_of_val(&*self.patches) + size_of_val(&*self.runs) + points + size_of_val(&*self.triangles)
     }
 
     /// Adds the coefficients of each component to `out`.
     pub(super) fn add_coefficients(&mut self, executor: &Executor, lattice: &[Moving], out: &mut [[f64; 4]]) {
-        let patches = &self.patches;
-        self.patch_sums.add_to(executor, 1.0 / 6.0, out, |range| {
-            let mut sum = [0.0; 4];
-            for patch in &patches[range] {
-                add(&mut sum, &patch.coefficients(lattice));
-            }
-            sum
+        let (runs, ends) = (&self.runs, &self.ends);
+        let batches = self.carried.chunks_mut(BATCH).zip(self.weights.chunks(BATCH));
+        executor.share(batches.enumerate(), |(batch, (carried, weights))| {
+            let first = if batch == 0 { 0 } else { ends[batch - 1] };
+            dispatch!(level(), simd => carry(simd, &runs[first..ends[batch]], lattice, weights, carried));
         });
-        let points = &self.points;
-        executor.each(&mut self.embedded, |batch| {
-            for (embedded, point) in batch.points.iter_mut().zip(&points[batch.first..]) {
-                *embedded = embed(point, lattice);
-            }
-        });
-        let (embedded, triangles) = (&self.embedded, &self.triangles);
-        let line = |i: u32| -> Line { embedded[i as usize / BATCH].points[i as usize % BATCH].line() };
-        self.triangle_sums.add_to(executor, 1.0 / 6.0, out, |range| {
-            let mut sum = [0.0; 4];
-            for triangle in &triangles[range] {
-                let [a, b, c] = triangle.map(line);
-                add(&mut sum, &determinant(a, b.minus(a), c.minus(a)));
-            }
-            sum
+        let (patches, carried, triangles) = (&self.patches, &self.carried, &self.triangles);
+        self.sums.add_to(executor, 1.0 / 6.0, out, |range| {
+            dispatch!(level(), simd => {
+                let mut sum = Determinants::zero(simd);
+                if range.end <= patches.len() {
+                    for patch in &patches[range] {
+                        patch.add_to(simd, lattice, &mut sum);
+                    }
+                } else {
+                    for triangle in &triangles[range.start - patches.len()..range.end - patches.len()] {
+                        let [a, b, c] = load(simd, carried, triangle);
+                        sum.add(Line::zxy(simd, a), Arm::new(simd, b - a), Arm::new(simd, c - a));
+                    }
+                }
+                sum.coefficients()
+            })
         });
     }
 }
 
-/// Trilinear interpolation, as the weighted sum of the corners.
-#[inline]
-fn embed(point: &SurfacePoint, lattice: &[Moving]) -> Moving {
-    let [x, y, z] = point.local;
-    let (x, y, z) = ([1.0 - x, x], [1.0 - y, y], [1.0 - z, z]);
-    let mut sum = Moving::default();
-    for (k, &corner) in point.corners.iter().enumerate() {
-        sum.add_weighted(&lattice[corner as usize], x[k & 1] * y[k >> 1 & 1] * z[k >> 2 & 1]);
+/// Carries the points of some cells along: each is the weighted mean of the corners of its cell.
+#[inline(always)]
+fn carry<S: Simd>(simd: S, runs: &[Run], lattice: &[Moving], weights: &[[f32; 8]], carried: &mut [Moving]) {
+    let mut points = carried.iter_mut().zip(weights);
+    for run in runs {
+        // From one corner on: small numbers, of which little is lost to rounding.
+        let mut corners = load(simd, lattice, &run.corners);
+        for k in 1..8 {
+            corners[k] -= corners[0];
+        }
+        for (point, weights) in points.by_ref().take(run.points) {
+            let mut offset = corners[1] * weights[1];
+            for k in 2..8 {
+                offset = corners[k].mul_add(f32x8::splat(simd, weights[k]), offset);
+            }
+            point.store(corners[0] + offset);
+        }
     }
-    sum
 }

@@ -1,12 +1,14 @@
 //! The part of a surface that lies within one cell, as constants: its volume without looking at its triangles.
 
-use super::line::{Line, Moving, determinant};
+use fearless_simd::{Simd, SimdBase, f32x8, f64x4};
+
+use super::line::{Arm, Determinants, Line, Moving, load};
 
 /// Products of three different basis functions of eight.
 const MOMENTS: usize = 56;
 
-/// From how many triangles on a patch is cheaper than the triangles: it takes 21 determinants and some sums.
-pub(super) const WORTHWHILE: usize = 30;
+/// From how many triangles on a patch is cheaper than the triangles: it takes 21 determinants and 56 sums.
+pub(super) const WORTHWHILE: usize = 16;
 
 /// Triangles whose corners all lie in one cell.
 ///
@@ -40,21 +42,26 @@ impl Patch {
         Self { corners, moments }
     }
 
-    /// The coefficients of the sum of `det[a, b, c]`.
-    pub(super) fn coefficients(&self, lattice: &[Moving]) -> [f64; 4] {
-        let m = differences(self.corners.map(|corner| lattice[corner as usize].line()));
+    /// Adds the sum of `det[a, b, c]`.
+    #[inline(always)]
+    pub(super) fn add_to<S: Simd>(&self, simd: S, lattice: &[Moving], sum: &mut Determinants<S>) {
+        let terms = terms(simd, &self.corners, lattice);
+        let (mut rows, mut arms) = ([Line::zero(simd); 8], [Arm::new(simd, terms[0]); 8]);
+        for k in 0..8 {
+            rows[k] = Line::zxy(simd, terms[k]);
+            arms[k] = Arm::new(simd, terms[k]);
+        }
         let mut moments = self.moments.iter();
-        let mut sum = [0.0; 4];
         for j in 1..8 {
             for k in j + 1..8 {
-                let mut weighted = Line::default();
-                for (m, &moment) in m[..j].iter().zip(moments.by_ref()) {
-                    weighted = weighted.plus(m.times(moment));
+                let mut weighted = Line::zero(simd);
+                for i in 0..j {
+                    let moment = moments.next().copied().unwrap_or_default();
+                    weighted = weighted.plus_times(rows[i], f64x4::splat(simd, moment));
                 }
-                super::sums::add(&mut sum, &determinant(weighted, m[j], m[k]));
+                sum.add(weighted, arms[j], arms[k]);
             }
         }
-        sum
     }
 }
 
@@ -63,12 +70,16 @@ fn basis([x, y, z]: [f32; 3]) -> [f64; 8] {
     [1.0, x, y, x * y, z, x * z, y * z, x * y * z]
 }
 
-/// The corners of a cell to the coefficients of its trilinear map: differences along x, y and z.
-fn differences(mut m: [Line; 8]) -> [Line; 8] {
+/// The coefficients of a cell's trilinear map: differences of its corners along x, y and z.
+#[inline(always)]
+fn terms<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Moving]) -> [f32x8<S>; 8] {
+    let mut terms = load(simd, lattice, corners);
     for axis in [1, 2, 4] {
-        for k in (0..8).filter(|k| k & axis != 0) {
-            m[k] = m[k].minus(m[k ^ axis]);
+        for k in 0..8 {
+            if k & axis != 0 {
+                terms[k] -= terms[k ^ axis];
+            }
         }
     }
-    m
+    terms
 }

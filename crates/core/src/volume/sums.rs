@@ -23,17 +23,21 @@ struct Chunk {
 impl ChunkedSum {
     /// `counts[c]` terms of component `c`, one component after the other; `size` terms in a chunk.
     pub(super) fn new(counts: &[usize], size: usize) -> Self {
-        let mut chunks = Vec::new();
-        let mut first = 0;
+        Self { chunks: Vec::new() }.then(counts, size)
+    }
+
+    /// The same and more terms behind them, again one component after the other.
+    pub(super) fn then(mut self, counts: &[usize], size: usize) -> Self {
+        let mut first = self.chunks.last().map_or(0, |chunk| chunk.terms.end);
         for (component, count) in counts.iter().enumerate() {
             let end = first + count;
             while first < end {
                 let next = end.min(first + size);
-                chunks.push(Chunk { terms: first..next, component, sum: [0.0; 4] });
+                self.chunks.push(Chunk { terms: first..next, component, sum: [0.0; 4] });
                 first = next;
             }
         }
-        Self { chunks }
+        self
     }
 
     /// Adds `factor` times the sum of the terms of each component to `sums` (one per component).
@@ -44,18 +48,12 @@ impl ChunkedSum {
         sums: &mut [[f64; 4]],
         terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
     ) {
-        executor.each(&mut self.chunks, |chunk| chunk.sum = terms(chunk.terms.clone()));
+        executor.share(self.chunks.iter_mut(), |chunk| chunk.sum = terms(chunk.terms.clone()));
         for chunk in &self.chunks {
-            add(&mut sums[chunk.component], &chunk.sum.map(|sum| factor * sum));
+            for (sum, term) in sums[chunk.component].iter_mut().zip(chunk.sum) {
+                *sum += factor * term;
+            }
         }
-    }
-}
-
-/// `sum += term`.
-#[inline]
-pub(super) fn add(sum: &mut [f64; 4], term: &[f64; 4]) {
-    for (sum, term) in sum.iter_mut().zip(term) {
-        *sum += term;
     }
 }
 

@@ -50,16 +50,17 @@ pub(super) fn measure(
 /// Adds the triangles of one component: patches of cells that hold many, the others one by one, cell by cell.
 fn gather(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts) {
     let cell = |corner: u32| embedding.cell(corner as usize);
-    // Those that cross from cell to cell go with the last of their cells, after those that lie in it.
+    // Those that cross from cell to cell, or leave theirs, go with the last of their cells, after those that lie in it.
+    let outside = |corner: &u32| embedding.local(*corner as usize).iter().any(|x| !(0.0..=1.0).contains(x));
     let place = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(cell);
-        (a.max(b).max(c), a != b || b != c)
+        (a.max(b).max(c), a != b || b != c || triangle.iter().any(outside))
     };
     triangles.sort_by_cached_key(place);
     let (patches, others) = (parts.patches.len(), parts.triangles.len());
     for group in triangles.chunk_by(|a, b| place(a) == place(b)) {
-        let (_, crosses) = place(&group[0]);
-        if crosses || group.len() < patch::WORTHWHILE {
+        let (_, leaves) = place(&group[0]);
+        if leaves || group.len() < patch::WORTHWHILE {
             parts.triangles.extend_from_slice(group);
         } else {
             let places = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
@@ -85,7 +86,7 @@ fn number_points(embedding: &Embedding, parts: &mut Parts) {
     }
     let point = |&vertex: &u32| SurfacePoint {
         corners: embedding.corners(vertex as usize),
-        local: embedding.local(vertex as usize),
+        weights: embedding.weights(vertex as usize),
     };
     parts.points = used.iter().map(point).collect();
 }

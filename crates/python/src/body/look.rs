@@ -1,9 +1,9 @@
 //! Looking at a body: goals, the corrected lattice, the surface, reports. Nothing here changes what follows.
 
-use nalgebra::RealField;
 use numpy::{Element, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use supple::Coordinate;
 
 use super::Body;
 use crate::arrays::{self, Out, fill};
@@ -77,7 +77,7 @@ impl Body {
         }
     }
 
-    fn write_surface<'py, T: Element + RealField + Copy>(
+    fn write_surface<'py, T: Element + Coordinate>(
         &self,
         array: Bound<'py, PyArray2<T>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -88,7 +88,7 @@ impl Body {
         Ok(array.into_any())
     }
 
-    fn write_normals<'py, T: Element + RealField + Copy>(
+    fn write_normals<'py, T: Element + Coordinate>(
         &self,
         array: Bound<'py, PyArray2<T>>,
     ) -> PyResult<Bound<'py, PyAny>> {

@@ -1,0 +1,45 @@
+//! The numbers that positions and normals are written as.
+
+use fearless_simd::{Simd, SimdBase, f64x4};
+use nalgebra::RealField;
+
+/// A number that coordinates can be written as: `f32` or `f64`.
+pub trait Coordinate: RealField + Copy + Send + Sync + Narrow {}
+
+impl Coordinate for f32 {}
+impl Coordinate for f64 {}
+
+/// What kernels need of a [`Coordinate`].
+pub trait Narrow: Sized {
+    /// The first three of four numbers.
+    fn narrow<S: Simd>(simd: S, wide: f64x4<S>) -> [Self; 3];
+
+    /// A number of single precision.
+    fn of(single: f32) -> Self;
+}
+
+impl Narrow for f32 {
+    #[inline(always)]
+    fn narrow<S: Simd>(simd: S, wide: f64x4<S>) -> [Self; 3] {
+        let [x, y, z, ..] = simd.narrow_f64x4(wide, wide).to_array();
+        [x, y, z]
+    }
+
+    #[inline(always)]
+    fn of(single: f32) -> Self {
+        single
+    }
+}
+
+impl Narrow for f64 {
+    #[inline(always)]
+    fn narrow<S: Simd>(_: S, wide: f64x4<S>) -> [Self; 3] {
+        let [x, y, z, _] = wide.to_array();
+        [x, y, z]
+    }
+
+    #[inline(always)]
+    fn of(single: f32) -> Self {
+        single.into()
+    }
+}
