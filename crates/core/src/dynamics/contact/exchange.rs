@@ -15,7 +15,7 @@ pub(super) struct Contact {
     pub(super) came: Quad,
     /// Least velocity along the normal to leave with.
     pub(super) leave: f32,
-    /// The greatest that it may be given, unless it has it: as fast as it came.
+    /// Velocity along the normal up to which leaving gives no energy, the speed with which it came; at least `leave`.
     pub(super) most: f32,
     /// Greatest impulse across the normal for one along it.
     pub(super) friction: f32,
@@ -106,6 +106,9 @@ fn slowest(free: &Quad, came: &Quad) -> Quad {
     add(&mut across, came, 1.0);
     // Twice the centre of the ball, and its diameter: the centre is the farther from zero.
     let (distance, diameter) = (dot(&middle, &middle).sqrt(), dot(&across, &across).sqrt());
+    if !distance.is_finite() {
+        return [0.0; 4];
+    }
     middle.map(|x| 0.5 * x * (1.0 - diameter / distance))
 }
 
@@ -120,6 +123,7 @@ mod tests {
             let slip = slowest(&free, &[came, 0.0, 0.0, 0.0]);
             assert!((slip[0] - slowed).abs() < 1e-6 && slip[1] == 0.0 && slip[2] == 0.0, "{came}: {slip:?}");
         }
+        assert_eq!(slowest(&[1e30, 0.0, 0.0, 0.0], &[-1e20, 0.0, 0.0, 0.0]), [0.0; 4], "squares beyond f32");
         // In the plane: on the ball, in which no point is slower.
         let slip = slowest(&free, &[-1.0, 1.0, 0.0, 0.0]);
         let work = (slip[0] - 2.0) * (slip[0] - 1.0) + slip[1] * (slip[1] + 1.0);

@@ -4,9 +4,10 @@ use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use super::exchange::Contact;
+use super::links::Link;
 use super::patch::Patch;
 use super::quad::{Quad, add, difference, quad, vector};
-use super::solver::{Link, Solver};
+use super::solver::Solver;
 use crate::dynamics::colliders::PosedCollider;
 
 /// How a lattice vertex moves in a step: its place at the end, local, in cells, its velocity, in cells per second, and

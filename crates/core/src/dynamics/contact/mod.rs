@@ -6,7 +6,7 @@
 //! | `patch` | those about one lattice vertex, which act as one |
 //! | `impact` | how fast a patch comes, and how fast it is to leave |
 //! | `exchange` | the impulses along the normal and across it that this asks of it alone |
-//! | `solver` | those of all patches together |
+//! | `solver`, `links` | those of all patches together |
 //! | `push_out` | what is inside all the same comes out, by positions alone |
 //!
 //! A velocity that a contact changes changes the position with it, by the change times the step, so that a step stays
@@ -21,6 +21,7 @@ mod detection;
 mod exchange;
 mod field;
 mod impact;
+mod links;
 mod patch;
 mod push_out;
 mod quad;

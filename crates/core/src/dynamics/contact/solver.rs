@@ -14,26 +14,14 @@
 //! contacts that let go or slip, a share of all is taken back, so that they give no energy.
 
 use super::exchange::{Contact, Exchange};
+use super::links::{Link, Links, mean};
 use super::quad::{Quad, add, dot};
-
-/// No place.
-const NONE: u32 = u32::MAX;
-
-/// A vertex under a contact.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Link {
-    /// Where the vertex stands among the touched ones.
-    pub(super) vertex: u32,
-    pub(super) weight: f32,
-    /// Its velocity for a unit of impulse: the weight over the mass.
-    response: f32,
-}
 
 /// When the impulses are good enough: after so many passes, or when one changes no contact's velocity by more than
 /// `least`, or by more than `share` of what the first changed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// One, and four at a time.
+    /// One, and a multiple of four.
     pub(super) passes: usize,
     pub(super) share: f32,
     pub(super) least: f32,
@@ -43,11 +31,7 @@ pub(super) struct Effort {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
     exchanges: Vec<Exchange>,
-    links: Vec<Link>,
-    /// Rows of the touched vertices.
-    rows: Vec<u32>,
-    /// For each row, where it stands in `rows`.
-    index: Vec<u32>,
+    links: Links,
     /// What each touched vertex is given, and what one pass adds to it.
     given: Vec<Quad>,
     sums: Vec<Quad>,
@@ -56,14 +40,11 @@ pub(super) struct Solver {
 impl Solver {
     /// For vertices in so many rows.
     pub(super) fn new(rows: usize) -> Self {
-        Self { index: vec![NONE; rows], ..Self::default() }
+        Self { links: Links::new(rows), ..Self::default() }
     }
 
     /// Forgets all contacts.
     pub(super) fn clear(&mut self) {
-        for row in self.rows.drain(..) {
-            self.index[row as usize] = NONE;
-        }
         self.exchanges.clear();
         self.links.clear();
         self.given.clear();
@@ -77,32 +58,25 @@ impl Solver {
 
     /// Names the vertices of which the next contact is the mean: rows and weights; `mobilities` has 1/mass of each row.
     pub(super) fn link(&mut self, vertices: impl Iterator<Item = (u32, f32)>, mobilities: &[f32]) {
-        for (row, weight) in vertices {
-            let vertex = &mut self.index[row as usize];
-            if *vertex == NONE {
-                *vertex = self.rows.len() as u32;
-                self.rows.push(row);
-                self.given.push([0.0; 4]);
-                self.sums.push([0.0; 4]);
-            }
-            self.links.push(Link { vertex: *vertex, weight, response: weight * mobilities[row as usize] });
-        }
+        self.links.extend(vertices, mobilities);
+        self.given.resize(self.links.rows.len(), [0.0; 4]);
+        self.sums.resize(self.links.rows.len(), [0.0; 4]);
     }
 
     /// The vertices that were named for the next contact.
     pub(super) fn linked(&self) -> &[Link] {
-        &self.links[self.exchanges.last().map_or(0, |last| last.links.end)..]
+        &self.links.list[self.exchanges.last().map_or(0, |last| last.links.end)..]
     }
 
     /// Adds the contact whose vertices were named.
     pub(super) fn add(&mut self, contact: Contact) {
-        let end = self.links.len();
+        let end = self.links.list.len();
         self.exchanges.push(Exchange::new(contact, end - self.linked().len()..end));
     }
 
     /// Rows of the touched vertices, in the order in which they were first named.
     pub(super) fn rows(&self) -> &[u32] {
-        &self.rows
+        &self.links.rows
     }
 
     /// Exchanges impulses.
@@ -121,15 +95,15 @@ impl Solver {
         self.take_back();
     }
 
-    /// Takes back a share of all impulses where they would give energy: none is given by those of which the sum of
-    /// products with what the contacts had at most, and have now, is zero.
+    /// Takes back a share of all impulses where together they give energy. Twice the work of an impulse is its product
+    /// with the velocities that the contact had before, at most, and has now; what it changed of them grows with it.
     fn take_back(&mut self) {
         let (mut due, mut taken) = (0.0, 0.0);
         for exchange in &self.exchanges {
             let Contact { normal, velocity, came, most, .. } = &exchange.contact;
             let impulse = exchange.impulse();
             due += dot(&impulse, normal) * most - dot(&impulse, velocity) - dot(&impulse, came);
-            taken += dot(&impulse, &mean(&self.links[exchange.links.clone()], &self.given));
+            taken += dot(&impulse, &mean(self.links.of(&exchange.links), &self.given));
         }
         if taken > due {
             let share = (due / taken).max(0.0);
@@ -145,25 +119,25 @@ impl Solver {
 
     /// What each touched vertex was given: rows and velocities.
     pub(super) fn given(&self) -> impl Iterator<Item = (u32, &Quad)> {
-        self.rows.iter().copied().zip(&self.given)
+        self.links.rows.iter().copied().zip(&self.given)
     }
 
     /// What each touched vertex was given along the normals: rows and velocities.
     pub(super) fn given_along(&mut self) -> impl Iterator<Item = (u32, &Quad)> {
         self.sums.fill([0.0; 4]);
         for exchange in &self.exchanges {
-            for link in &self.links[exchange.links.clone()] {
+            for link in self.links.of(&exchange.links) {
                 let sum = &mut self.sums[link.vertex as usize];
                 add(sum, &exchange.contact.normal, exchange.along * link.response);
             }
         }
-        self.rows.iter().copied().zip(&self.sums)
+        self.links.rows.iter().copied().zip(&self.sums)
     }
 
     /// Contacts, and the velocity that each was given along its normal.
     pub(super) fn gains(&self) -> impl Iterator<Item = (&Contact, f32)> {
         self.exchanges.iter().map(|Exchange { contact, links, .. }| {
-            (contact, dot(&mean(&self.links[links.clone()], &self.given), &contact.normal))
+            (contact, dot(&mean(self.links.of(links), &self.given), &contact.normal))
         })
     }
 
@@ -171,11 +145,11 @@ impl Solver {
     fn find_responses(&mut self) {
         let Self { exchanges, links, sums, .. } = self;
         sums.fill([0.0; 4]);
-        for link in &*links {
+        for link in &links.list {
             sums[link.vertex as usize][0] += link.response;
         }
         for exchange in exchanges {
-            let links = links[exchange.links.clone()].iter();
+            let links = links.of(&exchange.links).iter();
             exchange.set_response(links.map(|link| link.weight * sums[link.vertex as usize][0]).sum());
         }
     }
@@ -189,7 +163,7 @@ impl Solver {
         sums.fill([0.0; 4]);
         let mut greatest = 0.0_f32;
         for exchange in exchanges {
-            let links = &links[exchange.links.clone()];
+            let links = links.of(&exchange.links);
             let mut velocity = mean(links, given);
             add(&mut velocity, &exchange.contact.velocity, 1.0);
             let change = exchange.change(&velocity, far);
@@ -205,23 +179,6 @@ impl Solver {
     }
 }
 
-/// The weighted mean of what vertices are given.
-#[inline(always)]
-fn mean(links: &[Link], given: &[Quad]) -> Quad {
-    // Two sums, so that one need not wait for the other.
-    let (mut sum, mut other) = ([0.0; 4], [0.0; 4]);
-    let (pairs, last) = links.as_chunks::<2>();
-    for [a, b] in pairs {
-        add(&mut sum, &given[a.vertex as usize], a.weight);
-        add(&mut other, &given[b.vertex as usize], b.weight);
-    }
-    for link in last {
-        add(&mut sum, &given[link.vertex as usize], link.weight);
-    }
-    add(&mut sum, &other, 1.0);
-    sum
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -235,7 +192,7 @@ mod tests {
     /// A contact's velocity afterwards, and its impulse.
     fn outcome(solver: &Solver, index: usize) -> (Quad, Quad) {
         let exchange = &solver.exchanges[index];
-        let mut velocity = mean(&solver.links[exchange.links.clone()], &solver.given);
+        let mut velocity = mean(solver.links.of(&exchange.links), &solver.given);
         add(&mut velocity, &exchange.contact.velocity, 1.0);
         (velocity, exchange.impulse())
     }
