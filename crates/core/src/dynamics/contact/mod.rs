@@ -15,6 +15,10 @@
 //! norm of M and V between x and x+, by its product with (x+ - x-) / 2h: the mean of the velocities after and before
 //! the step. A contact that pushes and leaves no faster than it came does no work; nor does friction that is
 //! against that mean. (The time-stepping of impacts by Paoli & Schatzman, 1993, rests on the same product.)
+//!
+//! Exceptions are small: a point that was leaving and was turned back by more than it can come back stops at the
+//! surface, and what is pushed out by positions is lifted. Impulses that are not yet right let a body sink, which the
+//! push-out then makes good: how still a body rests depends on them.
 
 mod bounds;
 mod detection;
