@@ -24,7 +24,7 @@ class Collider:
     friction : float, default 0.5
         Coulomb coefficient, >= 0; at 0 bodies slide freely.
     restitution : float, default 0
-        Speed after over speed before an impact, in [0, 1].
+        Speed after over speed before an impact, in [0, 1]. Impacts slower than two steps of free fall do not bounce.
     keys : list of (time, translate, rotate), default none
         Moves the collider about its centre: seconds, length, degrees about the fixed axes x, then y, then z.
         Linear in time, angles too.

@@ -160,7 +160,8 @@ fn overlapping_and_repeated_colliders_support_as_one_does() {
     for p in block.surface() {
         assert!(p.y > -1e-3 * CELL && p.x > -1e-3 * CELL, "{p}");
     }
-    block.run(600, &both, DT);
+    // Its foot stands; what sways above it has no damping of its own.
+    block.run(900, &both, DT);
     assert!(lowest(&block).abs() < 0.05, "{}", lowest(&block));
     assert!(block.mean_velocity().norm() < 0.01, "{}", block.mean_velocity());
 }

@@ -125,6 +125,11 @@ impl Block {
 
     /// Contacts alone, no time passes but that of the interval.
     pub(crate) fn resolve(&mut self, colliders: &Colliders, step: Interval) -> ContactReport {
+        self.contacts.begin(&self.velocities);
+        self.finish(colliders, step)
+    }
+
+    fn finish(&mut self, colliders: &Colliders, step: Interval) -> ContactReport {
         let gravity = self.gravity;
         let (mut state, contacts) = self.state();
         contacts.resolve(&mut state, colliders, step, gravity)
@@ -132,6 +137,7 @@ impl Block {
 
     /// One whole step of length `dt` with stiffness `alpha`; 0 = the vertices do not know each other.
     pub(crate) fn step(&mut self, colliders: &Colliders, dt: f64, alpha: f64) -> ContactReport {
+        self.contacts.begin(&self.velocities);
         let goals = if alpha > 0.0 { self.goals() } else { Vec::new() };
         let gravity = Vector3::from(self.gravity) / self.frame.cell_size;
         let before: Vec<_> = (0..self.rest.len()).map(|v| self.position(v)).collect();
@@ -146,7 +152,7 @@ impl Block {
             self.velocities.set(self.slots[v], velocity.map(|c| c as f32).into());
             self.positions.set(self.slots[v], (before[v] + velocity * dt).map(|c| c as f32).into());
         }
-        let report = self.resolve(colliders, Interval::of_step(self.steps, dt));
+        let report = self.finish(colliders, Interval::of_step(self.steps, dt));
         self.steps += 1;
         report
     }

@@ -30,6 +30,9 @@ impl Body {
         self.open_books(executor);
         let gain = self.fall(world);
         self.damp(world, executor);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.begin(&self.state.velocities);
+        }
         self.match_shape(world, gain, executor);
         self.advance(world, executor);
         self.touch(world);

@@ -12,8 +12,9 @@ pub struct Collider {
     pub shape: Shape,
     /// Coulomb coefficient, >= 0: greatest tangential over normal impulse. Default 0.5; 0 slides freely.
     pub friction: f64,
-    /// Speed after over speed before an impact, [0, 1]. Default 0: no bounce. Above one half a stiff body without damping
-    /// may gain energy, since its vibration is reflected with it.
+    /// Speed after over speed before an impact, [0, 1]. Default 0: no bounce. At 1 the surface leaves as fast as it came;
+    /// what the body keeps of its height is less, since it vibrates after the impact. Impacts slower than two steps of
+    /// free fall do not bounce.
     pub restitution: f64,
     /// Motion of the shape about its centre. Default: none, it rests.
     pub keys: Vec<Key>,

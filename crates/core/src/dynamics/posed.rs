@@ -42,11 +42,11 @@ impl PosedShape {
         }
     }
 
-    /// For a plane, whose distance is linear, the distances of the corners of a cell: those of its samples are
-    /// then the same weighted sums. None for other shapes.
-    pub(super) fn linear_distances(&self, corners: &[Vector3<f64>; 8]) -> Option<[f64; 8]> {
+    /// For a plane, whose distance is linear: its normal, and the distance of the origin below it. None for other
+    /// shapes.
+    pub(super) fn plane(&self) -> Option<(Vector3<f64>, f64)> {
         match self {
-            Self::Plane { point, normal } => Some(corners.map(|corner| normal.dot(&(corner - point.coords)))),
+            Self::Plane { point, normal } => Some((*normal, normal.dot(&point.coords))),
             _ => None,
         }
     }

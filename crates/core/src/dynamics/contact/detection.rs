@@ -1,112 +1,148 @@
 //! Which samples touch a collider: strips of cells, then cells, then samples.
 
-use nalgebra::Point3;
+use fearless_simd::{Simd, dispatch};
 
-use super::bounds::{bounds, may_touch};
-use super::response::Contact;
-use super::{ContactReport, Contacts, PUSH_LIMIT, SKIN};
+use super::ContactReport;
+use super::bounds::may_touch;
+use super::field::{Curved, Field, Flat};
+use super::patch::{Patch, Touching};
+use super::quad::{Quad, vector};
 use crate::Lanes;
-use crate::dynamics::colliders::PosedCollider;
-use crate::dynamics::frame::wide;
-use crate::dynamics::samples::{CellMap, STRIP, trilinear};
+use crate::dynamics::posed::PosedShape;
+use crate::dynamics::samples::{SampleCells, monomials};
+use crate::parallel::level;
 
-/// Room in cells for the rounding of distances that are weighted sums of the corners'.
-const ROUNDING: f64 = 1e-4;
+/// No patch.
+const NONE: u32 = u32::MAX;
 
-/// One collider during one step.
-pub(super) struct Step<'a> {
-    pub(super) collider: &'a PosedCollider,
-    /// Seconds.
-    pub(super) dt: f64,
-    /// Approach in cells per second up to which nothing bounces.
-    pub(super) quiet: f64,
+/// Finds the samples that touch; its buffers.
+#[derive(Clone, Debug)]
+pub(super) struct Detection {
+    /// Place of the vertex in each row, local.
+    places: Vec<Quad>,
+    /// Its distance from a plane.
+    heights: Vec<f64>,
+    patches: Patches,
 }
 
-impl Contacts {
-    /// Copies the positions of the samples' vertices to `places`.
-    pub(super) fn gather(&mut self, positions: &Lanes<3>) {
-        for (place, &slot) in self.places.iter_mut().zip(&self.samples.slots) {
-            *place = positions.get(slot);
+/// The patches of one collider, in a fixed order.
+#[derive(Clone, Debug)]
+struct Patches {
+    list: Vec<Patch>,
+    /// For each row, where its patch stands in the list.
+    index: Vec<u32>,
+}
+
+impl Detection {
+    /// For samples of vertices in so many rows.
+    pub(super) fn new(rows: usize) -> Self {
+        Self {
+            places: vec![[0.0; 4]; rows],
+            heights: vec![0.0; rows],
+            patches: Patches { list: Vec::new(), index: vec![NONE; rows] },
         }
     }
 
-    /// Collects the samples that touch the collider.
-    pub(super) fn detect(&mut self, step: &Step<'_>, velocities: &Lanes<3>, report: &mut ContactReport) {
-        self.response.open_group(step.collider);
-        for strip in 0..self.samples.strips.len() {
-            let rows = self.samples.strips[strip].iter();
-            let (centre, half) = bounds(rows.map(|&row| &self.places[row as usize]));
-            if may_touch(step.collider, &centre, &half) {
-                let first = strip * STRIP;
-                for cell in first..(first + STRIP).min(self.samples.corners.len()) {
-                    self.detect_in_cell(cell, step, velocities, report);
+    /// Reads the places of the samples' vertices.
+    pub(super) fn read(&mut self, positions: &Lanes<3>, slots: &[u32]) {
+        for (place, &slot) in self.places.iter_mut().zip(slots) {
+            let [x, y, z] = positions.get(slot);
+            *place = [x, y, z, 0.0];
+        }
+    }
+
+    /// The place of the vertex in a row.
+    pub(super) fn place(&self, row: u32) -> &Quad {
+        &self.places[row as usize]
+    }
+
+    /// The patches that were found last, in a fixed order.
+    pub(super) fn patches(&self) -> impl Iterator<Item = &Patch> {
+        self.patches.list.iter().filter(|patch| patch.counts())
+    }
+
+    /// Finds the samples that are inside the shape or nearer to it than `skin`, in cells; adds them to the report.
+    pub(super) fn find(
+        &mut self,
+        shape: &PosedShape,
+        samples: &SampleCells,
+        skin: f64,
+        report: &mut ContactReport,
+    ) {
+        let Self { places, heights, patches } = self;
+        patches.clear();
+        if !may_touch(shape, places.iter(), skin) {
+            return;
+        }
+        if let Some((normal, offset)) = shape.plane() {
+            for (height, place) in heights.iter_mut().zip(&*places) {
+                *height = normal.dot(&vector(place)) - offset;
+            }
+            let field = Flat { heights };
+            dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
+        } else {
+            let field = Curved { shape, places };
+            dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
+        }
+    }
+}
+
+impl Patches {
+    fn clear(&mut self) {
+        for patch in self.list.drain(..) {
+            self.index[patch.row as usize] = NONE;
+        }
+    }
+
+    /// Samples lie between the corners of their cells: only the cells that may touch are looked into.
+    #[inline(always)]
+    fn search<S: Simd>(
+        &mut self,
+        simd: S,
+        field: &impl Field,
+        samples: &SampleCells,
+        skin: f64,
+        report: &mut ContactReport,
+    ) {
+        let mut count = 0.0;
+        for (rows, cells) in samples.strips() {
+            if !field.may_touch(rows, skin) {
+                continue;
+            }
+            for cell in cells {
+                let corners = &samples.corners[cell];
+                if !field.may_touch(corners, skin) {
+                    continue;
+                }
+                let known = field.cell(corners);
+                for block in samples.of_cell(cell) {
+                    if !field.may_touch_block(simd, &known, block, skin) {
+                        continue;
+                    }
+                    let monomials = monomials(simd, &block.places);
+                    let low = field.distances(simd, &known, &monomials[0]);
+                    let high = field.distances(simd, &known, &monomials[1]);
+                    if let Some(touching) = Touching::within(simd, [low, high], &block.shares, skin) {
+                        count += touching.count;
+                        report.deepest = report.deepest.max(touching.deepest);
+                        let patch = self.about(corners[usize::from(block.corner)]);
+                        patch.take(simd, &touching, block, corners, &monomials);
+                    }
                 }
             }
         }
-        self.response.close_group();
+        // Shares of powers of two: the sum is exact.
+        report.contacts += count as usize;
     }
 
-    /// Collects the samples of one cell that touch the collider.
-    fn detect_in_cell(
-        &mut self,
-        cell: usize,
-        step: &Step<'_>,
-        velocities: &Lanes<3>,
-        report: &mut ContactReport,
-    ) {
-        let Step { collider, dt, quiet } = *step;
-        let rows = self.samples.corners[cell];
-        let places = rows.map(|row| self.places[row as usize]);
-        let corners = places.map(wide);
-        let distances = collider.shape.linear_distances(&corners);
-        let may_touch = match &distances {
-            // A sample lies between the corners, and so does its distance.
-            Some(distances) => distances.iter().any(|&d| d <= SKIN + ROUNDING),
-            None => {
-                let (centre, half) = bounds(places.iter());
-                may_touch(collider, &centre, &half)
-            }
-        };
-        if !may_touch {
-            return;
+    /// The patch about the vertex in a row.
+    #[inline(always)]
+    fn about(&mut self, row: u32) -> &mut Patch {
+        let place = &mut self.index[row as usize];
+        if *place == NONE {
+            *place = self.list.len() as u32;
+            self.list.push(Patch::about(row));
         }
-        let distance_of = distances.map(CellMap::new);
-        let place_of = CellMap::new(corners);
-        let mut velocity_of = None;
-        for &sample in self.samples.of_cell(cell) {
-            if distance_of.is_some_and(|distance| distance.at(sample) > SKIN + ROUNDING) {
-                continue;
-            }
-            let place = Point3::from(place_of.at(sample));
-            let here = collider.shape.signed_distance(&place);
-            let touches = here.distance <= SKIN;
-            // Also where the distance is not a number.
-            if !touches {
-                continue;
-            }
-            let velocity = velocity_of
-                .get_or_insert_with(|| {
-                    CellMap::new(rows.map(|row| wide(velocities.get(self.samples.slots[row as usize]))))
-                })
-                .at(sample);
-            let surface = collider.velocity_at(&place);
-            let approach = (surface - velocity).dot(&here.normal);
-            // A sample that already touched when the step began rests and does not bounce, however hard the
-            // body's own forces press it down.
-            let came = collider.before.signed_distance(&(place - velocity * dt)).distance > SKIN;
-            report.contacts += 1;
-            report.deepest = report.deepest.max(-here.distance);
-            self.response.add(
-                rows,
-                Contact {
-                    weights: trilinear(sample),
-                    normal: here.normal,
-                    surface,
-                    bounce: if came && approach > quiet { collider.restitution * approach } else { 0.0 },
-                    left: (-here.distance - PUSH_LIMIT - approach.max(0.0) * dt).max(0.0),
-                    ..Contact::default()
-                },
-            );
-        }
+        &mut self.list[*place as usize]
     }
 }

@@ -1,0 +1,188 @@
+//! Contacts give no energy, whatever the restitution, and bodies come to rest on them.
+
+mod common;
+
+use common::{block, lattice};
+use nalgebra::{Point3, Vector3};
+use supple::{Body, BodyBuilder, Collider, Mesh, Simulation, VolumeOptions};
+
+const DT: f64 = 1.0 / 60.0;
+const GRAVITY: f64 = 9.81;
+
+/// A body above the ground by `height`.
+fn drop(body: BodyBuilder, ground: Collider, height: f64) -> Simulation {
+    let body = body.translate([0.0, 100.0, 0.0]).build().unwrap();
+    let low = lowest(&body);
+    let ground =
+        Collider { shape: Collider::plane([0.0, low - height, 0.0], [0.0, 1.0, 0.0]).shape, ..ground };
+    let world = Simulation::builder().body(body).collider(ground).gravity([0.0, -GRAVITY, 0.0]);
+    world.dt(DT).threads(1).build().unwrap()
+}
+
+fn lowest(body: &Body) -> f64 {
+    let surface = if body.mesh().is_some() { body.surface().positions } else { body.positions() };
+    surface.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
+}
+
+fn centre(body: &Body) -> Vector3<f64> {
+    let (positions, masses) = (body.positions(), body.masses());
+    let sum: Vector3<f64> = positions.iter().zip(&masses).map(|(p, m)| p.coords * *m).sum();
+    sum / masses.iter().sum::<f64>()
+}
+
+/// Kinetic energy and that of gravity above `level`, which a free fall keeps to rounding: heights are those half way
+/// through the last step.
+fn energy(body: &Body, level: f64) -> f64 {
+    let terms = body.positions().into_iter().zip(body.velocities()).zip(body.masses());
+    terms.map(|((p, v), m)| m * (0.5 * v.norm_squared() + GRAVITY * (p.y - 0.5 * DT * v.y - level))).sum()
+}
+
+/// Bare blocks that fall flat, on a corner, and on an end.
+fn shapes() -> [(&'static str, BodyBuilder); 3] {
+    let cube = || Body::from_lattice(lattice(&block([3, 3, 3])));
+    let bar = Body::from_lattice(lattice(&block([8, 2, 2])));
+    [
+        ("flat", cube()),
+        ("on a corner", cube().rotate([25.0, 10.0, 40.0])),
+        ("on an end", bar.rotate([0.0, 0.0, 30.0])),
+    ]
+}
+
+/// Steps a body for ten seconds; nothing but gravity and the ground acts on it.
+fn keeps_its_energy(name: &str, body: BodyBuilder, stiffness: f64, ground: Collider) {
+    let (restitution, friction) = (ground.restitution, ground.friction);
+    let mut sim = drop(body.stiffness(stiffness).damping(0.0), ground, 3.0);
+    let level = lowest(sim.body(0)) - 3.0;
+    let start = energy(sim.body(0), level);
+    // What is conserved has beside this the deformation between two steps, at least -stiffness/4 of the kinetic part.
+    let limit = start / (1.0 - stiffness / 4.0) * (1.0 + 1e-4);
+    for step in 0..600 {
+        sim.step();
+        let now = energy(sim.body(0), level);
+        assert!(
+            now <= limit,
+            "{name}, stiffness {stiffness}, restitution {restitution}, friction {friction}: {} at step {step}",
+            now / start
+        );
+    }
+}
+
+#[test]
+fn no_restitution_gives_energy_to_a_body_without_damping() {
+    for stiffness in [1.0, 0.3] {
+        for half_width in [1, 2] {
+            for friction in [0.0, 0.5] {
+                for restitution in [0.0, 0.25, 0.5, 0.75, 0.9, 1.0] {
+                    for (name, body) in shapes() {
+                        let ground =
+                            Collider { restitution, friction, ..Collider::plane([0.0; 3], [1.0; 3]) };
+                        keeps_its_energy(name, body.half_width(half_width), stiffness, ground);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A ball with bumps, of six grids of `n` by `n` quads.
+fn ball(n: i32) -> Mesh {
+    let mut index = std::collections::BTreeMap::new();
+    let (mut vertices, mut quads) = (Vec::new(), Vec::new());
+    for (axis, side) in [(0, 0), (0, n), (1, 0), (1, n), (2, 0), (2, n)] {
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let mut corner = |a: i32, b: i32| {
+                let mut at = [0; 3];
+                (at[axis], at[(axis + 1) % 3], at[(axis + 2) % 3]) = (side, a, b);
+                *index.entry(at).or_insert_with(|| {
+                    let p = Vector3::from(at.map(|x| f64::from(2 * x - n))).normalize();
+                    let radius = 1.0 + 0.04 * (5.0 * p.x + 0.3).sin() * (4.0 * p.z).cos() * (3.0 * p.y).sin();
+                    vertices.push((p * radius).into());
+                    vertices.len() as u32 - 1
+                })
+            };
+            let quad = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            quads.push(if side == 0 { [quad[3], quad[2], quad[1], quad[0]] } else { quad });
+        }
+    }
+    Mesh::new(vertices, &quads).unwrap()
+}
+
+fn ball_body() -> BodyBuilder {
+    Body::builder(ball(12)).lattice_vertices(300).half_width(2).volume(VolumeOptions::off())
+}
+
+#[test]
+fn nor_to_one_with_a_mesh() {
+    for restitution in [0.0, 0.5, 1.0] {
+        for friction in [0.0, 0.5] {
+            let ground = Collider { restitution, friction, ..Collider::plane([0.0; 3], [1.0; 3]) };
+            keeps_its_energy("ball", ball_body(), 0.8, ground);
+        }
+    }
+}
+
+#[test]
+fn a_perfect_bounce_keeps_more_than_a_dull_one() {
+    for (name, body) in shapes() {
+        let risen = |restitution| {
+            let ground = Collider { restitution, friction: 0.0, ..Collider::plane([0.0; 3], [1.0; 3]) };
+            let mut sim = drop(body.clone().half_width(2).stiffness(0.5), ground, 3.0);
+            let start = centre(sim.body(0)).y;
+            let mut heights = Vec::new();
+            for _ in 0..200 {
+                sim.step();
+                heights.push(centre(sim.body(0)).y - start);
+            }
+            let turn = (1..200).find(|&k| heights[k] > heights[k - 1]).unwrap();
+            heights[turn..].iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        };
+        assert!(risen(1.0) > risen(0.5) && risen(1.0) <= 0.0, "{name}: {} {}", risen(1.0), risen(0.5));
+    }
+}
+
+#[test]
+fn bodies_come_to_rest_on_the_ground() {
+    let ball = ("ball", ball_body());
+    for (name, body) in shapes().into_iter().chain([ball]) {
+        for restitution in [0.0, 0.5, 0.9] {
+            let ground = Collider { restitution, ..Collider::plane([0.0; 3], [1.0; 3]) };
+            let mut sim = drop(body.clone().stiffness(0.5).damping(0.1), ground, 1.0);
+            let cell = sim.body(0).lattice().cell_size();
+            let level = lowest(sim.body(0)) - 1.0;
+            sim.steps(60 * 60);
+            let (mut low, mut high) = (centre(sim.body(0)), centre(sim.body(0)));
+            for _ in 0..120 {
+                sim.step();
+                let centre = centre(sim.body(0));
+                (low, high) = (low.inf(&centre), high.sup(&centre));
+                let above = (lowest(sim.body(0)) - level) / cell;
+                assert!(
+                    (-1e-3..5e-3).contains(&above),
+                    "{name}, {restitution}: {above} cells above the ground"
+                );
+            }
+            let moved = (high - low).amax() / cell;
+            assert!(moved < 1e-2, "{name}, restitution {restitution}: it moves by {moved} cells");
+        }
+    }
+}
+
+#[test]
+fn a_symmetric_body_that_falls_flat_stays_so() {
+    let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let cube = Mesh::new(corners, &quads).unwrap();
+    let body = Body::builder(cube).cell_size(0.25).half_width(2).damping(0.05);
+    let mut sim = drop(body, Collider { restitution: 0.4, ..Collider::plane([0.0; 3], [1.0; 3]) }, 1.0);
+    sim.steps(120);
+    let positions = sim.body(0).positions();
+    let mirrors =
+        [|p: Point3<f64>| Point3::new(1.0 - p.x, p.y, p.z), |p: Point3<f64>| Point3::new(p.z, p.y, p.x)];
+    for mirror in mirrors {
+        for &p in &positions {
+            let image = mirror(p);
+            let near = positions.iter().map(|q| (q - image).norm()).fold(f64::INFINITY, f64::min);
+            assert!(near < 1e-3, "{p} has no image: the nearest is {near} off");
+        }
+    }
+}
