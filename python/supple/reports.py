@@ -22,7 +22,8 @@ class ComponentReport:
     before: float
     #: Volume after it.
     after: float
-    #: How far a free boundary vertex moved along its normal, as a length, outwards if positive.
+    #: How far a free boundary vertex moved along its normal, as a length, outwards if positive; with the scope
+    #: "regional" for what the regions left.
     lambda_: float
     #: `(after - rest) / rest`.
     residual: float

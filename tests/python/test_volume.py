@@ -37,7 +37,8 @@ def test_a_bare_lattice_keeps_its_cells(block):
 
 @pytest.mark.parametrize("measure", ["mesh", "cells", "lattice"])
 def test_each_measure_keeps_its_own(cube, measure):
-    for volume in (measure, {"measure": measure}, {"measure": measure, "scope": "global", "field": "paper"}):
+    options = [{"scope": "global", "field": "paper"}, {"scope": "regional"}, {"scope": "regional", "field": "cells"}]
+    for volume in (measure, {"measure": measure}, *({"measure": measure} | more for more in options)):
         report = _stretched(supple.Body(cube, cell_size=0.4, volume=volume))
         assert report.measure == measure
         rest, _, after = report.volumes[measure]
@@ -93,6 +94,7 @@ def test_reports_are_plain_data(cube):
         ({"max_correction": -1}, ValueError, "max_correction is -1"),
         ({"max_correction": np.nan}, ValueError, "max_correction"),
         ({"field": "magic"}, ValueError, "field"),
+        ({"scope": "local"}, ValueError, 'volume scope is "local"; it must be "global" or "regional"'),
     ],
 )
 def test_refused(cube, volume, error, message):

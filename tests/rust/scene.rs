@@ -5,7 +5,7 @@ use std::path::Path;
 use supple::dynamics::{Selection, Shape};
 use supple::frames::Format;
 use supple::scene::{Scene, SceneError, Substeps};
-use supple::volume::{Preservation, VolumeMeasure};
+use supple::volume::{FieldKind, Preservation, VolumeMeasure, VolumeScope};
 use supple::{Damping, Reach, Resolution, Stiffness};
 
 const FULL: &str = r#"
@@ -33,7 +33,7 @@ stiffness_radius = 0.2
 frequency = 12.0
 damping_rate = 3.0
 density = 500
-volume = { measure = "mesh", scope = "global", field = "paper", max_correction = 0.5 }
+volume = { measure = "mesh", scope = "regional", field = "paper", max_correction = 0.5 }
 velocity = [1, 2, 3]
 spin = [4, 5, 6]
 
@@ -100,8 +100,8 @@ fn every_key_is_read() {
         (Reach::Radius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
     );
     assert_eq!(
-        (body.volume.measure, body.volume.max_correction),
-        (Preservation::By(VolumeMeasure::Mesh), 0.5)
+        (body.volume.measure, body.volume.scope, body.volume.field, body.volume.max_correction),
+        (Preservation::By(VolumeMeasure::Mesh), VolumeScope::Regional, FieldKind::Paper, 0.5)
     );
     assert_eq!(
         (body.material.density, body.placement.velocity, body.placement.spin),

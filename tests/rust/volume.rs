@@ -4,7 +4,7 @@ mod shapes;
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use shapes::{UPRIGHT, apply, ball, block, lattice, of_mesh, posed, shown, within};
-use supple::volume::{Push, Surface, VolumeMeasure};
+use supple::volume::{FieldKind, Push, Surface, VolumeMeasure};
 use supple::{Correction, Lattice, Resolution, VolumeMeasures, VolumeOptions};
 
 fn correction(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
@@ -171,8 +171,9 @@ fn what_is_held_stays_and_the_field_rises_beside_it() {
     let lattice = lattice(&block([0, 0, 0], [4, 4, 12]));
     let stretched = posed(&lattice, |[x, y, z]| [x, y, 1.3 * z]);
     let held: Vec<u32> = (0..25).collect();
-    let mut correction =
-        Correction::new(&lattice, None, &VolumeMeasure::Cells.into()).unwrap().expect("not off");
+    // The field of the paper, which is the same all along the block.
+    let options = VolumeOptions { field: FieldKind::Paper, ..VolumeMeasure::Cells.into() };
+    let mut correction = Correction::new(&lattice, None, &options).unwrap().expect("not off");
     correction.hold(&held);
     let corrected = apply(&mut correction, &stretched, &[]);
     assert_eq!(corrected[..25], stretched[..25]);

@@ -44,6 +44,28 @@ pub fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
 }
 
+/// The surface of a box of `n` unit cubes along each axis: vertices on its lowest corner's grid, quads seen from outside.
+pub fn grid_box(n: [i32; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
+    let mut numbers = std::collections::BTreeMap::new();
+    let (mut vertices, mut quads) = (Vec::new(), Vec::new());
+    for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, n[axis])]) {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (i, j) in (0..n[u]).flat_map(|i| (0..n[v]).map(move |j| (i, j))) {
+            let mut corner = |a: i32, b: i32| {
+                let mut at = [0; 3];
+                (at[axis], at[u], at[v]) = (side, a, b);
+                *numbers.entry(at).or_insert_with(|| {
+                    vertices.push(at.map(f64::from));
+                    vertices.len() as u32 - 1
+                })
+            };
+            let quad = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            quads.push(if side == 0 { [quad[3], quad[2], quad[1], quad[0]] } else { quad });
+        }
+    }
+    (vertices, quads)
+}
+
 /// A lattice of cells of edge 1 whose vertex [0, 0, 0] lies in the origin; parts that float stay apart.
 pub fn lattice(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap()

@@ -9,7 +9,7 @@ use super::motion;
 use super::range::Range;
 use crate::body::{Damping, Material, Placement, Reach, Stiffness};
 use crate::lattice::Resolution;
-use crate::volume::{FieldKind, Preservation, VolumeMeasure, VolumeOptions};
+use crate::volume::{FieldKind, Preservation, VolumeOptions, VolumeScope};
 
 const KEYS: [&str; 21] = [
     "name",
@@ -40,15 +40,6 @@ const MAX_HALF_WIDTH: u32 = 1_000_000;
 /// The most lattice vertices that may be asked for: their indices fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
 const NAME_RANGE: &str = "made of letters, digits, `-`, `_` and `.` only, because files are named after it";
-const MEASURES: [(&str, Preservation); 5] = [
-    ("auto", Preservation::Auto),
-    ("off", Preservation::Off),
-    ("lattice", Preservation::By(VolumeMeasure::Lattice)),
-    ("cells", Preservation::By(VolumeMeasure::Cells)),
-    ("mesh", Preservation::By(VolumeMeasure::Mesh)),
-];
-const FIELDS: [(&str, FieldKind); 1] = [("paper", FieldKind::Paper)];
-
 impl BodyData {
     /// A body of this name and mesh, with every default.
     pub fn new(name: impl Into<String>, mesh: impl Into<PathBuf>) -> Self {
@@ -178,20 +169,19 @@ fn read_volume(field: &Field<'_>) -> Result<VolumeOptions, SceneError> {
     volume.measure = fields.read_or("measure", volume.measure, read_measure)?;
     volume.max_correction =
         fields.read_or("max_correction", volume.max_correction, |field| field.number(Range::NotNegative))?;
-    volume.field = fields
-        .read_or("field", volume.field, |field| Ok(FIELDS[field.choice(&FIELDS.map(|(name, _)| name))?].1))?;
-    // The only scope: named, so that a scene can say that it relies on it.
-    fields.read_or("scope", 0, |field| field.choice(&["global"]))?;
+    volume.scope = fields.read_or("scope", volume.scope, |field| named(field, &VolumeScope::NAMED))?;
+    volume.field = fields.read_or("field", volume.field, |field| named(field, &FieldKind::NAMED))?;
     Ok(volume)
 }
 
 fn read_measure(field: &Field<'_>) -> Result<Preservation, SceneError> {
-    Ok(MEASURES[field.choice(&MEASURES.map(|(name, _)| name))?].1)
+    named(field, &Preservation::NAMED)
 }
 
-/// The words that a scene has for a measure and a field.
-pub(super) fn volume_words(volume: &VolumeOptions) -> (&'static str, &'static str) {
-    let measure = MEASURES.iter().find(|(_, measure)| *measure == volume.measure);
-    let field = FIELDS.iter().find(|(_, field)| *field == volume.field);
-    (measure.map_or("auto", |(name, _)| name), field.map_or("paper", |(name, _)| name))
+/// What one of some names stands for.
+fn named<T: Copy, const N: usize>(
+    field: &Field<'_>,
+    names: &[(&'static str, T); N],
+) -> Result<T, SceneError> {
+    Ok(names[field.choice(&names.map(|(name, _)| name))?].1)
 }

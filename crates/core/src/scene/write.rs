@@ -3,11 +3,11 @@
 use std::fmt::{Display, Write};
 use std::path::Path;
 
-use super::body::volume_words;
 use super::data::{BodyData, Scene, Substeps};
 use crate::body::{Damping, Reach, Stiffness};
 use crate::dynamics::{Key, Selection, Shape, Window};
 use crate::lattice::Resolution;
+use crate::volume::{FieldKind, Preservation, VolumeOptions, VolumeScope};
 
 impl Scene {
     /// The scene as TOML, with every key that has a value, defaults too. [`Scene::base`] is not in it.
@@ -87,11 +87,14 @@ impl Writer {
             Damping::Rate(rate) => self.key("damping_rate", number(rate)),
         }
         self.key("density", number(body.material.density));
-        let ((measure, field), cap) = (volume_words(&body.volume), number(body.volume.max_correction));
-        let (measure, field) = (text(measure), text(field));
+        let VolumeOptions { measure, scope, field, max_correction } = body.volume;
+        let (measure, scope) = (name(measure, &Preservation::NAMED), name(scope, &VolumeScope::NAMED));
+        let (field, cap) = (name(field, &FieldKind::NAMED), number(max_correction));
         self.key(
             "volume",
-            format_args!("{{ measure = {measure}, field = {field}, max_correction = {cap} }}"),
+            format_args!(
+                "{{ measure = {measure}, scope = {scope}, field = {field}, max_correction = {cap} }}"
+            ),
         );
         self.key("velocity", vector(body.placement.velocity));
         self.key("spin", vector(body.placement.spin));
@@ -158,6 +161,11 @@ fn keys(keys: &[Key]) -> String {
 /// The shortest text that reads back as the same number; TOML's floats are Rust's.
 fn number(value: f64) -> String {
     format!("{value:?}")
+}
+
+/// The name of a value, as text.
+fn name<T: PartialEq>(value: T, names: &[(&'static str, T)]) -> String {
+    text(names.iter().find(|(_, named)| *named == value).map_or("", |(name, _)| name))
 }
 
 fn vector(value: [f64; 3]) -> String {

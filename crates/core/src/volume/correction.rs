@@ -7,8 +7,9 @@ use super::cubic::smallest_root;
 use super::field::{Field, turned};
 use super::line::Moving;
 use super::measure::{self, Measure};
+use super::regional::Regional;
 use super::surface::Surface;
-use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions};
+use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
@@ -16,7 +17,8 @@ use crate::parallel::Executor;
 const KEPT: f64 = 1e-6;
 
 /// Moves the vertices of a deformed lattice along a field until the volume is that at rest: equation (1) of
-/// Takamatsu & Kanai (2009), `vol(P^ + lambda V) = vol(P)`.
+/// Takamatsu & Kanai (2009), `vol(P^ + lambda V) = vol(P)`. With the scope `regional` they first move by a scale of
+/// their own each.
 ///
 /// It owns its parameters and its scratch, and is a function of what it is given: no call leaves a trace in the next.
 #[derive(Clone, Debug)]
@@ -31,6 +33,7 @@ pub struct Correction {
     caps: Vec<f64>,
     /// What held vertices leave of the field; none if nothing is held.
     ramp: Option<Vec<f32>>,
+    regional: Option<Regional>,
     centres: Centres,
     points: Vec<Moving>,
     coefficients: Vec<[f64; 4]>,
@@ -60,15 +63,22 @@ impl Correction {
         let Some(mut measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
             return Ok(None);
         };
-        let field = Field::new(options.field, &adjacency, lattice.indices(), &measure::octants(lattice));
+        let field = Field::new(options.field, lattice, surface, &adjacency);
         let components = adjacency.components();
         let mut centres = Centres::new(components);
         let mut points = vec![Moving::default(); lattice.len()];
         let mut coefficients = vec![[0.0; 4]; components];
         centres.at_rest(lattice.indices(), adjacency.of_vertex(), &mut points);
         measure.coefficients(&Executor::sequential(), &points, &mut coefficients);
+        let regional = (options.scope == VolumeScope::Regional).then(|| {
+            for (point, direction) in points.iter_mut().zip(&field.directions) {
+                point.set_direction(*direction);
+            }
+            Regional::new(&adjacency, &points)
+        });
         Ok(Some(Self {
             measure,
+            regional,
             cell_size: lattice.cell_size(),
             ramp_links: field.thickness.iter().fold(2.0, |links: f64, depth| links.max((depth / 2.0).ceil()))
                 as u32,
@@ -95,7 +105,8 @@ impl Correction {
     pub fn bytes(&self) -> usize {
         let ramp = self.ramp.as_deref().map_or(0, size_of_val);
         let field = size_of_val(&*self.field.directions) + ramp;
-        size_of_val(&*self.points) + field + self.measure.bytes() + self.adjacency.bytes()
+        let regional = self.regional.as_ref().map_or(0, Regional::bytes);
+        size_of_val(&*self.points) + field + self.measure.bytes() + regional + self.adjacency.bytes()
     }
 
     /// Says which lattice vertices are held by pins and handles from now on: the correction leaves them in place, and
@@ -146,11 +157,16 @@ impl Correction {
         self.centres.centred(deformed, self.adjacency.of_vertex(), &mut self.points);
         self.turn_field(rotations);
         constraints::take_out_pushes(pushes, &mut self.order, &mut self.points);
+        if let Some(regional) = &mut self.regional {
+            regional.give_back(&self.adjacency, &self.caps, &mut self.points);
+        }
         self.measure.coefficients(executor, &self.points, &mut self.coefficients);
         self.solve();
+        let regional = self.regional.as_ref().map(Regional::scales);
         let of_vertex = self.adjacency.of_vertex();
         for (i, (corrected, deformed)) in corrected.iter_mut().zip(deformed).enumerate() {
-            let (lambda, v) = (self.lambdas[of_vertex[i] as usize], self.points[i].direction());
+            let lambda = self.lambdas[of_vertex[i] as usize] + regional.map_or(0.0, |scales| scales[i]);
+            let v = self.points[i].direction();
             *corrected = std::array::from_fn(|k| deformed[k] + lambda * v[k]);
         }
         &self.reports
@@ -180,7 +196,7 @@ impl Correction {
                 after: (rest + root.residual) * unit,
                 lambda: root.lambda * self.cell_size,
                 residual,
-                capped: root.capped && residual.abs() > KEPT,
+                capped: residual.abs() > KEPT,
             };
         }
     }

@@ -36,6 +36,14 @@ impl Moving {
         [self.0[0], self.0[1], self.0[2]] = [x, y, z];
     }
 
+    /// Moves by `way` times the direction.
+    #[inline]
+    pub(super) fn advance(&mut self, way: f32) {
+        for k in 0..3 {
+            self.0[k] += way * self.0[4 + k];
+        }
+    }
+
     #[inline]
     pub(super) fn set_direction(&mut self, [x, y, z]: [f32; 3]) {
         [self.0[4], self.0[5], self.0[6]] = [x, y, z];

@@ -44,16 +44,7 @@ impl Measure {
     }
 
     pub(super) fn cells(lattice: &Lattice, adjacency: &Adjacency) -> Self {
-        let mut faces = Vec::new();
-        for (cell, index) in lattice.cells().iter().enumerate() {
-            let corners = lattice.cell_corners(cell as u32);
-            for (direction, face) in DIRECTIONS.iter().zip(FACE_CORNERS) {
-                let beyond = std::array::from_fn(|k| index[k] + direction[k]);
-                if lattice.cell_at(beyond).is_none() {
-                    faces.push(face.map(|corner| corners[corner]));
-                }
-            }
-        }
+        let faces = boundary_faces(lattice).map(|(_, face)| face).collect();
         Self::Cells(CellMeasure::new(faces, adjacency.components(), adjacency.of_vertex()))
     }
 
@@ -94,6 +85,18 @@ pub(super) fn adjacency(lattice: &Lattice) -> Adjacency {
         components.of_vertex.clone(),
         components.count,
     )
+}
+
+/// The faces of cells that no other cell shares: the sides that they are, in neighbour order, and their corners,
+/// counter-clockwise seen from outside.
+pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
+    lattice.cells().iter().enumerate().flat_map(|(cell, index)| {
+        let corners = lattice.cell_corners(cell as u32);
+        let outer = DIRECTIONS.iter().zip(FACE_CORNERS).enumerate().filter(|(_, (direction, _))| {
+            lattice.cell_at(std::array::from_fn(|k| index[k] + direction[k])).is_none()
+        });
+        outer.map(move |(side, (_, face))| (side, face.map(|corner| corners[corner])))
+    })
 }
 
 /// Which of the eight cells around each vertex are occupied, as [`super::normals::boundary_normals`] numbers them.

@@ -5,6 +5,7 @@
 //!
 //! ```text
 //! field V (rest, once) -> turned by the rotations -> less external forces (Eq. 2) and held vertices
+//! P^ + Lambda V, a scale for each vertex from what its region lost         (scope `regional` only)
 //! vol(P^ + lambda V) = c0 + c1 lambda + c2 lambda^2 + c3 lambda^3 = vol(P)        (Eq. 1)
 //! P~ = P^ + lambda V,  lambda the root of least absolute value
 //! ```
@@ -27,9 +28,9 @@ mod lattice_measure;
 mod line;
 mod measure;
 mod mesh_measure;
-mod normals;
 mod options;
 mod patch;
+mod regional;
 mod report;
 mod shells;
 mod sums;
@@ -40,7 +41,7 @@ pub use constraints::{HALF_PUSH, Push};
 pub use correction::Correction;
 pub use cubic::{Root, smallest_root};
 pub use field::FieldKind;
-pub use options::{Preservation, VolumeError, VolumeMeasure, VolumeOptions};
+pub use options::{Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub use surface::Surface;
 pub use volumes::VolumeMeasures;

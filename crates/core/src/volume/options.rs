@@ -46,12 +46,40 @@ pub enum Preservation {
     By(VolumeMeasure),
 }
 
+impl Preservation {
+    /// What it is called in scenes and in Python.
+    pub const NAMED: [(&'static str, Self); 5] = [
+        ("auto", Self::Auto),
+        ("off", Self::Off),
+        ("lattice", Self::By(VolumeMeasure::Lattice)),
+        ("cells", Self::By(VolumeMeasure::Cells)),
+        ("mesh", Self::By(VolumeMeasure::Mesh)),
+    ];
+}
+
+/// Where a body's volume is given back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum VolumeScope {
+    /// Everywhere alike: one scale for each component, as in Takamatsu & Kanai (2009).
+    #[default]
+    Global,
+    /// Where it was lost: a scale for each region of the lattice, and one for each component for what is left.
+    Regional,
+}
+
+impl VolumeScope {
+    /// What it is called in scenes and in Python.
+    pub const NAMED: [(&'static str, Self); 2] = [("global", Self::Global), ("regional", Self::Regional)];
+}
+
 /// How a body's volume is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeOptions {
     /// Whether, and by which measure. Default: [`Preservation::Auto`].
     pub measure: Preservation,
-    /// The field along which the correction moves. Default: [`FieldKind::Paper`].
+    /// Where it is given back. Default: [`VolumeScope::Global`].
+    pub scope: VolumeScope,
+    /// The field along which the correction moves. Default: [`FieldKind::Surface`].
     pub field: FieldKind,
     /// Cap on the scale of the correction, as a fraction of the body's thickness (the greatest depth of a lattice
     /// vertex below the boundary): finite, 0 or more; at 0 nothing moves. Default: 1.
@@ -60,7 +88,12 @@ pub struct VolumeOptions {
 
 impl Default for VolumeOptions {
     fn default() -> Self {
-        Self { measure: Preservation::Auto, field: FieldKind::Paper, max_correction: 1.0 }
+        Self {
+            measure: Preservation::Auto,
+            scope: VolumeScope::Global,
+            field: FieldKind::default(),
+            max_correction: 1.0,
+        }
     }
 }
 

@@ -18,12 +18,13 @@ pub struct Volumes {
 pub struct ComponentReport {
     /// Volume at rest, in cubed units of length.
     pub rest: f64,
-    /// Volume before correction.
+    /// Volume before correction; of [`Correction::apply`](super::Correction::apply) with the scope `regional` that
+    /// which the regions leave.
     pub before: f64,
     /// Volume after correction.
     pub after: f64,
     /// Scale of the correction, as a length: how far a free boundary vertex moved along its normal, outwards if
-    /// positive.
+    /// positive. With the scope `regional` that of what the regions leave.
     pub lambda: f64,
     /// `(after - rest) / rest`.
     pub residual: f64,

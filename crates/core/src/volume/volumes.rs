@@ -77,7 +77,14 @@ impl VolumeMeasures {
     ) -> VolumeReport {
         let before = self.evaluate(deformed);
         let after = self.evaluate(corrected);
-        VolumeReport::new(correction.measure(), components.to_vec(), self.volumes(&before, &after))
+        let kept = self.measures.iter().position(|measured| measured.measure.kind() == correction.measure());
+        let mut components = components.to_vec();
+        for (component, &before) in
+            components.iter_mut().zip(kept.map(|kept| &before[kept]).into_iter().flatten())
+        {
+            component.before = before;
+        }
+        VolumeReport::new(correction.measure(), components, self.volumes(&before, &after))
     }
 
     /// For each measure the volume of each component, in cubed units of length.

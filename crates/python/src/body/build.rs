@@ -3,8 +3,8 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple::volume::{FieldKind, Preservation};
-use supple::{BodyBuilder, Damping, Material, Placement, Reach, Stiffness, VolumeMeasure, VolumeOptions};
+use supple::volume::{FieldKind, Preservation, VolumeScope};
+use supple::{BodyBuilder, Damping, Material, Placement, Reach, Stiffness, VolumeOptions};
 
 use crate::argument::{self, wrong_type};
 use crate::error;
@@ -37,14 +37,6 @@ pub(super) const KEYS: [&str; 19] = [
 
 /// Arguments about the lattice of a mesh, which a lattice does not need any more.
 const OF_MESH: [&str; 5] = ["object", "lattice_vertices", "cell_size", "join", "memory_limit"];
-
-const MEASURES: [(&str, Preservation); 5] = [
-    ("auto", Preservation::Auto),
-    ("off", Preservation::Off),
-    ("lattice", Preservation::By(VolumeMeasure::Lattice)),
-    ("cells", Preservation::By(VolumeMeasure::Cells)),
-    ("mesh", Preservation::By(VolumeMeasure::Mesh)),
-];
 
 /// The mesh or lattice as an object of ours, and the body.
 pub(super) fn body<'py>(
@@ -136,19 +128,19 @@ fn placement(settings: &Settings<'_>) -> PyResult<Placement> {
 /// A word for the measure, or a dict with the measure and more.
 fn volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
     if value.extract::<String>().is_ok() {
-        return argument::choice(value, "volume", &MEASURES).map(VolumeOptions::from);
+        return argument::choice(value, "volume", &Preservation::NAMED).map(VolumeOptions::from);
     }
     let dict = value.cast::<PyDict>().map_err(|_| wrong_type(value, "volume", "a string or a dict"))?;
     let settings = Settings::new(Some(dict), "volume", &["measure", "scope", "field", "max_correction"])?;
     let mut options = VolumeOptions::default();
     if let Some(measure) = settings.get("measure")? {
-        options.measure = argument::choice(&measure, "volume measure", &MEASURES)?;
+        options.measure = argument::choice(&measure, "volume measure", &Preservation::NAMED)?;
     }
     if let Some(scope) = settings.get("scope")? {
-        argument::choice(&scope, "volume scope", &[("global", ())])?;
+        options.scope = argument::choice(&scope, "volume scope", &VolumeScope::NAMED)?;
     }
     if let Some(field) = settings.get("field")? {
-        options.field = argument::choice(&field, "volume field", &[("paper", FieldKind::Paper)])?;
+        options.field = argument::choice(&field, "volume field", &FieldKind::NAMED)?;
     }
     if let Some(cap) = settings.number("max_correction")? {
         options.max_correction = cap;
@@ -158,9 +150,16 @@ fn volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
 
 /// Volume options as the dict that makes them.
 pub(crate) fn volume_settings<'py>(py: Python<'py>, options: &VolumeOptions) -> PyResult<Bound<'py, PyDict>> {
-    let name_of = |wanted| MEASURES.iter().find(|(_, measure)| *measure == wanted).map(|(name, _)| *name);
+    let VolumeOptions { measure, scope, field, max_correction } = *options;
     let settings = PyDict::new(py);
-    settings.set_item("measure", name_of(options.measure))?;
-    settings.set_item("max_correction", options.max_correction)?;
+    settings.set_item("measure", name(measure, &Preservation::NAMED))?;
+    settings.set_item("scope", name(scope, &VolumeScope::NAMED))?;
+    settings.set_item("field", name(field, &FieldKind::NAMED))?;
+    settings.set_item("max_correction", max_correction)?;
     Ok(settings)
+}
+
+/// The name of a value.
+fn name<T: PartialEq>(value: T, names: &[(&'static str, T)]) -> Option<&'static str> {
+    names.iter().find(|(_, named)| *named == value).map(|(name, _)| *name)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::adjacency::{Adjacency, DIRECTIONS};
+use crate::volume::adjacency::{Adjacency, DIRECTIONS};
 
 /// The outward unit normal at each boundary vertex, in vertex order; zero at interior ones.
 ///

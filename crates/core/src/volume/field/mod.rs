@@ -1,9 +1,19 @@
 //! The deformation field: which way, and how far, each lattice vertex moves per unit of `lambda`.
+//!
+//! | file | what |
+//! |---|---|
+//! | `smooth`, `walls` | the smoothest field that moves the boundary by 1 along its normals |
+//! | `normals`, `layers` | that of Takamatsu & Kanai (2009): normals at the boundary, and inwards layer by layer |
 
-use nalgebra::Vector3;
+mod layers;
+mod normals;
+mod smooth;
+mod walls;
 
 use super::adjacency::Adjacency;
-use super::normals::{boundary_normals, unit};
+use super::measure;
+use super::surface::Surface;
+use crate::lattice::Lattice;
 
 /// How the deformation field is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,48 +21,58 @@ use super::normals::{boundary_normals, unit};
 pub enum FieldKind {
     /// As in Takamatsu & Kanai (2009): unit normals at boundary vertices, from the neighbours that exist; inwards,
     /// layer by layer, the mean direction of the layer before, at a length that falls from 1 to 0 at the centre.
-    #[default]
     Paper,
+    /// The smoothest field that moves the boundary faces of the cells by 1 along their normals.
+    Cells,
+    /// The smoothest field that moves the surface mesh by 1 along its normals, whatever the stairs of the lattice. A
+    /// bare lattice has `Cells`.
+    #[default]
+    Surface,
+}
+
+impl FieldKind {
+    /// What it is called in scenes and in Python.
+    pub const NAMED: [(&'static str, Self); 3] =
+        [("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
 }
 
 /// The field at rest, in the model's frame; the rotations of the matching turn it with the body.
 #[derive(Clone, Debug)]
 pub(super) struct Field {
-    /// One vector a vertex, in vertex order, of length 0 to 1.
+    /// One vector a vertex, in vertex order.
     pub(super) directions: Vec<[f32; 3]>,
     /// Of each component: the greatest depth below the boundary in cells, half a cell where all is boundary.
     pub(super) thickness: Vec<f64>,
 }
 
 impl Field {
-    pub(super) fn new(kind: FieldKind, adjacency: &Adjacency, indices: &[[i32; 3]], octants: &[u8]) -> Self {
-        match kind {
-            FieldKind::Paper => Self::paper(adjacency, indices, octants),
-        }
-    }
-
-    fn paper(adjacency: &Adjacency, indices: &[[i32; 3]], octants: &[u8]) -> Self {
-        let mut directions = boundary_normals(adjacency, indices, octants);
+    /// The field of a lattice, and of the surface that it carries.
+    pub(super) fn new(
+        kind: FieldKind,
+        lattice: &Lattice,
+        surface: Option<Surface<'_>>,
+        adjacency: &Adjacency,
+    ) -> Self {
+        let octants = measure::octants(lattice);
         let depth = adjacency.distances((0..adjacency.len()).filter(|&i| octants[i] != u8::MAX));
         let mut greatest = vec![0_u32; adjacency.components()];
         for (i, &depth) in depth.iter().enumerate() {
             let greatest = &mut greatest[adjacency.component(i)];
             *greatest = depth.max(*greatest);
         }
-        let mut inwards: Vec<usize> = (0..adjacency.len()).filter(|&i| depth[i] > 0).collect();
-        inwards.sort_by_key(|&i| depth[i]);
-        for i in inwards {
-            let before = adjacency.linked(i).filter(|&j| depth[j] < depth[i]);
-            // Opposite walls can cancel: such a vertex stays where it is.
-            directions[i] = unit(before.map(|j| directions[j]).sum()).unwrap_or_else(Vector3::zeros);
-        }
-        let scaled = |i: usize| {
-            let greatest = f64::from(greatest[adjacency.component(i)].max(1));
-            let length = 1.0 - f64::from(depth[i]) / greatest;
-            <[f32; 3]>::from((directions[i] * length).map(|x| x as f32))
+        let normals = normals::boundary_normals(adjacency, lattice.indices(), &octants);
+        let paper = layers::fill(adjacency, &depth, &greatest, normals.clone());
+        let directions = match (kind, surface) {
+            (FieldKind::Paper, _) => paper,
+            (FieldKind::Surface, Some(surface)) => {
+                smooth::fill(adjacency, &walls::of_surface(lattice, surface, adjacency, &normals), paper)
+            }
+            (FieldKind::Cells | FieldKind::Surface, _) => {
+                smooth::fill(adjacency, &walls::of_cells(lattice), paper)
+            }
         };
         Self {
-            directions: (0..adjacency.len()).map(scaled).collect(),
+            directions: directions.into_iter().map(|v| v.map(|x| x as f32).into()).collect(),
             thickness: greatest.into_iter().map(|depth| f64::from(depth).max(0.5)).collect(),
         }
     }
@@ -78,11 +98,11 @@ mod tests {
 
     use super::*;
     use crate::lattice::Lattice;
-    use crate::volume::measure::{adjacency, octants};
+    use crate::volume::measure::adjacency;
 
     fn field(cells: &[[i32; 3]]) -> (Lattice, Field) {
         let lattice = Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap();
-        let field = Field::new(FieldKind::Paper, &adjacency(&lattice), lattice.indices(), &octants(&lattice));
+        let field = Field::new(FieldKind::Paper, &lattice, None, &adjacency(&lattice));
         (lattice, field)
     }
 

@@ -1,0 +1,107 @@
+//! The fields, judged by what is known exactly: bars that are stretched evenly, balls that are blown up.
+
+mod common;
+mod shapes;
+
+use common::grid_box;
+use nalgebra::{Rotation3, Vector3};
+use shapes::{UPRIGHT, of_mesh};
+use supple::volume::{FieldKind, Surface, VolumeMeasure};
+use supple::{Correction, Mesh, Resolution, VolumeOptions};
+
+const FIELDS: [FieldKind; 3] = [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface];
+
+/// The vertices of a mesh whose lattice is deformed by `pose`, after the correction by the measure `mesh`.
+fn corrected(
+    mesh: &Mesh,
+    cell: f64,
+    field: FieldKind,
+    pose: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> Vec<Vector3<f64>> {
+    let (lattice, embedding) = of_mesh(mesh, Resolution::CellSize(cell));
+    let options = VolumeOptions { field, ..VolumeMeasure::Mesh.into() };
+    let surface = Surface { mesh, embedding: &embedding };
+    let mut correction = Correction::new(&lattice, Some(surface), &options).unwrap().unwrap();
+    let to_cells = |p: Vector3<f64>| ((p - lattice.origin().coords) / cell).map(|x| x as f32).into();
+    let deformed: Vec<[f32; 3]> =
+        (0..lattice.len() as u32).map(|i| to_cells(pose(lattice.rest_position(i).coords))).collect();
+    let mut shown = deformed.clone();
+    let report = correction.apply(&deformed, &vec![UPRIGHT; lattice.len()], &[], &mut shown);
+    assert!(report.iter().all(|component| !component.capped && component.residual.abs() < 1e-12));
+    let mut points = vec![[0.0_f32; 3]; mesh.vertices().len()];
+    embedding.interpolate(&shown, &mut points);
+    let to_world = |p: [f32; 3]| Vector3::from(p.map(f64::from)) * cell + lattice.origin().coords;
+    points.into_iter().map(to_world).collect()
+}
+
+/// The root mean square of some lengths.
+fn rms(lengths: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = lengths.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    f64::sqrt(sum / count)
+}
+
+/// Of a bar of length 40 and width 1, turned, stretched by 1.5 and corrected: its width in the middle, and the rms
+/// distance of the vertices of its middle half from where an incompressible solid has them, in cells.
+fn bar(field: FieldKind, cell: f64, turn: Rotation3<f64>) -> (f64, f64) {
+    let (vertices, quads) = grid_box([160, 4, 4]);
+    let at_rest: Vec<Vector3<f64>> =
+        vertices.iter().map(|v| (Vector3::from(*v) - Vector3::new(80.0, 2.0, 2.0)) / 4.0).collect();
+    let mesh = Mesh::new(at_rest.iter().map(|v| (turn * v).into()).collect(), &quads).unwrap();
+    let along = |v: Vector3<f64>| turn * (turn.inverse() * v).component_mul(&Vector3::new(1.5, 1.0, 1.0));
+    let width = (1.0_f64 / 1.5).sqrt();
+    let exact = |v: &Vector3<f64>| v.component_mul(&Vector3::new(1.5, width, width));
+    let shown = corrected(&mesh, cell, field, along).into_iter().map(|p| turn.inverse() * p);
+    let pairs: Vec<_> = shown.zip(&at_rest).filter(|(_, rest)| rest.x.abs() <= 10.0).collect();
+    let sides = pairs.iter().filter(|(_, rest)| rest.y.abs() == 0.5).map(|(p, _)| p.y.abs());
+    let count = pairs.iter().filter(|(_, rest)| rest.y.abs() == 0.5).count();
+    let mean = 2.0 * sides.sum::<f64>() / count as f64;
+    (mean, rms(pairs.iter().map(|(p, rest)| (p - exact(rest)).norm() / cell)))
+}
+
+#[test]
+fn a_stretched_bar_gets_as_thin_as_it_must() {
+    let [paper, cells, surface] = FIELDS.map(|field| bar(field, 0.25, Rotation3::identity()));
+    for (width, error) in [cells, surface] {
+        assert!((width / 0.8165 - 1.0).abs() < 0.02 && error < 0.8 * paper.1, "{width}, {error} {paper:?}");
+    }
+}
+
+#[test]
+fn nor_does_it_matter_how_it_lies_in_the_grid() {
+    for axis in [Vector3::z(), Vector3::new(1.0, 1.0, 1.0).normalize()] {
+        let turn = Rotation3::new(axis * 30.0_f64.to_radians());
+        let [paper, _, surface] = FIELDS.map(|field| bar(field, 0.25, turn));
+        assert!(surface.1 < 0.7 * paper.1, "{surface:?} {paper:?}");
+        assert!((surface.0 / 0.8165 - 1.0).abs() < 0.04, "{surface:?}");
+    }
+}
+
+#[test]
+fn a_blown_up_ball_gets_round_again() {
+    for radius in [3.0, 5.0, 5.3, 8.0] {
+        let (vertices, quads) = grid_box([24; 3]);
+        let on_ball = |v: &[f64; 3]| {
+            let tangents = v.map(|x| ((x / 12.0 - 1.0) * std::f64::consts::FRAC_PI_4).tan());
+            (Vector3::from(tangents).normalize() * radius).into()
+        };
+        let mesh = Mesh::new(vertices.iter().map(on_ball).collect(), &quads).unwrap();
+        let errors = FIELDS.map(|field| {
+            let shown = corrected(&mesh, 1.0, field, |v| v * 1.1);
+            rms(shown.iter().map(|p| p.norm() - radius))
+        });
+        let [paper, _, surface] = errors;
+        assert!(surface < 0.5 * paper && surface < 0.012, "radius {radius}: {errors:?}");
+    }
+}
+
+#[test]
+fn a_surface_that_is_inside_out_is_turned() {
+    let (vertices, mut quads) = grid_box([4; 3]);
+    let outwards = Mesh::new(vertices.clone(), &quads).unwrap();
+    quads.iter_mut().for_each(|quad| quad[1..].reverse());
+    let inwards = Mesh::new(vertices, &quads).unwrap();
+    let [one, other] =
+        [outwards, inwards].map(|mesh| corrected(&mesh, 1.0, FieldKind::Surface, |v| v * 1.25));
+    let furthest = one.iter().zip(&other).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
+    assert!(furthest < 1e-4, "{furthest}");
+}

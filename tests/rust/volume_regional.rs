@@ -1,0 +1,169 @@
+//! The regional scope: volume is given back where it was lost.
+
+mod common;
+mod shapes;
+
+use common::{block, grid_box};
+use nalgebra::{Matrix3, Point3, Vector3};
+use shapes::UPRIGHT;
+use supple::volume::{Preservation, VolumeMeasure, VolumeScope};
+use supple::{
+    Body, BodyBuilder, Correction, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, VolumeOptions,
+    Window,
+};
+
+/// The rms error of the cells' volumes, in volumes of a cell at rest.
+fn cell_error(lattice: &Lattice, at: &[Vector3<f64>]) -> f64 {
+    let cells = 0..lattice.cells().len() as u32;
+    let errors = cells.map(|cell| (volume(lattice.cell_corners(cell).map(|i| at[i as usize])) - 1.0).powi(2));
+    (errors.sum::<f64>() / lattice.cells().len() as f64).sqrt()
+}
+
+/// The volume of a trilinear cell, by Gauss's two points along each axis, which are exact for it.
+fn volume(corners: [Vector3<f64>; 8]) -> f64 {
+    let at = [0.5 - 0.75_f64.sqrt() / 3.0, 0.5 + 0.75_f64.sqrt() / 3.0];
+    let points = (0..8).map(|k| [at[k & 1], at[k >> 1 & 1], at[k >> 2 & 1]]);
+    let determinant = |place: [f64; 3]| {
+        let mut columns = Matrix3::zeros();
+        for (k, corner) in corners.iter().enumerate() {
+            let one = |a: usize| if k >> a & 1 == 0 { 1.0 - place[a] } else { place[a] };
+            for a in 0..3 {
+                let slope = if k >> a & 1 == 0 { -1.0 } else { 1.0 };
+                let share = slope * one((a + 1) % 3) * one((a + 2) % 3);
+                columns.set_column(a, &(columns.column(a) + corner * share));
+            }
+        }
+        columns.determinant()
+    };
+    points.map(determinant).sum::<f64>() / 8.0
+}
+
+/// How a body comes out without a correction, with the global scope, with the regional one.
+struct Outcome {
+    errors: [f64; 3],
+    /// The greatest difference of what the correction does to two linked vertices, in cells, by scope.
+    creases: [f64; 2],
+    mesh_volume: f64,
+}
+
+fn outcome(simulate: impl Fn(VolumeOptions) -> Simulation) -> Outcome {
+    let scopes = [VolumeScope::Global, VolumeScope::Regional];
+    let simulations = scopes.map(|scope| {
+        simulate(VolumeOptions {
+            scope,
+            measure: Preservation::By(VolumeMeasure::Mesh),
+            ..Default::default()
+        })
+    });
+    let lattice = simulations[0].body(0).lattice();
+    let cells = |points: Vec<Point3<f64>>| -> Vec<Vector3<f64>> {
+        points.into_iter().map(|p| p.coords / lattice.cell_size()).collect()
+    };
+    let before = cells(simulations[0].body(0).positions());
+    let mut outcome =
+        Outcome { errors: [cell_error(lattice, &before); 3], creases: [0.0; 2], mesh_volume: 0.0 };
+    for (k, simulation) in simulations.iter().enumerate() {
+        let body = simulation.body(0);
+        let after = cells(body.corrected_positions());
+        outcome.errors[k + 1] = cell_error(lattice, &after);
+        let moved: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
+        for i in 0..lattice.len() as u32 {
+            for j in lattice.neighbours(i).into_iter().flatten() {
+                let crease = (moved[i as usize] - moved[j as usize]).norm();
+                outcome.creases[k] = outcome.creases[k].max(crease);
+            }
+        }
+        let mesh = body.volume_report().by(VolumeMeasure::Mesh).unwrap();
+        outcome.mesh_volume = mesh.after / mesh.rest;
+        assert!((outcome.mesh_volume - 1.0).abs() < 1e-6, "{}", outcome.mesh_volume);
+    }
+    outcome
+}
+
+/// Two blocks of 10 x 10 x 10 cells and between them a neck of 10 x 4 x 4, stretched to twice its length.
+#[test]
+fn a_dumbbell_whose_neck_is_stretched() {
+    let neck = |c: &[i32; 3]| (10..20).contains(&c[0]);
+    let slim = |c: &[i32; 3]| (3..7).contains(&c[1]) && (3..7).contains(&c[2]);
+    let cells: Vec<_> = block([30, 10, 10]).into_iter().filter(|c| !neck(c) || slim(c)).collect();
+    let mesh = shapes::surface_of(&cells);
+    let outcome = outcome(|volume| {
+        let mut body = Body::builder(mesh.clone()).cell_size(1.0).volume(volume).build().unwrap();
+        let longer = |x: f64| x + (x - 10.0).clamp(0.0, 10.0);
+        let positions: Vec<_> = body.positions().iter().map(|p| Point3::new(longer(p.x), p.y, p.z)).collect();
+        body.set_positions(&positions).unwrap();
+        Simulation::builder().body(body).build().unwrap()
+    });
+    let [none, global, regional] = outcome.errors;
+    assert!(global < none && regional < 0.5 * global, "{:?}", outcome.errors);
+    assert!(outcome.creases[1] < 0.75, "{:?}", outcome.creases);
+}
+
+/// A body held at its low end, whose high end is pulled away by half of its height.
+fn pulled(body: BodyBuilder, [low, high]: [f64; 2]) -> Simulation {
+    let height = high - low;
+    let below = Selection::Plane { point: [0.0, low + 0.2 * height, 0.0], normal: [0.0, -1.0, 0.0] };
+    let above = Selection::Plane { point: [0.0, low + 0.9 * height, 0.0], normal: [0.0, 1.0, 0.0] };
+    let key = |time, way| Key { time, translate: [0.0, way, 0.0], rotate: [0.0; 3] };
+    let keys = vec![key(0.0, 0.0), key(1.0, 0.5 * height)];
+    let body = body
+        .half_width(2)
+        .stiffness(0.5)
+        .damping(0.2)
+        .pin(Pin { selection: below, window: Window::default() })
+        .handle(Handle { selection: above, keys, window: Window::default() });
+    let simulation = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]);
+    let mut simulation = simulation.build().unwrap();
+    simulation.steps(300);
+    simulation
+}
+
+#[test]
+fn a_bust_whose_crown_is_pulled() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust.obj");
+    let mesh = supple::obj::read(path).expect("the bust is there");
+    let (low, high) = mesh.bounds();
+    for vertices in [1000, 4000] {
+        let outcome = outcome(|volume| {
+            pulled(Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume), [low.y, high.y])
+        });
+        let [_, global, regional] = outcome.errors;
+        assert!(regional < 0.8 * global, "{:?}", outcome.errors);
+        // In cells, of which the finer lattice has more to the same way.
+        assert!(outcome.creases[1] < 3.0, "{:?}", outcome.creases);
+    }
+}
+
+#[test]
+fn on_no_shape_is_it_worse() {
+    for size in [[4, 16, 4], [8, 10, 2], [2, 12, 9]] {
+        let (vertices, quads) = grid_box(size);
+        let mesh = Mesh::new(vertices, &quads).unwrap();
+        let outcome = outcome(|volume| {
+            pulled(Body::builder(mesh.clone()).cell_size(1.0).volume(volume), [0.0, f64::from(size[1])])
+        });
+        let [_, global, regional] = outcome.errors;
+        assert!(regional < global, "{size:?}: {:?}", outcome.errors);
+    }
+}
+
+/// Whatever the lattice and however wild: numbers, and nothing to do at rest.
+#[test]
+fn any_lattice_and_any_positions() {
+    for (name, lattice) in common::shapes() {
+        let options = VolumeOptions {
+            scope: VolumeScope::Regional,
+            measure: Preservation::By(VolumeMeasure::Cells),
+            ..Default::default()
+        };
+        let mut correction = Correction::new(&lattice, None, &options).unwrap().unwrap();
+        let rest: Vec<[f32; 3]> = lattice.indices().iter().map(|i| i.map(|x| x as f32)).collect();
+        let mut corrected = rest.clone();
+        for (pose, exact) in [(1.0, true), (0.0, false), (-1.0, false), (1e-20, false), (1e12, false)] {
+            let deformed: Vec<[f32; 3]> = rest.iter().map(|p| p.map(|x| x * pose)).collect();
+            correction.apply(&deformed, &vec![UPRIGHT; lattice.len()], &[], &mut corrected);
+            assert!(corrected.iter().flatten().all(|x| x.is_finite()), "{name}, scaled by {pose}");
+            assert!(!exact || corrected == rest, "{name} at rest");
+        }
+    }
+}
