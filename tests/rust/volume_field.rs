@@ -90,7 +90,7 @@ fn a_blown_up_ball_gets_round_again() {
             rms(shown.iter().map(|p| p.norm() - radius))
         });
         let [paper, _, surface] = errors;
-        assert!(surface < 0.5 * paper && surface < 0.012, "radius {radius}: {errors:?}");
+        assert!(surface < 0.5 * paper && surface < 0.014, "radius {radius}: {errors:?}");
     }
 }
 

@@ -83,7 +83,11 @@ pub(super) fn of_surface(
     let look = |wall: &Wall| looks[adjacency.component(wall.vertex as usize)];
     let turned = parts.walls().filter(|wall| look(wall) != 0.0);
     let turned = turned.map(|wall| Wall { normal: wall.normal * look(&wall).signum(), ..wall });
-    turned.chain(of_cells(lattice).into_iter().filter(|wall| look(wall) == 0.0)).collect()
+    let mut walls: Vec<Wall> = turned.collect();
+    if looks.contains(&0.0) {
+        walls.extend(of_cells(lattice).into_iter().filter(|wall| look(wall) == 0.0));
+    }
+    walls
 }
 
 /// Points on the triangles of a surface, no farther apart than `spacing`, each with the area that it stands for,
