@@ -2,8 +2,10 @@
 
     supple run examples/scenes/stretch_and_drop.toml -o frames/kept --format ply
     supple run examples/scenes/stretch_and_drop.toml -o frames/plain --format ply --set 'body.bust.volume="off"'
+    supple run examples/scenes/stretch_and_drop.toml -o frames/regional --format ply \
+        --set 'body.bust.volume={ scope = "regional" }'
     python examples/python/render_frames.py stretch.png "plain=frames/plain" "volume kept=frames/kept" \
-        --frames 0 24 48 240 --titles rest "half way" "full stretch" landed
+        "kept regionally=frames/regional" --frames 0 24 48 240 --titles rest "half way" "full stretch" landed
 
 Needs pyvista (which brings matplotlib). On a machine without a display that has no software renderer of its own, run
 it under `xvfb-run -a`.
