@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{block, lattice};
+use common::{block, lattice, surface_of};
 use nalgebra::{Point3, Vector3};
 use supple::{Body, BodyBuilder, Collider, Mesh, Simulation, VolumeOptions};
 
@@ -86,25 +86,13 @@ fn no_restitution_gives_energy_to_a_body_without_damping() {
 
 /// A ball with bumps, of six grids of `n` by `n` quads.
 fn ball(n: i32) -> Mesh {
-    let mut index = std::collections::BTreeMap::new();
-    let (mut vertices, mut quads) = (Vec::new(), Vec::new());
-    for (axis, side) in [(0, 0), (0, n), (1, 0), (1, n), (2, 0), (2, n)] {
-        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let mut corner = |a: i32, b: i32| {
-                let mut at = [0; 3];
-                (at[axis], at[(axis + 1) % 3], at[(axis + 2) % 3]) = (side, a, b);
-                *index.entry(at).or_insert_with(|| {
-                    let p = Vector3::from(at.map(|x| f64::from(2 * x - n))).normalize();
-                    let radius = 1.0 + 0.04 * (5.0 * p.x + 0.3).sin() * (4.0 * p.z).cos() * (3.0 * p.y).sin();
-                    vertices.push((p * radius).into());
-                    vertices.len() as u32 - 1
-                })
-            };
-            let quad = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-            quads.push(if side == 0 { [quad[3], quad[2], quad[1], quad[0]] } else { quad });
-        }
-    }
-    Mesh::new(vertices, &quads).unwrap()
+    let (vertices, quads) = surface_of(&block([n; 3]));
+    let on_ball = |at: &[f64; 3]| {
+        let p = Vector3::from(at.map(|x| 2.0 * x - f64::from(n))).normalize();
+        let radius = 1.0 + 0.04 * (5.0 * p.x + 0.3).sin() * (4.0 * p.z).cos() * (3.0 * p.y).sin();
+        (p * radius).into()
+    };
+    Mesh::new(vertices.iter().map(on_ball).collect(), &quads).unwrap()
 }
 
 fn ball_body() -> BodyBuilder {

@@ -3,7 +3,7 @@
 mod common;
 mod shapes;
 
-use common::grid_box;
+use common::{block, rms, surface_of};
 use nalgebra::{Rotation3, Vector3};
 use shapes::{UPRIGHT, of_mesh};
 use supple::volume::{FieldKind, Surface, VolumeMeasure};
@@ -34,16 +34,10 @@ fn corrected(
     points.into_iter().map(to_world).collect()
 }
 
-/// The root mean square of some lengths.
-fn rms(lengths: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = lengths.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
-    f64::sqrt(sum / count)
-}
-
 /// Of a bar of length 40 and width 1, turned, stretched by 1.5 and corrected: its width in the middle, and the rms
 /// distance of the vertices of its middle half from where an incompressible solid has them, in cells.
 fn bar(field: FieldKind, cell: f64, turn: Rotation3<f64>) -> (f64, f64) {
-    let (vertices, quads) = grid_box([160, 4, 4]);
+    let (vertices, quads) = surface_of(&block([160, 4, 4]));
     let at_rest: Vec<Vector3<f64>> =
         vertices.iter().map(|v| (Vector3::from(*v) - Vector3::new(80.0, 2.0, 2.0)) / 4.0).collect();
     let mesh = Mesh::new(at_rest.iter().map(|v| (turn * v).into()).collect(), &quads).unwrap();
@@ -79,7 +73,7 @@ fn nor_does_it_matter_how_it_lies_in_the_grid() {
 #[test]
 fn a_blown_up_ball_gets_round_again() {
     for radius in [3.0, 5.0, 5.3, 8.0] {
-        let (vertices, quads) = grid_box([24; 3]);
+        let (vertices, quads) = surface_of(&block([24; 3]));
         let on_ball = |v: &[f64; 3]| {
             let tangents = v.map(|x| ((x / 12.0 - 1.0) * std::f64::consts::FRAC_PI_4).tan());
             (Vector3::from(tangents).normalize() * radius).into()
@@ -96,7 +90,7 @@ fn a_blown_up_ball_gets_round_again() {
 
 #[test]
 fn a_surface_that_is_inside_out_is_turned() {
-    let (vertices, mut quads) = grid_box([4; 3]);
+    let (vertices, mut quads) = surface_of(&block([4; 3]));
     let outwards = Mesh::new(vertices.clone(), &quads).unwrap();
     quads.iter_mut().for_each(|quad| quad[1..].reverse());
     let inwards = Mesh::new(vertices, &quads).unwrap();

@@ -3,14 +3,11 @@
 mod common;
 mod shapes;
 
-use common::{block, grid_box};
+use common::{block, pulled, surface_of};
 use nalgebra::{Matrix3, Point3, Vector3};
 use shapes::UPRIGHT;
 use supple::volume::{Preservation, VolumeMeasure, VolumeScope};
-use supple::{
-    Body, BodyBuilder, Correction, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, VolumeOptions,
-    Window,
-};
+use supple::{Body, BodyBuilder, Correction, Lattice, Mesh, Simulation, VolumeOptions};
 
 /// The rms error of the cells' volumes, in volumes of a cell at rest.
 fn cell_error(lattice: &Lattice, at: &[Vector3<f64>]) -> f64 {
@@ -86,7 +83,8 @@ fn a_dumbbell_whose_neck_is_stretched() {
     let neck = |c: &[i32; 3]| (10..20).contains(&c[0]);
     let slim = |c: &[i32; 3]| (3..7).contains(&c[1]) && (3..7).contains(&c[2]);
     let cells: Vec<_> = block([30, 10, 10]).into_iter().filter(|c| !neck(c) || slim(c)).collect();
-    let mesh = shapes::surface_of(&cells);
+    let (vertices, quads) = surface_of(&cells);
+    let mesh = Mesh::new(vertices, &quads).unwrap();
     let outcome = outcome(|volume| {
         let mut body = Body::builder(mesh.clone()).cell_size(1.0).volume(volume).build().unwrap();
         let longer = |x: f64| x + (x - 10.0).clamp(0.0, 10.0);
@@ -99,23 +97,11 @@ fn a_dumbbell_whose_neck_is_stretched() {
     assert!(outcome.creases[1] < 0.75, "{:?}", outcome.creases);
 }
 
-/// A body held at its low end, whose high end is pulled away by half of its height.
-fn pulled(body: BodyBuilder, [low, high]: [f64; 2]) -> Simulation {
+/// A soft body held at the lowest fifth, whose highest tenth is pulled away by half of its height.
+fn stretched(body: BodyBuilder, [low, high]: [f64; 2]) -> Simulation {
     let height = high - low;
-    let below = Selection::Plane { point: [0.0, low + 0.2 * height, 0.0], normal: [0.0, -1.0, 0.0] };
-    let above = Selection::Plane { point: [0.0, low + 0.9 * height, 0.0], normal: [0.0, 1.0, 0.0] };
-    let key = |time, way| Key { time, translate: [0.0, way, 0.0], rotate: [0.0; 3] };
-    let keys = vec![key(0.0, 0.0), key(1.0, 0.5 * height)];
-    let body = body
-        .half_width(2)
-        .stiffness(0.5)
-        .damping(0.2)
-        .pin(Pin { selection: below, window: Window::default() })
-        .handle(Handle { selection: above, keys, window: Window::default() });
-    let simulation = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]);
-    let mut simulation = simulation.build().unwrap();
-    simulation.steps(300);
-    simulation
+    let held = [low + 0.2 * height, low + 0.9 * height];
+    pulled(body.half_width(2).stiffness(0.5).damping(0.2), 1, held, 0.5 * height, 300)
 }
 
 #[test]
@@ -125,7 +111,7 @@ fn a_bust_whose_crown_is_pulled() {
     let (low, high) = mesh.bounds();
     for vertices in [1000, 4000] {
         let outcome = outcome(|volume| {
-            pulled(Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume), [low.y, high.y])
+            stretched(Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume), [low.y, high.y])
         });
         let [_, global, regional] = outcome.errors;
         assert!(regional < 0.8 * global, "{:?}", outcome.errors);
@@ -137,10 +123,10 @@ fn a_bust_whose_crown_is_pulled() {
 #[test]
 fn on_no_shape_is_it_worse() {
     for size in [[4, 16, 4], [8, 10, 2], [2, 12, 9]] {
-        let (vertices, quads) = grid_box(size);
+        let (vertices, quads) = surface_of(&block(size));
         let mesh = Mesh::new(vertices, &quads).unwrap();
         let outcome = outcome(|volume| {
-            pulled(Body::builder(mesh.clone()).cell_size(1.0).volume(volume), [0.0, f64::from(size[1])])
+            stretched(Body::builder(mesh.clone()).cell_size(1.0).volume(volume), [0.0, f64::from(size[1])])
         });
         let [_, global, regional] = outcome.errors;
         assert!(regional < global, "{size:?}: {:?}", outcome.errors);

@@ -4,10 +4,10 @@
 
 mod common;
 
-use common::grid_box;
+use common::{block, pulled, rms, surface_of};
 use nalgebra::Point3;
 use supple::volume::{FieldKind, Preservation, VolumeMeasure};
-use supple::{Body, BodyBuilder, Handle, Key, Mesh, Pin, Selection, Simulation, VolumeOptions, Window};
+use supple::{Body, BodyBuilder, Mesh, VolumeOptions};
 
 /// The rows of a reference, comments and heading left out.
 fn rows(name: &str) -> Vec<Vec<f64>> {
@@ -16,26 +16,10 @@ fn rows(name: &str) -> Vec<Vec<f64>> {
     text.lines().filter_map(|line| line.split(',').map(|x| x.parse().ok()).collect()).collect()
 }
 
-/// The mesh of a body that is held below `low` and above `high` along an axis, and pulled by `way` until it rests.
-fn pulled(body: BodyBuilder, axis: usize, [low, high]: [f64; 2], way: f64) -> Vec<Point3<f64>> {
-    let along = |x: f64| {
-        let mut vector = [0.0; 3];
-        vector[axis] = x;
-        vector
-    };
-    let beyond = |at: f64, way: f64| Selection::Plane { point: along(at), normal: along(way) };
-    let key = |time, way| Key { time, translate: along(way), rotate: [0.0; 3] };
-    let keys = vec![key(0.0, 0.0), key(1.0, way)];
-    let body = body
-        .half_width(2)
-        .stiffness(0.8)
-        .damping(0.1)
-        .pin(Pin { selection: beyond(low, -1.0), window: Window::default() })
-        .handle(Handle { selection: beyond(high, 1.0), keys, window: Window::default() });
-    let simulation = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]);
-    let mut simulation = simulation.build().unwrap();
-    simulation.steps(600);
-    simulation.body(0).surface().positions
+/// The mesh of a stiff body that is held below `low` and above `high` along an axis, and pulled by `way` until it rests.
+fn shown(body: BodyBuilder, axis: usize, held: [f64; 2], way: f64) -> Vec<Point3<f64>> {
+    let body = body.half_width(2).stiffness(0.8).damping(0.1);
+    pulled(body, axis, held, way, 600).body(0).surface().positions
 }
 
 /// Without a correction, with the field of the paper, with the one that is the default.
@@ -44,22 +28,17 @@ fn options() -> [VolumeOptions; 3] {
     [VolumeOptions::off(), by(FieldKind::Paper), by(FieldKind::Surface)]
 }
 
-fn rms(distances: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = distances.fold((0.0, 0.0), |(sum, count), d| (sum + d * d, count + 1.0));
-    f64::sqrt(sum / count)
-}
-
 /// 4 x 1 x 1, both ends clamped, stretched to 1.5 times its length.
 #[test]
 fn a_bar() {
-    let (vertices, quads) = grid_box([32, 8, 8]);
+    let (vertices, quads) = surface_of(&block([32, 8, 8]));
     let place = |v: [f64; 3]| [v[0] / 8.0, v[1] / 8.0 - 0.5, v[2] / 8.0 - 0.5];
     let mesh = Mesh::new(vertices.into_iter().map(place).collect(), &quads).unwrap();
     let reference = rows("bar");
     for cell in [0.25, 0.125] {
         let errors = options().map(|volume| {
             let body = Body::builder(mesh.clone()).cell_size(cell).volume(volume);
-            let shown = pulled(body, 0, [1e-6, 4.0 - 1e-6], 2.0);
+            let shown = shown(body, 0, [1e-6, 4.0 - 1e-6], 2.0);
             rms(reference.iter().map(|row| {
                 let rest = Point3::new(row[0], row[1], row[2]);
                 let vertex = mesh.vertices().iter().position(|v| (v - rest).norm() < 1e-4).unwrap();
@@ -80,7 +59,7 @@ fn a_bust() {
     for vertices in [1000, 4000] {
         let errors = options().map(|volume| {
             let body = Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume);
-            let shown = pulled(body, 1, [6.183, 8.751], 1.834);
+            let shown = shown(body, 1, [6.183, 8.751], 1.834);
             rms(reference
                 .iter()
                 .map(|row| (shown[row[0] as usize] - Point3::new(row[4], row[5], row[6])).norm()))

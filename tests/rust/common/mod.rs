@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "each test program uses a part")]
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::{Body, Lattice};
+use supple::{Body, BodyBuilder, Handle, Key, Lattice, Pin, Selection, Simulation, Window};
 
 /// A generator of numbers that are the same in each run (Steele, Lea & Flood 2014: SplitMix64).
 pub struct Random(pub u64);
@@ -44,26 +44,64 @@ pub fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
 }
 
-/// The surface of a box of `n` unit cubes along each axis: vertices on its lowest corner's grid, quads seen from outside.
-pub fn grid_box(n: [i32; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
+/// The boundary of some cells of edge 1: vertices, and quads seen from outside.
+pub fn surface_of(cells: &[[i32; 3]]) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
+    let occupied: std::collections::BTreeSet<_> = cells.iter().copied().collect();
     let mut numbers = std::collections::BTreeMap::new();
     let (mut vertices, mut quads) = (Vec::new(), Vec::new());
-    for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, n[axis])]) {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        for (i, j) in (0..n[u]).flat_map(|i| (0..n[v]).map(move |j| (i, j))) {
-            let mut corner = |a: i32, b: i32| {
-                let mut at = [0; 3];
-                (at[axis], at[u], at[v]) = (side, a, b);
-                *numbers.entry(at).or_insert_with(|| {
-                    vertices.push(at.map(f64::from));
-                    vertices.len() as u32 - 1
-                })
-            };
-            let quad = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-            quads.push(if side == 0 { [quad[3], quad[2], quad[1], quad[0]] } else { quad });
+    for cell in cells {
+        for axis in 0..3 {
+            for side in [0, 1] {
+                let mut beyond = *cell;
+                beyond[axis] += 2 * side - 1;
+                if occupied.contains(&beyond) {
+                    continue;
+                }
+                let mut quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[u, v]| {
+                    let mut at = *cell;
+                    at[axis] += side;
+                    at[(axis + 1) % 3] += u;
+                    at[(axis + 2) % 3] += v;
+                    *numbers.entry(at).or_insert_with(|| {
+                        vertices.push(at.map(f64::from));
+                        vertices.len() as u32 - 1
+                    })
+                });
+                if side == 0 {
+                    quad.reverse();
+                }
+                quads.push(quad);
+            }
         }
     }
     (vertices, quads)
+}
+
+/// The root mean square of some lengths.
+pub fn rms(lengths: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = lengths.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
+    f64::sqrt(sum / count)
+}
+
+/// A body held below `low` and above `high` along an axis, and pulled there by `way` in a second; after some steps.
+pub fn pulled(body: BodyBuilder, axis: usize, [low, high]: [f64; 2], way: f64, steps: u64) -> Simulation {
+    let along = |x: f64| {
+        let mut vector = [0.0; 3];
+        vector[axis] = x;
+        vector
+    };
+    let beyond = |at: f64, way: f64| Selection::Plane { point: along(at), normal: along(way) };
+    let key = |time, way| Key { time, translate: along(way), rotate: [0.0; 3] };
+    let keys = vec![key(0.0, 0.0), key(1.0, way)];
+    let body = body.pin(Pin { selection: beyond(low, -1.0), window: Window::default() }).handle(Handle {
+        selection: beyond(high, 1.0),
+        keys,
+        window: Window::default(),
+    });
+    let simulation = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]);
+    let mut simulation = simulation.build().unwrap();
+    simulation.steps(steps);
+    simulation
 }
 
 /// A lattice of cells of edge 1 whose vertex [0, 0, 0] lies in the origin; parts that float stay apart.

@@ -88,36 +88,3 @@ pub(crate) fn apply(correction: &mut Correction, deformed: &[[f32; 3]], pushes: 
 pub(crate) fn within(a: f64, b: f64, relative: f64) {
     assert!((a - b).abs() <= relative * b.abs(), "{a} is not {b} to {relative:e}");
 }
-
-/// The boundary of some cells of edge one as a mesh of quads, seen from outside.
-pub(crate) fn surface_of(cells: &[[i32; 3]]) -> Mesh {
-    let occupied: std::collections::BTreeSet<_> = cells.iter().copied().collect();
-    let mut numbers = std::collections::BTreeMap::new();
-    let (mut vertices, mut quads) = (Vec::new(), Vec::new());
-    for cell in cells {
-        for axis in 0..3 {
-            for side in [0, 1] {
-                let mut beyond = *cell;
-                beyond[axis] += 2 * side - 1;
-                if occupied.contains(&beyond) {
-                    continue;
-                }
-                let mut quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[u, v]| {
-                    let mut at = *cell;
-                    at[axis] += side;
-                    at[(axis + 1) % 3] += u;
-                    at[(axis + 2) % 3] += v;
-                    *numbers.entry(at).or_insert_with(|| {
-                        vertices.push(at.map(f64::from));
-                        vertices.len() as u32 - 1
-                    })
-                });
-                if side == 0 {
-                    quad.reverse();
-                }
-                quads.push(quad);
-            }
-        }
-    }
-    Mesh::new(vertices, &quads).expect("cells have a surface")
-}

@@ -39,18 +39,13 @@ impl Body {
             samples.map_or(0, |n| 12 * n),
         );
 
-        let measure = super::look::locked(&self.view).measure();
+        let view = super::look::locked(&self.view);
+        let measure = view.measure();
         let detail = measure.map(|measure| format!("measure {measure}, turned with the positions shown"));
-        plan.stage(
-            When::Look,
-            "volume correction",
-            detail,
-            super::look::locked(&self.view).correction_bytes(),
-        );
+        plan.stage(When::Look, "volume correction", detail, view.correction_bytes());
         let surface = self.surface.as_ref();
         let mesh = surface.map(|surface| format!("{} mesh vertices", surface.mesh.vertices().len()));
-        let update = super::look::locked(&self.view).update_bytes();
-        let bytes = surface.map_or(0, |surface| surface.embedding.memory() + update);
+        let bytes = surface.map_or(0, |surface| surface.embedding.memory() + view.update_bytes());
         plan.stage(When::Look, "mesh update", mesh, bytes);
         plan
     }

@@ -95,7 +95,7 @@ impl ObjTemplate {
     pub(super) fn fill(&mut self, positions: &[[f32; 3]]) {
         let Self { shared, pieces, executor } = self;
         if shared.changes.len() <= CHANGES {
-            // To enter a pool takes longer.
+            // To wake another thread takes longer.
             return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));
         }
         executor.share(pieces.iter_mut(), |piece| shared.fill(piece, positions));

@@ -35,6 +35,7 @@ pub use error::LatticeError;
 pub use options::{LatticeOptions, Resolution};
 pub use report::{FloatingPart, LatticeReport};
 use runs::Runs;
+pub(crate) use trilinear::polynomial;
 
 /// Highest magnitude of a grid index, so that differences of two are 32-bit numbers too.
 const HIGHEST_INDEX: i32 = 1 << 30;

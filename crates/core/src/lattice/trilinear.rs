@@ -1,5 +1,9 @@
 //! Trilinear interpolation within a cell, continued linearly outside.
 
+use std::ops::Sub;
+
+use nalgebra::Vector3;
+
 /// Trilinear weights of the eight corners at a place in a cell, continued linearly outside [0, 1]^3.
 pub(crate) fn weights(local: [f32; 3]) -> [f32; 8] {
     let [inside, outside] = split(local);
@@ -20,21 +24,31 @@ fn split(local: [f32; 3]) -> [[f32; 3]; 2] {
     [inside, std::array::from_fn(|a| local[a] - inside[a])]
 }
 
+/// The trilinear map of values at the corners of a cell as a polynomial of the place in it: half the work of weights
+/// where a cell has many points. Coefficients of 1, x, y, xy, z, xz, yz, xyz.
+#[inline(always)]
+pub(crate) fn polynomial<T: Copy + Sub<Output = T>>(mut terms: [T; 8]) -> [T; 8] {
+    // Differences along x, then y, then z: of the corners that have the bit set to those that do not.
+    for bit in [1, 2, 4] {
+        for k in 0..8 {
+            if k & bit != 0 {
+                terms[k] = terms[k] - terms[k - bit];
+            }
+        }
+    }
+    terms
+}
+
 /// The trilinear map of one deformed cell, as a polynomial about corner 0: small differences, so that little is lost to rounding.
 pub(crate) struct CellMap {
     /// The coefficients of 1, x, y, xy, z, xz, yz, xyz.
-    terms: [[f32; 3]; 8],
+    terms: [Vector3<f32>; 8],
 }
 
 impl CellMap {
     /// The map of a cell with the given positions of its corners.
-    pub(crate) fn new(mut corners: [[f32; 3]; 8]) -> Self {
-        for axis in [1, 2, 4] {
-            for k in (0..8).filter(|k| k & axis != 0) {
-                corners[k] = std::array::from_fn(|a| corners[k][a] - corners[k ^ axis][a]);
-            }
-        }
-        Self { terms: corners }
+    pub(crate) fn new(corners: [[f32; 3]; 8]) -> Self {
+        Self { terms: polynomial(corners.map(Vector3::from)) }
     }
 
     /// Where a place in the cell is taken.

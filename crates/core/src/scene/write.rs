@@ -7,7 +7,7 @@ use super::data::{BodyData, Scene, Substeps};
 use crate::body::{Damping, Reach, Stiffness};
 use crate::dynamics::{Key, Selection, Shape, Window};
 use crate::lattice::Resolution;
-use crate::volume::{FieldKind, Preservation, VolumeOptions, VolumeScope};
+use crate::volume::VolumeOptions;
 
 impl Scene {
     /// The scene as TOML, with every key that has a value, defaults too. [`Scene::base`] is not in it.
@@ -88,8 +88,8 @@ impl Writer {
         }
         self.key("density", number(body.material.density));
         let VolumeOptions { measure, scope, field, max_correction } = body.volume;
-        let (measure, scope) = (name(measure, &Preservation::NAMED), name(scope, &VolumeScope::NAMED));
-        let (field, cap) = (name(field, &FieldKind::NAMED), number(max_correction));
+        let (measure, scope, field) = (text(measure.name()), text(scope.name()), text(field.name()));
+        let cap = number(max_correction);
         self.key(
             "volume",
             format_args!(
@@ -161,11 +161,6 @@ fn keys(keys: &[Key]) -> String {
 /// The shortest text that reads back as the same number; TOML's floats are Rust's.
 fn number(value: f64) -> String {
     format!("{value:?}")
-}
-
-/// The name of a value, as text.
-fn name<T: PartialEq>(value: T, names: &[(&'static str, T)]) -> String {
-    text(names.iter().find(|(_, named)| *named == value).map_or("", |(name, _)| name))
 }
 
 fn vector(value: [f64; 3]) -> String {

@@ -89,16 +89,16 @@ impl SimulationBuilder {
         }
         let mut bodies = self.bodies;
         bodies.iter_mut().for_each(|body| body.meet(colliders.is_some(), self.dt));
-        let executor = Executor::new(self.threads);
-        bodies.iter_mut().for_each(|body| body.set_executor(&executor));
-        Ok(Simulation {
+        let mut simulation = Simulation {
             bodies,
             gravity: self.gravity.into(),
             clock: Clock::new(self.dt),
             colliders,
             substeps: self.substeps,
-            executor,
-        })
+            executor: Executor::new(self.threads),
+        };
+        simulation.lend_threads();
+        Ok(simulation)
     }
 
     /// Whether [`SimulationBuilder::build`] will have nothing to object to but a lack of bodies; what bodies will

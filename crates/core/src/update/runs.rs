@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
-use crate::lattice::{Embedding, carried_outside};
+use crate::lattice::{Embedding, carried_outside, polynomial};
 use crate::mesh::rings::Layout;
 use crate::padded::{Padded, Pair, spread};
 use crate::parallel::level;
@@ -165,14 +165,7 @@ fn carry_cell<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Padded], places: 
     for k in 0..8 {
         terms[k] = f32x4::load_array_ref(simd, &lattice[corners[k] as usize]);
     }
-    // Differences along x, then y, then z.
-    for axis in [1, 2, 4] {
-        for k in 0..8 {
-            if k & axis != 0 {
-                terms[k] -= terms[k ^ axis];
-            }
-        }
-    }
+    let terms = polynomial(terms);
     let mut both = [f32x8::splat(simd, 0.0); 8];
     for k in 0..8 {
         both[k] = simd.combine_f32x4(terms[k], terms[k]);

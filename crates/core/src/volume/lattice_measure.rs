@@ -46,8 +46,14 @@ impl LatticeMeasure {
 fn sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
     let mut sum = Determinants::zero(simd);
     for row in rows {
-        let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
-        sum.add(Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0));
+        add_vertex(simd, row, points, &mut sum);
     }
     sum.coefficients()
+}
+
+/// Adds eight times the volume at a vertex with these neighbours.
+#[inline(always)]
+pub(super) fn add_vertex<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving], sum: &mut Determinants<S>) {
+    let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
+    sum.add(Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0));
 }

@@ -99,7 +99,7 @@ pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// Which of the eight cells around each vertex are occupied, as [`super::normals::boundary_normals`] numbers them.
+/// Which of the eight cells around each vertex are occupied, as `boundary_normals` numbers them.
 pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
     let mut octants = vec![0; lattice.len()];
     for cell in 0..lattice.cells().len() as u32 {

@@ -55,6 +55,16 @@ impl Preservation {
         ("cells", Self::By(VolumeMeasure::Cells)),
         ("mesh", Self::By(VolumeMeasure::Mesh)),
     ];
+
+    /// Its name among [`Preservation::NAMED`].
+    pub fn name(self) -> &'static str {
+        name_of(self, &Self::NAMED)
+    }
+}
+
+/// The name of a value among the named ones, which are all that there are.
+pub(super) fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'static str {
+    named.iter().find(|(_, one)| *one == value).map_or("", |(name, _)| name)
 }
 
 /// Where a body's volume is given back.
@@ -70,6 +80,11 @@ pub enum VolumeScope {
 impl VolumeScope {
     /// What it is called in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 2] = [("global", Self::Global), ("regional", Self::Regional)];
+
+    /// Its name among [`VolumeScope::NAMED`].
+    pub fn name(self) -> &'static str {
+        name_of(self, &Self::NAMED)
+    }
 }
 
 /// How a body's volume is kept.

@@ -1,8 +1,9 @@
 //! The part of a surface that lies within one cell, as constants: its volume without looking at its triangles.
 
-use fearless_simd::{Simd, SimdBase, f32x8, f64x4};
+use fearless_simd::{Simd, SimdBase, f64x4};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
+use crate::lattice::polynomial;
 
 /// Products of three different basis functions of eight.
 const MOMENTS: usize = 56;
@@ -45,7 +46,7 @@ impl Patch {
     /// Adds the sum of `det[a, b, c]`.
     #[inline(always)]
     pub(super) fn add_to<S: Simd>(&self, simd: S, lattice: &[Moving], sum: &mut Determinants<S>) {
-        let terms = terms(simd, &self.corners, lattice);
+        let terms = polynomial(load(simd, lattice, &self.corners));
         let (mut rows, mut arms) = ([Line::zero(simd); 8], [Arm::new(simd, terms[0]); 8]);
         for k in 0..8 {
             rows[k] = Line::zxy(simd, terms[k]);
@@ -68,18 +69,4 @@ impl Patch {
 fn basis([x, y, z]: [f32; 3]) -> [f64; 8] {
     let [x, y, z] = [x, y, z].map(f64::from);
     [1.0, x, y, x * y, z, x * z, y * z, x * y * z]
-}
-
-/// The coefficients of a cell's trilinear map: differences of its corners along x, y and z.
-#[inline(always)]
-fn terms<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Moving]) -> [f32x8<S>; 8] {
-    let mut terms = load(simd, lattice, corners);
-    for axis in [1, 2, 4] {
-        for k in 0..8 {
-            if k & axis != 0 {
-                terms[k] -= terms[k ^ axis];
-            }
-        }
-    }
-    terms
 }

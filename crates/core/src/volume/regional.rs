@@ -8,7 +8,8 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::adjacency::Adjacency;
-use super::line::{Arm, Determinants, Line, Moving, load};
+use super::lattice_measure::add_vertex;
+use super::line::{Determinants, Moving};
 use crate::parallel::level;
 
 /// How often: the first time moves most, the second mends where it moved too far.
@@ -98,9 +99,8 @@ impl Regional {
 #[inline(always)]
 fn measure<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving], rest: &[f64], out: &mut [[f64; 2]]) {
     for ((row, rest), out) in rows.iter().zip(rest).zip(out) {
-        let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
         let mut volume = Determinants::zero(simd);
-        volume.add(Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0));
+        add_vertex(simd, row, points, &mut volume);
         let [c0, c1, _, _] = volume.coefficients();
         *out = [rest - c0 / 8.0, c1 / 8.0];
     }

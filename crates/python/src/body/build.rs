@@ -152,14 +152,9 @@ fn volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
 pub(crate) fn volume_settings<'py>(py: Python<'py>, options: &VolumeOptions) -> PyResult<Bound<'py, PyDict>> {
     let VolumeOptions { measure, scope, field, max_correction } = *options;
     let settings = PyDict::new(py);
-    settings.set_item("measure", name(measure, &Preservation::NAMED))?;
-    settings.set_item("scope", name(scope, &VolumeScope::NAMED))?;
-    settings.set_item("field", name(field, &FieldKind::NAMED))?;
+    settings.set_item("measure", measure.name())?;
+    settings.set_item("scope", scope.name())?;
+    settings.set_item("field", field.name())?;
     settings.set_item("max_correction", max_correction)?;
     Ok(settings)
-}
-
-/// The name of a value.
-fn name<T: PartialEq>(value: T, names: &[(&'static str, T)]) -> Option<&'static str> {
-    names.iter().find(|(_, named)| *named == value).map(|(name, _)| *name)
 }

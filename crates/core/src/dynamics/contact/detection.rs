@@ -5,15 +5,13 @@ use fearless_simd::{Simd, dispatch};
 use super::ContactReport;
 use super::bounds::may_touch;
 use super::field::{Curved, Field, Flat};
+use super::numbered::Numbered;
 use super::patch::{Patch, Touching};
-use super::quad::{Quad, vector};
+use super::quad::{self, Quad, vector};
 use crate::Lanes;
 use crate::dynamics::posed::PosedShape;
 use crate::dynamics::samples::{SampleCells, monomials};
 use crate::parallel::level;
-
-/// No patch.
-const NONE: u32 = u32::MAX;
 
 /// Finds the samples that touch; its buffers.
 #[derive(Clone, Debug)]
@@ -29,8 +27,8 @@ pub(super) struct Detection {
 #[derive(Clone, Debug)]
 struct Patches {
     list: Vec<Patch>,
-    /// For each row, where its patch stands in the list.
-    index: Vec<u32>,
+    /// The rows of their vertices, in the same order.
+    rows: Numbered,
 }
 
 impl Detection {
@@ -39,16 +37,13 @@ impl Detection {
         Self {
             places: vec![[0.0; 4]; rows],
             heights: vec![0.0; rows],
-            patches: Patches { list: Vec::new(), index: vec![NONE; rows] },
+            patches: Patches { list: Vec::new(), rows: Numbered::new(rows) },
         }
     }
 
     /// Reads the places of the samples' vertices.
     pub(super) fn read(&mut self, positions: &Lanes<3>, slots: &[u32]) {
-        for (place, &slot) in self.places.iter_mut().zip(slots) {
-            let [x, y, z] = positions.get(slot);
-            *place = [x, y, z, 0.0];
-        }
+        quad::read(&mut self.places, positions, slots);
     }
 
     /// The place of the vertex in a row.
@@ -89,9 +84,8 @@ impl Detection {
 
 impl Patches {
     fn clear(&mut self) {
-        for patch in self.list.drain(..) {
-            self.index[patch.row as usize] = NONE;
-        }
+        self.list.clear();
+        self.rows.clear();
     }
 
     /// Samples lie between the corners of their cells: only the cells that may touch are looked into.
@@ -138,11 +132,10 @@ impl Patches {
     /// The patch about the vertex in a row.
     #[inline(always)]
     fn about(&mut self, row: u32) -> &mut Patch {
-        let place = &mut self.index[row as usize];
-        if *place == NONE {
-            *place = self.list.len() as u32;
-            self.list.push(Patch::about(row));
+        let number = self.rows.number(row) as usize;
+        if number == self.list.len() {
+            self.list.push(Patch::new());
         }
-        &mut self.list[*place as usize]
+        &mut self.list[number]
     }
 }

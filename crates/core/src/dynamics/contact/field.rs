@@ -6,7 +6,8 @@ use nalgebra::Point3;
 use super::bounds::may_touch;
 use super::quad::Quad;
 use crate::dynamics::posed::PosedShape;
-use crate::dynamics::samples::{SampleBlock, polynomial, value};
+use crate::dynamics::samples::{SampleBlock, value};
+use crate::lattice::polynomial;
 
 /// A shape as seen by the samples of a body.
 pub(super) trait Field {

@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
+use super::numbered::Numbered;
 use super::quad::{Quad, add};
-
-/// No place.
-const NONE: u32 = u32::MAX;
 
 /// A vertex under a contact.
 #[derive(Clone, Copy, Debug)]
@@ -22,34 +20,26 @@ pub(super) struct Link {
 pub(super) struct Links {
     pub(super) list: Vec<Link>,
     /// Rows of the touched vertices, in the order in which they were first named.
-    pub(super) rows: Vec<u32>,
-    /// For each row, where it stands in `rows`.
-    index: Vec<u32>,
+    pub(super) rows: Numbered,
 }
 
 impl Links {
     /// For vertices in so many rows.
     pub(super) fn new(rows: usize) -> Self {
-        Self { index: vec![NONE; rows], ..Self::default() }
+        Self { rows: Numbered::new(rows), ..Self::default() }
     }
 
     /// Forgets all contacts.
     pub(super) fn clear(&mut self) {
-        for row in self.rows.drain(..) {
-            self.index[row as usize] = NONE;
-        }
+        self.rows.clear();
         self.list.clear();
     }
 
     /// Adds links to vertices: rows and weights; `mobilities` has 1/mass of each row.
     pub(super) fn extend(&mut self, vertices: impl Iterator<Item = (u32, f32)>, mobilities: &[f32]) {
         for (row, weight) in vertices {
-            let vertex = &mut self.index[row as usize];
-            if *vertex == NONE {
-                *vertex = self.rows.len() as u32;
-                self.rows.push(row);
-            }
-            self.list.push(Link { vertex: *vertex, weight, response: weight * mobilities[row as usize] });
+            let (vertex, response) = (self.rows.number(row), weight * mobilities[row as usize]);
+            self.list.push(Link { vertex, weight, response });
         }
     }
 

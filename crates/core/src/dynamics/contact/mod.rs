@@ -7,6 +7,7 @@
 //! | `impact` | how fast a patch comes, and how fast it is to leave |
 //! | `exchange` | the impulses along the normal and across it that this asks of it alone |
 //! | `solver`, `links` | those of all patches together |
+//! | `numbered` | rows of vertices, numbered as they come |
 //! | `push_out` | what is inside all the same comes out, by positions alone |
 //!
 //! A velocity that a contact changes changes the position with it, by the change times the step, so that a step stays
@@ -26,6 +27,7 @@ mod exchange;
 mod field;
 mod impact;
 mod links;
+mod numbered;
 mod patch;
 mod push_out;
 mod quad;
@@ -100,10 +102,7 @@ impl Contacts {
 
     /// Opens a step, before velocities change: those with which the surface comes are kept.
     pub fn begin(&mut self, velocities: &Lanes<3>) {
-        for (came, &slot) in self.came.iter_mut().zip(&self.samples.slots) {
-            let [x, y, z] = velocities.get(slot);
-            *came = [x, y, z, 0.0];
-        }
+        quad::read(&mut self.came, velocities, &self.samples.slots);
     }
 
     /// Resolves the contacts of a step, after positions were integrated to its end.

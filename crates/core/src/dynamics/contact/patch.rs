@@ -15,8 +15,6 @@ const PLACES: [[u8; 8]; 8] = places();
 /// mean of their places, in which each counts by its depth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patch {
-    /// Row of the vertex.
-    pub(super) row: u32,
     /// The vertices around it, x fastest, of which a sample is a mean: bits.
     seen: u32,
     /// Their rows, and the sums of their weights over the samples.
@@ -68,10 +66,10 @@ impl<S: Simd> Touching<S> {
 }
 
 impl Patch {
-    /// No sample yet, about the vertex in this row.
-    pub(super) fn about(row: u32) -> Self {
+    /// No sample yet.
+    pub(super) fn new() -> Self {
         let (rows, weights) = ([0; AROUND], [0.0; AROUND]);
-        Self { row, seen: 0, rows, weights, total: 0.0, deepest: f64::NEG_INFINITY }
+        Self { seen: 0, rows, weights, total: 0.0, deepest: f64::NEG_INFINITY }
     }
 
     /// Takes the samples of a block of a cell with these corners; `monomials` are those of their places.

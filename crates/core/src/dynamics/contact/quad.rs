@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::Lanes;
+
 /// x, y, z, 0.
 pub(super) type Quad = [f32; 4];
 
@@ -9,6 +11,14 @@ pub(super) type Quad = [f32; 4];
 #[inline(always)]
 pub(super) fn quad(v: Vector3<f64>) -> Quad {
     [v.x as f32, v.y as f32, v.z as f32, 0.0]
+}
+
+/// Reads the vectors in some slots.
+pub(super) fn read(quads: &mut [Quad], lanes: &Lanes<3>, slots: &[u32]) {
+    for (quad, &slot) in quads.iter_mut().zip(slots) {
+        let [x, y, z] = lanes.get(slot);
+        *quad = [x, y, z, 0.0];
+    }
 }
 
 /// The same numbers in f64.

@@ -59,8 +59,8 @@ impl Solver {
     /// Names the vertices of which the next contact is the mean: rows and weights; `mobilities` has 1/mass of each row.
     pub(super) fn link(&mut self, vertices: impl Iterator<Item = (u32, f32)>, mobilities: &[f32]) {
         self.links.extend(vertices, mobilities);
-        self.given.resize(self.links.rows.len(), [0.0; 4]);
-        self.sums.resize(self.links.rows.len(), [0.0; 4]);
+        self.given.resize(self.links.rows.list().len(), [0.0; 4]);
+        self.sums.resize(self.links.rows.list().len(), [0.0; 4]);
     }
 
     /// The vertices that were named for the next contact.
@@ -76,7 +76,7 @@ impl Solver {
 
     /// Rows of the touched vertices, in the order in which they were first named.
     pub(super) fn rows(&self) -> &[u32] {
-        &self.links.rows
+        self.links.rows.list()
     }
 
     /// Exchanges impulses.
@@ -119,7 +119,7 @@ impl Solver {
 
     /// What each touched vertex was given: rows and velocities.
     pub(super) fn given(&self) -> impl Iterator<Item = (u32, &Quad)> {
-        self.links.rows.iter().copied().zip(&self.given)
+        self.links.rows.list().iter().copied().zip(&self.given)
     }
 
     /// What each touched vertex was given along the normals: rows and velocities.
@@ -131,7 +131,7 @@ impl Solver {
                 add(sum, &exchange.contact.normal, exchange.along * link.response);
             }
         }
-        self.links.rows.iter().copied().zip(&self.sums)
+        self.links.rows.list().iter().copied().zip(&self.sums)
     }
 
     /// Contacts, and the velocity that each was given along its normal.

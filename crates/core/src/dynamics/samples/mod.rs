@@ -6,7 +6,7 @@ mod trilinear;
 use std::ops::Range;
 
 pub use points::surface_points;
-pub(in crate::dynamics) use trilinear::{corner_sums, monomials, polynomial, value};
+pub(in crate::dynamics) use trilinear::{corner_sums, monomials, value};
 
 use crate::lanes::LANES;
 use crate::{Embedding, Lattice, Mesh};

@@ -1,25 +1,8 @@
 //! Trilinear interpolation in a cell.
 
-use std::ops::Sub;
-
 use fearless_simd::{Simd, SimdBase, f32x8, f64x4};
 
 use crate::lanes::LANES;
-
-/// The trilinear map of values at the corners of a cell as a polynomial of the place in it: half the work of weights
-/// where a cell has many samples. Coefficients of 1, x, y, xy, z, xz, yz, xyz.
-#[inline(always)]
-pub(in crate::dynamics) fn polynomial<T: Copy + Sub<Output = T>>(mut terms: [T; 8]) -> [T; 8] {
-    // Differences along x, then y, then z: of the corners that have the bit set to those that do not.
-    for bit in [1, 2, 4] {
-        for k in 0..8 {
-            if k & bit != 0 {
-                terms[k] = terms[k] - terms[k - bit];
-            }
-        }
-    }
-    terms
-}
 
 /// The sums of the corners' weights over places, from those of the monomials 1, x, y, xy, z, xz, yz, xyz.
 #[inline(always)]
@@ -50,7 +33,7 @@ pub(in crate::dynamics) fn monomials<S: Simd>(simd: S, places: &[[f32; LANES]; 3
     halves
 }
 
-/// The value of a [`polynomial`], from its monomials.
+/// The value of a [`polynomial`](crate::lattice::polynomial), from its monomials.
 #[inline(always)]
 pub(in crate::dynamics) fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4<S> {
     let mut sum = f64x4::splat(simd, terms[0]);
@@ -62,6 +45,7 @@ pub(in crate::dynamics) fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: 
 
 #[cfg(test)]
 mod tests {
+    use crate::lattice::polynomial;
     use fearless_simd::dispatch;
 
     use super::*;

@@ -12,6 +12,7 @@ mod walls;
 
 use super::adjacency::Adjacency;
 use super::measure;
+use super::options::name_of;
 use super::surface::Surface;
 use crate::lattice::Lattice;
 
@@ -34,6 +35,11 @@ impl FieldKind {
     /// What it is called in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 3] =
         [("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
+
+    /// Its name among [`FieldKind::NAMED`].
+    pub fn name(self) -> &'static str {
+        name_of(self, &Self::NAMED)
+    }
 }
 
 /// The field at rest, in the model's frame; the rotations of the matching turn it with the body.
