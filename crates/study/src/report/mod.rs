@@ -4,6 +4,9 @@ mod csv;
 mod plot;
 mod table;
 
+pub(crate) use csv::bytes as csv_bytes;
+pub(crate) use table::small;
+
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -104,7 +104,7 @@ fn milliseconds(value: f64) -> String {
 }
 
 /// Two digits and an exponent: `3.1e-7`.
-fn small(value: Option<f64>) -> String {
+pub(crate) fn small(value: Option<f64>) -> String {
     match value {
         None => "-".to_owned(),
         Some(0.0) => "0".to_owned(),
