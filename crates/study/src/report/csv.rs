@@ -39,7 +39,7 @@ fn fields(point: &Point) -> Vec<(&'static str, String)> {
     let free = |part: fn(&crate::Free) -> Option<f64>| known(free.as_ref().and_then(part));
     let front: Vec<String> = Front::ALL.iter().map(|front| point.front.contains(front).to_string()).collect();
     vec![
-        ("axis", format!("{:?}", point.axis).to_lowercase()),
+        ("axis", point.axis.name().to_owned()),
         ("method", point.method.clone()),
         ("sums", point.sums.clone()),
         ("lattice_vertices", point.lattice_vertices.to_string()),

@@ -21,7 +21,7 @@ pub(super) struct Panel<'a> {
     pub(super) title: &'a str,
     pub(super) unit: &'a str,
     pub(super) time: &'a Axis,
-    pub(super) points: &'a [Point],
+    pub(super) points: Vec<&'a Point>,
 }
 
 /// A point of the study on the page.
@@ -63,13 +63,14 @@ impl Panel<'_> {
             .x_label_formatter(&|x| number(*x))
             .y_label_formatter(&|y| number(*y))
             .draw()?;
-        // An error of nothing at all stands at the foot of its panel.
-        let place = |point| -> Option<Placed<'_>> {
-            let error = self.front.error(point)?.max(axis.range.start);
+        let mut placed = Vec::new();
+        for &point in &self.points {
+            let Some(error) = self.front.error(point) else { continue };
+            // An error of nothing at all stands at the foot of its panel.
+            let error = error.max(axis.range.start);
             let at = chart.plotting_area().map_coordinate(&(point.timing.total.median, error));
-            Some(Placed { point, at })
-        };
-        let placed: Vec<Placed<'_>> = self.points.iter().filter_map(place).collect();
+            placed.push(Placed { point, at });
+        }
         self.lines(page, &placed)?;
         self.front(page, &placed)?;
         for Placed { point, at } in &placed {
