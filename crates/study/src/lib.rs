@@ -10,6 +10,7 @@
 //!
 //! The library prints nothing: whoever looks on is an [`Observer`].
 
+mod cells;
 mod distance;
 mod dynamics;
 mod error;
@@ -18,6 +19,7 @@ mod front;
 mod look;
 mod machine;
 mod matrix;
+mod momenta;
 mod motion;
 mod naive;
 mod observer;

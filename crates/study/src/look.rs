@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use supple::run::Prepared;
 use supple::{Body, VolumeMeasure};
 
+use crate::cells;
 use crate::error::Halt;
 use crate::motion::Motion;
 use crate::observer::Meter;
@@ -51,7 +52,7 @@ pub(crate) fn run(
     let mut motion =
         Motion::new(physical.prepare(setting)?, &model, physical.scene(), setting.dynamics.sums)?;
     let mut shown = Shown { mesh_volume: Some(0.0), ..Shown::default() };
-    let (mut watch, mut cells, mut squares) = (Watch::new(&model), 0, 0.0);
+    let (mut watch, mut count, mut squares) = (Watch::new(&model), 0, 0.0);
     for frame in 1..=frames {
         watch.frame(&mut motion)?;
         for body in motion.simulation.bodies() {
@@ -66,14 +67,14 @@ pub(crate) fn run(
             let bodies = motion.simulation.bodies();
             shown.surfaces.push(bodies.iter().map(|body| body.surface().positions).collect());
             for body in bodies {
-                squares += cell_errors(body).map(|error| error * error).sum::<f64>();
-                cells += body.lattice().cells().len();
+                squares += cells::errors(body).map(|error| error * error).sum::<f64>();
+                count += body.lattice().cells().len();
             }
         }
         meter.tick()?;
     }
     shown.sample = watch.sample(frames);
-    shown.cell_volumes = (squares / cells as f64).sqrt();
+    shown.cell_volumes = (squares / count as f64).sqrt();
     Ok(shown)
 }
 
@@ -161,29 +162,4 @@ pub(crate) fn beside(
         }
     }
     Ok(((squares / count as f64).sqrt(), hausdorff))
-}
-
-/// The relative error of the volume of each cell, as it is shown.
-fn cell_errors(body: &Body) -> impl Iterator<Item = f64> {
-    let (lattice, positions) = (body.lattice(), body.corrected_positions());
-    let rest = lattice.cell_size().powi(3);
-    (0..lattice.cells().len() as u32).map(move |cell| {
-        let corners = lattice.cell_corners(cell).map(|vertex| positions[vertex as usize].coords);
-        cell_volume(&corners) / rest - 1.0
-    })
-}
-
-/// The faces of a cell, seen from outside.
-const FACES: [[usize; 4]; 6] =
-    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-
-/// The volume of a trilinear cell: under each of its bilinear faces lies the mean of what lies under its two
-/// triangulations.
-fn cell_volume(corners: &[Vector3<f64>; 8]) -> f64 {
-    let under = |face: &[usize; 4]| {
-        let [a, b, c, d] = face.map(|corner| corners[corner] - corners[0]);
-        let triangle = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| a.dot(&b.cross(c));
-        triangle(&a, &b, &c) + triangle(&a, &c, &d) + triangle(&a, &b, &d) + triangle(&b, &c, &d)
-    };
-    FACES.iter().map(under).sum::<f64>() / 12.0
 }

@@ -91,3 +91,52 @@ fn closest(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>) -
     let sum = of_a + of_b + of_c;
     if sum > 0.0 { a + ab * (of_b / sum) + ac * (of_c / sum) } else { *a }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of two triangles, `size` long, at a height.
+    fn square(size: f64, height: f64) -> Vec<Point3<f64>> {
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+            .map(|[x, y]| Point3::new(size * x, size * y, height))
+            .to_vec()
+    }
+
+    const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+    #[test]
+    fn the_closest_point_is_found_from_all_sides() {
+        let [a, b, c] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]].map(Point3::from);
+        for (point, expected) in [
+            ([0.5, 0.5, 3.0], [0.5, 0.5, 0.0]),
+            ([-1.0, -1.0, 1.0], [0.0, 0.0, 0.0]),
+            ([5.0, -1.0, 0.0], [2.0, 0.0, 0.0]),
+            ([-1.0, 5.0, 0.0], [0.0, 2.0, 0.0]),
+            ([1.0, -2.0, 0.0], [1.0, 0.0, 0.0]),
+            ([-2.0, 1.0, 0.0], [0.0, 1.0, 0.0]),
+            ([2.0, 2.0, 0.0], [1.0, 1.0, 0.0]),
+        ] {
+            assert_eq!(closest(&point.into(), &a, &b, &c), expected.into(), "{point:?}");
+        }
+        // A triangle without area.
+        let flat = closest(&Point3::new(1.0, 1.0, 0.0), &a, &b, &Point3::new(4.0, 0.0, 0.0));
+        assert!((flat - Point3::new(1.0, 0.0, 0.0)).norm() < 1e-12 && a == closest(&c, &a, &a, &a));
+    }
+
+    #[test]
+    fn the_hausdorff_distance_is_of_surfaces_and_not_of_vertices() {
+        let distance = |a: &[Point3<f64>], b: &[Point3<f64>]| distance(a, b, &TRIANGLES);
+        let (low, high) = (square(2.0, 0.0), square(2.0, 0.5));
+        assert_eq!(distance(&low, &low), Distance::default());
+        assert_eq!(distance(&low, &high), Distance { squares: 4.0 * 0.25, hausdorff: 0.5 });
+        // A smaller square lies in the larger, whose far corner is the farthest; and the same the other way round.
+        let inner = square(1.0, 0.0);
+        assert_eq!(distance(&low, &inner).hausdorff, 2.0_f64.sqrt());
+        assert_eq!(distance(&inner, &low).hausdorff, 2.0_f64.sqrt());
+        // Vertices of other numbers, the same surface.
+        let turned = [low[1], low[2], low[3], low[0]];
+        assert!(distance(&low, &turned).squares > 1.0);
+        assert_eq!(distance(&low, &turned).hausdorff, 0.0);
+    }
+}
