@@ -20,43 +20,74 @@ pub(crate) fn distance(a: &[Point3<f64>], b: &[Point3<f64>], triangles: &[[u32; 
     order.sort_by(|&i, &j| squares[j].total_cmp(&squares[i]));
     let mut greatest = 0.0_f64;
     for (from, to) in [(a, b), (b, a)] {
+        let to = Blocks::new(to, triangles);
         for &vertex in &order {
             if squares[vertex] <= greatest {
                 break;
             }
-            greatest = greatest.max(nearest(&from[vertex], to, triangles, squares[vertex], greatest));
+            greatest = greatest.max(to.nearest(&from[vertex], squares[vertex], greatest));
         }
     }
     Distance { squares: squares.iter().sum(), hausdorff: greatest.sqrt() }
 }
 
-/// The squared distance of a point from a surface that is at most `known` away; or any number below `enough` if the
-/// surface is nearer than that.
-fn nearest(
-    point: &Point3<f64>,
-    surface: &[Point3<f64>],
-    triangles: &[[u32; 3]],
-    known: f64,
-    enough: f64,
-) -> f64 {
-    let mut least = known;
-    for corners in triangles {
-        let [a, b, c] = corners.map(|vertex| surface[vertex as usize]);
-        // What is farther by one axis alone is not looked at.
-        let beyond = (0..3).any(|k| {
-            let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
-            let gap = (low - point[k]).max(point[k] - high);
-            gap > 0.0 && gap * gap >= least
-        });
-        if beyond {
-            continue;
-        }
-        least = least.min((closest(point, &a, &b, &c) - point).norm_squared());
-        if least < enough {
-            break;
-        }
+/// Triangles in a block: those that follow each other in a mesh mostly lie together.
+const BLOCK: usize = 24;
+
+/// A surface in blocks of triangles, so that what is far away need not be looked at one by one.
+struct Blocks<'a> {
+    points: &'a [Point3<f64>],
+    triangles: &'a [[u32; 3]],
+    boxes: Vec<Bounds>,
+}
+
+/// The box around some points.
+#[derive(Clone, Copy)]
+struct Bounds {
+    low: Point3<f64>,
+    high: Point3<f64>,
+}
+
+impl Bounds {
+    fn of(points: impl Iterator<Item = Point3<f64>>) -> Self {
+        let nothing = Self { low: [f64::INFINITY; 3].into(), high: [f64::NEG_INFINITY; 3].into() };
+        points.fold(nothing, |bounds, point| Self {
+            low: bounds.low.inf(&point),
+            high: bounds.high.sup(&point),
+        })
     }
-    least
+
+    /// The squared distance of a point; 0 inside.
+    fn distance(&self, point: &Point3<f64>) -> f64 {
+        (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros()).norm_squared()
+    }
+}
+
+impl<'a> Blocks<'a> {
+    fn new(points: &'a [Point3<f64>], triangles: &'a [[u32; 3]]) -> Self {
+        let corners =
+            |block: &[[u32; 3]]| Bounds::of(block.iter().flatten().map(|&vertex| points[vertex as usize]));
+        Self { points, triangles, boxes: triangles.chunks(BLOCK).map(corners).collect() }
+    }
+
+    /// The squared distance of a point from the surface, which is at most `known` away; or any number below `enough` if
+    /// the surface is nearer than that.
+    fn nearest(&self, point: &Point3<f64>, known: f64, enough: f64) -> f64 {
+        let mut least = known;
+        for (block, bounds) in self.triangles.chunks(BLOCK).zip(&self.boxes) {
+            if bounds.distance(point) >= least {
+                continue;
+            }
+            for corners in block {
+                let [a, b, c] = corners.map(|vertex| self.points[vertex as usize]);
+                least = least.min((closest(point, &a, &b, &c) - point).norm_squared());
+            }
+            if least < enough {
+                break;
+            }
+        }
+        least
+    }
 }
 
 /// The point of a triangle that is closest to a point (Ericson: Real-Time Collision Detection, 2005, 5.1.5).
