@@ -25,6 +25,7 @@ mod naive;
 mod observer;
 mod physical;
 mod point;
+mod points;
 mod report;
 mod setting;
 mod study;

@@ -11,7 +11,7 @@ use crate::error::Halt;
 use crate::motion::Motion;
 use crate::observer::Meter;
 use crate::physical::Physical;
-use crate::setting::{Method, Setting};
+use crate::setting::Setting;
 use crate::surface::distance;
 use crate::timing::Sample;
 
@@ -41,18 +41,18 @@ pub(crate) struct Shown {
     pub(crate) capped: u32,
 }
 
-/// Runs a point once and looks at all that it shows, frame by frame.
+/// Runs a point once, through so many frames, and looks at all that it shows. `model` is the point without a correction.
 pub(crate) fn run(
     physical: &Physical,
     setting: &Setting,
+    model: &Prepared,
     frames: u32,
     meter: &mut Meter<'_>,
 ) -> Result<Shown, Halt> {
-    let model = physical.prepare(&Setting { method: Method::off(), ..*setting })?;
-    let mut motion =
-        Motion::new(physical.prepare(setting)?, &model, physical.scene(), setting.dynamics.sums)?;
+    let sums = setting.dynamics.sums;
+    let mut motion = Motion::new(physical.prepare(setting)?, model, physical.scene(), sums)?;
     let mut shown = Shown { mesh_volume: Some(0.0), ..Shown::default() };
-    let (mut watch, mut count, mut squares) = (Watch::new(&model), 0, 0.0);
+    let (mut watch, mut count, mut squares) = (Watch::new(model), 0, 0.0);
     for frame in 1..=frames {
         watch.frame(&mut motion)?;
         for body in motion.simulation.bodies() {
@@ -142,16 +142,10 @@ impl Watch {
 }
 
 /// How far surfaces are from others: root mean square and Hausdorff distance, over the diagonals of the bodies at rest.
-pub(crate) fn beside(
-    physical: &Physical,
-    setting: &Setting,
-    a: &Surfaces,
-    b: &Surfaces,
-) -> Result<(f64, f64), Halt> {
-    let prepared = physical.prepare(&Setting { method: Method::off(), ..*setting })?;
+pub(crate) fn beside(bodies: &[Body], a: &Surfaces, b: &Surfaces) -> (f64, f64) {
     let (mut squares, mut count, mut hausdorff) = (0.0, 0, 0.0_f64);
     for (a, b) in a.iter().zip(b) {
-        for ((a, b), body) in a.iter().zip(b).zip(prepared.simulation.bodies()) {
+        for ((a, b), body) in a.iter().zip(b).zip(bodies) {
             let Some(mesh) = body.mesh() else { continue };
             let (low, high) = mesh.bounds();
             let diagonal = (high - low).norm();
@@ -161,5 +155,5 @@ pub(crate) fn beside(
             hausdorff = hausdorff.max(distance.hausdorff / diagonal);
         }
     }
-    Ok(((squares / count as f64).sqrt(), hausdorff))
+    ((squares / count as f64).sqrt(), hausdorff)
 }
