@@ -1,5 +1,7 @@
 //! Labels beside marks, where they hide nothing.
 
+use std::ops::Range;
+
 use plotters::coord::Shift;
 use plotters::prelude::{DrawingArea, SVGBackend};
 use plotters::style::BLACK;
@@ -24,12 +26,8 @@ pub(super) struct Labels {
 }
 
 impl Labels {
-    /// For a panel with marks at these pixels.
-    pub(super) fn new(
-        area: &DrawingArea<SVGBackend<'_>, Shift>,
-        marks: impl Iterator<Item = (i32, i32)>,
-    ) -> Self {
-        let (x, y) = area.get_pixel_range();
+    /// For a panel of these pixels along x and y, with marks at some of them.
+    pub(super) fn new((x, y): (Range<i32>, Range<i32>), marks: impl Iterator<Item = (i32, i32)>) -> Self {
         let taken = marks.map(|(x, y)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
         Self { panel: [x.start, y.start, x.end, y.end], taken }
     }

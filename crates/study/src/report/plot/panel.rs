@@ -78,7 +78,11 @@ impl Panel<'_> {
             let colour = if point.sums == "fast" { colour(&point.method) } else { BLACK };
             Mark::of(point).draw(page, *at, colour, ringed)?;
         }
-        self.labels(page, area, &placed)
+        self.labels(
+            page,
+            Labels::new(chart.plotting_area().get_pixel_range(), placed.iter().map(|placed| placed.at)),
+            &placed,
+        )
     }
 
     /// A thin line a method, from coarse lattices to fine ones.
@@ -115,10 +119,9 @@ impl Panel<'_> {
     fn labels(
         &self,
         page: &DrawingArea<SVGBackend<'_>, Shift>,
-        area: &DrawingArea<SVGBackend<'_>, Shift>,
+        mut labels: Labels,
         placed: &[Placed<'_>],
     ) -> Drawn {
-        let mut labels = Labels::new(area, placed.iter().map(|placed| placed.at));
         let usual =
             self.points.iter().find(|point| point.axis == setting::Axis::Base).map(|point| point.substeps);
         for Placed { point, at } in placed.iter().filter(|placed| placed.point.front.contains(&self.front)) {
