@@ -1,0 +1,18 @@
+//! The cases, a file for each family.
+
+mod colliders;
+mod flight;
+mod holds;
+mod scales;
+mod shapes;
+mod starts;
+mod stiffness;
+
+use crate::Case;
+
+/// All cases, family by family.
+pub fn cases() -> Vec<Case> {
+    let families =
+        [stiffness::cases, starts::cases, holds::cases, colliders::cases, shapes::cases, scales::cases, flight::cases];
+    families.into_iter().flat_map(|family| family()).collect()
+}
