@@ -11,6 +11,7 @@ mod interrupt;
 mod progress;
 mod run;
 mod say;
+mod study;
 mod summary;
 
 use std::process::ExitCode;
@@ -48,5 +49,6 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args).into(),
         Command::Inspect(args) => inspect::inspect(&args).into(),
+        Command::Study(args) => study::study(&args).into(),
     }
 }

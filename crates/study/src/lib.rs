@@ -1,0 +1,1 @@
+//! Studies of supple: error against run time.
