@@ -3,6 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Error, Lattice, Selection, Simulation};
 
+use crate::rigid::without_momenta;
+
 /// The cells of a block.
 pub(crate) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     let [nx, ny, nz] = size;
@@ -30,19 +32,24 @@ pub(crate) fn alone(body: Body) -> Result<Simulation, Error> {
     Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()
 }
 
-/// Gives each vertex a velocity of its own, each component up to `size` cells a step of 1/60 s.
+/// Gives each vertex a velocity of its own, each component up to `size` cells a step of 1/60 s, all without linear and
+/// angular momentum.
 pub(crate) fn shake(body: &mut Body, size: f64) -> Result<(), Error> {
     let mut random = fastrand::Rng::with_seed(3);
     let unit = 60.0 * size * body.lattice().cell_size();
     let mut number = || unit * (2.0 * random.f64() - 1.0);
-    let velocities: Vec<_> =
+    let noise: Vec<_> =
         (0..body.lattice().len()).map(|_| Vector3::new(number(), number(), number())).collect();
-    body.set_velocities(&velocities)?;
+    let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
+    body.set_velocities(&without_momenta(&body.masses(), &positions, &noise))?;
     Ok(())
 }
 
 /// Sets the positions to what `deform` makes of those about their mean.
-pub(crate) fn deform(body: &mut Body, deform: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>) -> Result<(), Error> {
+pub(crate) fn deform(
+    body: &mut Body,
+    deform: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
+) -> Result<(), Error> {
     let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
     let middle = positions.iter().sum::<Vector3<f64>>() / positions.len() as f64;
     let about: Vec<_> = positions.iter().map(|x| x - middle).collect();

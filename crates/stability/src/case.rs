@@ -82,9 +82,8 @@ impl Case {
     pub fn run(&self) -> Outcome {
         match (self.run)() {
             Ok(figures) => {
-                let holds = |bound: &&Bound| {
-                    figures.get(bound.measure).is_some_and(|value| value <= bound.limit)
-                };
+                let holds =
+                    |bound: &&Bound| figures.get(bound.measure).is_some_and(|value| value <= bound.limit);
                 let broken = self.bounds.iter().filter(|bound| !holds(bound)).copied().collect();
                 Outcome { figures, broken, error: None }
             }

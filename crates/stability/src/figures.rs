@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::Measure;
+use crate::trial::largest;
 
 /// The figures of one case.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -29,9 +30,7 @@ impl Figures {
     /// Keeps the larger one; what is not a number is larger than any.
     pub(crate) fn raise(&mut self, measure: Measure, value: f64) {
         let kept = self.values.entry(measure).or_insert(value);
-        if !(value <= *kept) {
-            *kept = value;
-        }
+        *kept = largest(*kept, value);
     }
 
     pub(crate) fn add(&mut self, measure: Measure, value: f64) {

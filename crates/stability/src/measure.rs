@@ -17,8 +17,6 @@ pub enum Measure {
     EnergyLeft,
     /// Root mean square distance from the rest shape at the end, up to a rigid motion, in cells.
     Shape,
-    /// The same as a share of what it was at the start.
-    ShapeLeft,
     /// Steps until the distance from the rest shape was a tenth of that at the start.
     StepsToTenth,
     /// Distance of the vertices from where they are expected at the end, root mean square, in cells.
@@ -47,7 +45,6 @@ impl Measure {
             Self::EnergyGain => "energy gained, share",
             Self::EnergyLeft => "energy left, share",
             Self::Shape => "shape, cells",
-            Self::ShapeLeft => "shape left, share",
             Self::StepsToTenth => "steps to a tenth",
             Self::Place => "place, cells",
             Self::Linear => "momentum",

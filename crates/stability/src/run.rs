@@ -17,7 +17,11 @@ pub struct Ran {
 
 /// Runs cases on `threads` threads, each simulation on one of them, long cases first. `told` hears of each case that is
 /// done, by its index, and says whether to go on. Returns what was run, one entry per case.
-pub fn run_all(cases: &[Case], threads: usize, told: impl Fn(usize, &Ran) -> bool + Sync) -> Vec<Option<Ran>> {
+pub fn run_all(
+    cases: &[Case],
+    threads: usize,
+    told: impl Fn(usize, &Ran) -> bool + Sync,
+) -> Vec<Option<Ran>> {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by_key(|&index| cases[index].effort == Effort::Quick);
     let (next, results) = (AtomicUsize::new(0), Mutex::new(vec![None; cases.len()]));

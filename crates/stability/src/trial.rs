@@ -1,34 +1,57 @@
 //! A simulation that is watched: the figures of a case are taken here.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Simulation, Stiffness};
+use supple::{Body, Error, Lattice, Simulation};
 
 use crate::energy::Energy;
 use crate::rigid::{RigidMotion, distance, mean};
 use crate::{Figures, Measure};
 
-/// Lattice vertices up to which the energy is summed region by region.
-const SUMMED: usize = 600;
+/// Entries of the lists of regions up to which the energy is summed.
+const SUMMED: usize = 12_000_000;
+
+/// A speed that counts as rest where energies are compared, in cells a step.
+const STILL: f64 = 1e-3;
+
+/// Whether momenta and energy are the bodies' own.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Surroundings {
+    /// Nothing acts on the bodies.
+    Empty,
+    /// They fall, are held, or touch something.
+    Acting,
+}
+
+/// Runs a script on a simulation and takes its figures.
+pub(crate) fn watch(
+    simulation: Simulation,
+    surroundings: Surroundings,
+    script: impl FnOnce(&mut Trial) -> Result<(), Error>,
+) -> Result<Figures, Error> {
+    let lattices: Vec<Lattice> = simulation.bodies().iter().map(|body| body.lattice().clone()).collect();
+    let mut trial = Trial::new(simulation, &lattices, surroundings);
+    script(&mut trial)?;
+    Ok(trial.finish())
+}
 
 /// A simulation and the figures of its bodies.
-pub(crate) struct Trial {
+pub(crate) struct Trial<'a> {
     pub(crate) simulation: Simulation,
-    pub(crate) figures: Figures,
-    starts: Vec<Start>,
-    /// Whether nothing acts from outside, so that momenta and energy are the bodies' own.
-    free: bool,
+    figures: Figures,
+    starts: Vec<Start<'a>>,
+    surroundings: Surroundings,
 }
 
 /// How a body began.
-struct Start {
+struct Start<'a> {
     rest: Vec<Vector3<f64>>,
     masses: Vec<f64>,
-    linear: Vector3<f64>,
-    angular: Vector3<f64>,
+    momenta: [Vector3<f64>; 2],
     /// Largest sums of magnitudes so far: of linear and of angular momentum.
     magnitudes: [f64; 2],
+    /// Distance from the rest shape.
     shape: f64,
-    energy: Option<(Energy, f64)>,
+    energy: Option<(Energy<'a>, f64)>,
 }
 
 /// Positions and velocities of a body in cells and steps.
@@ -45,7 +68,7 @@ impl Now {
         Self { x, v }
     }
 
-    /// Linear and angular momentum, and the sums of their magnitudes.
+    /// Linear and angular momentum, and the sums of the magnitudes of what makes them up.
     fn momenta(&self, masses: &[f64]) -> ([Vector3<f64>; 2], [f64; 2]) {
         let (centre, drift) = (mean(masses, &self.x), mean(masses, &self.v));
         let (mut momenta, mut magnitudes) = ([Vector3::zeros(); 2], [0.0; 2]);
@@ -58,38 +81,50 @@ impl Now {
         }
         (momenta, magnitudes)
     }
+
+    fn speed(&self) -> f64 {
+        self.v.iter().map(Vector3::norm).fold(0.0, largest)
+    }
 }
 
-impl Trial {
-    /// Of bodies on which nothing acts.
-    pub(crate) fn free(simulation: Simulation) -> Self {
-        Self::new(simulation, true)
-    }
-
-    /// Of bodies that are held, or that touch something.
-    pub(crate) fn bound(simulation: Simulation) -> Self {
-        Self::new(simulation, false)
-    }
-
-    fn new(simulation: Simulation, free: bool) -> Self {
-        let dt = simulation.dt();
-        let starts = simulation.bodies().iter().map(|body| {
-            let now = Now::of(body, dt);
-            let cells = body.lattice().occupied_cells();
-            let masses: Vec<f64> = cells.iter().map(|&cells| f64::from(cells) / 8.0).collect();
-            let rest: Vec<Vector3<f64>> =
-                body.lattice().indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
-            let ([linear, angular], magnitudes) = now.momenta(&masses);
-            let shape = RigidMotion::fit(&masses, &rest, &now.x).distance(&rest, &now.x);
-            let energy = (free && rest.len() <= SUMMED).then(|| {
-                let energy = Energy::new(body.lattice(), body.half_width(), alpha(body));
-                let start = energy.of(&now.x, &now.v);
-                (energy, start)
-            });
-            Start { rest, masses, linear, angular, magnitudes, shape, energy }
+impl<'a> Start<'a> {
+    fn new(body: &Body, lattice: &'a Lattice, dt: f64, surroundings: Surroundings) -> Self {
+        let now = Now::of(body, dt);
+        let masses: Vec<f64> = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
+        let rest: Vec<_> =
+            lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
+        let (momenta, magnitudes) = now.momenta(&masses);
+        let shape = RigidMotion::fit(&masses, &rest, &now.x).distance(&rest, &now.x);
+        let listed = lattice.len() * lattice.len().min((2 * body.half_width() + 1).pow(3));
+        let energy = (surroundings == Surroundings::Empty && listed <= SUMMED).then(|| {
+            let energy = Energy::new(lattice, body.half_width(), body.material().alpha(dt));
+            let start = energy.of(&now.x, &now.v);
+            (energy, start)
         });
-        let starts = starts.collect();
-        let mut trial = Self { simulation, figures: Figures::default(), starts, free };
+        Self { rest, masses, momenta, magnitudes, shape, energy }
+    }
+
+    fn shape(&self, now: &Now) -> f64 {
+        RigidMotion::fit(&self.masses, &self.rest, &now.x).distance(&self.rest, &now.x)
+    }
+
+    /// What linear and angular momentum miss, as shares of the largest magnitudes.
+    fn missed(&mut self, now: &Now) -> [f64; 2] {
+        let (momenta, magnitudes) = now.momenta(&self.masses);
+        std::array::from_fn(|k| {
+            self.magnitudes[k] = largest(self.magnitudes[k], magnitudes[k]);
+            let missed = (momenta[k] - self.momenta[k]).norm();
+            if missed == 0.0 { 0.0 } else { missed / self.magnitudes[k] }
+        })
+    }
+}
+
+impl<'a> Trial<'a> {
+    fn new(simulation: Simulation, lattices: &'a [Lattice], surroundings: Surroundings) -> Self {
+        let bodies = simulation.bodies().iter().zip(lattices);
+        let starts =
+            bodies.map(|(body, lattice)| Start::new(body, lattice, simulation.dt(), surroundings)).collect();
+        let mut trial = Self { simulation, figures: Figures::default(), starts, surroundings };
         trial.look();
         trial
     }
@@ -102,107 +137,83 @@ impl Trial {
         }
     }
 
-    /// How deep the surfaces lie by `depth`, in scene units.
+    /// Takes how deep the boundary vertices of the lattices lie in something, by `depth` in scene units.
     pub(crate) fn depth(&mut self, depth: impl Fn(&Point3<f64>) -> f64) {
         for body in self.simulation.bodies() {
-            let deepest = body.positions().iter().map(&depth).fold(0.0, largest);
+            let positions = body.positions();
+            let vertices = positions.iter().zip(body.lattice().occupied_cells());
+            let boundary = vertices.filter(|(_, cells)| **cells < 8).map(|(position, _)| position);
+            let deepest = boundary.map(&depth).fold(0.0, largest);
             self.figures.raise(Measure::Depth, deepest / body.lattice().cell_size());
         }
     }
 
-    /// How far the vertices are from where they are expected, in cells of edge 1.
+    /// Takes how far the points are from where they are expected, both in cells.
     pub(crate) fn place(&mut self, expected: &[Point3<f64>], now: &[Point3<f64>]) {
-        let [expected, now] = [expected, now].map(|points| points.iter().map(|p| p.coords).collect::<Vec<_>>());
+        let [expected, now] =
+            [expected, now].map(|points| points.iter().map(|p| p.coords).collect::<Vec<_>>());
         self.figures.raise(Measure::Place, distance(&expected, &now));
     }
 
-    /// What was measured, with what is to be said at the end.
-    pub(crate) fn finish(mut self) -> Figures {
+    fn finish(mut self) -> Figures {
         self.figures.steps = self.simulation.step_count();
         let unsettled: usize = self.simulation.bodies().iter().map(Body::unsettled_rotations).sum();
         self.figures.set(Measure::Unsettled, unsettled as f64);
         self.figures
     }
 
-    /// The distance of a body from its rest shape, up to a rigid motion, in cells.
-    pub(crate) fn shape(&self, body: usize) -> f64 {
-        let Start { rest, masses, .. } = &self.starts[body];
-        let now = Now::of(self.simulation.body(body), self.simulation.dt());
-        RigidMotion::fit(masses, rest, &now.x).distance(rest, &now.x)
-    }
-
     fn look(&mut self) {
-        let (dt, steps) = (self.simulation.dt(), self.simulation.step_count());
-        let [mut final_speed, mut shape, mut shape_left, mut volume] = [0.0_f64; 4];
-        let mut energies = [0.0; 2];
-        for (body, start) in self.simulation.bodies().iter().zip(&mut self.starts) {
-            let now = Now::of(body, dt);
-            self.figures.add(Measure::NotNumbers, not_numbers(body, &now) as f64);
+        let Self { simulation, figures, starts, surroundings } = self;
+        let [mut speed, mut shape, mut shape_at_start, mut volume] = [0.0_f64; 4];
+        let (mut energy, mut energy_at_start, mut still) = (Some(0.0), 0.0, 0.0);
+        for (body, start) in simulation.bodies().iter().zip(starts) {
+            let now = Now::of(body, simulation.dt());
             let report = body.volume_report();
-            self.figures.add(Measure::Capped, f64::from(u8::from(report.capped)));
+            let volumes = [report.rest, report.before, report.after, report.lambda, report.residual];
+            figures.add(Measure::NotNumbers, not_numbers(body, &now, &volumes) as f64);
+            figures.add(Measure::Capped, f64::from(u8::from(report.capped)));
             volume = largest(volume, report.residual.abs());
-            final_speed = now.v.iter().map(|v| v.norm()).fold(final_speed, largest);
-            let error = RigidMotion::fit(&start.masses, &start.rest, &now.x).distance(&start.rest, &now.x);
-            shape = largest(shape, error);
-            shape_left = largest(shape_left, error / start.shape);
-            if self.free {
-                let ([linear, angular], magnitudes) = now.momenta(&start.masses);
-                let missed = [linear - start.linear, angular - start.angular];
-                for (k, measure) in [Measure::Linear, Measure::Angular].into_iter().enumerate() {
-                    start.magnitudes[k] = start.magnitudes[k].max(magnitudes[k]);
-                    let share = if missed[k].norm() == 0.0 { 0.0 } else { missed[k].norm() / start.magnitudes[k] };
-                    self.figures.raise(measure, share);
-                }
+            speed = largest(speed, now.speed());
+            shape = largest(shape, start.shape(&now));
+            shape_at_start = largest(shape_at_start, start.shape);
+            if *surroundings == Surroundings::Empty {
+                let [linear, angular] = start.missed(&now);
+                figures.raise(Measure::Linear, linear);
+                figures.raise(Measure::Angular, angular);
             }
-            if let Some((energy, first)) = &start.energy {
-                energies[0] += first;
-                energies[1] += energy.of(&now.x, &now.v);
-            }
+            energy = energy.zip(start.energy.as_ref()).map(|(sum, (energy, first))| {
+                energy_at_start += first;
+                still += STILL * STILL * start.masses.iter().sum::<f64>();
+                sum + energy.of(&now.x, &now.v)
+            });
         }
-        self.figures.raise(Measure::LargestSpeed, final_speed);
-        self.figures.set(Measure::FinalSpeed, final_speed);
-        self.figures.set(Measure::Volume, volume);
-        self.figures.set(Measure::Shape, shape);
-        if shape_left.is_finite() {
-            self.figures.set(Measure::ShapeLeft, shape_left);
-            if shape_left <= 0.1 && self.figures.get(Measure::StepsToTenth).is_none() {
-                self.figures.set(Measure::StepsToTenth, steps as f64);
-            }
+        let steps = simulation.step_count();
+        figures.raise(Measure::LargestSpeed, speed);
+        figures.set(Measure::FinalSpeed, speed);
+        figures.set(Measure::Volume, volume);
+        figures.set(Measure::Shape, shape);
+        let tenth = 10.0 * shape <= shape_at_start;
+        if tenth && steps > 0 && figures.get(Measure::StepsToTenth).is_none() {
+            figures.set(Measure::StepsToTenth, steps as f64);
         }
-        if self.starts.iter().all(|start| start.energy.is_some()) {
-            self.figures.energy.push((steps, energies[1]));
-            if energies[0] > 0.0 {
-                self.figures.raise(Measure::EnergyGain, energies[1] / energies[0] - 1.0);
-                self.figures.set(Measure::EnergyLeft, energies[1] / energies[0]);
-            }
+        if let Some(energy) = energy {
+            figures.energy.push((steps, energy));
+            figures.raise(Measure::EnergyGain, (energy - energy_at_start) / (energy_at_start + still));
+            figures.set(Measure::EnergyLeft, energy / (energy_at_start + still));
         }
     }
 }
 
 /// The larger one; what is not a number is larger than any.
-fn largest(a: f64, b: f64) -> f64 {
+pub(crate) fn largest(a: f64, b: f64) -> f64 {
     if b <= a { a } else { b }
 }
 
 /// Numbers of a body and of what is shown of it that are NaN or infinite.
-fn not_numbers(body: &Body, now: &Now) -> usize {
-    let vectors = now.x.iter().chain(&now.v).flatten().copied();
+fn not_numbers(body: &Body, now: &Now, volumes: &[f64]) -> usize {
+    let shown: Vec<_> = body.corrected_positions().iter().map(|p| p.coords).collect();
+    let vectors = now.x.iter().chain(&now.v).chain(&shown).flatten();
     let rotations = body.rotations();
-    let shown = body.corrected_positions();
-    let report = body.volume_report();
-    let volumes = [report.rest, report.before, report.after, report.lambda, report.residual];
-    vectors
-        .chain(rotations.iter().flatten().copied())
-        .chain(shown.iter().flat_map(|p| p.coords.iter().copied().collect::<Vec<_>>()))
-        .chain(volumes)
-        .filter(|x| !x.is_finite())
-        .count()
-}
-
-/// alpha of a body: the cases give it per step.
-fn alpha(body: &Body) -> f64 {
-    match body.material().stiffness {
-        Stiffness::PerStep(alpha) => alpha,
-        Stiffness::Frequency(_) => f64::NAN,
-    }
+    let numbers = vectors.chain(rotations.iter().flatten()).chain(volumes);
+    numbers.filter(|x| !x.is_finite()).count()
 }

@@ -12,7 +12,14 @@ use crate::Case;
 
 /// All cases, family by family.
 pub fn cases() -> Vec<Case> {
-    let families =
-        [stiffness::cases, starts::cases, holds::cases, colliders::cases, shapes::cases, scales::cases, flight::cases];
+    let families = [
+        stiffness::cases,
+        starts::cases,
+        holds::cases,
+        colliders::cases,
+        shapes::cases,
+        scales::cases,
+        flight::cases,
+    ];
     families.into_iter().flat_map(|family| family()).collect()
 }
