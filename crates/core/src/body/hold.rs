@@ -78,6 +78,9 @@ impl Body {
 
     /// Prepares for steps of `dt` seconds.
     pub(crate) fn set_dt(&mut self, dt: f64) {
+        if dt != self.dt {
+            self.state.energy = None;
+        }
         self.dt = dt;
     }
 

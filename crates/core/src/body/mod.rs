@@ -30,6 +30,7 @@ use std::sync::Mutex;
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::dynamics::damping::RegionDamping;
+use crate::dynamics::energy::EnergyGuard;
 use crate::dynamics::momentum::Bookkeeper;
 use crate::dynamics::{Contacts, Kinematics};
 use crate::lattice::{Embedding, Lattice};
@@ -61,6 +62,8 @@ pub struct Body {
     cascade: Mutex<Cascade>,
     damping: Option<RegionDamping>,
     bookkeeper: Bookkeeper,
+    /// Built when a region first has two best rotations.
+    energy: Option<EnergyGuard>,
     /// Rotations that Newton's method left to the robust path.
     unsettled: usize,
     kinematics: Option<Kinematics>,

@@ -28,6 +28,9 @@ pub(crate) struct State {
     pub(crate) fitted: bool,
     /// The momenta of each component on which nothing pulls; `None` until they are measured anew.
     pub(crate) books: Vec<Option<Momentum>>,
+    /// The most energy that the body may have while nothing acts on it, in full cells times (cells/s)²; `None` until it
+    /// comes near two best rotations of a region.
+    pub(crate) energy: Option<f64>,
 }
 
 /// Where the body's own coordinates lie in the world: world = `base` + `cell_size` (`shift` + x).
@@ -113,6 +116,7 @@ impl State {
             rotations: Lanes::filled(layout.blocks(), IDENTITIES),
             fitted: true,
             books: vec![None; lattice.components().count],
+            energy: None,
         };
         let turned = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
         for (&slot, index) in layout.slots().iter().zip(lattice.indices()) {
