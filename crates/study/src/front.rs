@@ -44,20 +44,27 @@ impl Front {
         .filter(|error| error.is_finite())
     }
 
-    /// Whether a point may be on the front: what is another material answers another question.
-    fn takes_part(self, point: &Point) -> Option<[f64; 2]> {
-        let error = self.error(point).filter(|_| point.reach == 1.0 && !point.softened)?;
+    /// Whether the error of a point says something new where the scene itself keeps its volume by `method`: the path does
+    /// not know of the correction.
+    pub(crate) fn tells(self, point: &Point, method: &str) -> bool {
+        self != Self::Path || point.method == method
+    }
+
+    /// The cost of a point that may be on the front: what is another material answers another question.
+    fn cost(self, point: &Point, method: &str) -> Option<[f64; 2]> {
+        let takes_part = point.reach == 1.0 && !point.softened && self.tells(point, method);
+        let error = self.error(point).filter(|_| takes_part)?;
         Some([point.timing.total.median, error])
     }
 }
 
-/// Marks the fronts.
-pub(crate) fn mark(points: &mut [Point]) {
+/// Marks the fronts of a scene that itself keeps its volume by `method`.
+pub(crate) fn mark(points: &mut [Point], method: &str) {
     for point in &mut *points {
         point.front.clear();
     }
     for front in Front::ALL {
-        let costs: Vec<_> = points.iter().map(|point| front.takes_part(point)).collect();
+        let costs: Vec<_> = points.iter().map(|point| front.cost(point, method)).collect();
         for (point, cost) in points.iter_mut().zip(&costs) {
             let Some(own) = cost else { continue };
             if !costs.iter().flatten().any(|other| dominates(other, own)) {

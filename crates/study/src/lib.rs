@@ -2,6 +2,7 @@
 //!
 //! * [`Study`]: a scene at fixed physical stiffness and damping, over lattice resolution, half-width, steps, ways to keep
 //!   the volume, and the naive sums. Each point has its run time a frame and its errors; the best are marked.
+//! * [`SumsStudy`]: the summation alone.
 //!
 //! ```text
 //! Scene -> Physical (material in lengths and seconds) -> matrix of Settings -> for each: a Point -> Report
@@ -25,6 +26,7 @@ mod point;
 mod report;
 mod setting;
 mod study;
+mod sums;
 mod surface;
 mod timing;
 
@@ -38,4 +40,5 @@ pub use point::{Errors, Path, Point};
 pub use report::Report;
 pub use setting::Axis;
 pub use study::{Outcome, Study};
+pub use sums::{SumsError, SumsReport, SumsRow, SumsStudy};
 pub use timing::{Sample, Spread, Timing};

@@ -94,3 +94,16 @@ pub enum Axis {
     /// The naive sums, and the regions of another kind.
     Sums,
 }
+
+impl Axis {
+    /// Its name in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Base => "base",
+            Self::Resolution => "resolution",
+            Self::Substeps => "substeps",
+            Self::HalfWidth => "half-width",
+            Self::Sums => "sums",
+        }
+    }
+}

@@ -85,7 +85,7 @@ impl Study {
         let mut report = match self.earlier(&fingerprint, threads)? {
             Some(report) if report.complete => return Ok((report, Outcome::AlreadyFinished)),
             Some(report) => report,
-            None => Report::new(self, fingerprint, Machine::here(threads), physical.scene()),
+            None => Report::new(self, fingerprint, Machine::here(threads), method.name()),
         };
         drop(bodies);
         report.open(&self.directory)?;

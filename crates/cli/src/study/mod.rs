@@ -2,18 +2,23 @@
 
 mod progress;
 mod scene;
+mod sums;
 
 use crate::args::StudyArgs;
 use crate::{Exit, say};
 
 /// Runs the study that is asked for.
 pub(crate) fn study(args: &StudyArgs) -> Exit {
-    match &args.input {
+    let result = match &args.input {
         Some(input) => scene::study(args, input),
+        None if args.sums => sums::study(args),
         None => {
-            let subject = if args.sums { "sums" } else { "stability" };
-            say::error(format_args!("{subject}: not there yet"));
-            Exit::Failed
+            say::error("stability: not there yet");
+            return Exit::Failed;
         }
-    }
+    };
+    result.unwrap_or_else(|error| {
+        say::error(&error);
+        if error.is_input() { Exit::Input } else { Exit::Failed }
+    })
 }

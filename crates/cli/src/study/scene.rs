@@ -10,18 +10,8 @@ use crate::run::resume_command;
 use crate::{Exit, input, interrupt, say};
 
 /// Studies a scene.
-pub(super) fn study(args: &StudyArgs, scene: &Path) -> Exit {
+pub(super) fn study(args: &StudyArgs, path: &Path) -> Result<Exit, StudyError> {
     interrupt::listen();
-    match run(args, scene) {
-        Ok(exit) => exit,
-        Err(error) => {
-            say::error(&error);
-            if error.is_input() { Exit::Input } else { Exit::Failed }
-        }
-    }
-}
-
-fn run(args: &StudyArgs, path: &Path) -> Result<Exit, StudyError> {
     let scene = input::scene(path, &args.scene).map_err(supple::run::RunError::from)?;
     let study = Study {
         scene,

@@ -9,17 +9,23 @@ use crate::point::Point;
 
 /// Writes the file.
 pub(super) fn write(report: &Report, path: &Path) -> Result<(), StudyError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let failed = |error: csv::Error| StudyError::file("write", path, std::io::Error::other(error));
+    let mut records = Vec::new();
     for (index, point) in report.points.iter().enumerate() {
-        let fields = fields(point);
+        let (names, values): (Vec<_>, Vec<_>) = fields(point).into_iter().unzip();
         if index == 0 {
-            writer.write_record(fields.iter().map(|(name, _)| name)).map_err(failed)?;
+            records.push(names.into_iter().map(str::to_owned).collect());
         }
-        writer.write_record(fields.iter().map(|(_, value)| value)).map_err(failed)?;
+        records.push(values);
     }
-    let bytes = writer.into_inner().map_err(|error| failed(error.into_error().into()))?;
-    replace(path, &bytes)
+    replace(path, &bytes(records, path)?)
+}
+
+/// Records as the bytes of a file.
+pub(crate) fn bytes(records: Vec<Vec<String>>, path: &Path) -> Result<Vec<u8>, StudyError> {
+    let failed = |error: csv::Error| StudyError::file("write", path, std::io::Error::other(error));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    records.iter().try_for_each(|record| writer.write_record(record)).map_err(failed)?;
+    writer.into_inner().map_err(|error| failed(error.into_error().into()))
 }
 
 /// The columns of a point: names and values.
@@ -33,7 +39,7 @@ fn fields(point: &Point) -> Vec<(&'static str, String)> {
     let free = |part: fn(&crate::Free) -> Option<f64>| known(free.as_ref().and_then(part));
     let front: Vec<String> = Front::ALL.iter().map(|front| point.front.contains(front).to_string()).collect();
     vec![
-        ("axis", format!("{:?}", point.axis).to_lowercase()),
+        ("axis", point.axis.name().to_owned()),
         ("method", point.method.clone()),
         ("sums", point.sums.clone()),
         ("lattice_vertices", point.lattice_vertices.to_string()),

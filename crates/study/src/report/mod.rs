@@ -4,12 +4,14 @@ mod csv;
 mod plot;
 mod table;
 
+pub(crate) use csv::bytes as csv_bytes;
+pub(crate) use table::small;
+
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use supple::scene::Scene;
 
 use crate::error::StudyError;
 use crate::front;
@@ -32,6 +34,8 @@ pub struct Report {
     pub frames: u32,
     /// Frames per second.
     pub fps: f64,
+    /// How the scene itself keeps the volume of its first body.
+    pub method: String,
     /// The points.
     pub points: Vec<Point>,
     /// What a study that goes on must share: the scene and the options as text.
@@ -39,14 +43,15 @@ pub struct Report {
 }
 
 impl Report {
-    pub(crate) fn new(study: &Study, fingerprint: String, machine: Machine, scene: &Scene) -> Self {
+    pub(crate) fn new(study: &Study, fingerprint: String, machine: Machine, method: String) -> Self {
         Self {
             scene: study.name.clone(),
             complete: false,
             quick: study.quick,
             machine,
-            frames: scene.simulation.frames,
-            fps: scene.simulation.fps,
+            frames: study.scene.simulation.frames,
+            fps: study.scene.simulation.fps,
+            method,
             points: Vec::new(),
             fingerprint,
         }
@@ -85,7 +90,7 @@ impl Report {
     /// Adds a point, and keeps it.
     pub(crate) fn add(&mut self, point: Point, directory: &Path) -> Result<(), StudyError> {
         self.points.push(point);
-        front::mark(&mut self.points);
+        front::mark(&mut self.points, &self.method);
         self.save(directory)
     }
 

@@ -19,7 +19,8 @@ impl Axis {
     /// An axis around the positive ones of some values, with room at both ends.
     pub(super) fn around(values: impl Iterator<Item = f64>) -> Self {
         let positive = values.filter(|x| x.is_finite() && *x > 0.0).map(f64::log10);
-        let (low, high) = positive.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let (low, high) =
+            positive.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         // Without any value the axis is there all the same.
         let (low, high) = if low <= high { (low, high) } else { (-1.0, 0.0) };
         let room = ((high - low) * 0.08).max(0.15);

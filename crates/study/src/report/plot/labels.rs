@@ -25,7 +25,10 @@ pub(super) struct Labels {
 
 impl Labels {
     /// For a panel with marks at these pixels.
-    pub(super) fn new(area: &DrawingArea<SVGBackend<'_>, Shift>, marks: impl Iterator<Item = (i32, i32)>) -> Self {
+    pub(super) fn new(
+        area: &DrawingArea<SVGBackend<'_>, Shift>,
+        marks: impl Iterator<Item = (i32, i32)>,
+    ) -> Self {
         let (x, y) = area.get_pixel_range();
         let taken = marks.map(|(x, y)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
         Self { panel: [x.start, y.start, x.end, y.end], taken }

@@ -54,7 +54,8 @@ fn draw(report: &Report, svg: &mut String) -> Drawn {
     let times = report.points.iter().map(|point| point.timing.total.median);
     let time = Axis::around(times);
     for (area, (front, title, unit)) in panels.split_evenly((2, 2)).iter().zip(PANELS) {
-        Panel { front, title, unit, time: &time, points: &report.points }.draw(&page, area)?;
+        let points = report.points.iter().filter(|point| front.tells(point, &report.method)).collect();
+        Panel { front, title, unit, time: &time, points }.draw(&page, area)?;
     }
     legend::draw(&page, (SIZE.1 - LEGEND) as i32)?;
     page.present()

@@ -21,7 +21,7 @@ pub(super) struct Panel<'a> {
     pub(super) title: &'a str,
     pub(super) unit: &'a str,
     pub(super) time: &'a Axis,
-    pub(super) points: &'a [Point],
+    pub(super) points: Vec<&'a Point>,
 }
 
 /// A point of the study on the page.
@@ -40,7 +40,11 @@ impl Panel<'_> {
         let errors = || self.points.iter().filter_map(|point| self.front.error(point));
         let axis = Axis::around(errors());
         let log = |axis: &Axis| {
-            axis.range.clone().log_scale().with_key_points(axis.ticks.clone()).with_light_points(axis.fine.clone())
+            axis.range
+                .clone()
+                .log_scale()
+                .with_key_points(axis.ticks.clone())
+                .with_light_points(axis.fine.clone())
         };
         let mut chart = ChartBuilder::on(area)
             .caption(self.title, text(17.0, &BLACK))
@@ -59,13 +63,14 @@ impl Panel<'_> {
             .x_label_formatter(&|x| number(*x))
             .y_label_formatter(&|y| number(*y))
             .draw()?;
-        // An error of nothing at all stands at the foot of its panel.
-        let place = |point| -> Option<Placed<'_>> {
-            let error = self.front.error(point)?.max(axis.range.start);
+        let mut placed = Vec::new();
+        for &point in &self.points {
+            let Some(error) = self.front.error(point) else { continue };
+            // An error of nothing at all stands at the foot of its panel.
+            let error = error.max(axis.range.start);
             let at = chart.plotting_area().map_coordinate(&(point.timing.total.median, error));
-            Some(Placed { point, at })
-        };
-        let placed: Vec<Placed<'_>> = self.points.iter().filter_map(place).collect();
+            placed.push(Placed { point, at });
+        }
         self.lines(page, &placed)?;
         self.front(page, &placed)?;
         for Placed { point, at } in &placed {
@@ -80,18 +85,23 @@ impl Panel<'_> {
     fn lines(&self, page: &DrawingArea<SVGBackend<'_>, Shift>, placed: &[Placed<'_>]) -> Drawn {
         for (method, colour) in METHODS {
             let of_line = |point: &Point| {
-                point.method == method && matches!(point.axis, setting::Axis::Base | setting::Axis::Resolution)
+                point.method == method
+                    && matches!(point.axis, setting::Axis::Base | setting::Axis::Resolution)
             };
             let mut line: Vec<_> = placed.iter().filter(|placed| of_line(placed.point)).collect();
             line.sort_by_key(|placed| placed.point.lattice_vertices);
-            page.draw(&PathElement::new(line.iter().map(|placed| placed.at).collect::<Vec<_>>(), colour.mix(0.6)))?;
+            page.draw(&PathElement::new(
+                line.iter().map(|placed| placed.at).collect::<Vec<_>>(),
+                colour.mix(0.6),
+            ))?;
         }
         Ok(())
     }
 
     /// The front, as steps: up to the next point on it nothing faster is better than the last.
     fn front(&self, page: &DrawingArea<SVGBackend<'_>, Shift>, placed: &[Placed<'_>]) -> Drawn {
-        let mut best: Vec<_> = placed.iter().filter(|placed| placed.point.front.contains(&self.front)).collect();
+        let mut best: Vec<_> =
+            placed.iter().filter(|placed| placed.point.front.contains(&self.front)).collect();
         best.sort_by_key(|placed| placed.at.0);
         let mut steps: Vec<(i32, i32)> = Vec::new();
         for placed in best {
@@ -109,7 +119,8 @@ impl Panel<'_> {
         placed: &[Placed<'_>],
     ) -> Drawn {
         let mut labels = Labels::new(area, placed.iter().map(|placed| placed.at));
-        let usual = self.points.iter().find(|point| point.axis == setting::Axis::Base).map(|point| point.substeps);
+        let usual =
+            self.points.iter().find(|point| point.axis == setting::Axis::Base).map(|point| point.substeps);
         for Placed { point, at } in placed.iter().filter(|placed| placed.point.front.contains(&self.front)) {
             let mut label = point.lattice_vertices.to_string();
             if usual != Some(point.substeps) {
