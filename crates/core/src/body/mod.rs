@@ -181,6 +181,11 @@ impl Body {
         self.matching.layout.slots().iter().copied().map(value).collect()
     }
 
+    /// The greatest coordinate that is taken, in scene units.
+    fn farthest(&self) -> f64 {
+        FARTHEST * self.lattice.cell_size()
+    }
+
     fn check(
         &self,
         name: &'static str,
@@ -194,7 +199,7 @@ impl Body {
             if !value.iter().all(|x| x.is_finite()) {
                 return Err(ArrayError::NotFinite { name, index, value: value.into() });
             }
-            let limit = FARTHEST * self.lattice.cell_size();
+            let limit = self.farthest();
             if value.amax() > limit {
                 return Err(ArrayError::TooFar { name, index, value: value.into(), limit });
             }

@@ -151,8 +151,10 @@ impl State {
             layout.slots().iter().zip(masses).map(|(&slot, m)| self.local(slot) * (m / mass)).sum();
         for &slot in layout.slots() {
             let turning = spin.cross(&(self.local(slot) - centre));
-            self.velocities.set(slot, (velocity + turning).map(|v| v as f32).into());
+            self.velocities.set(slot, turning.map(|v| v as f32).into());
         }
+        // What all have in common is kept in f64.
+        self.frame.velocity = velocity.into();
     }
 
     /// The state as contacts, pins and handles see it.

@@ -118,7 +118,8 @@ impl Body {
         let unsettled = matching.fit(cascade, executor, &state.positions, &mut state.rotations);
         self.unsettled += unsettled;
         state.fitted = true;
-        let guard = (flies && unsettled > 0).then(|| energy.get_or_insert_with(|| EnergyGuard::new(matching)));
+        let guard =
+            (flies && unsettled > 0).then(|| energy.get_or_insert_with(|| EnergyGuard::new(matching)));
         if let Some(guard) = &guard {
             let (positions, rotations) = (&state.positions, &mut state.rotations);
             matching.fit_summing(cascade, executor, positions, rotations, Some(guard.matched()));

@@ -3,6 +3,7 @@
 mod colliders;
 mod flight;
 mod holds;
+mod limits;
 mod scales;
 mod shapes;
 mod starts;
@@ -20,6 +21,7 @@ pub fn cases() -> Vec<Case> {
         shapes::cases,
         scales::cases,
         flight::cases,
+        limits::cases,
     ];
     families.into_iter().flat_map(|family| family()).collect()
 }
