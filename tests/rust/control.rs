@@ -1,7 +1,7 @@
 //! What a user changes between steps: forces, stiffness, damping, holds, time, threads; and states that keep all of it.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Damping, Key, Lattice, Selection, Simulation, Stiffness, Window};
+use supple::{Body, Damping, Handle, Key, Lattice, Selection, Simulation, Stiffness, Window};
 
 fn block() -> Lattice {
     let cells: Vec<[i32; 3]> = (0..24).map(|i| [i % 4, i / 4 % 3, i / 12]).collect();
@@ -101,7 +101,7 @@ fn holds_are_released_and_driven() {
     let mut body = Body::from_lattice(block()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
-    body.handle(&supple::Handle { selection: all, keys, window: Window::default() }).unwrap();
+    body.handle(&Handle { selection: all, keys, window: Window::default() }).unwrap();
     let rest = body.positions();
     let mut simulation = simulation(body);
     simulation.steps(5);
@@ -198,4 +198,31 @@ fn a_state_keeps_what_a_user_changed() {
         other.steps(10);
     }
     assert_eq!(other.state(), one.state());
+}
+
+#[test]
+fn what_would_overflow_is_refused_at_the_border() {
+    let mut body = Body::from_lattice(block()).build().unwrap();
+    // Cells of 0.5.
+    let limit = 0.5e15 * body.masses()[0];
+    body.apply_forces(&[(0, [limit, -limit, 0.0])]).unwrap();
+    for force in [1.001 * limit, 1e300, f64::NAN, f64::NEG_INFINITY] {
+        let error = body.apply_forces(&[(1, [0.0, 1.0, 0.0]), (0, [0.0, 0.0, force])]).unwrap_err();
+        assert_eq!(error.name, "force");
+    }
+    let keys = |way| vec![Key { time: 0.0, translate: [0.0, way, 0.0], rotate: [0.0; 3] }];
+    let handle = |way| {
+        let selection = Selection::Vertices(vec![0, 1]);
+        Handle { selection, keys: keys(way), window: Window::default() }
+    };
+    body.handle(&handle(-5e14)).unwrap();
+    let error = body.handle(&handle(1e39)).unwrap_err().to_string();
+    assert!(error.contains("key 0: translate is 1e39, too far: the limit is 5.000e14"), "{error}");
+    body.set_keys(0, &keys(5e14)).unwrap();
+    let error = body.set_keys(0, &keys(-5.1e14)).unwrap_err().to_string();
+    assert!(error.contains("too far"), "{error}");
+    assert_eq!(body.hold_count(), 1);
+    let mut sim = Simulation::builder().body(body).dt(1e6).threads(1).build().unwrap();
+    sim.steps(10);
+    assert!(sim.body(0).positions().iter().all(|p| p.coords.iter().all(|x| x.is_finite())));
 }

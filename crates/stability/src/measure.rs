@@ -11,13 +11,14 @@ pub enum Measure {
     LargestSpeed,
     /// The largest speed of a vertex at the end, in cells a step.
     FinalSpeed,
-    /// What the energy rose to above that of the start, as a share of it.
+    /// What the energy rose to above that of the start, as a share of it and of that of motion by a thousandth of a cell a
+    /// step.
     EnergyGain,
     /// The energy at the end, as a share of that of the start.
     EnergyLeft,
     /// Root mean square distance from the rest shape at the end, up to a rigid motion, in cells.
     Shape,
-    /// Steps until the distance from the rest shape was a tenth of that at the start.
+    /// Steps until the distance from the rest shape was a tenth of that at the start, or below a thousandth of a cell.
     StepsToTenth,
     /// Distance of the vertices from where they are expected at the end, root mean square, in cells.
     Place,

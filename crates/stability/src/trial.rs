@@ -8,10 +8,13 @@ use crate::rigid::{RigidMotion, distance, mean};
 use crate::{Figures, Measure};
 
 /// Entries of the lists of regions up to which the energy is summed.
-const SUMMED: usize = 12_000_000;
+const SUMMED: usize = 30_000_000;
 
 /// A speed that counts as rest where energies are compared, in cells a step.
 const STILL: f64 = 1e-3;
+
+/// A distance from the rest shape that counts as none, in cells.
+const AT_REST: f64 = 1e-3;
 
 /// Whether momenta and energy are the bodies' own.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -192,7 +195,7 @@ impl<'a> Trial<'a> {
         figures.set(Measure::FinalSpeed, speed);
         figures.set(Measure::Volume, volume);
         figures.set(Measure::Shape, shape);
-        let tenth = 10.0 * shape <= shape_at_start;
+        let tenth = shape <= (0.1 * shape_at_start).max(AT_REST);
         if tenth && steps > 0 && figures.get(Measure::StepsToTenth).is_none() {
             figures.set(Measure::StepsToTenth, steps as f64);
         }
@@ -214,6 +217,7 @@ fn not_numbers(body: &Body, now: &Now, volumes: &[f64]) -> usize {
     let shown: Vec<_> = body.corrected_positions().iter().map(|p| p.coords).collect();
     let vectors = now.x.iter().chain(&now.v).chain(&shown).flatten();
     let rotations = body.rotations();
-    let numbers = vectors.chain(rotations.iter().flatten()).chain(volumes);
+    let surface: Vec<_> = body.surface().positions.iter().map(|p| p.coords).collect();
+    let numbers = vectors.chain(surface.iter().flatten()).chain(rotations.iter().flatten()).chain(volumes);
     numbers.filter(|x| !x.is_finite()).count()
 }

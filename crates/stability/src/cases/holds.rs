@@ -4,7 +4,7 @@ use supple::{Body, Error, Handle, Key, Pin, Simulation, Window};
 
 use crate::bodies::{block, lattice, layer};
 use crate::trial::{Surroundings, watch};
-use crate::{Case, Figures, Measure};
+use crate::{Case, Effort, Figures, Measure};
 
 const FAMILY: &str = "pins and handles";
 const BAR: [i32; 3] = [12, 4, 4];
@@ -58,18 +58,25 @@ pub(super) fn cases() -> Vec<Case> {
             },
             10.0,
         ),
-        (
-            "a handle that jumps 1000 cells",
-            far([(0.5, still, 0.0), (0.5 + 1e-9, [300.0, -800.0, 500.0], 200.0)]),
-            2000.0,
-        ),
-        ("a handle that jumps 1e12 cells", far([(0.5, still, 0.0), (0.5 + 1e-9, along(1e12), 0.0)]), 2e12),
+    ];
+    let jumps = [
+        ("1000", [300.0, -800.0, 500.0], 0.05, 2e3, Effort::Quick),
+        // What turns when it is let go has so much spin that it cannot contract.
+        ("1e12", along(1e12), 1e9, 2e12, Effort::Long),
     ];
     let shows = "bounded while it is held; let go, it returns to its rest shape";
-    let case = |(name, deed, speed): (&str, Deed, f64)| {
-        Case::new(FAMILY, name, shows, move || held(deed))
-            .bound(Measure::Shape, 1e-3)
-            .bound(Measure::LargestSpeed, speed)
-    };
-    deeds.into_iter().map(case).collect()
+    let deeds = deeds.into_iter().map(|(name, deed, speed)| {
+        let case = Case::new(FAMILY, name, shows, move || held(deed));
+        case.bound(Measure::Shape, 1e-3).bound(Measure::LargestSpeed, speed)
+    });
+    let shows =
+        "bounded while it is held; let go, it flies with the momenta that it has, stretched by its spin";
+    let jumps = jumps.into_iter().map(|(name, way, shape, speed, effort)| {
+        let deed = far([(0.5, still, 0.0), (0.5 + 1e-9, way, 200.0)]);
+        let case = Case::new(FAMILY, format!("a handle that jumps {name} cells"), shows, move || held(deed));
+        let mut case = case.bound(Measure::Shape, shape).bound(Measure::LargestSpeed, speed);
+        case.effort = effort;
+        case
+    });
+    deeds.chain(jumps).collect()
 }

@@ -8,6 +8,7 @@ mod scales;
 mod shapes;
 mod starts;
 mod stiffness;
+mod surfaces;
 
 use crate::Case;
 
@@ -18,6 +19,7 @@ pub fn cases() -> Vec<Case> {
         starts::cases,
         holds::cases,
         colliders::cases,
+        surfaces::cases,
         shapes::cases,
         scales::cases,
         flight::cases,

@@ -28,9 +28,8 @@ pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     let kept = |case: Case| case.bound(Measure::Linear, 1e-6).bound(Measure::Angular, 1e-6);
     type Cells = fn() -> Vec<[i32; 3]>;
-    let small: [(&str, Cells); 4] = [
+    let small: [(&str, Cells); 3] = [
         ("one cell", || block([1; 3])),
-        ("rod of 1 x 1 x 60", || block([1, 1, 60])),
         ("two blocks joined by one cell", || {
             let mut cells = two_blocks([5, 0, 0]);
             cells.push([4, 1, 1]);
@@ -41,9 +40,9 @@ pub(super) fn cases() -> Vec<Case> {
     for (name, cells) in small {
         let case =
             Case::new(FAMILY, format!("{name}, shaken, damped"), "returns to its rest shape", move || {
-                shaken(&cells(), 2, 0.1, [3_000, 20])
+                shaken(&cells(), 2, 0.1, [10_000, 100])
             });
-        cases.push(kept(case.bound(Measure::Shape, 1e-3).bound(Measure::EnergyGain, 1e-6)));
+        cases.push(kept(case.bound(Measure::Shape, 1e-3).bound(Measure::EnergyGain, 1e-5)));
         let case = Case::new(
             FAMILY,
             format!("{name}, shaken, undamped"),
@@ -52,16 +51,17 @@ pub(super) fn cases() -> Vec<Case> {
         );
         cases.push(kept(case.bound(Measure::EnergyGain, 0.05)));
     }
-    let large: [(&str, Cells, [u64; 2]); 2] = [
-        ("rod of 1 x 1 x 1000", || block([1, 1, 1000]), [10_000, 200]),
-        ("sheet of 1 x 300 x 300", || block([1, 300, 300]), [1_000, 50]),
+    let large: [(&str, Cells, [u64; 2]); 3] = [
+        ("rod of 1 x 1 x 60", || block([1, 1, 60]), [3_000, 100]),
+        ("rod of 1 x 1 x 1000", || block([1, 1, 1000]), [10_000, 500]),
+        ("sheet of 1 x 300 x 300", || block([1, 300, 300]), [1_000, 250]),
     ];
     for (name, cells, steps) in large {
         let shows = "calms down: what is left are its longest and slowest waves";
         let case = Case::new(FAMILY, format!("{name}, shaken, damped"), shows, move || {
             shaken(&cells(), 2, 0.1, steps)
         });
-        cases.push(kept(case.bound(Measure::EnergyGain, 1e-6).bound(Measure::EnergyLeft, 0.01)).long());
+        cases.push(kept(case.bound(Measure::EnergyGain, 1e-5).bound(Measure::EnergyLeft, 0.01)).long());
     }
     cases
 }
