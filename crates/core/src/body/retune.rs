@@ -14,7 +14,6 @@ impl Body {
         let material = Material { stiffness, ..self.material };
         material.validate()?;
         self.material = material;
-        self.state.energy = None;
         Ok(())
     }
 

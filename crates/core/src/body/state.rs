@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::Placement;
+use crate::dynamics::energy::EnergyBook;
 use crate::dynamics::momentum::Momentum;
 use crate::dynamics::{BodyFrame, BodyState};
 use crate::lanes::Lanes;
@@ -28,9 +29,9 @@ pub(crate) struct State {
     pub(crate) fitted: bool,
     /// The momenta of each component on which nothing pulls; `None` until they are measured anew.
     pub(crate) books: Vec<Option<Momentum>>,
-    /// The most energy that the body may have while nothing acts on it, in full cells times (cells/s)²; `None` until it
-    /// comes near two best rotations of a region.
-    pub(crate) energy: Option<f64>,
+    /// The most energy that the body may have while nothing acts on it; `None` until it comes near two best rotations of a
+    /// region.
+    pub(crate) energy: Option<EnergyBook>,
 }
 
 /// Where the body's own coordinates lie in the world: world = `base` + `cell_size` (`shift` + x).

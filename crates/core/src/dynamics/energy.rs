@@ -19,6 +19,17 @@ use crate::matching::Matching;
 /// The share of Σ m x² that rounding may make of the potential.
 const NOISE: f64 = 1e-6;
 
+/// What a body may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct EnergyBook {
+    /// In full cells times (cells/s)².
+    energy: f64,
+    /// alpha/dt in 1/s and dt in seconds, by which it was measured: with others it is another energy.
+    pull: f64,
+    dt: f64,
+}
+
 /// Sums the energy of a body; its buffers.
 #[derive(Debug)]
 pub(crate) struct EnergyGuard {
@@ -105,9 +116,12 @@ impl EnergyGuard {
         let potential = 0.5 * pull / dt * (self.rest + square - self.matched.sum());
         let noise = 0.5 * pull / dt * NOISE * square;
         let energy = 0.5 * before_after + potential;
-        let Some(limit) = *book else {
-            *book = energy.is_finite().then_some(energy);
-            return;
+        let limit = match *book {
+            Some(book) if book.pull == pull && book.dt == dt => book.energy,
+            _ => {
+                *book = energy.is_finite().then_some(EnergyBook { energy, pull, dt });
+                return;
+            }
         };
         if !(energy > limit + noise) {
             return;
