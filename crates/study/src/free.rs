@@ -6,6 +6,7 @@ use supple::reference::{Naive, Regions};
 use supple::{Body, Simulation};
 
 use crate::error::Halt;
+use crate::momenta::{Mass, Momenta};
 use crate::observer::Meter;
 use crate::physical::Physical;
 use crate::setting::Dynamics;
@@ -29,13 +30,6 @@ pub struct Free {
     pub energy_loss: Option<f64>,
     /// Time in seconds, kinetic and elastic energy.
     pub energy: Vec<[f64; 3]>,
-}
-
-/// Momenta of one body: linear, angular about its centre of mass.
-#[derive(Clone, Copy, Debug)]
-struct Momenta {
-    linear: Vector3<f64>,
-    angular: Vector3<f64>,
 }
 
 /// Lets the bodies of a scene fly. `visits` limits the naive sums that the energy takes.
@@ -96,15 +90,10 @@ pub(crate) fn fly(
     })
 }
 
-fn centre(masses: &[f64], positions: &[Point3<f64>]) -> Vector3<f64> {
-    let mass: f64 = masses.iter().sum();
-    masses.iter().zip(positions).map(|(m, x)| x.coords * (m / mass)).sum()
-}
-
 /// Stretches a body along its longest axis, and sets it flying and spinning about an oblique axis.
 fn launch(body: &mut Body, time: f64) -> Result<(), supple::Error> {
     let positions = body.positions();
-    let centre = centre(&body.masses(), &positions);
+    let centre = momenta(body).centre;
     let extent = |axis: usize| {
         let along = positions.iter().map(|x| x[axis]);
         along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
@@ -129,11 +118,12 @@ fn launch(body: &mut Body, time: f64) -> Result<(), supple::Error> {
 
 fn momenta(body: &Body) -> Momenta {
     let (masses, positions, velocities) = (body.masses(), body.positions(), body.velocities());
-    let centre = centre(&masses, &positions);
-    let linear = masses.iter().zip(&velocities).map(|(m, v)| v * *m).sum();
-    let arms = positions.iter().map(|x| x.coords - centre);
-    let angular = masses.iter().zip(arms).zip(&velocities).map(|((m, d), v)| d.cross(v) * *m).sum();
-    Momenta { linear, angular }
+    let points = masses.iter().zip(&positions).zip(&velocities);
+    Momenta::of(points.map(|((&mass, position), &velocity)| Mass {
+        mass,
+        position: position.coords,
+        velocity,
+    }))
 }
 
 /// Kinetic and elastic energy of all bodies at the positions before a step. The kinetic energy is that of the velocities

@@ -10,6 +10,7 @@
 //!
 //! The library prints nothing: whoever looks on is an [`Observer`].
 
+mod cells;
 mod distance;
 mod dynamics;
 mod error;
@@ -18,11 +19,13 @@ mod front;
 mod look;
 mod machine;
 mod matrix;
+mod momenta;
 mod motion;
 mod naive;
 mod observer;
 mod physical;
 mod point;
+mod points;
 mod report;
 mod setting;
 mod study;

@@ -2,15 +2,16 @@
 
 use std::time::Duration;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use supple::run::Prepared;
 use supple::{Body, VolumeMeasure};
 
+use crate::cells;
 use crate::error::Halt;
 use crate::motion::Motion;
 use crate::observer::Meter;
 use crate::physical::Physical;
-use crate::setting::{Method, Setting};
+use crate::setting::Setting;
 use crate::surface::distance;
 use crate::timing::Sample;
 
@@ -40,18 +41,18 @@ pub(crate) struct Shown {
     pub(crate) capped: u32,
 }
 
-/// Runs a point once and looks at all that it shows, frame by frame.
+/// Runs a point once, through so many frames, and looks at all that it shows. `model` is the point without a correction.
 pub(crate) fn run(
     physical: &Physical,
     setting: &Setting,
+    model: &Prepared,
     frames: u32,
     meter: &mut Meter<'_>,
 ) -> Result<Shown, Halt> {
-    let model = physical.prepare(&Setting { method: Method::off(), ..*setting })?;
-    let mut motion =
-        Motion::new(physical.prepare(setting)?, &model, physical.scene(), setting.dynamics.sums)?;
+    let sums = setting.dynamics.sums;
+    let mut motion = Motion::new(physical.prepare(setting)?, model, physical.scene(), sums)?;
     let mut shown = Shown { mesh_volume: Some(0.0), ..Shown::default() };
-    let (mut watch, mut cells, mut squares) = (Watch::new(&model), 0, 0.0);
+    let (mut watch, mut count, mut squares) = (Watch::new(model), 0, 0.0);
     for frame in 1..=frames {
         watch.frame(&mut motion)?;
         for body in motion.simulation.bodies() {
@@ -66,14 +67,14 @@ pub(crate) fn run(
             let bodies = motion.simulation.bodies();
             shown.surfaces.push(bodies.iter().map(|body| body.surface().positions).collect());
             for body in bodies {
-                squares += cell_errors(body).map(|error| error * error).sum::<f64>();
-                cells += body.lattice().cells().len();
+                squares += cells::errors(body).map(|error| error * error).sum::<f64>();
+                count += body.lattice().cells().len();
             }
         }
         meter.tick()?;
     }
     shown.sample = watch.sample(frames);
-    shown.cell_volumes = (squares / cells as f64).sqrt();
+    shown.cell_volumes = (squares / count as f64).sqrt();
     Ok(shown)
 }
 
@@ -141,16 +142,10 @@ impl Watch {
 }
 
 /// How far surfaces are from others: root mean square and Hausdorff distance, over the diagonals of the bodies at rest.
-pub(crate) fn beside(
-    physical: &Physical,
-    setting: &Setting,
-    a: &Surfaces,
-    b: &Surfaces,
-) -> Result<(f64, f64), Halt> {
-    let prepared = physical.prepare(&Setting { method: Method::off(), ..*setting })?;
+pub(crate) fn beside(bodies: &[Body], a: &Surfaces, b: &Surfaces) -> (f64, f64) {
     let (mut squares, mut count, mut hausdorff) = (0.0, 0, 0.0_f64);
     for (a, b) in a.iter().zip(b) {
-        for ((a, b), body) in a.iter().zip(b).zip(prepared.simulation.bodies()) {
+        for ((a, b), body) in a.iter().zip(b).zip(bodies) {
             let Some(mesh) = body.mesh() else { continue };
             let (low, high) = mesh.bounds();
             let diagonal = (high - low).norm();
@@ -160,30 +155,5 @@ pub(crate) fn beside(
             hausdorff = hausdorff.max(distance.hausdorff / diagonal);
         }
     }
-    Ok(((squares / count as f64).sqrt(), hausdorff))
-}
-
-/// The relative error of the volume of each cell, as it is shown.
-fn cell_errors(body: &Body) -> impl Iterator<Item = f64> {
-    let (lattice, positions) = (body.lattice(), body.corrected_positions());
-    let rest = lattice.cell_size().powi(3);
-    (0..lattice.cells().len() as u32).map(move |cell| {
-        let corners = lattice.cell_corners(cell).map(|vertex| positions[vertex as usize].coords);
-        cell_volume(&corners) / rest - 1.0
-    })
-}
-
-/// The faces of a cell, seen from outside.
-const FACES: [[usize; 4]; 6] =
-    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-
-/// The volume of a trilinear cell: under each of its bilinear faces lies the mean of what lies under its two
-/// triangulations.
-fn cell_volume(corners: &[Vector3<f64>; 8]) -> f64 {
-    let under = |face: &[usize; 4]| {
-        let [a, b, c, d] = face.map(|corner| corners[corner] - corners[0]);
-        let triangle = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| a.dot(&b.cross(c));
-        triangle(&a, &b, &c) + triangle(&a, &c, &d) + triangle(&a, &b, &d) + triangle(&b, &c, &d)
-    };
-    FACES.iter().map(under).sum::<f64>() / 12.0
+    ((squares / count as f64).sqrt(), hausdorff)
 }

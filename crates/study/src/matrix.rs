@@ -32,7 +32,7 @@ const FULL: Axes = Axes {
     substeps: &[0.25, 0.5, 2.0, 4.0],
     reaches: &[0.5, 1.5, 2.0],
     sums: &[0.5, 1.0],
-    all_methods: 3.0,
+    all_methods: 2.0,
 };
 
 const QUICK: Axes = Axes {

@@ -12,6 +12,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use supple::run::RunError;
 
 use crate::error::StudyError;
 use crate::front;
@@ -83,7 +84,7 @@ impl Report {
 
     /// Makes the folder and writes what is there, so that a folder that cannot be written is found before the work.
     pub(crate) fn open(&self, directory: &Path) -> Result<(), StudyError> {
-        fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))?;
+        open_folder(directory)?;
         self.save(directory)
     }
 
@@ -113,6 +114,14 @@ impl Report {
     pub fn table(&self) -> String {
         table::of(self)
     }
+}
+
+/// Makes a folder where there is none.
+pub(crate) fn open_folder(directory: &Path) -> Result<(), StudyError> {
+    if directory.exists() && !directory.is_dir() {
+        return Err(RunError::NotAFolder { path: directory.to_owned() }.into());
+    }
+    fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))
 }
 
 /// Writes a file beside its name, then gives it the name.

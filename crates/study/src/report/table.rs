@@ -26,17 +26,17 @@ const MAIN: Columns<'_> = &[
 ];
 
 const MOTION: Columns<'_> = &[
-    ("motion", 8),
+    ("motion", 7),
     ("n", 6),
     ("w", 2),
     ("k", 2),
-    ("goals", 7),
-    ("most", 7),
-    ("path", 7),
-    ("most", 7),
-    ("linear", 7),
-    ("angular", 7),
-    ("gain", 7),
+    ("goals", 6),
+    ("most", 6),
+    ("path", 6),
+    ("most", 6),
+    ("linear", 6),
+    ("spin", 6),
+    ("gain", 6),
     ("loss", 6),
 ];
 
@@ -54,12 +54,13 @@ mesh update in ms a frame. surf: rms distance from the surface of the finest
 lattice (=), over the diagonal. volume: greatest relative error, of the mesh;
 cells: rms, of single cells. path: rms distance from the naive sums, in cells.
 best: nothing is both faster and better by s surface, v volume, c cells, p path.
-~ steps too long: softer than asked.
+~ steps too long: softer than asked. ! a correction met its cap in some frame.
 ";
 
 const MOTION_LEGEND: &str = "\
 goals and path: rms and greatest distance from the naive sums, in cells. In free
-flight, undamped: change of linear and angular momentum, energy gained and lost.";
+flight, undamped: change of linear and angular momentum (spin), energy gained
+and lost.";
 
 /// The tables of a report.
 pub(super) fn of(report: &Report) -> String {
@@ -90,9 +91,8 @@ fn main(point: &Point) -> Vec<String> {
     let surface = if point.finest { "=".to_owned() } else { small(point.errors.surface_rms) };
     let name = if point.axis == Axis::Sums { &point.sums } else { &point.method };
     let mut best: String = point.front.iter().map(|front| front.letter()).collect();
-    if point.softened {
-        best.push('~');
-    }
+    best.extend(point.softened.then_some('~'));
+    best.extend((point.errors.capped > 0).then_some('!'));
     let mut cells = vec![name.clone()];
     cells.extend([point.lattice_vertices, point.half_width].map(|count| count.to_string()));
     cells.push(point.substeps.to_string());

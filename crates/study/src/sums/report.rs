@@ -1,7 +1,6 @@
 //! The study of the summation as it is written: JSON, CSV, a table for the terminal.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -11,7 +10,7 @@ use super::DISTANCES;
 use super::block::Block;
 use crate::error::StudyError;
 use crate::machine::Machine;
-use crate::report::{csv_bytes, replace, small};
+use crate::report::{csv_bytes, open_folder, replace, small};
 use crate::timing::Spread;
 
 /// The study of the summation.
@@ -88,7 +87,7 @@ plain code on one thread, without rotations; of supple a whole step on one threa
 impl SumsReport {
     /// Writes `sums.json` and `sums.csv`.
     pub(super) fn write(&self, directory: &Path) -> Result<(), StudyError> {
-        fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))?;
+        open_folder(directory)?;
         let json = directory.join("sums.json");
         let text = serde_json::to_string_pretty(self)
             .map_err(|error| StudyError::file("write", &json, error.into()))?;

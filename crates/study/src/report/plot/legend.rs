@@ -29,6 +29,7 @@ pub(super) fn draw(page: &DrawingArea<SVGBackend<'_>, Shift>, top: i32) -> Drawn
     let at = top + 74;
     page.draw(&PathElement::new([(14, at), (46, at)], FRONT.stroke_width(2)))?;
     Mark::Circle.draw(page, (30, at), BLACK, true)?;
-    let label = "front: nothing is both faster and better. Beside it: lattice vertices, and steps a frame where these are not the scene's";
+    let label = "front: nothing is both faster and better; lattice vertices beside it, and steps a frame where these are \
+                 not the scene's. At the foot of a panel: no error at all";
     page.draw_text(label, &style, (54, at - 8))
 }

@@ -1,99 +1,17 @@
-//! A body stepped by the naive method: positions and velocities in f64, explicit sums over each region.
-//!
-//! Pins, handles and contacts are the core's own stages, and act on both alike.
+//! Pins, handles and contacts beside the naive sums: the core's own stages.
 
 use nalgebra::{Point3, Vector3};
 use supple::dynamics::{
     BodyFrame, BodyState, Colliders, Contacts, Hold, Interval, Kinematics, KinematicsError, SampleCells,
 };
-use supple::reference::{Naive, RegionMotion, Regions};
 use supple::scene::{BodyData, Scene};
 use supple::{Body, Error, Lanes};
 
 /// Slots in a block of [`Lanes`].
 const SLOTS: usize = 8;
 
-/// A body stepped by the naive method.
-pub(crate) struct NaiveBody<'a> {
-    naive: Naive<'a>,
-    /// Those of the step before: damping takes the rotations from them, as the core does.
-    motions: Vec<RegionMotion>,
-    /// In scene units.
-    pub(crate) positions: Vec<Vector3<f64>>,
-    /// In scene units per second.
-    pub(crate) velocities: Vec<Vector3<f64>>,
-    /// alpha/dt, in 1/s.
-    pull: f64,
-    damping: f64,
-    gravity: Vector3<f64>,
-    dt: f64,
-    steps: u64,
-    stages: Option<Stages>,
-}
-
-impl<'a> NaiveBody<'a> {
-    /// A body as it is now, at time 0, in a scene whose steps take `dt` seconds.
-    ///
-    /// # Errors
-    ///
-    /// Colliders, pins or handles that cannot be; the core would have refused the same.
-    pub(crate) fn new(
-        body: &'a Body,
-        data: &BodyData,
-        scene: &Scene,
-        dt: f64,
-        regions: Regions,
-    ) -> Result<Self, Error> {
-        let naive = Naive::new(body.lattice(), body.half_width(), regions).listed();
-        let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
-        let material = body.material();
-        Ok(Self {
-            motions: naive.motions(&positions),
-            naive,
-            positions,
-            velocities: body.velocities(),
-            pull: material.alpha(dt) / dt,
-            damping: material.damping_share(dt),
-            gravity: scene.simulation.gravity.into(),
-            dt,
-            steps: 0,
-            stages: Stages::new(body, data, scene)?,
-        })
-    }
-
-    /// The goal positions that its sums give where it is now.
-    pub(crate) fn goals(&self) -> Vec<Vector3<f64>> {
-        self.naive.goals(&self.naive.motions(&self.positions))
-    }
-
-    /// One step, stage for stage as the core's.
-    pub(crate) fn step(&mut self) {
-        let interval = Interval::of_step(self.steps, self.dt);
-        let Self { naive, positions, velocities, stages, .. } = self;
-        if let Some(stages) = stages {
-            stages.begin(interval, positions, velocities);
-        }
-        if self.damping > 0.0 {
-            *velocities = naive.damped_velocities(&self.motions, velocities, self.damping);
-        }
-        if let Some(stages) = stages {
-            stages.came(velocities);
-        }
-        self.motions = naive.motions(positions);
-        let goals = naive.goals(&self.motions);
-        for ((x, v), goal) in positions.iter_mut().zip(velocities.iter_mut()).zip(&goals) {
-            *v += (goal - *x) * self.pull + self.gravity * self.dt;
-            *x += *v * self.dt;
-        }
-        if let Some(stages) = stages {
-            stages.end(interval, self.gravity, positions, velocities);
-        }
-        self.steps += 1;
-    }
-}
-
 /// Pins, handles and contacts. They work on f32 with what was rounded away beside it: 48 bits of the positions.
-struct Stages {
+pub(super) struct Stages {
     kinematics: Kinematics,
     contacts: Option<(Contacts, Colliders)>,
     slots: Vec<u32>,
@@ -105,7 +23,7 @@ struct Stages {
 
 impl Stages {
     /// `None` if nothing holds the body and nothing can touch it.
-    fn new(body: &Body, data: &BodyData, scene: &Scene) -> Result<Option<Self>, Error> {
+    pub(super) fn new(body: &Body, data: &BodyData, scene: &Scene) -> Result<Option<Self>, Error> {
         let lattice = body.lattice();
         let vertices = |selection| -> Result<_, Error> { Ok(body.select(selection)?) };
         let held = |hold: Result<Hold, KinematicsError>| -> Result<_, Error> { Ok(hold?) };
@@ -155,15 +73,25 @@ impl Stages {
         }
     }
 
-    fn begin(&mut self, interval: Interval, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) {
+    pub(super) fn begin(
+        &mut self,
+        interval: Interval,
+        positions: &[Vector3<f64>],
+        velocities: &[Vector3<f64>],
+    ) {
         self.write(positions, velocities);
         let Self { kinematics, slots, frame, positions, carry, velocities, .. } = self;
         let state = BodyState { positions, carry: Some(carry), velocities, frame: *frame };
         kinematics.begin(interval, &state, slots);
     }
 
+    /// Whether a pin or a handle holds a vertex in the step that was begun last.
+    pub(super) fn holds(&self, vertex: usize) -> bool {
+        self.kinematics.held()[vertex]
+    }
+
     /// Contacts note the velocities with which the surface comes.
-    fn came(&mut self, velocities: &[Vector3<f64>]) {
+    pub(super) fn came(&mut self, velocities: &[Vector3<f64>]) {
         let cell_size = self.frame.cell_size;
         let Some((contacts, _)) = &mut self.contacts else { return };
         for (slot, v) in (0..).zip(velocities) {
@@ -173,7 +101,7 @@ impl Stages {
     }
 
     /// Contacts, pins and handles act; what they leave alone keeps its bits.
-    fn end(
+    pub(super) fn end(
         &mut self,
         interval: Interval,
         gravity: Vector3<f64>,
