@@ -39,6 +39,7 @@ pub(crate) struct Target {
 }
 
 /// Tries a reader.
+#[allow(clippy::print_stdout, reason = "what a run of minutes has seen is to be recorded")]
 pub(crate) fn fuzz(target: &Target, corpus: Vec<Vec<u8>>) {
     let number = |name: &str, default| {
         std::env::var(name).map_or(default, |text| text.parse().expect("a whole number"))
@@ -97,6 +98,7 @@ fn try_until(
 }
 
 /// Ends the process where one input takes too long: a thread that hangs cannot be stopped.
+#[allow(clippy::print_stdout, reason = "nothing else can be said before the process ends")]
 fn watch(target: &Target, current: &Current, end: Instant) {
     while Instant::now() < end + SLOWEST {
         std::thread::sleep(Duration::from_millis(200));

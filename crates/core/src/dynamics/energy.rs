@@ -123,7 +123,7 @@ impl EnergyGuard {
                 return;
             }
         };
-        if !(energy > limit + noise) {
+        if energy <= limit + noise || !energy.is_finite() {
             return;
         }
         // With the velocities beside the rigid ones times s the energy is potential + rigid + s² beside - s pulled.
