@@ -47,7 +47,7 @@ fn read(input: &[u8]) -> String {
     );
     let positions: Vec<[f32; 3]> = mesh.vertices().iter().map(|p| p.cast::<f32>().into()).collect();
     // A file is written for some: it takes longer than all the rest.
-    if input.len() % 8 == 0 && positions.iter().flatten().all(|x| x.is_finite()) {
+    if input.len().is_multiple_of(8) && positions.iter().flatten().all(|x| x.is_finite()) {
         let folder = tempfile::tempdir().expect("a folder");
         let sequence = Sequence {
             directory: folder.path().into(),
