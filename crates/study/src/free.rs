@@ -126,9 +126,12 @@ fn momenta(body: &Body) -> Momenta {
     }))
 }
 
+/// Positions and velocities of a body.
+type Moment = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
+
 /// Kinetic and elastic energy of all bodies at the positions before a step. The kinetic energy is that of the velocities
 /// before and after it, multiplied: with it the sum is exactly kept by an oscillator under these steps.
-fn energies(simulation: &Simulation, before: &[(Vec<Point3<f64>>, Vec<Vector3<f64>>)], dt: f64) -> [f64; 2] {
+fn energies(simulation: &Simulation, before: &[Moment], dt: f64) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (body, (positions, velocities)) in simulation.bodies().iter().zip(before) {
         let masses = body.masses();

@@ -3,7 +3,7 @@
 use supple::run::{Prepared, RunError, prepare};
 use supple::scene::{Scene, Substeps};
 use supple::volume::{Preservation, VolumeOptions};
-use supple::{Body, Damping, Material, Reach, Resolution, Stiffness};
+use supple::{Body, Damping, Material, Reach, Resolution, Stiffness, VolumeMeasure};
 
 use crate::setting::{Dynamics, Method, Setting};
 
@@ -59,15 +59,18 @@ impl Physical {
         self.grids.iter().map(|grid| width(grid).max(1)).collect()
     }
 
-    /// How the scene itself keeps the volume of its first body.
-    pub(crate) fn method(&self, body: &Body) -> Method {
-        let scope = self.scene.bodies[0].volume.scope;
-        let measure = match self.scene.bodies[0].volume.measure {
+    /// How the scene itself keeps the volume of its first body; by the cells, where not all bodies can do the same.
+    pub(crate) fn method(&self, body: &Body, usable: &[Method]) -> Method {
+        let VolumeOptions { measure, scope, .. } = self.scene.bodies[0].volume;
+        let measure = match measure {
+            Preservation::Off => return Method::off(),
             // What `auto` has become.
             Preservation::Auto => Preservation::By(body.volume_report().measure),
             measure => measure,
         };
-        Method { measure, scope }
+        let method = Method { measure, scope };
+        let cells = Method { measure: Preservation::By(VolumeMeasure::Cells), scope };
+        if usable.contains(&method) { method } else { cells }
     }
 
     /// The scene as it is described, in physical terms.

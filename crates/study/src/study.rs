@@ -56,8 +56,8 @@ impl Study {
         let physical = Physical::new(self.scene.clone())?;
         let bodies = physical.as_it_is()?;
         let threads = bodies.simulation.threads();
-        let method = physical.method(bodies.simulation.body(0));
         let methods = usable(bodies.simulation.bodies());
+        let method = physical.method(bodies.simulation.body(0), &methods);
         let matrix = Matrix::new(&physical, method, &methods, self.quick);
         let mut report = match self.earlier(&fingerprint, threads)? {
             Some(report) if report.complete => return Ok((report, Outcome::AlreadyFinished)),

@@ -119,6 +119,23 @@ fn the_figures_are_what_they_must_be() {
 }
 
 #[test]
+fn bodies_of_which_one_is_open_keep_the_volume_of_their_cells() {
+    let (folder, mut study) = stage();
+    let open: String =
+        BLOCK.lines().filter(|line| *line != "f 4 3 2 1").map(|line| format!("{line}\n")).collect();
+    fs::write(folder.path().join("open.obj"), open).unwrap();
+    let second =
+        "[[body]]\nname = \"open\"\nmesh = \"open.obj\"\ntranslate = [9, 1, 0]\nlattice_vertices = 40\n";
+    study.scene = Scene::parse(&(SCENE.to_owned() + second), "scene.toml", folder.path(), &[]).unwrap();
+    study.scene.simulation.frames = 3;
+    let (report, outcome) = study.run(&mut ()).unwrap();
+    assert_eq!((outcome, report.method.as_str()), (Outcome::Finished, "cells global"));
+    assert!(report.points.iter().all(|point| point.errors.mesh_volume.is_none()));
+    let base = on(&report, Axis::Base)[0];
+    assert!(base.errors.cells_volume < 1e-6);
+}
+
+#[test]
 fn the_front_is_what_nothing_dominates() {
     let (_folder, study) = stage();
     let (report, _) = study.run(&mut ()).unwrap();
