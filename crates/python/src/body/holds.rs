@@ -27,7 +27,7 @@ impl Body {
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let known = ["box", "sphere", "plane", "vertices", "from_", "until"];
-        let settings = Settings::new(options, "pin()", &known)?;
+        let settings = Settings::of_call(options, "pin()", &known, &selection::OPTIONAL)?;
         let selection = selection::read(&settings, "pin()", slf.get().count(slf.py()))?;
         let pin = Pin { selection, window: selection::read_window(&settings)? };
         Hold::add(slf, |body| body.pin(&pin))
@@ -46,7 +46,7 @@ impl Body {
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let known = ["keys", "box", "sphere", "plane", "vertices", "from_", "until"];
-        let settings = Settings::new(options, "handle()", &known)?;
+        let settings = Settings::of_call(options, "handle()", &known, &selection::OPTIONAL)?;
         let selection = selection::read(&settings, "handle()", slf.get().count(slf.py()))?;
         let keys = settings.get("keys")?.ok_or_else(|| PyTypeError::new_err("handle() needs keys="))?;
         let window = selection::read_window(&settings)?;
@@ -70,7 +70,7 @@ impl Body {
         force: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let settings = Settings::new(options, "apply_force()", &selection::SHAPES)?;
+        let settings = Settings::of_call(options, "apply_force()", &selection::SHAPES, &selection::SHAPES)?;
         let selection = selection::read(&settings, "apply_force()", self.count(py))?;
         let force = arrays::vector(force, "force")?;
         self.with(py, |body| body.apply_force(force, &selection)).map_err(error::of)

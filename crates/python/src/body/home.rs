@@ -26,7 +26,8 @@ pub(crate) enum Home {
 ///
 /// A process that was forked has no threads but one: before its first step it takes new ones.
 pub(crate) struct World {
-    simulation: Mutex<supple::Simulation>,
+    /// A job that steps it holds it as well.
+    simulation: Arc<Mutex<supple::Simulation>>,
     threads: usize,
     process: AtomicU32,
     /// The Python object of the simulation, as long as it lives.
@@ -34,9 +35,9 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(simulation: supple::Simulation, threads: usize) -> Self {
+    pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
         let process = AtomicU32::new(std::process::id());
-        Self { simulation: Mutex::new(simulation), threads, process, python: PyOnceLock::new() }
+        Self { simulation, threads, process, python: PyOnceLock::new() }
     }
 
     /// Threads as asked for; 0 = one for each processor.

@@ -83,7 +83,8 @@ impl Body {
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
-        let (shape, body) = build::body(shape, &Settings::new(settings, "Body()", &build::KEYS)?)?;
+        let (shape, body) =
+            build::body(shape, &Settings::of_call(settings, "Body()", &build::KEYS, &build::OPTIONAL)?)?;
         let settings = match settings {
             Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
             None => PyDict::new(py),
@@ -122,12 +123,6 @@ impl Body {
         Ok(lattice.bind(py))
     }
 
-    /// Half-width of the regions in cells: as given, at most the extent of the lattice.
-    #[getter]
-    fn half_width(&self, py: Python<'_>) -> usize {
-        self.read(py, supple::Body::half_width)
-    }
-
     /// Number of lattice vertices.
     fn __len__(&self, py: Python<'_>) -> usize {
         self.read(py, |body| body.lattice().len())
@@ -141,12 +136,13 @@ impl Body {
                 |mesh| format!("mesh of {} vertices", mesh.vertices().len()),
             );
             format!(
-                "<supple.Body {:?}: {} lattice vertices, {} cells of {:.4}, half-width {}, {mesh}>",
+                "<supple.Body {:?}: {} lattice vertices, {} cells of {:.4}, half-width {}, {mesh}, {:.1} MB>",
                 body.name(),
                 lattice.len(),
                 lattice.cells().len(),
                 lattice.cell_size(),
-                body.half_width()
+                body.half_width(),
+                body.memory() as f64 / 1e6
             )
         })
     }

@@ -1,7 +1,7 @@
 //! Bodies move into a simulation.
 
 use std::mem;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -65,7 +65,7 @@ fn move_in(bodies: &[&Body], builder: SimulationBuilder, threads: usize) -> Resu
         }
     }
     let simulation = builder.build().map_err(Refusal::Error)?;
-    let world = Arc::new(World::new(simulation, threads));
+    let world = Arc::new(World::new(Arc::new(Mutex::new(simulation)), threads));
     for (index, home) in &mut homes {
         **home = Home::In(world.clone(), *index);
     }
