@@ -247,5 +247,7 @@ def test_repr_says_what_it_is(block, cube):
     assert "half-width 2" in repr(body)
     assert "mesh of 8 vertices" in repr(body)
     assert re.search(r"0\.\d MB>", repr(body))
-    assert re.match(r"<supple.Simulation: 1 body of 125 lattice vertices, time 0\.0000 s.* MB>", repr(supple.Simulation([body])))
+    assert re.match(
+        r"<supple.Simulation: 1 body of 125 lattice vertices, time 0\.0000 s.* MB>", repr(supple.Simulation([body]))
+    )
     assert "region sums" in supple.Simulation([supple.Body(cube)]).plan()

@@ -37,7 +37,13 @@ def test_shapes_hold_what_is_inside(bar, selection):
 
 def test_vertices_by_index_or_mask(bar):
     mask = bar.indices[:, 0] == 0
-    for vertices in (mask, mask.tolist(), np.flatnonzero(mask), np.flatnonzero(mask).tolist(), np.flatnonzero(mask).astype(np.uint8)):
+    for vertices in (
+        mask,
+        mask.tolist(),
+        np.flatnonzero(mask),
+        np.flatnonzero(mask).tolist(),
+        np.flatnonzero(mask).astype(np.uint8),
+    ):
         body = supple.Body(bar)
         body.pin(vertices=vertices)
         _sim(body, gravity=(0, -9.81, 0)).step(30)

@@ -4,6 +4,7 @@ import os
 import pickle
 import signal
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -91,7 +92,7 @@ def test_a_run_can_be_stopped_and_resumed(scene, tmp_path):
 
 
 def test_a_callback_may_change_the_simulation(scene, tmp_path):
-    def drive(progress):
+    def drive(progress, last, seen):
         sim = progress.simulation
         assert sim.time == progress.time
         (body,) = sim.bodies
@@ -101,13 +102,13 @@ def test_a_callback_may_change_the_simulation(scene, tmp_path):
             body.half_width = 1
         body.apply_force((1e5, 0, 0), vertices=[0, 1])
         seen.append(body.surface())
-        return progress.frame != stop
+        return progress.frame != last
 
-    whole = []
-    for folder, stop, resume in [("whole", None, False), ("parts", 5, False), ("parts", None, True)]:
-        seen = []
-        supple.run(scene, tmp_path / folder, "ply", 8, drive, resume=resume)
-        whole = whole or seen
+    whole, seen = [], []
+    supple.run(scene, tmp_path / "whole", "ply", 8, partial(drive, last=None, seen=whole))
+    supple.run(scene, tmp_path / "parts", "ply", 8, partial(drive, last=5, seen=seen))
+    supple.run(scene, tmp_path / "parts", "ply", 8, partial(drive, last=None, seen=seen), resume=True)
+    assert len(seen) == len(whole) == 9
     assert np.array_equal(seen[-1], whole[-1])
     written = [trimesh.load(tmp_path / name / "cube_0008.ply", process=False).vertices for name in ("whole", "parts")]
     assert np.array_equal(written[0], whole[-1].astype(np.float32))

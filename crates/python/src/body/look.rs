@@ -61,6 +61,18 @@ impl Body {
         let volume = self.read(py, supple::Body::volume_report);
         report::of_volume(py, &volume)
     }
+
+    /// The mesh as it is shown, as a trimesh.Trimesh: vertices in input order, larger faces fanned into triangles.
+    ///
+    /// Needs trimesh (`pip install "supple[trimesh]"`). ValueError for a bare lattice, which has no mesh.
+    fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf,))
+    }
+
+    /// Opens a window on the body, with its simulation if it lives in one: see supple.view.
+    fn show<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.viewer")?.call_method1("view", (slf,))
+    }
 }
 
 impl Body {

@@ -63,6 +63,7 @@ pub(crate) struct Body {
     shape: Py<PyAny>,
     /// A copy of the keyword arguments, for pickles.
     settings: Py<PyDict>,
+    mesh: PyOnceLock<Option<Py<Mesh>>>,
     lattice: PyOnceLock<Py<Lattice>>,
 }
 
@@ -70,7 +71,7 @@ impl Body {
     /// A body that a scene has put into a simulation.
     pub(crate) fn of_scene(shape: Py<PyAny>, settings: Py<PyDict>, world: Arc<World>, index: usize) -> Self {
         let home = Mutex::new(Home::In(world, index));
-        Self { home, shape, settings, lattice: PyOnceLock::new() }
+        Self { home, shape, settings, mesh: PyOnceLock::new(), lattice: PyOnceLock::new() }
     }
 }
 
@@ -97,6 +98,7 @@ impl Body {
             home: Mutex::new(Home::Alone(Box::new(body))),
             shape: shape.unbind(),
             settings: settings.unbind(),
+            mesh: PyOnceLock::new(),
             lattice: PyOnceLock::new(),
         })
     }
@@ -109,8 +111,12 @@ impl Body {
 
     /// The mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice.
     #[getter]
-    fn mesh(&self, py: Python<'_>) -> Option<Mesh> {
-        self.read(py, |body| body.mesh().cloned()).map(Mesh::from_core)
+    fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Option<&Bound<'py, Mesh>>> {
+        let mesh = self.mesh.get_or_try_init(py, || -> PyResult<_> {
+            let mesh = self.read(py, |body| body.mesh().cloned());
+            mesh.map(|mesh| Py::new(py, Mesh::from_core(mesh))).transpose()
+        })?;
+        Ok(mesh.as_ref().map(|mesh| mesh.bind(py)))
     }
 
     /// The lattice in the model's frame: after scale, before rotate and translate.
@@ -121,6 +127,12 @@ impl Body {
             Py::new(py, Lattice::from_core(lattice))
         })?;
         Ok(lattice.bind(py))
+    }
+
+    /// The simulation that the body lives in; None for a body by itself, or if nobody holds the Simulation any more.
+    #[getter]
+    fn simulation<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
+        self.world(py).and_then(|(world, _)| world.python(py))
     }
 
     /// Number of lattice vertices.
