@@ -101,22 +101,6 @@ def test_what_cannot_be_plotted(stretched, pyplot, arguments, error, message):
         supple.plot_volume(*arguments(stretched.volume_report()))
 
 
-@pytest.fixture
-def polyscope(monkeypatch, tmp_path):
-    """Drawn without a display; what it writes beside the program goes to a scratch folder."""
-    monkeypatch.chdir(tmp_path)
-    polyscope = pytest.importorskip("polyscope")
-    if not polyscope.is_initialized():
-        polyscope.set_use_prefs_file(False)
-        try:
-            polyscope.init("openGL3_egl")
-        except RuntimeError as error:
-            pytest.skip(f"no EGL here: {error}")
-    # Each tick is a picture, however soon it comes after the last.
-    polyscope.set_max_fps(-1)
-    return polyscope
-
-
 class _Hands:
     """Dear ImGui, with somebody at the controls: what is in `moves` is moved once to that value."""
 

@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
+use crate::forked::Owner;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 use crate::settings::Settings;
@@ -59,6 +60,7 @@ use crate::settings::Settings;
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Body {
     home: Mutex<Home>,
+    owner: Owner,
     /// What the body was made of: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
     /// A copy of the keyword arguments, for pickles.
@@ -71,7 +73,14 @@ impl Body {
     /// A body that a scene has put into a simulation.
     pub(crate) fn of_scene(shape: Py<PyAny>, settings: Py<PyDict>, world: Arc<World>, index: usize) -> Self {
         let home = Mutex::new(Home::In(world, index));
-        Self { home, shape, settings, mesh: PyOnceLock::new(), lattice: PyOnceLock::new() }
+        Self {
+            home,
+            owner: Owner::new(),
+            shape,
+            settings,
+            mesh: PyOnceLock::new(),
+            lattice: PyOnceLock::new(),
+        }
     }
 }
 
@@ -96,6 +105,7 @@ impl Body {
         }
         Ok(Self {
             home: Mutex::new(Home::Alone(Box::new(body))),
+            owner: Owner::new(),
             shape: shape.unbind(),
             settings: settings.unbind(),
             mesh: PyOnceLock::new(),
@@ -105,7 +115,7 @@ impl Body {
 
     /// The name, as in reports and file names.
     #[getter]
-    fn name(&self, py: Python<'_>) -> String {
+    fn name(&self, py: Python<'_>) -> PyResult<String> {
         self.read(py, |body| body.name().to_owned())
     }
 
@@ -113,7 +123,7 @@ impl Body {
     #[getter]
     fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Option<&Bound<'py, Mesh>>> {
         let mesh = self.mesh.get_or_try_init(py, || -> PyResult<_> {
-            let mesh = self.read(py, |body| body.mesh().cloned());
+            let mesh = self.read(py, |body| body.mesh().cloned())?;
             mesh.map(|mesh| Py::new(py, Mesh::from_core(mesh))).transpose()
         })?;
         Ok(mesh.as_ref().map(|mesh| mesh.bind(py)))
@@ -123,7 +133,7 @@ impl Body {
     #[getter]
     fn lattice<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, Lattice>> {
         let lattice = self.lattice.get_or_try_init(py, || -> PyResult<_> {
-            let lattice = self.read(py, |body| body.lattice().clone());
+            let lattice = self.read(py, |body| body.lattice().clone())?;
             Py::new(py, Lattice::from_core(lattice))
         })?;
         Ok(lattice.bind(py))
@@ -131,16 +141,16 @@ impl Body {
 
     /// The simulation that the body lives in; None for a body by itself, or if nobody holds the Simulation any more.
     #[getter]
-    fn simulation<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
-        self.world(py).and_then(|(world, _)| world.python(py))
+    fn simulation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.world(py)?.and_then(|(world, _)| world.python(py)))
     }
 
     /// Number of lattice vertices.
-    fn __len__(&self, py: Python<'_>) -> usize {
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, |body| body.lattice().len())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         self.read(py, |body| {
             let lattice = body.lattice();
             let mesh = body.mesh().map_or_else(

@@ -6,7 +6,6 @@ mod step;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::Vector3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -97,39 +96,39 @@ impl Simulation {
 
     /// Length of a step in seconds, > 0. Can be set; time stays.
     #[getter]
-    fn dt(&self, py: Python<'_>) -> f64 {
+    fn dt(&self, py: Python<'_>) -> PyResult<f64> {
         self.world.with(py, |simulation| simulation.dt())
     }
 
     #[setter]
     fn set_dt(&self, py: Python<'_>, dt: &Bound<'_, PyAny>) -> PyResult<()> {
         let dt = argument::number(dt, "dt")?;
-        self.world.with(py, |simulation| simulation.set_dt(dt)).map_err(error::of)
+        self.world.with(py, |simulation| simulation.set_dt(dt))?.map_err(error::of)
     }
 
     /// Time in seconds. Can be set: pins, handles and moving colliders follow.
     #[getter]
-    fn time(&self, py: Python<'_>) -> f64 {
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
         self.world.with(py, |simulation| simulation.time())
     }
 
     #[setter]
     fn set_time(&self, py: Python<'_>, time: &Bound<'_, PyAny>) -> PyResult<()> {
         let time = argument::number(time, "time")?;
-        self.world.with(py, |simulation| simulation.set_time(time)).map_err(error::of)
+        self.world.with(py, |simulation| simulation.set_time(time))?.map_err(error::of)
     }
 
     /// (3,) float64, length/s^2. Can be set.
     #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let gravity = self.world.with(py, |simulation| simulation.gravity());
-        arrays::of_numbers(py, Vector3::from(gravity).iter().copied().collect())
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let gravity = self.world.with(py, |simulation| simulation.gravity())?;
+        Ok(arrays::of_numbers(py, gravity.to_vec()))
     }
 
     #[setter]
     fn set_gravity(&self, py: Python<'_>, gravity: &Bound<'_, PyAny>) -> PyResult<()> {
         let gravity = arrays::vector(gravity, "gravity")?;
-        self.world.with(py, |simulation| simulation.set_gravity(gravity)).map_err(error::of)
+        self.world.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::of)
     }
 
     /// The colliders. Can be set, from the next step on.
@@ -142,29 +141,29 @@ impl Simulation {
     fn set_colliders(&self, py: Python<'_>, colliders: &Bound<'_, PyAny>) -> PyResult<()> {
         let colliders = collider::tuple(colliders)?;
         let read = collider::read_all(&colliders)?;
-        self.world.with(py, |simulation| simulation.set_colliders(&read)).map_err(error::of)?;
+        self.world.with(py, |simulation| simulation.set_colliders(&read))?.map_err(error::of)?;
         *self.colliders.lock().unwrap_or_else(PoisonError::into_inner) = colliders.unbind();
         Ok(())
     }
 
     /// Steps that make a frame.
     #[getter]
-    fn substeps(&self, py: Python<'_>) -> u64 {
+    fn substeps(&self, py: Python<'_>) -> PyResult<u64> {
         self.world.with(py, |simulation| simulation.substeps())
     }
 
     /// The stages of a step and of a look, with what each takes: a text to print.
-    fn plan(&self, py: Python<'_>) -> String {
+    fn plan(&self, py: Python<'_>) -> PyResult<String> {
         self.world.with(py, |simulation| simulation.plan().to_string())
     }
 
     /// Threads that work.
     #[getter]
-    fn threads(&self, py: Python<'_>) -> usize {
+    fn threads(&self, py: Python<'_>) -> PyResult<usize> {
         self.world.with(py, |simulation| simulation.threads())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         self.world.with(py, |simulation| {
             let bodies = simulation.bodies();
             let vertices: usize = bodies.iter().map(|body| body.lattice().len()).sum();
