@@ -4,7 +4,7 @@ mod shapes;
 
 use proptest::prelude::*;
 use shapes::{UPRIGHT, ball, block, lattice, of_mesh, posed, sphere, within};
-use supple::volume::{ComponentReport, Preservation, Surface, VolumeError, VolumeMeasure};
+use supple::volume::{ComponentReport, Preservation, Surface, VolumeError, VolumeMeasure, VolumeScope};
 use supple::{Correction, Lattice, Mesh, Resolution, VolumeMeasures, VolumeOptions};
 
 const MEASURES: [VolumeMeasure; 2] = [VolumeMeasure::Lattice, VolumeMeasure::Cells];
@@ -80,14 +80,21 @@ fn the_cap_is_a_part_of_the_thickness() {
 fn pressed_flat_and_released() {
     let lattice = lattice(&block([0, 0, 0], [6, 6, 6]));
     for measure in MEASURES {
-        let mut correction = of_lattice(&lattice, measure);
-        let mut before = None;
-        for step in 0..=4000 {
-            let height = (step as f32 / 2000.0 - 1.0).abs();
-            let (component, _) = report(&mut correction, &posed(&lattice, |[x, y, z]| [x, y, height * z]));
-            let jump = component.lambda - before.unwrap_or(component.lambda);
-            assert!(jump.abs() < 0.02, "{measure}, height {height}: {jump}");
-            before = Some(component.lambda);
+        for scope in [VolumeScope::Global, VolumeScope::Regional] {
+            let options = VolumeOptions { scope, ..measure.into() };
+            let mut correction = Correction::new(&lattice, None, &options).unwrap().unwrap();
+            let mut before: Option<(ComponentReport, Vec<[f32; 3]>)> = None;
+            for step in 0..=4000 {
+                let height = (step as f32 / 2000.0 - 1.0).abs();
+                let now = report(&mut correction, &posed(&lattice, |[x, y, z]| [x, y, height * z]));
+                let (component, corrected) = before.as_ref().unwrap_or(&now);
+                let jump = (now.0.lambda - component.lambda).abs();
+                assert!(jump < 0.02, "{measure}, {scope:?}, height {height}: {jump}");
+                for (a, b) in now.1.iter().flatten().zip(corrected.iter().flatten()) {
+                    assert!((a - b).abs() < 0.04, "{measure}, {scope:?}, height {height}: {a} {b}");
+                }
+                before = Some(now);
+            }
         }
     }
 }

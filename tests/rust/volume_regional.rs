@@ -109,14 +109,39 @@ fn a_bust_whose_crown_is_pulled() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust.obj");
     let mesh = supple::obj::read(path).expect("the bust is there");
     let (low, high) = mesh.bounds();
-    for vertices in [1000, 4000] {
+    // Beside what is held the correction may not move: the more of the body lies there, the less a scope can do.
+    for (vertices, most, crease) in [(1000, 0.85, 1.0), (4000, 0.75, 2.0)] {
         let outcome = outcome(|volume| {
             stretched(Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume), [low.y, high.y])
         });
         let [_, global, regional] = outcome.errors;
-        assert!(regional < 0.8 * global, "{:?}", outcome.errors);
+        assert!(regional < most * global, "{:?}", outcome.errors);
         // In cells, of which the finer lattice has more to the same way.
-        assert!(outcome.creases[1] < 3.0, "{:?}", outcome.creases);
+        assert!(outcome.creases[1] < crease, "{:?}", outcome.creases);
+    }
+}
+
+/// Posed, and held nowhere: what is above the shoulders is stretched by half of the body's height.
+#[test]
+fn a_bust_whose_neck_is_stretched() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust.obj");
+    let mesh = supple::obj::read(path).expect("the bust is there");
+    let (low, high) = mesh.bounds();
+    let height = high.y - low.y;
+    for [from, to] in [[0.2, 0.9], [0.25, 0.6]] {
+        let outcome = outcome(|volume| {
+            let body = Body::builder(mesh.clone()).lattice_vertices(1000).volume(volume);
+            let mut body = body.build().unwrap();
+            let share = |y: f64| ((y - low.y) / height - from).clamp(0.0, to - from) / (to - from);
+            let positions = body.positions();
+            let positions: Vec<_> =
+                positions.iter().map(|p| Point3::new(p.x, p.y + 0.5 * height * share(p.y), p.z)).collect();
+            body.set_positions(&positions).unwrap();
+            Simulation::builder().body(body).build().unwrap()
+        });
+        let [_, global, regional] = outcome.errors;
+        assert!(regional < 0.5 * global, "{:?}", outcome.errors);
+        assert!(outcome.creases[1] < 0.75, "{:?}", outcome.creases);
     }
 }
 

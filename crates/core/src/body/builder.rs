@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 
 use super::state::State;
+use super::surroundings::Surroundings;
 use super::view::View;
 use super::{Body, Damping, FARTHEST, Material, Placement, Reach, Stiffness, Surface};
 use crate::dynamics::damping::RegionDamping;
@@ -13,7 +14,6 @@ use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution};
 use crate::matching::Matching;
 use crate::matching::cascade::Cascade;
 use crate::mesh::Mesh;
-use crate::parallel::Executor;
 use crate::volume::VolumeOptions;
 
 /// What a [`Body`] is built from. Every setting has the name, the unit, the range and the default that it has in a
@@ -240,9 +240,8 @@ impl BodyBuilder {
             forces: None,
             state,
             placed: self.placement.isometry(),
-            dt: 0.0,
             view: Mutex::new(view),
-            executor: Executor::sequential(),
+            surroundings: Surroundings::none(),
         };
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;

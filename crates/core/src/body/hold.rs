@@ -3,9 +3,7 @@
 use nalgebra::Point3;
 
 use super::Body;
-use crate::dynamics::{
-    Contacts, Handle, Hold, Key, Kinematics, Pin, SampleCells, Selection, SelectionError, Window,
-};
+use crate::dynamics::{Handle, Hold, Key, Kinematics, Pin, SampleCells, Selection, SelectionError, Window};
 use crate::error::Error;
 
 impl Body {
@@ -66,23 +64,8 @@ impl Body {
         }
     }
 
-    /// Prepares for contacts in steps of `dt` seconds, where there are colliders.
-    pub(crate) fn meet(&mut self, colliders: bool, dt: f64) {
-        self.set_dt(dt);
-        if !colliders {
-            self.contacts = None;
-        } else if self.contacts.is_none() {
-            self.contacts = Some(Contacts::new(self.samples()));
-        }
-    }
-
-    /// Prepares for steps of `dt` seconds.
-    pub(crate) fn set_dt(&mut self, dt: f64) {
-        self.dt = dt;
-    }
-
     /// Where contacts act: on the visible surface, or on the boundary of a bare lattice.
-    fn samples(&self) -> SampleCells {
+    pub(super) fn samples(&self) -> SampleCells {
         let slots = self.matching.layout.slots();
         match &self.surface {
             Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots),

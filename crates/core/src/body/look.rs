@@ -86,8 +86,8 @@ impl Body {
     /// What `look` makes of the corrected lattice, on the threads of the simulation where that pays.
     fn corrected<R>(&self, look: impl FnOnce(&mut View, &Executor) -> R) -> R {
         let (mut view, mut cascade) = (locked(&self.view), locked(&self.cascade));
-        view.correct(self, &mut cascade, &self.executor);
-        look(&mut view, &self.executor)
+        view.correct(self, &mut cascade);
+        look(&mut view, &self.surroundings.executor)
     }
 
     /// The lattice vertices that pins and handles hold now.
@@ -98,7 +98,7 @@ impl Body {
 
     /// What contacts and forces did to lattice vertices since the frame began: the more, the less stiff the body is.
     pub(super) fn pushes(&self) -> impl Iterator<Item = Push> {
-        let scale = (1.0 / self.material.alpha(self.dt)) as f32;
+        let scale = (1.0 / self.material.alpha(self.surroundings.dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());
         contacts
             .chain(self.forced())

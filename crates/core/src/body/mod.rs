@@ -12,6 +12,7 @@ mod retune;
 mod snapshot;
 mod state;
 mod step;
+mod surroundings;
 mod view;
 
 pub use builder::BodyBuilder;
@@ -23,6 +24,7 @@ pub use place::Placement;
 pub use snapshot::BodySnapshot;
 pub(crate) use state::State;
 pub(crate) use step::World;
+pub(crate) use surroundings::Surroundings;
 pub use view::ViewTimes;
 
 use std::sync::Mutex;
@@ -36,7 +38,6 @@ use crate::lattice::{Embedding, Lattice};
 use crate::matching::Matching;
 use crate::matching::cascade::Cascade;
 use crate::mesh::Mesh;
-use crate::parallel::Executor;
 use crate::volume;
 use force::Forces;
 use look::unlocked;
@@ -69,11 +70,8 @@ pub struct Body {
     state: State,
     /// From the model's frame to the world at frame 0.
     placed: Isometry3<f64>,
-    /// Length of the simulation's steps in seconds; zero before there is one.
-    dt: f64,
+    surroundings: Surroundings,
     view: Mutex<View>,
-    /// The threads of those who look: the simulation's.
-    executor: Executor,
 }
 
 impl Body {
@@ -166,11 +164,6 @@ impl Body {
     /// Rotations in all steps so far that Newton's method left to the robust path.
     pub fn unsettled_rotations(&self) -> usize {
         self.unsettled
-    }
-
-    /// Lends the body the threads of its simulation, for those who look.
-    pub(crate) fn set_executor(&mut self, executor: &Executor) {
-        self.executor = executor.clone();
     }
 
     /// One value per vertex, from its slot.

@@ -4,15 +4,14 @@ use nalgebra::Vector3;
 
 use super::{Body, unlocked};
 use crate::dynamics::integrate::Advance;
-use crate::dynamics::{Colliders, Interval, Kinematics};
+use crate::dynamics::{Interval, Kinematics};
 use crate::parallel::{CHUNK, Executor};
 
 /// What acts on all bodies in a step.
-pub(crate) struct World<'a> {
+pub(crate) struct World {
     /// Scene units per second squared.
     pub(crate) gravity: Vector3<f64>,
     pub(crate) interval: Interval,
-    pub(crate) colliders: Option<&'a Colliders>,
     /// Whether this is the first step of a frame.
     pub(crate) opens_frame: bool,
 }
@@ -37,6 +36,7 @@ impl Body {
         self.advance(world, executor);
         self.touch(world);
         self.hold(world);
+        self.surroundings.time = world.interval.end;
     }
 
     /// Pins and handles that begin now capture what they hold.
@@ -125,7 +125,9 @@ impl Body {
 
     /// Contacts of the visible surface. What they do to the momenta is measured, not booked.
     fn touch(&mut self, world: &World) {
-        let (Some(contacts), Some(colliders)) = (&mut self.contacts, world.colliders) else { return };
+        let (Some(contacts), Some(colliders)) = (&mut self.contacts, &self.surroundings.colliders) else {
+            return;
+        };
         if world.opens_frame {
             contacts.clear_pushes();
         }

@@ -7,6 +7,7 @@ use nalgebra::Point3;
 use super::state::Frame;
 use super::{Body, Surface};
 use crate::coordinate::Coordinate;
+use crate::dynamics::{Clearance, Obstacles, SampleCells};
 use crate::lanes::Lanes;
 use crate::lattice::Lattice;
 use crate::matching::cascade::Cascade;
@@ -17,6 +18,9 @@ use crate::volume::{
     self, ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
     VolumeReport,
 };
+
+/// How often limits are added where the corrected surface enters a collider, which only curved ones ask for.
+const CUTS: usize = 8;
 
 /// The stages that run only where somebody looks, and their buffers. One value per lattice vertex or per mesh
 /// vertex, in cells from the body's origin.
@@ -32,6 +36,7 @@ pub(crate) struct View {
     rotations: Vec<[f32; 4]>,
     held: Vec<u32>,
     pushes: Vec<Push>,
+    clearance: Clearance,
     corrected: Vec<[f32; 3]>,
     components: Vec<ComponentReport>,
     /// The lattice as it is shown.
@@ -72,6 +77,7 @@ impl View {
             rotations: Vec::new(),
             held: Vec::new(),
             pushes: Vec::new(),
+            clearance: Clearance::default(),
             corrected: Vec::new(),
             components: Vec::new(),
             shown: Vec::new(),
@@ -100,8 +106,9 @@ impl View {
     }
 
     /// Corrects the volume of the body as it is now.
-    pub(super) fn correct(&mut self, body: &Body, cascade: &mut Cascade, executor: &Executor) {
+    pub(super) fn correct(&mut self, body: &Body, cascade: &mut Cascade) {
         let start = Instant::now();
+        let executor = &body.surroundings.executor;
         let slots = body.matching.layout.slots();
         self.frame = body.state.frame;
         self.deformed.clear();
@@ -120,11 +127,30 @@ impl View {
         self.pushes.clear();
         self.pushes.extend(body.pushes());
         self.corrected.resize(slots.len(), [0.0; 3]);
-        let (rotations, pushes) = (&self.rotations, &self.pushes);
-        let reports = correction.apply_with(executor, &self.deformed, rotations, pushes, &mut self.corrected);
+        correction.solve(executor, &self.deformed, &self.rotations, &self.pushes);
+        if let (Some(contacts), Some(colliders)) = (&body.contacts, &body.surroundings.colliders) {
+            let (time, frame) = (body.surroundings.time, self.frame.body_frame());
+            self.keep_out(executor, contacts.samples(), &Obstacles { colliders, time, frame });
+        }
         self.components.clear();
-        self.components.extend_from_slice(reports);
+        if let Some(correction) = &mut self.correction {
+            self.components.extend_from_slice(correction.write(&self.deformed, &mut self.corrected));
+        }
         self.times.volume = start.elapsed();
+    }
+
+    /// What would enter a collider by the correction stops before it.
+    fn keep_out(&mut self, executor: &Executor, samples: &SampleCells, obstacles: &Obstacles<'_>) {
+        let Self { correction: Some(correction), clearance, deformed, corrected, .. } = self else { return };
+        clearance.find(samples, deformed, obstacles, correction.reach());
+        correction.limit(executor, clearance.limits());
+        for _ in 0..CUTS {
+            correction.write(deformed, corrected);
+            if !clearance.cut(samples, corrected, obstacles) {
+                break;
+            }
+            correction.limit(executor, clearance.limits());
+        }
     }
 
     /// Moves the mesh with the corrected lattice and writes what is asked for; nothing for a bare lattice.
@@ -175,10 +201,10 @@ impl View {
 
     /// Memory that the correction takes, and what it works on.
     pub(super) fn correction_bytes(&self) -> usize {
-        let Self { turned, deformed, rotations, pushes, corrected, .. } = self;
+        let Self { turned, deformed, rotations, pushes, clearance, corrected, .. } = self;
         let lattice = size_of_val(&**deformed) + size_of_val(&**rotations) + size_of_val(&**corrected);
         let correction = self.correction.as_ref().map_or(0, Correction::bytes);
-        correction + turned.bytes() + lattice + size_of_val(&**pushes)
+        correction + turned.bytes() + lattice + size_of_val(&**pushes) + clearance.bytes()
     }
 
     /// Memory that the mesh update takes; none before the first look at a mesh.

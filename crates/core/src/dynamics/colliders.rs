@@ -51,6 +51,14 @@ impl Colliders {
         self.colliders.len()
     }
 
+    /// Each collider's shape at a time in seconds, as a body sees it.
+    pub(super) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape> {
+        self.colliders.iter().map(move |collider| {
+            let pose = collider.motion.as_ref().map_or_else(Pose::identity, |motion| motion.pose(time));
+            collider.shape.posed(&pose, frame)
+        })
+    }
+
     /// Each collider during a step, as a body sees it.
     pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider> {
         self.colliders.iter().map(move |collider| {

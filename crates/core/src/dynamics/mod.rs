@@ -35,6 +35,7 @@ mod shape;
 pub use angles::{euler_degrees, sin_cos_degrees};
 pub use collider::{Collider, ColliderError};
 pub use colliders::Colliders;
+pub(crate) use contact::{Clearance, Obstacles};
 pub use contact::{ContactReport, Contacts};
 pub use frame::{BodyFrame, BodyState, Interval};
 pub use hold::{Handle, Hold, Pin, Window};

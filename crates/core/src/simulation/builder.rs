@@ -1,5 +1,7 @@
 //! From bodies and numbers to a simulation.
 
+use std::sync::Arc;
+
 use super::{Clock, Simulation};
 use crate::body::{Body, in_range};
 use crate::dynamics::{Collider, Colliders};
@@ -87,17 +89,15 @@ impl SimulationBuilder {
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
-        let mut bodies = self.bodies;
-        bodies.iter_mut().for_each(|body| body.meet(colliders.is_some(), self.dt));
         let mut simulation = Simulation {
-            bodies,
+            bodies: self.bodies,
             gravity: self.gravity.into(),
             clock: Clock::new(self.dt),
-            colliders,
+            colliders: colliders.map(Arc::new),
             substeps: self.substeps,
             executor: Executor::new(self.threads),
         };
-        simulation.lend_threads();
+        simulation.lend();
         Ok(simulation)
     }
 

@@ -9,9 +9,11 @@ pub use builder::SimulationBuilder;
 #[cfg(feature = "scene")]
 pub use state::SimulationState;
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
-use crate::body::{Body, World, in_range};
+use crate::body::{Body, Surroundings, World, in_range};
 use crate::dynamics::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
@@ -27,7 +29,7 @@ pub struct Simulation {
     bodies: Vec<Body>,
     gravity: Vector3<f64>,
     clock: Clock,
-    colliders: Option<Colliders>,
+    colliders: Option<Arc<Colliders>>,
     substeps: u64,
     executor: Executor,
 }
@@ -61,7 +63,6 @@ impl Simulation {
         let world = World {
             gravity: self.gravity,
             interval: self.clock.interval(),
-            colliders: self.colliders.as_ref(),
             opens_frame: self.clock.steps().is_multiple_of(self.substeps),
         };
         executor.each(&mut self.bodies, |body| body.step(&world, executor));
@@ -87,7 +88,7 @@ impl Simulation {
     pub fn set_dt(&mut self, dt: f64) -> Result<(), Error> {
         check_dt(dt)?;
         self.clock.set_dt(dt);
-        self.bodies.iter_mut().for_each(|body| body.set_dt(dt));
+        self.lend();
         Ok(())
     }
 
@@ -104,6 +105,7 @@ impl Simulation {
     pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         in_range("time", time, true, "finite")?;
         self.clock.set_time(time);
+        self.lend();
         Ok(())
     }
 
@@ -136,7 +138,7 @@ impl Simulation {
     pub fn set_threads(&mut self, threads: usize) -> Result<(), Error> {
         check_threads(threads)?;
         self.executor = Executor::new(threads);
-        self.lend_threads();
+        self.lend();
         Ok(())
     }
 
@@ -144,12 +146,16 @@ impl Simulation {
     pub fn abandon_threads(&mut self) {
         // To let them go would mean to wake them.
         self.executor.abandon();
-        self.lend_threads();
+        self.lend();
     }
 
-    /// Those who look at bodies use the same threads.
-    fn lend_threads(&mut self) {
-        self.bodies.iter_mut().for_each(|body| body.set_executor(&self.executor));
+    /// Bodies know what those who look at them must know.
+    fn lend(&mut self) {
+        let (time, dt) = (self.time(), self.dt());
+        for body in &mut self.bodies {
+            let (colliders, executor) = (self.colliders.clone(), self.executor.clone());
+            body.lend(Surroundings { colliders, time, dt, executor });
+        }
     }
 
     /// Sets the colliders, from the next step on.
@@ -158,9 +164,8 @@ impl Simulation {
     ///
     /// A collider that makes no sense; nothing is changed then.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
-        self.colliders = Colliders::new(colliders)?;
-        let (any, dt) = (self.colliders.is_some(), self.dt());
-        self.bodies.iter_mut().for_each(|body| body.meet(any, dt));
+        self.colliders = Colliders::new(colliders)?.map(Arc::new);
+        self.lend();
         Ok(())
     }
 

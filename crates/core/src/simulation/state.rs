@@ -49,9 +49,9 @@ impl Simulation {
         self.set_gravity(state.gravity)?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.restore(snapshot)?;
-            body.set_dt(state.clock.dt());
         }
         self.clock = state.clock;
+        self.lend();
         Ok(())
     }
 }

@@ -5,6 +5,7 @@ use super::centre::Centres;
 use super::constraints::{self, Push};
 use super::cubic::smallest_root;
 use super::field::{Field, turned};
+use super::limits::{Limit, Limits};
 use super::line::Moving;
 use super::measure::{self, Measure};
 use super::regional::Regional;
@@ -15,6 +16,10 @@ use crate::parallel::Executor;
 
 /// A volume off by less than this part of itself counts as kept: what positions in `f32` let one ask for.
 const KEPT: f64 = 1e-6;
+
+/// How often those beside an obstacle are told apart anew from those that are free. Three to five are common; what the
+/// last leaves is in the residual.
+const LIMITED_PASSES: usize = 8;
 
 /// Moves the vertices of a deformed lattice along a field until the volume is that at rest: equation (1) of
 /// Takamatsu & Kanai (2009), `vol(P^ + lambda V) = vol(P)`. With the scope `regional` they first move by a scale of
@@ -38,7 +43,8 @@ pub struct Correction {
     points: Vec<Moving>,
     coefficients: Vec<[f64; 4]>,
     order: Vec<(u32, u32)>,
-    lambdas: Vec<f32>,
+    limits: Limits,
+    lambdas: Vec<f64>,
     reports: Vec<ComponentReport>,
 }
 
@@ -89,6 +95,7 @@ impl Correction {
             points,
             coefficients,
             order: Vec::new(),
+            limits: Limits::default(),
             lambdas: vec![0.0; components],
             reports: vec![ComponentReport::default(); components],
             field,
@@ -106,7 +113,8 @@ impl Correction {
         let ramp = self.ramp.as_deref().map_or(0, size_of_val);
         let field = size_of_val(&*self.field.directions) + ramp;
         let regional = self.regional.as_ref().map_or(0, Regional::bytes);
-        size_of_val(&*self.points) + field + self.measure.bytes() + regional + self.adjacency.bytes()
+        let scratch = size_of_val(&*self.points) + self.limits.bytes();
+        scratch + field + self.measure.bytes() + regional + self.adjacency.bytes()
     }
 
     /// Says which lattice vertices are held by pins and handles from now on: the correction leaves them in place, and
@@ -134,41 +142,100 @@ impl Correction {
         pushes: &[Push],
         corrected: &mut [[f32; 3]],
     ) -> &[ComponentReport] {
-        self.apply_with(&Executor::sequential(), deformed, rotations, pushes, corrected)
+        self.solve(&Executor::sequential(), deformed, rotations, pushes);
+        self.write(deformed, corrected)
     }
 
-    /// [`Correction::apply`] on several threads; the bits are the same.
-    pub(crate) fn apply_with(
+    /// Finds how far each vertex is to move; arguments as those of [`Correction::apply`].
+    pub(crate) fn solve(
         &mut self,
         executor: &Executor,
         deformed: &[[f32; 3]],
         rotations: &[[f32; 4]],
         pushes: &[Push],
-        corrected: &mut [[f32; 3]],
-    ) -> &[ComponentReport] {
+    ) {
         let n = self.points.len();
         assert!(
-            deformed.len() == n && rotations.len() == n && corrected.len() == n,
-            "{n} lattice vertices, but {} positions, {} rotations and room for {}",
+            deformed.len() == n && rotations.len() == n,
+            "{n} lattice vertices, but {} positions and {} rotations",
             deformed.len(),
             rotations.len(),
-            corrected.len()
         );
+        self.limits.clear();
         self.centres.centred(deformed, self.adjacency.of_vertex(), &mut self.points);
         self.turn_field(rotations);
         constraints::take_out_pushes(pushes, &mut self.order, &mut self.points);
         if let Some(regional) = &mut self.regional {
             regional.give_back(&self.adjacency, &self.caps, &mut self.points);
         }
-        self.measure.coefficients(executor, &self.points, &mut self.coefficients);
-        self.solve();
-        let regional = self.regional.as_ref().map(Regional::scales);
-        let of_vertex = self.adjacency.of_vertex();
-        for (i, (corrected, deformed)) in corrected.iter_mut().zip(deformed).enumerate() {
-            let lambda = self.lambdas[of_vertex[i] as usize] + regional.map_or(0.0, |scales| scales[i]);
-            let v = self.points[i].direction();
-            *corrected = std::array::from_fn(|k| deformed[k] + lambda * v[k]);
+        self.solve_cubics(executor);
+        let unit = self.cell_size.powi(3);
+        for (report, c) in self.reports.iter_mut().zip(&self.coefficients) {
+            report.before = c[0] * unit;
         }
+    }
+
+    /// The farthest that a vertex is to move, in cells.
+    pub(crate) fn reach(&self) -> f64 {
+        let of_vertex = self.adjacency.of_vertex();
+        let scales = self.regional.as_ref().map(Regional::scales);
+        let way = |(i, point): (usize, &Moving)| {
+            let scale = self.lambdas[of_vertex[i] as usize] + scales.map_or(0.0, |s| f64::from(s[i]));
+            let square: f64 = point.direction().iter().map(|&v| f64::from(v).powi(2)).sum();
+            scale.abs() * square.sqrt()
+        };
+        self.points.iter().enumerate().map(way).fold(0.0, f64::max)
+    }
+
+    /// Solves again with these limits: who would pass one goes along it at the end of its room, and the others make
+    /// good for that. An active set, in which the volume stays an exact cubic.
+    pub(crate) fn limit(&mut self, executor: &Executor, limits: &[Limit]) {
+        self.limits.begin(limits, &mut self.points, self.regional.as_ref().map(Regional::scales));
+        for _ in 0..LIMITED_PASSES {
+            let (lambdas, of_vertex) = (&self.lambdas, self.adjacency.of_vertex());
+            let lambda = |vertex| lambdas[of_vertex[vertex as usize] as usize];
+            if !self.limits.divert(lambda, &mut self.points) {
+                return;
+            }
+            self.solve_cubics(executor);
+        }
+        self.settle(executor);
+    }
+
+    /// Leaves `lambda` as it is and measures what it gives.
+    fn settle(&mut self, executor: &Executor) {
+        let (lambdas, of_vertex) = (&self.lambdas, self.adjacency.of_vertex());
+        self.limits.divert(|vertex| lambdas[of_vertex[vertex as usize] as usize], &mut self.points);
+        self.measure.coefficients(executor, &self.points, &mut self.coefficients);
+        for component in 0..self.rest.len() {
+            let [c0, c1, c2, c3] = self.coefficients[component];
+            let lambda = self.lambdas[component];
+            let volume = c0 + lambda * (c1 + lambda * (c2 + lambda * c3));
+            self.report(component, volume - self.rest[component]);
+        }
+    }
+
+    /// Moves the vertices as far as was found: `corrected = deformed + lambda V`. Returns one report a component.
+    ///
+    /// # Panics
+    /// If the lengths differ from the lattice's.
+    pub(crate) fn write(&mut self, deformed: &[[f32; 3]], corrected: &mut [[f32; 3]]) -> &[ComponentReport] {
+        let n = self.points.len();
+        assert!(
+            deformed.len() == n && corrected.len() == n,
+            "{n} lattice vertices, but {} positions and room for {}",
+            deformed.len(),
+            corrected.len()
+        );
+        let scales = self.regional.as_ref().map(Regional::scales);
+        let (lambdas, of_vertex) = (&self.lambdas, self.adjacency.of_vertex());
+        let lambda = |vertex: u32| lambdas[of_vertex[vertex as usize] as usize];
+        for (i, (corrected, deformed)) in corrected.iter_mut().zip(deformed).enumerate() {
+            let scale = lambda(i as u32) as f32 + scales.map_or(0.0, |scales| scales[i]);
+            let v = self.points[i].direction();
+            *corrected = std::array::from_fn(|k| deformed[k] + scale * v[k]);
+        }
+        self.limits.write(lambda, deformed, corrected);
         &self.reports
     }
 
@@ -183,21 +250,27 @@ impl Correction {
     }
 
     /// One cubic for each component.
-    fn solve(&mut self) {
-        let unit = self.cell_size.powi(3);
-        for (component, c) in self.coefficients.iter().enumerate() {
-            let rest = self.rest[component];
-            let root = smallest_root([c[0] - rest, c[1], c[2], c[3]], self.caps[component]);
-            let residual = root.residual / rest;
-            self.lambdas[component] = root.lambda as f32;
-            self.reports[component] = ComponentReport {
-                rest: rest * unit,
-                before: c[0] * unit,
-                after: (rest + root.residual) * unit,
-                lambda: root.lambda * self.cell_size,
-                residual,
-                capped: residual.abs() > KEPT,
-            };
+    fn solve_cubics(&mut self, executor: &Executor) {
+        self.measure.coefficients(executor, &self.points, &mut self.coefficients);
+        for component in 0..self.rest.len() {
+            let c = self.coefficients[component];
+            let root = smallest_root([c[0] - self.rest[component], c[1], c[2], c[3]], self.caps[component]);
+            self.lambdas[component] = root.lambda;
+            self.report(component, root.residual);
         }
+    }
+
+    /// Says by how much, in cubed cells, the volume of a component is then off.
+    fn report(&mut self, component: usize, left: f64) {
+        let (unit, rest) = (self.cell_size.powi(3), self.rest[component]);
+        let residual = left / rest;
+        self.reports[component] = ComponentReport {
+            rest: rest * unit,
+            before: self.reports[component].before,
+            after: (rest + left) * unit,
+            lambda: self.lambdas[component] * self.cell_size,
+            residual,
+            capped: residual.abs() > KEPT,
+        };
     }
 }

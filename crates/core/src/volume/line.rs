@@ -20,7 +20,7 @@ impl Moving {
     }
 
     /// `p`.
-    #[cfg(test)]
+    #[inline]
     pub(super) fn place(&self) -> [f32; 3] {
         [self.0[0], self.0[1], self.0[2]]
     }

@@ -8,6 +8,7 @@
 //! P^ + Lambda V, a scale for each vertex from what its region lost         (scope `regional` only)
 //! vol(P^ + lambda V) = c0 + c1 lambda + c2 lambda^2 + c3 lambda^3 = vol(P)        (Eq. 1)
 //! P~ = P^ + lambda V,  lambda the root of least absolute value
+//! those that would enter an obstacle stop before it, and the rest solves again    (where there are colliders)
 //! ```
 //!
 //! `P~` is for the eye alone: it deforms the mesh and never feeds back into the dynamics.
@@ -25,6 +26,7 @@ mod cubic;
 mod field;
 mod inside;
 mod lattice_measure;
+mod limits;
 mod line;
 mod measure;
 mod mesh_measure;
@@ -41,6 +43,7 @@ pub use constraints::{HALF_PUSH, Push};
 pub use correction::Correction;
 pub use cubic::{Root, smallest_root};
 pub use field::FieldKind;
+pub(crate) use limits::Limit;
 pub use options::{Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub use surface::Surface;

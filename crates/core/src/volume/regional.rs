@@ -16,7 +16,11 @@ use crate::parallel::level;
 const PASSES: usize = 2;
 
 /// The part of a region's gain at rest below which it loses its say: what hardly gains must not move far for it.
-const LEAST_GAIN: f64 = 0.25;
+const LEAST_GAIN: f64 = 0.4;
+
+/// What a region's `lambda` stays below each time, as a part of the cap: where parts collapse, as about a sharp edge,
+/// more would crease the body rather than fill it.
+const MOST: f64 = 0.5;
 
 /// The scales of a body.
 #[derive(Clone, Debug)]
@@ -61,7 +65,7 @@ impl Regional {
         at_rest + self.lost.bytes() + self.lambdas.bytes() + size_of_val(&*self.scales)
     }
 
-    /// Moves the points along their directions, by scales of at most `caps[component]` each time.
+    /// Moves the points along their directions, by scales below `caps[component]` in all.
     pub(super) fn give_back(&mut self, adjacency: &Adjacency, caps: &[f64], points: &mut [Moving]) {
         self.scales.fill(0.0);
         for _ in 0..PASSES {
@@ -70,9 +74,12 @@ impl Regional {
             for (i, (lambda, &[lost, gain])) in
                 self.lambdas.values.iter_mut().zip(&self.lost.values).enumerate()
             {
-                let (least, cap) = (LEAST_GAIN * self.gains[i], caps[adjacency.component(i)]);
+                let (least, most) = (LEAST_GAIN * self.gains[i], MOST * caps[adjacency.component(i)]);
                 let wanted = lost * gain / (gain * gain + least * least);
-                *lambda = if wanted.is_finite() { wanted.clamp(-cap, cap) } else { 0.0 };
+                // The wish where it is small, and smoothly no more than the most.
+                let wish = (wanted / most).clamp(-1e9, 1e9);
+                let bounded = most * wish / (1.0 + wish * wish).sqrt();
+                *lambda = if bounded.is_finite() { bounded } else { 0.0 };
             }
             self.lambdas.sum(adjacency, [2, 1, 0], |a, b| a + b);
             for (i, (scale, point)) in self.scales.iter_mut().zip(&mut *points).enumerate() {

@@ -117,13 +117,31 @@ impl Field for Curved<'_> {
 
     #[inline(always)]
     fn distances<S: Simd>(&self, simd: S, cell: &[[f64; 8]; 3], monomials: &[f64x4<S>; 8]) -> f64x4<S> {
-        let x = value(simd, &cell[0], monomials).to_array();
-        let y = value(simd, &cell[1], monomials).to_array();
-        let z = value(simd, &cell[2], monomials).to_array();
+        let points = self.places(simd, cell, monomials);
         let mut distances = [0.0; 4];
         for lane in 0..4 {
-            distances[lane] = self.shape.signed_distance(&Point3::new(x[lane], y[lane], z[lane])).distance;
+            distances[lane] = self.shape.signed_distance(&points[lane]).distance;
         }
         f64x4::from_slice(simd, &distances)
+    }
+}
+
+impl Curved<'_> {
+    /// Where four samples are, by the monomials of their places.
+    #[inline(always)]
+    pub(super) fn places<S: Simd>(
+        &self,
+        simd: S,
+        cell: &[[f64; 8]; 3],
+        monomials: &[f64x4<S>; 8],
+    ) -> [Point3<f64>; 4] {
+        let mut points = [Point3::origin(); 4];
+        for c in 0..3 {
+            let values = value(simd, &cell[c], monomials).to_array();
+            for lane in 0..4 {
+                points[lane][c] = values[lane];
+            }
+        }
+        points
     }
 }

@@ -9,6 +9,7 @@
 //! | `solver`, `links` | those of all patches together |
 //! | `numbered` | rows of vertices, numbered as they come |
 //! | `push_out` | what is inside all the same comes out, by positions alone |
+//! | `clearance` | for those who look: how far lattice vertices may be moved beside a collider |
 //!
 //! A velocity that a contact changes changes the position with it, by the change times the step, so that a step stays
 //! one of Verlet's. Then no contact gives energy, whatever the restitution. With masses M, a quadratic energy of
@@ -22,6 +23,7 @@
 //! push-out then makes good: how still a body rests depends on them.
 
 mod bounds;
+mod clearance;
 mod detection;
 mod exchange;
 mod field;
@@ -35,6 +37,7 @@ mod solver;
 
 use nalgebra::Vector3;
 
+pub(crate) use self::clearance::{Clearance, Obstacles};
 use self::detection::Detection;
 use self::impact::{Meeting, Motion};
 use self::quad::{Quad, quad, vector};

@@ -17,6 +17,17 @@ impl Numbered {
         Self { rows: Vec::new(), numbers: vec![NONE; rows] }
     }
 
+    /// None, of so many; nothing changes where there are as many already.
+    pub(super) fn resize(&mut self, rows: usize) {
+        self.clear();
+        self.numbers.resize(rows, NONE);
+    }
+
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.rows) + size_of_val(&*self.numbers)
+    }
+
     /// Forgets all.
     pub(super) fn clear(&mut self) {
         for row in self.rows.drain(..) {

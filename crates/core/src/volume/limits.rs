@@ -1,0 +1,231 @@
+//! Vertices that the correction would push into an obstacle go as far as they have room, and no farther.
+
+use nalgebra::Vector3;
+
+use super::line::Moving;
+
+/// How far a lattice vertex may be moved before the surface that it carries meets an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limit {
+    /// The lattice vertex.
+    pub(crate) vertex: u32,
+    /// Away from the obstacle: a unit vector in world axes.
+    pub(crate) normal: [f32; 3],
+    /// The way left against the normal, in cells; at least 0.
+    pub(crate) room: f32,
+}
+
+/// The limited vertices of a look.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Limits {
+    /// In the order of their vertices.
+    sorted: Vec<Limit>,
+    limited: Vec<Limited>,
+}
+
+/// A vertex with limits: `scale` is what the regional scope has moved it by, in units of its direction.
+#[derive(Clone, Copy, Debug)]
+struct Limited {
+    vertex: u32,
+    limits: (u32, u32),
+    place: Vector3<f64>,
+    direction: Vector3<f64>,
+    scale: f64,
+    way: Way,
+}
+
+/// Where a vertex goes, as far as that depends on `lambda`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// As the field has it.
+    Free,
+    /// Along one obstacle, at the end of its room.
+    Along { limit: u32 },
+    /// Between several: no farther until something changes.
+    Stopped { way: Vector3<f64> },
+}
+
+impl Limits {
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.sorted) + size_of_val(&*self.limited)
+    }
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.sorted.clear();
+        self.limited.clear();
+    }
+
+    /// Takes limits, in any order, of points that have been moved by `scales` times their directions; those before it
+    /// count no more.
+    pub(super) fn begin(&mut self, limits: &[Limit], points: &mut [Moving], scales: Option<&[f32]>) {
+        for limited in &self.limited {
+            limited.free(&mut points[limited.vertex as usize]);
+        }
+        self.clear();
+        self.sorted.extend_from_slice(limits);
+        // By all that they are: the order in which obstacles come does not matter.
+        self.sorted.sort_unstable_by_key(|limit| {
+            (limit.vertex, limit.room.to_bits(), limit.normal.map(f32::to_bits))
+        });
+        let mut first = 0;
+        for group in self.sorted.chunk_by(|a, b| a.vertex == b.vertex) {
+            let vertex = group[0].vertex;
+            let point = &points[vertex as usize];
+            let wide = |v: [f32; 3]| Vector3::from(v.map(f64::from));
+            let direction = wide(point.direction());
+            let scale = scales.map_or(0.0, |scales| f64::from(scales[vertex as usize]));
+            let place = wide(point.place()) - direction * scale;
+            let limits = (first, first + group.len() as u32);
+            self.limited.push(Limited { vertex, limits, place, direction, scale, way: Way::Free });
+            first = limits.1;
+        }
+    }
+
+    /// Gives the points the ways that they have near `lambda` of their vertex. Says whether any is another than before.
+    pub(super) fn divert(&mut self, lambda: impl Fn(u32) -> f64, points: &mut [Moving]) -> bool {
+        let mut changed = false;
+        for limited in &mut self.limited {
+            let lambda = lambda(limited.vertex);
+            let (way, reached) = limited.go(&self.sorted, lambda);
+            changed |= way != limited.way;
+            limited.way = way;
+            let direction = match way {
+                Way::Free => limited.direction,
+                Way::Along { limit } => {
+                    let normal = self.sorted[limit as usize].normal();
+                    limited.direction - normal * normal.dot(&limited.direction)
+                }
+                Way::Stopped { .. } => Vector3::zeros(),
+            };
+            let point = &mut points[limited.vertex as usize];
+            point.set_place((limited.place + reached - direction * lambda).map(|x| x as f32).into());
+            point.set_direction(direction.map(|x| x as f32).into());
+        }
+        changed
+    }
+
+    /// Adds to the positions of the limited vertices how far they go, each by `lambda` of its vertex.
+    pub(super) fn write(&self, lambda: impl Fn(u32) -> f64, deformed: &[[f32; 3]], out: &mut [[f32; 3]]) {
+        for limited in &self.limited {
+            let (_, reached) = limited.go(&self.sorted, lambda(limited.vertex));
+            let vertex = limited.vertex as usize;
+            out[vertex] = std::array::from_fn(|k| deformed[vertex][k] + reached[k] as f32);
+        }
+    }
+}
+
+impl Limit {
+    fn normal(&self) -> Vector3<f64> {
+        Vector3::from(self.normal.map(f64::from))
+    }
+
+    /// How much farther than it may a vertex goes.
+    fn excess(&self, way: &Vector3<f64>) -> f64 {
+        -self.normal().dot(way) - f64::from(self.room)
+    }
+}
+
+impl Limited {
+    /// Gives a point back the way that the field has.
+    fn free(&self, point: &mut Moving) {
+        point.set_place((self.place + self.direction * self.scale).map(|x| x as f32).into());
+        point.set_direction(self.direction.map(|x| x as f32).into());
+    }
+
+    /// The way at `lambda`, and how far that leads: what the field has, less what is beyond each limit in turn. Where
+    /// that leaves it beyond another, as between obstacles that meet at an acute angle, it stops short on that line.
+    fn go(&self, sorted: &[Limit], lambda: f64) -> (Way, Vector3<f64>) {
+        let limits = (self.limits.0..self.limits.1).map(|index| (index, &sorted[index as usize]));
+        let mut reached = self.direction * (self.scale + lambda);
+        let mut way = Way::Free;
+        for (index, limit) in limits.clone() {
+            let excess = limit.excess(&reached);
+            if excess > 0.0 {
+                reached += limit.normal() * excess;
+                way = match way {
+                    Way::Free => Way::Along { limit: index },
+                    _ => Way::Stopped { way: reached },
+                };
+            }
+        }
+        for (_, limit) in limits {
+            let (excess, outward) = (limit.excess(&reached), -limit.normal().dot(&reached));
+            // Beyond what rounding does.
+            if excess > 1e-6 * outward {
+                reached *= f64::from(limit.room) / outward;
+                way = Way::Stopped { way: reached };
+            }
+        }
+        if let Way::Stopped { way } = &mut way {
+            *way = reached;
+        }
+        (way, reached)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limit(normal: [f32; 3], room: f32) -> Limit {
+        Limit { vertex: 0, normal, room }
+    }
+
+    fn reached(direction: [f32; 3], scales: Option<&[f32]>, limits: &[Limit], lambda: f64) -> [f32; 3] {
+        let place = std::array::from_fn(|k| 10.0 + scales.map_or(0.0, |scales| scales[0]) * direction[k]);
+        let mut points = [Moving::new(place, direction)];
+        let mut all = Limits::default();
+        all.begin(limits, &mut points, scales);
+        all.divert(|_| lambda, &mut points);
+        let mut out = [[f32::NAN; 3]];
+        all.write(|_| lambda, &[[10.0; 3]], &mut out);
+        // The point is where it is written, and goes on along the way that it was given.
+        points[0].advance(lambda as f32);
+        let gap = out[0].iter().zip(points[0].place()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(gap <= 4e-6, "{out:?} {points:?}");
+        out[0].map(|x| x - 10.0)
+    }
+
+    fn near(a: [f32; 3], b: [f32; 3]) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 4e-6), "{a:?} {b:?}");
+    }
+
+    const DOWN: [f32; 3] = [0.6, -0.8, 0.0];
+    const FLOOR: [f32; 3] = [0.0, 1.0, 0.0];
+
+    #[test]
+    fn the_way_ends_where_the_room_does_and_goes_on_along_the_obstacle() {
+        near(reached(DOWN, None, &[limit(FLOOR, 0.5)], 0.5), [0.3, -0.4, 0.0]);
+        near(reached(DOWN, None, &[limit(FLOOR, 0.5)], 2.0), [1.2, -0.5, 0.0]);
+        near(reached(DOWN, None, &[limit(FLOOR, 0.0)], 2.0), [1.2, 0.0, 0.0]);
+        near(reached(DOWN, None, &[limit(FLOOR, 0.5)], -2.0), [-1.2, 1.6, 0.0]);
+        // What a region has moved it by counts.
+        near(reached(DOWN, Some(&[1.5]), &[limit(FLOOR, 0.5)], 0.5), [1.2, -0.5, 0.0]);
+    }
+
+    #[test]
+    fn several_limits_are_all_kept() {
+        near(reached(DOWN, None, &[limit(FLOOR, 0.5), limit([-1.0, 0.0, 0.0], 0.1)], 2.0), [0.1, -0.5, 0.0]);
+        near(reached(DOWN, None, &[limit(FLOOR, 0.5), limit(FLOOR, 0.2)], 2.0), [1.2, -0.2, 0.0]);
+        // A narrow wedge: no way out of one side leads into the other.
+        let wedge = [limit([0.6, 0.8, 0.0], 0.1), limit([-0.8, 0.6, 0.0], 0.1), limit([-0.6, 0.8, 0.0], 0.1)];
+        for lambda in [0.1, 1.0, 10.0] {
+            let way = reached([0.0, -1.0, 0.0], None, &wedge, lambda);
+            for limit in &wedge {
+                let outward: f32 = limit.normal.iter().zip(way).map(|(n, x)| -n * x).sum();
+                assert!(outward <= 0.1 + 4e-6, "{way:?} {limit:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn changes_are_told() {
+        let mut points = [Moving::new([0.0; 3], DOWN)];
+        let mut limits = Limits::default();
+        limits.begin(&[limit(FLOOR, 0.4)], &mut points, None);
+        let told = [0.2, 0.4, 0.6, 0.9, 0.1].map(|lambda| limits.divert(|_| lambda, &mut points));
+        assert_eq!(told, [false, false, true, false, true]);
+    }
+}
