@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import pickle
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -43,11 +44,17 @@ def main() -> None:
         ("plot", lambda: supple.plot_volume(body.volume_report())),
         ("view", body.show),
     ]:
-        try:
-            call()
-        except ModuleNotFoundError as missing:
-            assert f'pip install "supple[{extra}]"' in str(missing)
+        assert f'pip install "supple[{extra}]"' in refusal(call)
     print(f"supple {supple.__version__} from {Path(supple.__file__).parent} works ({supple.simd_level()})")
+
+
+def refusal(call: Callable[[], object]) -> str:
+    """What a call says that needs what is not installed."""
+    try:
+        call()
+    except ModuleNotFoundError as missing:
+        return str(missing)
+    return "nothing"
 
 
 if __name__ == "__main__":
