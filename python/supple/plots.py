@@ -1,9 +1,12 @@
-"""Pictures of volumes, with matplotlib."""
+"""Pictures of volumes and of studies, with matplotlib."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from .extras import need
 from .reports import BodyReport, VolumeReport
@@ -11,9 +14,23 @@ from .reports import BodyReport, VolumeReport
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["plot_volume"]
+__all__ = ["plot_study", "plot_volume"]
 
 _BEFORE, _AFTER = "tab:orange", "tab:blue"
+
+#: The errors of a study, from those of a point; None where they are not known.
+_ERRORS: dict[str, Callable[[Mapping[str, Any]], float | None]] = {
+    "surface": lambda errors: errors["surface_rms"],
+    "volume": lambda errors: errors["cells_volume"] if errors["mesh_volume"] is None else errors["mesh_volume"],
+    "cells": lambda errors: errors["cell_volumes"],
+    "path": lambda errors: errors["path"] and errors["path"]["rms_cells"],
+}
+_LABELS = {
+    "surface": "surface, rms distance / diagonal",
+    "volume": "volume, greatest relative error",
+    "cells": "volumes of cells, rms relative error",
+    "path": "path, rms distance from naive sums [cells]",
+}
 
 
 def plot_volume(
@@ -77,3 +94,64 @@ def _lines(ax: Axes, reports: list[VolumeReport], times: Sequence[float] | None)
     ax.plot(along, [one.before / one.rest for one in reports], color=_BEFORE, label=f"{measure}, before")
     ax.plot(along, [one.after / one.rest for one in reports], color=_AFTER, label=f"{measure}, after")
     ax.set_xlabel("report" if times is None else "time [s]")
+
+
+def plot_study(
+    study: str | os.PathLike[str] | Mapping[str, Any],
+    error: Literal["surface", "volume", "cells", "path"] = "surface",
+    *,
+    ax: Axes | None = None,
+) -> Axes:
+    """Plot error against run time, as `supple study` measured them: a point for each setting, the front as a line.
+
+    study : str, os.PathLike or dict
+        A study.json, the folder that it lies in, or what it holds.
+    error : "surface", "volume", "cells" or "path"
+        "surface": rms distance of the mesh from that on the finest lattice, as a share of the diagonal; "volume":
+        greatest relative error of the volume; "cells": rms of the relative errors of single cells' volumes; "path": rms
+        distance of lattice vertices from where naive sums take them, in cells.
+    ax : matplotlib Axes, optional
+        Where to draw; by default a figure of its own.
+
+    On the front is what nothing in the study is both faster and better than. Points whose error is not known, or zero,
+    which has no place on the logarithmic axis, are left out. Returns the Axes. Needs matplotlib
+    (`pip install "supple[plot]"`).
+    """
+    if error not in _ERRORS:
+        known = " or ".join(f'"{name}"' for name in _ERRORS)
+        raise ValueError(f'error is "{error}"; it must be {known}')
+    points = _points(study)
+    if ax is None:
+        ax = need("matplotlib.pyplot", "plot").subplots()[1]
+    of_method: dict[str, list[tuple[float, float]]] = {}
+    front: list[tuple[float, float]] = []
+    for point in points:
+        wrong = _ERRORS[error](point["errors"])
+        if not wrong or (error == "surface" and point["finest"]):
+            continue
+        place = (point["timing"]["total"]["median"], wrong)
+        of_method.setdefault(point["method"], []).append(place)
+        if error in point["front"]:
+            front.append(place)
+    for method, places in of_method.items():
+        times, errors = zip(*places, strict=True)
+        ax.scatter(times, errors, s=18, label=method, zorder=2)
+    if front:
+        times, errors = zip(*sorted(front), strict=True)
+        ax.plot(times, errors, color="gray", linewidth=0.8, label="front", zorder=1)
+    ax.set(xscale="log", yscale="log", xlabel="run time a frame [ms]", ylabel=_LABELS[error])
+    if of_method:
+        ax.legend()
+    return ax
+
+
+def _points(study: str | os.PathLike[str] | Mapping[str, Any]) -> list[Any]:
+    if isinstance(study, Mapping):
+        found = study
+    else:
+        path = Path(study)
+        found = json.loads((path / "study.json" if path.is_dir() else path).read_text(encoding="utf-8"))
+    points = found.get("points") if isinstance(found, Mapping) else None
+    if not isinstance(points, list):
+        raise ValueError("study has no points: it must be what `supple study` writes as study.json")
+    return points

@@ -1,5 +1,6 @@
 """Volumes plotted, bodies in a window and as other libraries have them."""
 
+import json
 import sys
 
 import numpy as np
@@ -122,6 +123,55 @@ class _Hands:
 
     def SliderInt(self, label, value, **limits):  # noqa: N802
         return self._moved(label, self._imgui.SliderInt(label, value, **limits))
+
+
+def _point(method, milliseconds, front=(), **errors):
+    unknown = dict.fromkeys(["mesh_volume", "surface_rms", "path"])
+    known = {"cells_volume": 0.2, "cell_volumes": 0.3}
+    total = {"median": milliseconds, "low": milliseconds, "high": milliseconds}
+    timing, finest = {"total": total}, errors.pop("finest", False)
+    errors = unknown | known | errors
+    return {"method": method, "timing": timing, "errors": errors, "front": list(front), "finest": finest}
+
+
+STUDY = {
+    "points": [
+        _point("off", 0.5, ["surface", "volume"], surface_rms=0.1),
+        _point("mesh global", 2.0, ["surface", "volume"], surface_rms=0.01, mesh_volume=1e-8),
+        _point("mesh global", 1.0, ["surface"], surface_rms=0.02, mesh_volume=2e-8, path={"rms_cells": 1e-6}),
+        _point("mesh global", 9.0, surface_rms=0.0, mesh_volume=3e-8, finest=True),
+    ]
+}
+
+
+@pytest.mark.parametrize(
+    ("error", "shown", "front"),
+    [
+        ("surface", {(0.5, 0.1), (2.0, 0.01), (1.0, 0.02)}, [(0.5, 0.1), (1.0, 0.02), (2.0, 0.01)]),
+        ("volume", {(0.5, 0.2), (2.0, 1e-8), (1.0, 2e-8), (9.0, 3e-8)}, [(0.5, 0.2), (2.0, 1e-8)]),
+        ("path", {(1.0, 1e-6)}, []),
+    ],
+)
+def test_a_study_is_plotted(error, shown, front, tmp_path, pyplot):
+    (tmp_path / "study.json").write_text(json.dumps(STUDY))
+    for study in (STUDY, tmp_path, str(tmp_path / "study.json")):
+        axes = supple.plot_study(study, error)
+        places = [tuple(place) for cloud in axes.collections for place in cloud.get_offsets().tolist()]
+        assert len(places) == len(shown)
+        assert set(places) == shown
+        assert [tuple(place) for line in axes.lines for place in line.get_xydata().tolist()] == front
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+        names = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert len(names) == len(axes.collections) + len(axes.lines)
+
+
+def test_what_is_no_study(tmp_path, pyplot):
+    with pytest.raises(ValueError, match='error is "speed"; it must be "surface" or "volume"'):
+        supple.plot_study(STUDY, "speed")
+    with pytest.raises(ValueError, match="study has no points"):
+        supple.plot_study({"frames": 3})
+    with pytest.raises(FileNotFoundError):
+        supple.plot_study(tmp_path)
 
 
 def _picture(polyscope, path):
