@@ -193,5 +193,7 @@ def test_a_force_against_gravity_keeps_a_body_up(bar):
     assert np.allclose(body.positions, bar.rest_positions, atol=1e-4)
     with pytest.raises(ValueError, match=r"force\[0\] = NaN"):
         body.apply_force((np.nan, 0, 0), vertices=[0])
+    with pytest.raises(ValueError, match=r"force = .*e.* is out of range"):
+        body.apply_force((1e300, 0, 0), vertices=[0])
     with pytest.raises(ValueError, match="selects nothing"):
         body.apply_force((1, 0, 0), sphere=((9, 9, 9), 1))
