@@ -15,7 +15,8 @@ import platform
 import statistics
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,20 +39,22 @@ def main() -> None:
 
 
 def step(quick: bool) -> None:
-    """One step of a body of 1,000 lattice vertices: many calls of one step, and one call of many."""
-    cells = np.ones((9, 9, 9), dtype=bool)
-    body = supple.Body(supple.Lattice.from_cells(cells), half_width=2, spin=(0, 0, 1))
-    sim = supple.Simulation([body], gravity=(0, 0, 0), threads=1)
-    count = 2 if quick else 500
+    """Steps: many calls of one, and one call of many. A single cell shows best what a call adds."""
+    for sides in (1, 9):
+        body = supple.Body(supple.Lattice.from_cells(np.ones((sides, sides, sides), dtype=bool)), spin=(0, 0, 1))
+        sim = supple.Simulation([body], gravity=(0, 0, 0), threads=1)
+        count = 2 if quick else 500
+        calls = [partial(step_by_step, sim, count), partial(sim.step, count)]
+        alone, together = (seconds / count for seconds in in_turn(calls, 2 if quick else 41))
+        row(f"step of {len(body)} lattice vertices, called from Python", alone)
+        row("the same within one call, as Rust steps", together)
+        row("what a call adds (asked for: 10 us)", alone - together)
 
-    def one_by_one() -> None:
-        for _ in range(count):
-            sim.step()
 
-    alone, together = in_turn([one_by_one, lambda: sim.step(count)], 2 if quick else 41)
-    row(f"step of {len(body)} lattice vertices, called from Python", alone / count)
-    row("the same within one call, as Rust steps", together / count)
-    row("what a call adds (asked for: 10 us)", (alone - together) / count)
+def step_by_step(sim: supple.Simulation, count: int) -> None:
+    """As many calls as steps."""
+    for _ in range(count):
+        sim.step()
 
 
 def surface(quick: bool) -> None:
@@ -94,7 +97,7 @@ def rotations(quick: bool) -> None:
     row("the same by numpy.linalg.svd", numpy)
 
 
-def in_turn(calls: list[Callable[[], object]], rounds: int) -> list[float]:
+def in_turn(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]:
     """The median seconds of each of some calls, made in turn; each a second time at once, so that caches are warm."""
     times: list[list[float]] = [[] for _ in calls]
     for _ in range(rounds):
