@@ -66,7 +66,13 @@ def sweep(
     futures: list[Future[SweepResult]] = [
         executor.submit(_run_one, path, one, folder, frames, threads) for one, folder in zip(sets, folders, strict=True)
     ]
-    return [future.result() for future in futures]
+    try:
+        return [future.result() for future in futures]
+    except BaseException:
+        # What has not begun need not begin any more.
+        for future in futures:
+            future.cancel()
+        raise
 
 
 def _combinations(

@@ -57,3 +57,10 @@ def test_errors_come_out(scene):
         supple.sweep(scene, {"body.cube.half_width": [1, 0]}, frames=1)
     with pytest.raises(FileNotFoundError):
         supple.sweep("none.toml", {}, frames=1)
+
+
+def test_runs_that_have_not_begun_are_left_when_one_fails(scene, tmp_path):
+    values = [0, *[1] * 40]
+    with ThreadPoolExecutor(1) as executor, pytest.raises(supple.SceneError, match="half_width"):
+        supple.sweep(scene, {"body.cube.half_width": values}, executor, frames=3, output=tmp_path / "out")
+    assert len(list((tmp_path / "out").glob("*"))) < 20
