@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use supple::volume::Preservation;
-use supple::{Body, Simulation, VolumeMeasure};
+use supple::{Body, Simulation, VolumeMeasure, VolumeOptions};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Statue, deform};
 
@@ -14,7 +14,7 @@ pub(crate) const QUADS: usize = 100;
 pub(crate) const LATTICE_VERTICES: usize = 1000;
 
 /// A simulation that is looked at, and what it is shown in.
-struct Shown {
+pub(crate) struct Shown {
     simulation: Simulation,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -22,8 +22,8 @@ struct Shown {
 
 /// The whole frame, its step, its correction, its mesh update.
 const FRAME: usize = 0;
-const STEP: usize = 1;
-const CORRECTION: usize = 2;
+pub(crate) const STEP: usize = 1;
+pub(crate) const CORRECTION: usize = 2;
 const UPDATE: usize = 3;
 /// The whole frame of a body whose volume is not kept.
 const PLAIN: usize = 4;
@@ -36,7 +36,10 @@ pub(crate) fn bench(bench: &mut Bench) {
         (VolumeMeasure::Mesh, Some(AtMost(0.45))),
     ];
     for (measure, target) in measures {
-        let pair = || [Preservation::By(measure), Preservation::Off].map(Shown::new);
+        let pair = || {
+            let kept = [Preservation::By(measure), Preservation::Off];
+            kept.map(|kept| Shown::new(kept.into(), LATTICE_VERTICES))
+        };
         let frames = |[kept, plain]: &mut [Shown; 2], n| {
             let [whole, step, correction, update] = kept.frames(n);
             [whole, step, correction, update, plain.frames(n)[FRAME]]
@@ -59,8 +62,8 @@ pub(crate) fn bench(bench: &mut Bench) {
 }
 
 impl Shown {
-    fn new(volume: Preservation) -> Self {
-        let body = Body::builder(Statue::of_quads(QUADS).mesh()).lattice_vertices(LATTICE_VERTICES);
+    pub(crate) fn new(volume: VolumeOptions, lattice_vertices: usize) -> Self {
+        let body = Body::builder(Statue::of_quads(QUADS).mesh()).lattice_vertices(lattice_vertices);
         let mut body = body.volume(volume).build().expect("a closed surface is a body");
         deform(&mut body);
         let count = body.mesh().map_or(0, |mesh| mesh.vertices().len());
@@ -73,7 +76,7 @@ impl Shown {
     }
 
     /// So many frames of one step: how long they took, and of that the steps, the corrections and the mesh updates.
-    fn frames(&mut self, count: u64) -> [Duration; 4] {
+    pub(crate) fn frames(&mut self, count: u64) -> [Duration; 4] {
         let mut parts = [Duration::ZERO; 3];
         let whole = timed(|| {
             for _ in 0..count {

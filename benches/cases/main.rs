@@ -13,6 +13,7 @@ mod memory;
 mod naive;
 mod shapes;
 mod step;
+mod volume;
 
 fn main() {
     let mut bench = measure::Bench::from_arguments();
@@ -21,6 +22,7 @@ fn main() {
     naive::bench(&mut bench);
     shapes::bench(&mut bench);
     frame::bench(&mut bench);
+    volume::bench(&mut bench);
     contact::bench(&mut bench);
     build::bench(&mut bench);
     files::bench(&mut bench);

@@ -2,6 +2,7 @@
 
 mod progress;
 mod scene;
+mod stability;
 mod sums;
 
 use crate::args::StudyArgs;
@@ -12,10 +13,7 @@ pub(crate) fn study(args: &StudyArgs) -> Exit {
     let result = match &args.input {
         Some(input) => scene::study(args, input),
         None if args.sums => sums::study(args),
-        None => {
-            say::error("stability: not there yet");
-            return Exit::Failed;
-        }
+        None => stability::study(args),
     };
     result.unwrap_or_else(|error| {
         say::error(&error);

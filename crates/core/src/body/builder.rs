@@ -229,6 +229,7 @@ impl BodyBuilder {
             name: self.name,
             damping: self.material.is_damped().then(|| RegionDamping::new(&matching)),
             bookkeeper: Bookkeeper::new(&lattice, &matching.layout, cascade.tasks()),
+            energy: None,
             unsettled: 0,
             cascade: Mutex::new(cascade),
             material: self.material,
@@ -250,7 +251,7 @@ impl BodyBuilder {
 }
 
 /// The largest extent of a lattice along an axis, in cells.
-fn extent(lattice: &Lattice) -> usize {
+pub(super) fn extent(lattice: &Lattice) -> usize {
     let along = |c: usize| {
         let (low, high) = lattice
             .indices()

@@ -48,7 +48,7 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A number that is not finite, or a selection that takes nothing.
+    /// A number that is not finite, or that accelerates by more than 10^15 cells/s^2, or a selection that takes nothing.
     pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
         let vertices = self.select(selection)?;
         let whole: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
@@ -61,18 +61,19 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A number that is not finite; nothing is applied then.
+    /// A number that is not finite, or that accelerates its vertex by more than 10^15 cells/s^2; nothing is applied then.
     ///
     /// # Panics
     ///
     /// If there is no such vertex.
     pub fn apply_forces(&mut self, forces: &[(u32, [f64; 3])]) -> Result<(), RangeError> {
-        for f in forces.iter().flat_map(|(_, force)| force) {
-            in_range("force", *f, true, "finite")?;
-        }
         let count = self.lattice.len();
-        for (vertex, _) in forces {
-            assert!((*vertex as usize) < count, "vertex {vertex} of {count}");
+        for &(vertex, force) in forces {
+            assert!((vertex as usize) < count, "vertex {vertex} of {count}");
+            let limit = self.farthest() * self.mass(vertex);
+            for f in force {
+                in_range("force", f, f.abs() <= limit, "finite, and accelerate by at most 1e15 cells/s^2")?;
+            }
         }
         let next = &mut self.forces.get_or_insert_default().next;
         next.extend_from_slice(forces);

@@ -4,6 +4,11 @@ use super::{Body, Damping};
 use crate::plan::{BodyPlan, When};
 
 impl Body {
+    /// Memory that the body takes: its lattice, and what its stages hold. What a first look needs is not in it before.
+    pub fn memory(&self) -> usize {
+        self.lattice.memory() + self.plan().bytes()
+    }
+
     /// The stages of a step and of a look, in order.
     pub(crate) fn plan(&self) -> BodyPlan {
         let mut plan = BodyPlan { name: self.name.clone(), stages: Vec::new(), left_out: Vec::new() };
@@ -19,6 +24,9 @@ impl Body {
         let components = self.state.books.len();
         let books = format!("f64, components: {components}");
         plan.stage(When::Step, "momentum books", Some(books), self.bookkeeper.bytes());
+        let energy = self.energy.as_ref();
+        let guarded = energy.map(|_| "f64, near two best rotations of a region".to_owned());
+        plan.stage(When::Step, "energy book", guarded, energy.map_or(0, |guard| guard.bytes()));
         let sums = format!("half-width {width}, x y z, blocks: {}", self.matching.layout.blocks());
         let cascade = super::look::locked(&self.cascade).bytes();
         plan.stage(When::Step, "region sums", Some(sums), self.matching.bytes() + cascade);

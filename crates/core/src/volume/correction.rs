@@ -166,7 +166,7 @@ impl Correction {
         self.turn_field(rotations);
         constraints::take_out_pushes(pushes, &mut self.order, &mut self.points);
         if let Some(regional) = &mut self.regional {
-            regional.give_back(&self.adjacency, &self.caps, &mut self.points);
+            regional.give_back(executor, &self.adjacency, &self.caps, &mut self.points);
         }
         self.solve_cubics(executor);
         let unit = self.cell_size.powi(3);

@@ -46,14 +46,15 @@ impl LatticeMeasure {
 fn sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
     let mut sum = Determinants::zero(simd);
     for row in rows {
-        add_vertex(simd, row, points, &mut sum);
+        let (x, y, z) = differences(simd, row, points);
+        sum.add(x, y, z);
     }
     sum.coefficients()
 }
 
-/// Adds eight times the volume at a vertex with these neighbours.
+/// The differences of the neighbours of a vertex along each axis: eight times its volume is their determinant.
 #[inline(always)]
-pub(super) fn add_vertex<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving], sum: &mut Determinants<S>) {
+pub(super) fn differences<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving]) -> (Line<S>, Arm<S>, Arm<S>) {
     let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
-    sum.add(Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0));
+    (Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0))
 }

@@ -179,6 +179,16 @@ impl<S: Simd> Determinants<S> {
     }
 }
 
+/// The first two coefficients of a determinant, for which [`Determinants`] would do twice the work.
+#[inline(always)]
+pub(super) fn value_and_slope<S: Simd>(a: Line<S>, b: Arm<S>, c: Arm<S>) -> [f64; 2] {
+    let n0 = cross(b.xyz.p, b.yzx.p, c.xyz.p, c.yzx.p);
+    let n1 = cross(b.xyz.p, b.yzx.p, c.xyz.v, c.yzx.v) + cross(b.xyz.v, b.yzx.v, c.xyz.p, c.yzx.p);
+    let [z0, x0, y0, _] = (a.p * n0).to_array();
+    let [z1, x1, y1, _] = a.p.mul_add(n1, a.v * n0).to_array();
+    [x0 + y0 + z0, x1 + y1 + z1]
+}
+
 /// `a x b` in the order (z, x, y), from both in the orders (x, y, z) and (y, z, x).
 #[inline(always)]
 fn cross<S: Simd>(a: f64x4<S>, a_yzx: f64x4<S>, b: f64x4<S>, b_yzx: f64x4<S>) -> f64x4<S> {

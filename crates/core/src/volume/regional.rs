@@ -8,9 +8,9 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::adjacency::Adjacency;
-use super::lattice_measure::add_vertex;
-use super::line::{Determinants, Moving};
-use crate::parallel::level;
+use super::lattice_measure::differences;
+use super::line::{Moving, value_and_slope};
+use crate::parallel::{Executor, level};
 
 /// How often: the first time moves most, the second mends where it moved too far.
 const PASSES: usize = 2;
@@ -22,19 +22,22 @@ const LEAST_GAIN: f64 = 0.4;
 /// more would crease the body rather than fill it.
 const MOST: f64 = 0.5;
 
+/// Vertices in a task.
+const CHUNK: usize = 4096;
+
 /// The scales of a body.
 #[derive(Clone, Debug)]
 pub(super) struct Regional {
     /// Of each vertex at rest: its volume in cells.
     rest: Vec<f64>,
     /// Of each region at rest: how much it gains per unit of `lambda`.
-    gains: Vec<f64>,
+    gains: Vec<f32>,
     /// How many regions hold each vertex.
-    regions: Vec<f64>,
+    regions: Vec<f32>,
     /// Of each vertex, then of each region: what was lost, and what is gained per unit of `lambda`.
-    lost: Buffer<[f64; 2]>,
+    lost: Buffer<2>,
     /// Of each region, then of each vertex.
-    lambdas: Buffer<f64>,
+    lambdas: Buffer<1>,
     scales: Vec<f32>,
 }
 
@@ -46,16 +49,19 @@ impl Regional {
             rest: vec![0.0; n],
             gains: Vec::new(),
             regions: Vec::new(),
-            lost: Buffer::new(n, [0.0; 2]),
+            lost: Buffer::new(n, 0.0),
             lambdas: Buffer::new(n, 1.0),
             scales: vec![0.0; n],
         };
-        this.measure(adjacency, points);
-        this.rest = this.lost.values.iter().map(|[lost, _]| -lost).collect();
-        this.lost.sum(adjacency, [0, 1, 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        for (rest, row) in this.rest.iter_mut().zip(adjacency.rows()) {
+            *rest = dispatch!(level(), simd => volume(simd, row, points))[0];
+        }
+        let executor = Executor::sequential();
+        this.measure(&executor, adjacency, points);
+        this.lost.sum(&executor, adjacency, [0, 1, 2]);
         this.gains = this.lost.values.iter().map(|[_, gain]| *gain).collect();
-        this.lambdas.sum(adjacency, [2, 1, 0], |a, b| a + b);
-        this.regions.clone_from(&this.lambdas.values);
+        this.lambdas.sum(&executor, adjacency, [2, 1, 0]);
+        this.regions = this.lambdas.values.iter().map(|[count]| *count).collect();
         this
     }
 
@@ -66,26 +72,26 @@ impl Regional {
     }
 
     /// Moves the points along their directions, by scales below `caps[component]` in all.
-    pub(super) fn give_back(&mut self, adjacency: &Adjacency, caps: &[f64], points: &mut [Moving]) {
+    pub(super) fn give_back(
+        &mut self,
+        executor: &Executor,
+        adjacency: &Adjacency,
+        caps: &[f64],
+        points: &mut [Moving],
+    ) {
         self.scales.fill(0.0);
         for _ in 0..PASSES {
-            self.measure(adjacency, points);
-            self.lost.sum(adjacency, [0, 1, 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
-            for (i, (lambda, &[lost, gain])) in
-                self.lambdas.values.iter_mut().zip(&self.lost.values).enumerate()
-            {
-                let (least, most) = (LEAST_GAIN * self.gains[i], MOST * caps[adjacency.component(i)]);
-                let wanted = lost * gain / (gain * gain + least * least);
-                // The wish where it is small, and smoothly no more than the most.
-                let wish = (wanted / most).clamp(-1e9, 1e9);
-                let bounded = most * wish / (1.0 + wish * wish).sqrt();
-                *lambda = if bounded.is_finite() { bounded } else { 0.0 };
+            self.measure(executor, adjacency, points);
+            self.lost.sum(executor, adjacency, [0, 1, 2]);
+            let regions = self.lost.values.iter().zip(&self.gains).zip(adjacency.of_vertex());
+            for ([lambda], ((lost, gain), component)) in self.lambdas.values.iter_mut().zip(regions) {
+                *lambda = scale(lost.map(f64::from), f64::from(*gain), caps[*component as usize]) as f32;
             }
-            self.lambdas.sum(adjacency, [2, 1, 0], |a, b| a + b);
-            for (i, (scale, point)) in self.scales.iter_mut().zip(&mut *points).enumerate() {
-                let more = (self.lambdas.values[i] / self.regions[i]) as f32;
-                *scale += more;
-                point.advance(more);
+            self.lambdas.sum(executor, adjacency, [2, 1, 0]);
+            let means = self.lambdas.values.iter().zip(&self.regions).map(|([sum], count)| sum / count);
+            for (mean, (scale, point)) in means.zip(self.scales.iter_mut().zip(&mut *points)) {
+                *scale += mean;
+                point.advance(mean);
             }
         }
     }
@@ -96,33 +102,49 @@ impl Regional {
     }
 
     /// What each vertex's volume has lost since it was at rest, and what it gains per unit of `lambda`.
-    fn measure(&mut self, adjacency: &Adjacency, points: &[Moving]) {
-        let Self { rest, lost, .. } = self;
-        dispatch!(level(), simd => measure(simd, adjacency.rows(), points, rest, &mut lost.values));
+    fn measure(&mut self, executor: &Executor, adjacency: &Adjacency, points: &[Moving]) {
+        let rest = self.rest.chunks(CHUNK).zip(adjacency.rows().chunks(CHUNK));
+        executor.share(rest.zip(self.lost.values.chunks_mut(CHUNK)), |((rest, rows), out)| {
+            dispatch!(level(), simd => measure(simd, rows, points, rest, out));
+        });
     }
 }
 
-/// As the measure `lattice`, vertex by vertex.
+/// The `lambda` of a region that has lost so much and gains so much per unit, and gained `at_rest`.
+fn scale([lost, gain]: [f64; 2], at_rest: f64, cap: f64) -> f64 {
+    let (least, most) = (LEAST_GAIN * at_rest, MOST * cap);
+    let wanted = lost * gain / (gain * gain + least * least);
+    // The wish where it is small, and smoothly no more than the most.
+    let wish = (wanted / most).clamp(-1e9, 1e9);
+    let bounded = most * wish / (1.0 + wish * wish).sqrt();
+    if bounded.is_finite() { bounded } else { 0.0 }
+}
+
+/// The volume of a vertex as the measure `lattice` has it, and what it gains per unit of `lambda`.
 #[inline(always)]
-fn measure<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving], rest: &[f64], out: &mut [[f64; 2]]) {
+fn volume<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving]) -> [f64; 2] {
+    let (x, y, z) = differences(simd, row, points);
+    value_and_slope(x, y, z).map(|volume| volume / 8.0)
+}
+
+#[inline(always)]
+fn measure<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving], rest: &[f64], out: &mut [[f32; 2]]) {
     for ((row, rest), out) in rows.iter().zip(rest).zip(out) {
-        let mut volume = Determinants::zero(simd);
-        add_vertex(simd, row, points, &mut volume);
-        let [c0, c1, _, _] = volume.coefficients();
-        *out = [rest - c0 / 8.0, c1 / 8.0];
+        let [now, gain] = volume(simd, row, points);
+        *out = [(rest - now) as f32, gain as f32];
     }
 }
 
-/// One value a vertex, summed in place.
+/// `N` numbers a vertex, summed in place.
 #[derive(Clone, Debug)]
-struct Buffer<T> {
-    values: Vec<T>,
-    before: Vec<T>,
+struct Buffer<const N: usize> {
+    values: Vec<[f32; N]>,
+    before: Vec<[f32; N]>,
 }
 
-impl<T: Copy> Buffer<T> {
-    fn new(len: usize, value: T) -> Self {
-        Self { values: vec![value; len], before: vec![value; len] }
+impl<const N: usize> Buffer<N> {
+    fn new(len: usize, value: f32) -> Self {
+        Self { values: vec![[value; N]; len], before: vec![[value; N]; len] }
     }
 
     fn bytes(&self) -> usize {
@@ -130,18 +152,24 @@ impl<T: Copy> Buffer<T> {
     }
 
     /// Sums over each vertex and its neighbours along an axis, for some axes one after the other.
-    fn sum(&mut self, adjacency: &Adjacency, axes: [usize; 3], add: impl Fn(T, T) -> T) {
+    fn sum(&mut self, executor: &Executor, adjacency: &Adjacency, axes: [usize; 3]) {
         for axis in axes {
             std::mem::swap(&mut self.values, &mut self.before);
             let before = &self.before;
-            for ((i, row), value) in adjacency.rows().iter().enumerate().zip(&mut self.values) {
-                *value = before[i];
-                for side in [2 * axis, 2 * axis + 1] {
-                    if row[side] as usize != i {
-                        *value = add(*value, before[row[side] as usize]);
+            let rows = adjacency.rows().chunks(CHUNK).enumerate();
+            executor.share(rows.zip(self.values.chunks_mut(CHUNK)), |((chunk, rows), values)| {
+                for ((i, row), value) in (chunk * CHUNK..).zip(rows).zip(values) {
+                    *value = before[i];
+                    for side in [2 * axis, 2 * axis + 1] {
+                        let neighbour = row[side] as usize;
+                        // A missing neighbour is the vertex itself. No branch: which are missing has no pattern.
+                        let share = f32::from(u8::from(neighbour != i));
+                        for k in 0..N {
+                            value[k] += share * before[neighbour][k];
+                        }
                     }
                 }
-            }
+            });
         }
     }
 }

@@ -1,0 +1,69 @@
+//! What each measure, scope and field of the volume correction costs, beside the plain step.
+
+use supple::volume::{FieldKind, Preservation, Surface, VolumeScope};
+use supple::{Correction, Embedding, Lattice, LatticeOptions, Resolution, VolumeMeasure, VolumeOptions};
+use supple_benches::Target::AtMost;
+use supple_benches::bodies::Statue;
+
+use crate::frame::{CORRECTION, QUADS, STEP, Shown};
+use crate::measure::{Bench, Effort, timed};
+
+const LATTICE_VERTICES: [usize; 2] = [1000, 100_000];
+
+pub(crate) fn bench(bench: &mut Bench) {
+    for vertices in LATTICE_VERTICES {
+        bench.part(&format!(
+            "volume correction: {vertices} lattice vertices, mesh of 60,002 vertices, two threads"
+        ));
+        for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh] {
+            scopes(bench, vertices, measure);
+        }
+        for field in [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface] {
+            build(bench, vertices, field);
+        }
+    }
+}
+
+/// A look costs the same with each field; the scopes differ.
+fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
+    let pair = || {
+        [VolumeScope::Global, VolumeScope::Regional].map(|scope| {
+            let measure = Preservation::By(measure);
+            Shown::new(VolumeOptions { measure, scope, ..VolumeOptions::default() }, vertices)
+        })
+    };
+    let looks = |[global, regional]: &mut [Shown; 2], n| {
+        let (global, regional) = (global.frames(n), regional.frames(n));
+        [global[CORRECTION], regional[CORRECTION], global[STEP]]
+    };
+    let name = format!("{measure} {vertices}");
+    let Some(samples) = bench.measure(["volume", &name], Effort::Many, pair, looks) else { return };
+    let step = format!("plain step: {:.3} ms", samples.seconds(2) * 1e3);
+    bench.row(&format!("`{measure}`, global"), (samples.seconds(0) * 1e3, "ms"), None, step);
+    let regional = format!("{:.3} ms", samples.seconds(1) * 1e3);
+    let row = format!("`{measure}`, regional against global");
+    bench.row(&row, (samples.ratio(1, 0), "times"), Some(AtMost(2.0)), regional);
+}
+
+/// A field is found once, where the body is built.
+fn build(bench: &mut Bench, vertices: usize, field: FieldKind) {
+    let built = || {
+        let mesh = Statue::of_quads(QUADS).mesh();
+        let resolution = Resolution::Vertices(vertices);
+        let options = LatticeOptions { resolution, ..LatticeOptions::default() };
+        let lattice = Lattice::from_mesh(&mesh, &options).expect("a closed surface has a lattice");
+        let embedding = Embedding::new(&lattice, mesh.vertices());
+        mesh.topology();
+        (mesh, lattice, embedding)
+    };
+    let options = VolumeOptions { field, ..VolumeMeasure::Mesh.into() };
+    let name = format!("field {} {vertices}", field.name());
+    let samples = bench.measure(["volume", &name], Effort::Few, built, |(mesh, lattice, embedding), n| {
+        let surface = Surface { mesh, embedding };
+        [timed(|| (0..n).for_each(|_| drop(Correction::new(lattice, Some(surface), &options))))]
+    });
+    if let Some(samples) = samples {
+        let row = format!("building the field `{}`, with the measure", field.name());
+        bench.row(&row, (samples.seconds(0) * 1e3, "ms"), None, "");
+    }
+}
