@@ -72,10 +72,7 @@ impl<'a> Line<'a> {
         for i in 0..side {
             let (before, own) = self.split(out, i);
             if summing == Summing::Direct || i == 0 {
-                own.fill(T::of(0.0));
-                for j in i.saturating_sub(w)..=(i + w).min(side - 1) {
-                    add(own, self.row(f, j), |sum, f| sum + f);
-                }
+                self.anew(f, i, own, |sum, f, _| sum + f);
                 continue;
             }
             own.copy_from_slice(before);
@@ -93,11 +90,7 @@ impl<'a> Line<'a> {
         for i in 0..side {
             let (before, own) = self.split(out, i);
             if summing == Summing::Direct || i == 0 {
-                own.fill(T::of(0.0));
-                for j in i.saturating_sub(w)..=(i + w).min(side - 1) {
-                    let offset = T::of(j as f64 - i as f64);
-                    add(own, self.row(f, j), |sum, f| sum + offset * f);
-                }
+                self.anew(f, i, own, |sum, f, offset| sum + offset * f);
                 continue;
             }
             // All offsets of the window before are one less now.
@@ -110,6 +103,16 @@ impl<'a> Line<'a> {
             if i > w {
                 add(own, self.row(f, i - 1 - w), |sum, f| sum + leaving * f);
             }
+        }
+    }
+
+    /// Sums the window around i from nothing: `fold` takes the sum so far, a number and its offset.
+    fn anew<T: Number>(&self, f: &[T], i: usize, own: &mut [T], fold: impl Fn(T, T, T) -> T) {
+        let Windows { side, half_width: w, .. } = *self.windows;
+        own.fill(T::of(0.0));
+        for j in i.saturating_sub(w)..=(i + w).min(side - 1) {
+            let offset = T::of(j as f64 - i as f64);
+            add(own, self.row(f, j), |sum, f| fold(sum, f, offset));
         }
     }
 
