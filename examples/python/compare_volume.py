@@ -1,5 +1,6 @@
-"""Stretch, drop and squeeze without the volume correction, with the global one, with the regional one: a picture of all
-nine, and a plot of the volumes over time.
+"""Stretch, drop and squeeze in a picture: without the volume correction, with the global one, with the regional one.
+
+Beside the picture of all nine there is a plot of the volumes over time.
 
     pip install . pyvista
     python examples/python/compare_volume.py docs/images
@@ -59,6 +60,7 @@ def run(scene: str, setting: str) -> Run:
     simulation = supple.load_scene(SCENES / f"{scene}.toml", overrides={"body.bust.volume": SETTINGS[setting]})
     body = simulation.bodies[0]
     substeps = round(1 / (FRAMES_PER_SECOND * simulation.dt))
+    assert body.mesh is not None
     faces = np.insert(body.mesh.faces, 0, 3, axis=1)
     surfaces, volumes = [], []
     for frame in range(FRAMES[scene] + 1):
@@ -72,7 +74,9 @@ def run(scene: str, setting: str) -> Run:
 
 def picture(runs: dict[tuple[str, str], Run], path: Path) -> None:
     """One row a setting, one column an event."""
-    shown = {(setting, event): runs[event.scene, setting].surfaces[event.frame] for setting in SETTINGS for event in EVENTS}
+    shown = {
+        (setting, event): runs[event.scene, setting].surfaces[event.frame] for setting in SETTINGS for event in EVENTS
+    }
     low, high = bounds(list(shown.values()))
     figure, grid = plt.subplots(len(SETTINGS), len(EVENTS), figsize=(2.3 * len(EVENTS), 7.2), layout="constrained")
     for setting, row in zip(SETTINGS, grid, strict=True):

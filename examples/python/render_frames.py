@@ -60,7 +60,7 @@ def draw(mesh: pyvista.PolyData, low: np.ndarray, high: np.ndarray) -> np.ndarra
     plotter.camera.parallel_projection = True
     plotter.camera.parallel_scale = 0.58 * size
     plotter.enable_anti_aliasing("ssaa")
-    picture = plotter.screenshot(return_img=True)
+    picture: np.ndarray = plotter.screenshot(return_img=True)
     plotter.close()
     return picture
 

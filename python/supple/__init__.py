@@ -22,6 +22,7 @@ What there is:
     Simulation                              step(n); dt, time, gravity, colliders can be set between steps
     Plane, Sphere, Box, Capsule             colliders
     load_scene, run, sweep                  scenes (TOML): as a simulation, to frames on disk, in many variations
+    plot_volume, plot_study, view           volumes and studies as pictures, a window with sliders; each needs an extra
     rotations, reference.goals              the parts of the method by themselves
     SuppleError                             and under it MeshError, LatticeError, SceneError (ValueErrors too) and
                                             OutputError (an OSError too)
@@ -35,13 +36,15 @@ The GIL is released while Rust works, Ctrl-C comes through between steps, and re
 of threads. Bodies and simulations pickle and deep-copy; a pickled simulation goes on bit for bit.
 """
 
-from . import errors, reference, reports
+from . import errors, plots, reference, reports, viewer
 from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, Plane, Sphere
 from .errors import LatticeError, MeshError, OutputError, SceneError, SuppleError
+from .plots import plot_study, plot_volume
 from .reports import BodyReport, ComponentReport, Progress, RunReport, VolumeReport
 from .scenes import load_scene, run
 from .sweeps import SweepResult, sweep
+from .viewer import view
 
 __all__ = [
     "Body",
@@ -68,6 +71,9 @@ __all__ = [
     "__version__",
     "errors",
     "load_scene",
+    "plot_study",
+    "plot_volume",
+    "plots",
     "read_obj",
     "reference",
     "reports",
@@ -75,4 +81,6 @@ __all__ = [
     "run",
     "simd_level",
     "sweep",
+    "view",
+    "viewer",
 ]

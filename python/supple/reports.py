@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from ._core import Simulation
 
 __all__ = ["BodyReport", "ComponentReport", "Progress", "RunReport", "VolumeReport"]
 
@@ -71,6 +74,8 @@ class Progress:
     time: float
     #: Seconds of wall clock since the run began.
     elapsed: float
+    #: The live simulation, to be looked at and changed between two frames.
+    simulation: Simulation = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True)

@@ -53,8 +53,10 @@ def run(
     frames : int, default the scene's
         Frames after frame 0, the rest pose as placed.
     progress : callable, optional
-        Called with a Progress after each frame. If it returns False the run stops, and can be resumed; if it raises,
-        the run stops and the exception comes out here.
+        Called with a Progress after each frame, from frame 0 on. Its `simulation` is live: what can be changed between
+        steps can be changed there, forces applied, surfaces read. If it returns False the run stops, and can be
+        resumed; if it raises, the run stops and the exception comes out here. A resumed run keeps what was changed,
+        but for colliders.
     every : int, default 1
         Keeps every so many frames.
     start_frame : int, default 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +32,7 @@ class SweepResult:
 
 def sweep(
     scene: str | os.PathLike[str],
-    parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]],
+    parameters: Mapping[str, Any] | Iterable[Mapping[str, Any]],
     executor: Executor | None = None,
     *,
     output: str | os.PathLike[str] | None = None,
@@ -66,11 +66,17 @@ def sweep(
     futures: list[Future[SweepResult]] = [
         executor.submit(_run_one, path, one, folder, frames, threads) for one, folder in zip(sets, folders, strict=True)
     ]
-    return [future.result() for future in futures]
+    try:
+        return [future.result() for future in futures]
+    except BaseException:
+        # What has not begun need not begin any more.
+        for future in futures:
+            future.cancel()
+        raise
 
 
 def _combinations(
-    parameters: Mapping[str, Sequence[Any]] | Iterable[Mapping[str, Any]],
+    parameters: Mapping[str, Any] | Iterable[Mapping[str, Any]],
 ) -> list[dict[str, Any]]:
     if isinstance(parameters, Mapping):
         return [dict(zip(parameters, values, strict=True)) for values in itertools.product(*parameters.values())]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,6 +40,22 @@ def interruptible() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def polyscope(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
+    """Drawn without a display; what it writes beside the program goes to a scratch folder."""
+    monkeypatch.chdir(tmp_path)
+    polyscope = pytest.importorskip("polyscope")
+    if not polyscope.is_initialized():
+        polyscope.set_use_prefs_file(False)
+        try:
+            polyscope.init("openGL3_egl")
+        except RuntimeError as error:
+            pytest.skip(f"nothing can be drawn here: {error}")
+    # Each tick is a picture, however soon it comes after the last.
+    polyscope.set_max_fps(-1)
+    return polyscope
 
 
 @pytest.fixture

@@ -1,5 +1,7 @@
 """Motion: free fall, starts, setters, what can change between steps."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -132,13 +134,33 @@ def test_stiffness_and_damping_can_be_set(block):
     for name, value in [("stiffness", 0), ("stiffness", 1.1), ("frequency", 0), ("damping", -1), ("damping_rate", -1)]:
         with pytest.raises(ValueError, match=f"{name} = "):
             setattr(body, name, value)
+    for name in ("stiffness", "frequency", "damping", "damping_rate", "half_width", "stiffness_radius"):
+        for value in ("x", None, True):
+            with pytest.raises(TypeError, match=f"^{name} must be a .*number, not"):
+                setattr(body, name, value)
+
+
+def test_half_width_can_be_set(block):
+    body = supple.Body(block, half_width=1)
+    body.half_width = np.int8(3)
+    assert (body.half_width, body.stiffness_radius) == (3, None)
+    body.stiffness_radius = 1.0
+    assert (body.half_width, body.stiffness_radius) == (2, 1.0)
+    body.half_width = 100
+    assert body.half_width == 4
+    for value in (0, -1):
+        with pytest.raises(ValueError, match=f"half_width = {value} is out of range"):
+            body.half_width = value
+    with pytest.raises(ValueError, match="stiffness_radius = 0 is out of range"):
+        body.stiffness_radius = 0
+    assert body.half_width == 4
 
 
 def test_what_is_set_later_is_as_what_was_given(block):
     stretched = block.rest_positions * [1.3, 1, 1]
-    given = supple.Body(block, stiffness=0.4, damping=0.3)
+    given = supple.Body(block, stiffness=0.4, damping=0.3, half_width=3)
     later = supple.Body(block)
-    later.stiffness, later.damping = 0.4, 0.3
+    later.stiffness, later.damping, later.half_width = 0.4, 0.3, 3
     for body in (given, later):
         sim = supple.Simulation([body])
         body.positions = stretched
@@ -168,6 +190,9 @@ def test_what_is_set_later_is_as_what_was_given(block):
         ({"name": 3}, TypeError, "name must be a string, not int"),
         ({"lattice_vertices": 100}, ValueError, "lattice_vertices is for a mesh"),
         ({"halfwidth": 3}, TypeError, '"halfwidth"; the nearest one is "half_width"'),
+        ({"density": None}, TypeError, "density must be a number, not None"),
+        ({"density": True}, TypeError, "density must be a number, not bool"),
+        ({"spin": None}, TypeError, "spin must be numbers"),
     ],
 )
 def test_refused_settings(block, settings, error, message):
@@ -216,9 +241,13 @@ def test_bodies_outlive_their_simulation(block):
 
 
 def test_repr_says_what_it_is(block, cube):
-    assert repr(block) == "<supple.Lattice: 60 vertices, 24 cells of 0.5, 3 kB>"
+    assert repr(block) == "<supple.Lattice: 60 vertices, 24 cells of 0.5000, 3 kB>"
     body = supple.Body(cube, name="die", lattice_vertices=125)
     assert '"die": 125 lattice vertices, 64 cells' in repr(body)
     assert "half-width 2" in repr(body)
-    assert "time 0.0000 s" in repr(supple.Simulation([body]))
+    assert "mesh of 8 vertices" in repr(body)
+    assert re.search(r"0\.\d MB>", repr(body))
+    assert re.match(
+        r"<supple.Simulation: 1 body of 125 lattice vertices, time 0\.0000 s.* MB>", repr(supple.Simulation([body]))
+    )
     assert "region sums" in supple.Simulation([supple.Body(cube)]).plan()

@@ -58,5 +58,10 @@ def test_wrong_arguments(block):
         supple.reference.goals(block, positions, 1.5)
     with pytest.raises(ValueError, match="positions"):
         supple.reference.goals(block, positions[1:], 2)
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match=r"lattice must be a supple\.Lattice, not ndarray"):
         supple.reference.goals(positions, positions, 2)
+
+
+def test_regions_of_half_width_zero_are_the_vertices_themselves(block):
+    positions = block.rest_positions + RNG.normal(size=(len(block), 3))
+    assert np.allclose(supple.reference.goals(block, positions, 0), positions, rtol=0, atol=1e-14)

@@ -37,7 +37,13 @@ def test_shapes_hold_what_is_inside(bar, selection):
 
 def test_vertices_by_index_or_mask(bar):
     mask = bar.indices[:, 0] == 0
-    for vertices in (mask, np.flatnonzero(mask), np.flatnonzero(mask).tolist(), np.flatnonzero(mask).astype(np.uint8)):
+    for vertices in (
+        mask,
+        mask.tolist(),
+        np.flatnonzero(mask),
+        np.flatnonzero(mask).tolist(),
+        np.flatnonzero(mask).astype(np.uint8),
+    ):
         body = supple.Body(bar)
         body.pin(vertices=vertices)
         _sim(body, gravity=(0, -9.81, 0)).step(30)
@@ -119,6 +125,7 @@ def test_mesh_selections_take_the_cells_of_mesh_vertices(cube):
         ({"box": ((1, 1, 1), (0, 0, 0))}, ValueError, "min 1 > max 0"),
         ({"box": ((0, 0, 0),)}, ValueError, "box has 1 parts"),
         ({"box": 3}, TypeError, "box must be a pair"),
+        ({"box": {"mim": (0, 0, 0), "max": (1, 1, 1)}}, ValueError, 'box has no key "mim"; the nearest one is "min"'),
         ({"box": ((0, np.nan, 0), (1, 1, 1))}, ValueError, r"box min\[1\] = NaN"),
         ({"sphere": ((0, 0, 0), -1)}, ValueError, "radius is -1"),
         ({"sphere": ((0, 0, 0), "1")}, TypeError, "sphere radius must be a number, not str"),
@@ -126,6 +133,9 @@ def test_mesh_selections_take_the_cells_of_mesh_vertices(cube):
         ({"vertices": []}, ValueError, "list of vertices is empty"),
         ({"vertices": [0, 81]}, ValueError, "81 is out of range: the lattice has 81 vertices"),
         ({"vertices": [-1]}, ValueError, "-1 is out of range"),
+        ({"vertices": np.array([2**64 - 1], np.uint64)}, ValueError, "18446744073709551615 is out of range"),
+        ({"vertices": [True, False]}, ValueError, r"vertices has the shape \(2,\); it must be \(81,\)"),
+        ({"vertices": [0], "from_": None}, TypeError, "from_ must be a number, not None"),
         ({"vertices": [0.5]}, TypeError, "vertices must be integers"),
         ({"vertices": np.ones(3, bool)}, ValueError, r"vertices has the shape \(3,\); it must be \(81,\)"),
         ({"vertices": [0], "from_": 2, "until": 1}, ValueError, "until"),
@@ -151,7 +161,7 @@ def test_refused_selections(bar, arguments, error, message):
         ([(0, (0, 0, 0), (0, np.nan, 0))], ValueError, r"keys\[0\]\.rotate\[1\] = NaN"),
         ([("0",)], TypeError, r"keys\[0\]\.time must be a number"),
         ([{"translate": (0, 0, 0)}], ValueError, "has no time"),
-        ([{"time": 0, "rotat": (0, 0, 0)}], TypeError, '"rotate"'),
+        ([{"time": 0, "rotat": (0, 0, 0)}], ValueError, r'keys\[0\] has no key "rotat"; the nearest one is "rotate"'),
         (3, TypeError, "keys must be a list"),
         ([3], TypeError, r"keys\[0\] must be \(time, translate, rotate\), not int"),
     ],
@@ -183,5 +193,7 @@ def test_a_force_against_gravity_keeps_a_body_up(bar):
     assert np.allclose(body.positions, bar.rest_positions, atol=1e-4)
     with pytest.raises(ValueError, match=r"force\[0\] = NaN"):
         body.apply_force((np.nan, 0, 0), vertices=[0])
+    with pytest.raises(ValueError, match=r"force = .*e.* is out of range"):
+        body.apply_force((1e300, 0, 0), vertices=[0])
     with pytest.raises(ValueError, match="selects nothing"):
         body.apply_force((1, 0, 0), sphere=((9, 9, 9), 1))

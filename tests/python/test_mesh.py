@@ -32,6 +32,9 @@ def test_faces_of_different_sizes():
     mesh = supple.Mesh(CORNERS, faces)
     assert mesh.is_closed
     assert len(mesh.faces) == 12
+    assert supple.Mesh(CORNERS, [np.array([0, 1, 3, 2]), (0, 1, 5)]).faces.tolist() == [[0, 1, 3], [0, 3, 2], [0, 1, 5]]
+    assert len(supple.Mesh(CORNERS, [[0, 1, 5, 7, 6]]).faces) == 3
+    assert len(supple.Mesh(CORNERS, QUADS.astype(np.uint64)).faces) == 12
 
 
 def test_constant_arrays_are_read_only_views(cube):
@@ -79,7 +82,14 @@ def test_missing_and_bad_files(tmp_path):
     [
         (CORNERS, [[0, 1, 8]], "face 0 refers to vertex 8 of 8"),
         (CORNERS, [[0, 1, 2], [0, -1, 2]], "face 1 refers to vertex -1 of 8"),
-        (CORNERS, [[0, 1]], r"shape \(1, 2\)"),
+        (CORNERS, [[0, 1]], r"faces\[0\] has 2 corners; a face has at least 3"),
+        (CORNERS, [[0, 1, 2], [0, 1]], r"faces\[1\] has 2 corners"),
+        (CORNERS, np.zeros((1, 2), int), r"faces has the shape \(1, 2\); it must be \(m, 3\) or \(m, 4\)"),
+        (CORNERS, np.array([[0, 1, 3, 2, 6]]), r"faces has the shape \(1, 5\); it must be \(m, 3\) or \(m, 4\)"),
+        (CORNERS, np.array([[0, 1, 2**64 - 1]], np.uint64), "faces: 18446744073709551615 is out of range"),
+        (CORNERS, [[0, 1, 2**64]], "faces has an index beyond 64 bits; there are 8 vertices"),
+        (CORNERS, [], "no faces"),
+        (CORNERS * 1e300, QUADS, "vertex 1 .* x = 1e300"),
         (CORNERS, np.zeros((0, 3), int), "no faces"),
         (np.where(CORNERS == 1, np.nan, CORNERS), QUADS, "vertex 1 .* x = NaN"),
         (np.where(CORNERS == 1, np.inf, CORNERS), QUADS, "vertex 1 .* x = inf"),

@@ -31,6 +31,8 @@ def _busy(cube):
     sim.gravity = (0.5, -9, 0)
     sim.dt = 1 / 120
     body.stiffness = 0.7
+    body.half_width = 3
+    block.volume = "lattice"
     block.damping_rate = 2
     hold.set_keys([(0,), (1, (0.1, 0, 0))])
     sim.step(20)
@@ -52,7 +54,8 @@ def test_a_simulation_goes_on_bit_for_bit(cube, again):
             assert body is not twin
             assert _same(body, twin)
             assert body.volume_report() == twin.volume_report()
-            assert (body.stiffness, body.frequency, body.damping) == (twin.stiffness, twin.frequency, twin.damping)
+            for name in ("stiffness", "frequency", "damping", "half_width", "volume"):
+                assert getattr(body, name) == getattr(twin, name), name
         assert sim.bodies[0].surface().tobytes() == other.bodies[0].surface().tobytes()
         sim.step(10)
         other.step(10)

@@ -4,6 +4,7 @@ import os
 import pickle
 import signal
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -88,6 +89,45 @@ def test_a_run_can_be_stopped_and_resumed(scene, tmp_path):
         name = f"cube_{frame:04}.obj"
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
     assert supple.run(scene, tmp_path / "out", resume=True).outcome == "already finished"
+
+
+def test_a_callback_may_change_the_simulation(scene, tmp_path):
+    def drive(progress, last, seen):
+        sim = progress.simulation
+        assert sim.time == progress.time
+        (body,) = sim.bodies
+        assert body.name == "cube"
+        if progress.frame == 2:
+            sim.gravity = (0, 0, 0)
+            body.half_width = 1
+        body.apply_force((1e5, 0, 0), vertices=[0, 1])
+        seen.append(body.surface())
+        return progress.frame != last
+
+    whole, seen = [], []
+    supple.run(scene, tmp_path / "whole", "ply", 8, partial(drive, last=None, seen=whole))
+    supple.run(scene, tmp_path / "parts", "ply", 8, partial(drive, last=5, seen=seen))
+    supple.run(scene, tmp_path / "parts", "ply", 8, partial(drive, last=None, seen=seen), resume=True)
+    assert len(seen) == len(whole) == 9
+    assert np.array_equal(seen[-1], whole[-1])
+    written = [trimesh.load(tmp_path / name / "cube_0008.ply", process=False).vertices for name in ("whole", "parts")]
+    assert np.array_equal(written[0], whole[-1].astype(np.float32))
+    assert np.array_equal(*written)
+    supple.run(scene, tmp_path / "alone", "ply", 8)
+    alone = trimesh.load(tmp_path / "alone" / "cube_0008.ply", process=False).vertices
+    assert np.abs(alone - written[0]).max() > 0.01
+
+
+def test_the_simulation_of_a_run_outlives_it(scene, tmp_path):
+    kept = []
+    supple.run(scene, tmp_path / "out", frames=3, progress=kept.append)
+    sim = kept[-1].simulation
+    assert all(progress.simulation is sim for progress in kept)
+    twin = supple.load_scene(scene)
+    twin.step(2 * 3)
+    for each in (sim, twin):
+        each.step(2)
+    assert sim.bodies[0].positions.tobytes() == twin.bodies[0].positions.tobytes()
 
 
 def test_what_a_callback_raises_comes_out(scene, tmp_path):

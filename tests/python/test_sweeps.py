@@ -29,6 +29,22 @@ def test_executors_change_no_bit(scene):
             assert a.report.bodies == b.report.bodies
 
 
+# Its server tells of a slow machine, of a port in use, and leaves sockets to the garbage collector.
+@pytest.mark.filterwarnings("ignore")
+def test_a_dask_cluster_changes_no_bit(scene, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    here = supple.sweep(scene, PARAMETERS, frames=5)
+    settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "local_directory": str(tmp_path)}
+    with distributed.LocalCluster(processes=True, **settings) as cluster, distributed.Client(cluster) as client:
+        assert len(client.scheduler_info()["workers"]) == 2
+        there = supple.sweep(scene, PARAMETERS, client.get_executor(), frames=5)
+        with pytest.raises(supple.SceneError, match="half_width"):
+            supple.sweep(scene, {"body.cube.half_width": [0]}, client.get_executor(), frames=1)
+    for a, b in zip(here, there, strict=True):
+        assert a.parameters == b.parameters
+        assert a.report.bodies == b.report.bodies
+
+
 def test_frames_are_kept_where_asked_for(scene, tmp_path):
     results = supple.sweep(scene, [{"body.cube.stiffness": 0.5}, {}], output=tmp_path / "out", frames=2)
     for k, result in enumerate(results):
@@ -41,3 +57,10 @@ def test_errors_come_out(scene):
         supple.sweep(scene, {"body.cube.half_width": [1, 0]}, frames=1)
     with pytest.raises(FileNotFoundError):
         supple.sweep("none.toml", {}, frames=1)
+
+
+def test_runs_that_have_not_begun_are_left_when_one_fails(scene, tmp_path):
+    values = [0, *[1] * 40]
+    with ThreadPoolExecutor(1) as executor, pytest.raises(supple.SceneError, match="half_width"):
+        supple.sweep(scene, {"body.cube.half_width": values}, executor, frames=3, output=tmp_path / "out")
+    assert len(list((tmp_path / "out").glob("*"))) < 20

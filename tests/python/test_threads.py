@@ -117,3 +117,75 @@ def test_a_forked_process_goes_on_with_threads_of_its_own():
         assert os.read(read, 1000) == body.positions.tobytes()[:1000]
         """
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=60)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_process_forked_in_the_middle_of_work_says_so_and_does_not_wait(alone):
+    # The thread that holds the lock is not in the new process, and never gives it back there.
+    program = f"""
+        import os, sys, threading, time
+        import numpy as np
+        import supple
+
+        body = supple.Body(supple.Lattice.from_cells(np.ones((60, 60, 60), bool)))
+        sim = None if {alone} else supple.Simulation([body], threads=2)
+        busy = [True]
+
+        def work():
+            while busy:
+                body.goals() if sim is None else sim.step(5)
+
+        looks = [lambda: body.positions, lambda: repr(body), body.goals]
+        looks += [lambda: supple.Simulation([body])] if sim is None else [sim.step, lambda: sim.time]
+
+        def refusals():
+            refused = 0
+            for look in looks:
+                try:
+                    look()
+                except RuntimeError as error:
+                    refused += "forked while another thread worked" in str(error)
+            return refused
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        refused = 0
+        # Now and then the thread holds no lock at the moment of the fork: then all goes on as it should.
+        for _ in range(20):
+            time.sleep(0.02)
+            child = os.fork()
+            if child == 0:
+                os._exit(refusals())
+            refused = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            if refused:
+                break
+        busy.clear()
+        thread.join()
+        assert refused == len(looks), refused
+        assert refusals() == 0
+        """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=60)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_forked_process_looks_before_it_steps():
+    program = """
+        import os, sys
+        import numpy as np
+        import supple
+
+        sides = np.linspace(-1, 1, 150)
+        u, v = (grid.ravel() for grid in np.meshgrid(sides, sides))
+        faces = [(k, k + 1, k + 151, k + 150) for k in range(150 * 149) if k % 150 < 149]
+        sheet = supple.Mesh(np.stack([u, v, 0.1 * np.sin(3 * u)], axis=1), faces)
+        body = supple.Body(sheet, lattice_vertices=3000)
+        sim = supple.Simulation([body], threads=2)
+        sim.step(2)
+        seen = body.surface()
+        child = os.fork()
+        if child == 0:
+            os._exit(0 if np.array_equal(body.surface(), seen) and body.volume_report() else 1)
+        sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+        """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=60)

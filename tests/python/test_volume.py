@@ -55,6 +55,27 @@ def test_off_keeps_nothing(cube):
     assert np.allclose(body.corrected_positions(), body.positions, rtol=0, atol=1e-6)
 
 
+def test_it_can_be_changed_between_steps(cube):
+    body = supple.Body(cube, lattice_vertices=200)
+    assert body.volume == {"measure": "auto", "scope": "global", "field": "surface", "max_correction": 1.0}
+    kept = _stretched(body)
+    body.volume = "off"
+    assert body.volume["measure"] == "off"
+    plain = body.volume_report()
+    assert plain.after == plain.before == kept.before
+    with pytest.raises(ValueError, match="volume is"):
+        body.volume = "mass"
+    with pytest.raises(TypeError, match="volume must be"):
+        body.volume = None
+    assert body.volume["measure"] == "off"
+    body.volume = {"measure": "cells", "scope": "regional"}
+    again = pickle.loads(pickle.dumps(body))
+    assert again.volume == body.volume == {**body.volume, "measure": "cells", "scope": "regional"}
+    assert again.volume_report() == body.volume_report()
+    body.volume = "auto"
+    assert body.volume_report() == kept
+
+
 def test_max_correction_caps(cube):
     report = _stretched(supple.Body(cube, lattice_vertices=200, volume={"max_correction": 0.01}))
     assert report.capped
@@ -88,9 +109,11 @@ def test_reports_are_plain_data(cube):
     ("volume", "error", "message"),
     [
         ("mass", ValueError, 'volume is "mass"; it must be "auto" or'),
-        (3, TypeError, "volume must be a string or a dict, not int"),
+        (3, TypeError, r'volume must be a string \("off" for none\) or a dict, not int'),
+        (None, TypeError, r'volume must be a string \("off" for none\) or a dict, not None'),
         ({"measure": "cell"}, ValueError, "volume measure"),
-        ({"mesure": "cells"}, TypeError, '"mesure"; the nearest one is "measure"'),
+        ({"mesure": "cells"}, ValueError, 'volume has no key "mesure"; the nearest one is "measure"'),
+        ({1: "cells"}, ValueError, 'volume has no key "1"'),
         ({"max_correction": -1}, ValueError, "max_correction is -1"),
         ({"max_correction": np.nan}, ValueError, "max_correction"),
         ({"field": "magic"}, ValueError, "field"),

@@ -1,7 +1,11 @@
-//! What a user changes between steps: forces, stiffness, damping, holds, time, threads; and states that keep all of it.
+//! What a user changes between steps: forces, stiffness, damping, half-width, volume, holds, time, threads; and states
+//! that keep all of it.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Damping, Handle, Key, Lattice, Selection, Simulation, Stiffness, Window};
+use supple::{
+    Body, Damping, Handle, Key, Lattice, Reach, Selection, Simulation, Stiffness, VolumeMeasure,
+    VolumeOptions, Window,
+};
 
 fn block() -> Lattice {
     let cells: Vec<[i32; 3]> = (0..24).map(|i| [i % 4, i / 4 % 3, i / 12]).collect();
@@ -39,7 +43,9 @@ fn forces_add_up_and_are_refused_whole() {
     let mut simulation = simulation(Body::from_lattice(block()).build().unwrap());
     let body = simulation.body_mut(0);
     body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (3, [0.0, 2.0, 0.0])]).unwrap();
-    assert!(body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (4, [f64::NAN, 0.0, 0.0])]).is_err());
+    for wrong in [f64::NAN, f64::INFINITY] {
+        assert!(body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (4, [wrong, 0.0, 0.0])]).is_err());
+    }
     simulation.step();
     let error = momentum(simulation.body(0)) - Vector3::new(0.01, 0.02, 0.0);
     assert!(error.norm() < 1e-7, "{error}");
@@ -74,7 +80,9 @@ fn what_is_set_later_is_as_what_was_built() {
     let mut later = build().build().unwrap();
     later.set_stiffness(Stiffness::Frequency(3.0)).unwrap();
     later.set_damping(Damping::Rate(2.0)).unwrap();
-    let given = build().frequency(3.0).damping_rate(2.0).build().unwrap();
+    later.set_reach(Reach::Radius(1.6)).unwrap();
+    assert_eq!(later.half_width(), 3);
+    let given = build().frequency(3.0).damping_rate(2.0).half_width(3).build().unwrap();
     let run = |body: Body| {
         let mut simulation = simulation(body);
         let stretched: Vec<_> =
@@ -91,9 +99,51 @@ fn out_of_range_changes_nothing() {
     let mut body = Body::from_lattice(block()).build().unwrap();
     assert!(body.set_stiffness(Stiffness::PerStep(1.5)).is_err());
     assert!(body.set_damping(Damping::Rate(-1.0)).is_err());
+    assert!(body.set_reach(Reach::Cells(0)).is_err());
+    assert!(body.set_volume(VolumeMeasure::Mesh).is_err());
+    assert_eq!(body.volume(), VolumeOptions::default());
     assert_eq!(*body.material(), supple::Material::default());
     assert!(body.release(0).is_err());
     assert!(body.set_keys(0, &[Key::default()]).is_err());
+}
+
+#[test]
+fn regions_of_another_half_width_keep_positions_velocities_and_momentum() {
+    let mut simulation = simulation(Body::from_lattice(block()).spin([0.0, 2.0, 1.0]).build().unwrap());
+    simulation.body_mut(0).apply_force([300.0, 0.0, 0.0], &Selection::Vertices(vec![0])).unwrap();
+    simulation.steps(20);
+    let before = (simulation.body(0).positions(), simulation.body(0).velocities());
+    let momentum_before = momentum(simulation.body(0));
+    for cells in [1, 4, 2] {
+        simulation.body_mut(0).set_reach(Reach::Cells(cells)).unwrap();
+        let body = simulation.body(0);
+        assert_eq!((body.half_width(), body.material().reach), (cells.min(4), Reach::Cells(cells)));
+        if cells == 1 {
+            assert_eq!((body.positions(), body.velocities()), before);
+        }
+        simulation.steps(50);
+        let error = momentum(simulation.body(0)) - momentum_before;
+        assert!(error.norm() < 1e-5 * momentum_before.norm(), "{error}");
+    }
+}
+
+#[test]
+fn a_volume_that_is_set_is_as_one_that_was_built() {
+    let build = |volume: VolumeOptions| Body::from_lattice(block()).volume(volume).build().unwrap();
+    let cells = VolumeOptions { max_correction: 0.5, ..VolumeMeasure::Cells.into() };
+    let mut changed = build(VolumeMeasure::Lattice.into());
+    for options in [VolumeOptions::off(), cells, VolumeMeasure::Lattice.into()] {
+        changed.set_volume(options).unwrap();
+        let mut built = build(options);
+        let stretched: Vec<_> =
+            built.positions().iter().map(|p| Point3::new(1.2 * p.x, p.y, p.z + 0.1 * p.x)).collect();
+        for body in [&mut changed, &mut built] {
+            body.set_positions(&stretched).unwrap();
+        }
+        assert_eq!(changed.corrected_positions(), built.corrected_positions());
+        assert_eq!(changed.volume_report(), built.volume_report());
+        assert_eq!(changed.volume(), options);
+    }
 }
 
 #[test]
@@ -184,6 +234,8 @@ fn a_state_keeps_what_a_user_changed() {
     let body = one.body_mut(0);
     body.set_stiffness(Stiffness::PerStep(0.6)).unwrap();
     body.set_damping(Damping::PerStep(0.1)).unwrap();
+    body.set_reach(Reach::Cells(3)).unwrap();
+    body.set_volume(VolumeMeasure::Lattice).unwrap();
     let pin = supple::Pin { selection: Selection::Vertices(vec![0, 1]), window: Window::default() };
     body.pin(&pin).unwrap();
     one.steps(40);
@@ -224,5 +276,6 @@ fn what_would_overflow_is_refused_at_the_border() {
     assert_eq!(body.hold_count(), 1);
     let mut sim = Simulation::builder().body(body).dt(1e6).threads(1).build().unwrap();
     sim.steps(10);
-    assert!(sim.body(0).positions().iter().all(|p| p.coords.iter().all(|x| x.is_finite())));
+    let shown = sim.body(0).positions().into_iter().chain(sim.body(0).corrected_positions());
+    assert!(shown.flat_map(<[f64; 3]>::from).all(f64::is_finite));
 }

@@ -1,12 +1,14 @@
 //! Jobs from Rust: what an observer sees, how a job stops and goes on, and how many steps it takes by itself.
 
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use nalgebra::Point3;
 use supple::run::substeps::{Placed, substeps};
-use supple::run::{CHECKPOINT, Flow, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare};
+use supple::run::{CHECKPOINT, Flow, Input, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare};
 use supple::scene::{Scene, Substeps};
+use supple::{Reach, Selection, Simulation, VolumeMeasure};
 
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
@@ -83,6 +85,47 @@ fn an_observer_sees_every_frame_and_may_stop_a_job_that_then_goes_on() {
 
     let report = job.run(&mut Witness::default()).unwrap();
     assert_eq!((report.outcome, report.written), (Outcome::AlreadyFinished, 0));
+}
+
+/// Pushes the body in every frame, changes it after the second, and stops after a frame.
+struct Driver(Option<Arc<Mutex<Simulation>>>, u32);
+
+impl Observer for Driver {
+    fn built(&mut self, simulation: &Arc<Mutex<Simulation>>, inputs: &[Input]) {
+        assert_eq!(inputs.len(), simulation.lock().unwrap().bodies().len());
+        self.0 = Some(simulation.clone());
+    }
+
+    fn frame(&mut self, progress: &Progress) -> Flow {
+        // The job lets go of it between frames.
+        let mut simulation = self.0.as_ref().unwrap().try_lock().unwrap();
+        assert_eq!(simulation.time(), progress.time);
+        if progress.frame == 2 {
+            simulation.set_gravity([0.0, 2.0, 0.0]).unwrap();
+            simulation.body_mut(0).set_reach(Reach::Cells(1)).unwrap();
+            simulation.body_mut(0).set_volume(VolumeMeasure::Lattice).unwrap();
+        }
+        let top = Selection::Plane { point: [0.0, 0.9, 0.0], normal: [0.0, 1.0, 0.0] };
+        simulation.body_mut(0).apply_force([4e3, 1e4, 0.0], &top).unwrap();
+        if progress.frame == self.1 { Flow::Stop } else { Flow::Continue }
+    }
+}
+
+#[test]
+fn an_observer_may_change_the_simulation_and_a_resumed_job_keeps_what_it_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let frame = |name: &str| std::fs::read(folder.path().join(name).join("cube_0010.obj")).unwrap();
+    let mut job = Job::new(scene(folder.path(), &[]), folder.path().join("whole"));
+    job.run(&mut Driver(None, 10)).unwrap();
+    job.directory = folder.path().join("parts");
+    job.run(&mut Driver(None, 5)).unwrap();
+    job.resume = true;
+    let report = job.run(&mut Driver(None, 10)).unwrap();
+    assert_eq!((report.resumed_after, report.bodies[0].volume.measure), (Some(5), VolumeMeasure::Lattice));
+    assert_eq!(frame("parts"), frame("whole"));
+    job.directory = folder.path().join("alone");
+    job.run(&mut ()).unwrap();
+    assert_ne!(frame("alone"), frame("whole"));
 }
 
 /// A ball with a `vn` after each `v`, too large for one thread.

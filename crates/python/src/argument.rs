@@ -1,17 +1,19 @@
 //! Single arguments: numbers, words, truth values, each named in its error.
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use std::path::PathBuf;
+
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyString};
 
 /// A real number, finite or not.
 pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
-    if value.is_instance_of::<PyString>() {
+    if value.is_instance_of::<PyString>() || value.is_instance_of::<PyBool>() {
         return Err(wrong_type(value, name, "a number"));
     }
-    value.extract().map_err(|_| match value.hasattr("__index__") {
-        Ok(true) => PyValueError::new_err(format!("{name} is too large for a number")),
-        _ => wrong_type(value, name, "a number"),
+    value.extract().map_err(|error: PyErr| match error.is_instance_of::<PyOverflowError>(value.py()) {
+        true => PyValueError::new_err(format!("{name} is too large for a number")),
+        false => wrong_type(value, name, "a number"),
     })
 }
 
@@ -38,6 +40,11 @@ pub(crate) fn text(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
     value.extract().map_err(|_| wrong_type(value, name, "a string"))
 }
 
+/// A path: a string or anything with `__fspath__`.
+pub(crate) fn path(value: &Bound<'_, PyAny>, name: &str) -> PyResult<PathBuf> {
+    value.extract().map_err(|_| wrong_type(value, name, "a path (str or os.PathLike)"))
+}
+
 /// One of a few words.
 pub(crate) fn choice<T: Copy>(value: &Bound<'_, PyAny>, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
     let word = text(value, name)?;
@@ -49,6 +56,9 @@ pub(crate) fn choice<T: Copy>(value: &Bound<'_, PyAny>, name: &str, choices: &[(
 
 /// "must be ..., not ...".
 pub(crate) fn wrong_type(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {
-    let found = value.get_type().qualname().map_or_else(|_| "another type".to_owned(), |n| n.to_string());
+    let found = match value.is_none() {
+        true => "None".to_owned(),
+        false => value.get_type().qualname().map_or_else(|_| "another type".to_owned(), |n| n.to_string()),
+    };
     PyTypeError::new_err(format!("{name} must be {expected}, not {found}"))
 }

@@ -21,7 +21,7 @@ pub(crate) fn read(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
 
 fn read_one(key: &Bound<'_, PyAny>, index: usize) -> PyResult<Key> {
     if let Ok(dict) = key.cast::<PyDict>() {
-        let settings = Settings::new(Some(dict), "a key", &["time", "translate", "rotate"])?;
+        let settings = Settings::of_dict(dict, &format!("keys[{index}]"), &["time", "translate", "rotate"])?;
         let time = settings.number("time")?;
         let time = time.ok_or_else(|| PyValueError::new_err(format!("keys[{index}] has no time")))?;
         let translate = settings.vector("translate")?.unwrap_or_default();

@@ -5,12 +5,13 @@ use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
+use pyo3::types::{PyDict, PyType};
 use supple::{LatticeOptions, Resolution};
 
 use crate::arrays::{self, Side};
 use crate::error::{self, Exception};
 use crate::mesh::mesh_like;
+use crate::settings::Settings;
 use crate::{argument, arrays::of_vectors};
 
 /// Lattice vertices on the corners of cubic cells: what is simulated.
@@ -46,31 +47,30 @@ impl Lattice {
     /// memory_limit : int, default half of the machine's memory
     ///     Bytes that the lattice and its simulation may take; LatticeError if they would take more.
     #[classmethod]
-    #[pyo3(signature = (mesh, *, vertices=None, cell_size=None, join=true, memory_limit=None))]
+    #[pyo3(
+        signature = (mesh, **settings),
+        text_signature = "(mesh, *, vertices=None, cell_size=None, join=True, memory_limit=None)"
+    )]
     fn from_mesh(
         _class: &Bound<'_, PyType>,
         mesh: &Bound<'_, PyAny>,
-        vertices: Option<&Bound<'_, PyAny>>,
-        cell_size: Option<f64>,
-        join: bool,
-        memory_limit: Option<&Bound<'_, PyAny>>,
+        settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let py = mesh.py();
+        let known = ["vertices", "cell_size", "join", "memory_limit"];
+        let optional = &["vertices", "cell_size", "memory_limit"];
+        let settings = Settings::of_call(settings, "from_mesh()", &known, optional)?;
         let mesh = mesh_like(mesh, "mesh", None)?;
-        let resolution = match (vertices, cell_size) {
-            (Some(_), Some(_)) => {
-                let message = "vertices and cell_size say the same thing in two ways; leave one of them out";
-                return Err(PyValueError::new_err(message));
-            }
-            (Some(vertices), None) => Resolution::Vertices(argument::count(vertices, "vertices", 8)?),
-            (None, Some(cell_size)) => Resolution::CellSize(cell_size),
-            (None, None) => LatticeOptions::default().resolution,
-        };
-        let memory_limit = memory_limit
-            .map(|bytes| argument::count(bytes, "memory_limit", 0))
-            .transpose()?
-            .map(|b| b as u64);
-        let options = LatticeOptions { resolution, join, memory_limit };
+        settings.exclusive("vertices", "cell_size")?;
+        let mut options = LatticeOptions::default();
+        if let Some(vertices) = settings.count("vertices", 8)? {
+            options.resolution = Resolution::Vertices(vertices);
+        }
+        if let Some(cell_size) = settings.number("cell_size")? {
+            options.resolution = Resolution::CellSize(cell_size);
+        }
+        options.join = settings.boolean("join")?.unwrap_or(options.join);
+        options.memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
         let mesh = &mesh.get().mesh;
         let lattice = py.detach(|| supple::Lattice::from_mesh(mesh, &options));
         lattice.map(Self::from_core).map_err(|e| error::of_lattice(&e))
@@ -88,17 +88,19 @@ impl Lattice {
     ///     Parts that float apart are bridged; otherwise each is a component of its own.
     #[classmethod]
     #[pyo3(
-        signature = (cells, cell_size=1.0, origin=None, join=true),
+        signature = (cells, cell_size=None, origin=None, join=None),
         text_signature = "(cells, cell_size=1.0, origin=(0, 0, 0), join=True)"
     )]
     fn from_cells(
         _class: &Bound<'_, PyType>,
         cells: &Bound<'_, PyAny>,
-        cell_size: f64,
+        cell_size: Option<&Bound<'_, PyAny>>,
         origin: Option<&Bound<'_, PyAny>>,
-        join: bool,
+        join: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let py = cells.py();
+        let cell_size = cell_size.map_or(Ok(1.0), |cell_size| argument::number(cell_size, "cell_size"))?;
+        let join = join.map_or(Ok(true), |join| argument::boolean(join, "join"))?;
         let wrong = |e| Exception::Lattice.of_value_error(e);
         let cells = occupied(cells).map_err(wrong)?;
         let origin = origin
@@ -155,7 +157,7 @@ impl Lattice {
 
     fn __repr__(&self) -> String {
         format!(
-            "<supple.Lattice: {} vertices, {} cells of {}, {} kB>",
+            "<supple.Lattice: {} vertices, {} cells of {:.4}, {} kB>",
             self.lattice.len(),
             self.lattice.cells().len(),
             self.lattice.cell_size(),

@@ -5,6 +5,7 @@
 //! | `argument`, `settings` | numbers, words and keyword arguments, checked by name |
 //! | `arrays` | numpy arrays in and out |
 //! | `error` | Rust errors as the exceptions of `supple.errors` |
+//! | `forked` | locks, after a fork |
 //! | `mesh`, `lattice`, `body`, `simulation` | the classes |
 //! | `selection`, `keys`, `collider` | what pins, handles and colliders are described by |
 //! | `scene` | scenes, loaded or run |
@@ -16,6 +17,7 @@ mod arrays;
 mod body;
 mod collider;
 mod error;
+mod forked;
 mod keys;
 mod lattice;
 mod mesh;

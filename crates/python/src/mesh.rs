@@ -1,14 +1,14 @@
 //! `supple.Mesh`: a surface, from arrays, from an OBJ file, or from another library's mesh.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use numpy::{PyArray1, PyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
-use crate::argument::wrong_type;
+use crate::argument::{self, wrong_type};
 use crate::arrays::{self, Side};
 use crate::error::{self, Exception};
 
@@ -127,8 +127,13 @@ impl Mesh {
 /// one that is no usable mesh.
 #[pyfunction]
 #[pyo3(signature = (path, object=None))]
-pub(crate) fn read_obj(py: Python<'_>, path: PathBuf, object: Option<String>) -> PyResult<Mesh> {
-    let mesh = py.detach(|| supple::obj::read_object(&path, object.as_deref()));
+pub(crate) fn read_obj(path: &Bound<'_, PyAny>, object: Option<&Bound<'_, PyAny>>) -> PyResult<Mesh> {
+    let object = object.map(|object| argument::text(object, "object")).transpose()?;
+    read_part(path.py(), &argument::path(path, "path")?, object.as_deref())
+}
+
+fn read_part(py: Python<'_>, path: &Path, object: Option<&str>) -> PyResult<Mesh> {
+    let mesh = py.detach(|| supple::obj::read_object(path, object));
     mesh.map(Mesh::from_core).map_err(error::of_mesh)
 }
 
@@ -141,7 +146,7 @@ pub(crate) fn mesh_like<'py>(
 ) -> PyResult<Bound<'py, Mesh>> {
     let py = value.py();
     if let Ok(path) = value.extract::<PathBuf>() {
-        return Bound::new(py, read_obj(py, path, object)?);
+        return Bound::new(py, read_part(py, &path, object.as_deref())?);
     }
     if object.is_some() {
         return Err(PyValueError::new_err("object is for a mesh that is read from a file: give a path"));
@@ -197,19 +202,27 @@ fn read_vertices(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     Ok(array.as_slice()?.as_chunks().0.to_vec())
 }
 
-/// `(m, k)`, or faces of different sizes.
+/// `(m, 3)` or `(m, 4)`, or a list of faces of any size.
 fn read_faces(value: &Bound<'_, PyAny>, vertices: usize) -> PyResult<Faces> {
-    if let Ok(lists) = value.extract::<Vec<Vec<i64>>>() {
-        let sizes: Vec<usize> = lists.iter().map(Vec::len).collect();
-        if sizes.windows(2).any(|pair| pair[0] != pair[1]) {
-            return Faces::new(sizes, &lists.concat(), vertices);
+    if !value.is_instance_of::<PyUntypedArray>() {
+        match value.extract::<Vec<Vec<i64>>>() {
+            Ok(lists) => return of_lists(&lists, vertices),
+            Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => {
+                let message = format!("faces has an index beyond 64 bits; there are {vertices} vertices");
+                return Err(PyValueError::new_err(message));
+            }
+            Err(_) => {}
         }
     }
-    let array = arrays::integers(value, "faces", &[Side::Any("m"), Side::Any("3 or 4")])?;
-    let (count, size) = (array.shape()[0], array.shape()[1]);
-    if size < 3 {
-        let message = format!("faces has the shape ({count}, {size}); it must be (m, 3) or (m, 4)");
+    let array = arrays::integers(value, "faces", &[Side::Any("m"), Side::Between(3, 4)])?;
+    Faces::new(vec![array.shape()[1]; array.shape()[0]], array.as_slice()?, vertices)
+}
+
+fn of_lists(lists: &[Vec<i64>], vertices: usize) -> PyResult<Faces> {
+    if let Some(face) = lists.iter().position(|list| list.len() < 3) {
+        let corners = lists[face].len();
+        let message = format!("faces[{face}] has {corners} corners; a face has at least 3");
         return Err(PyValueError::new_err(message));
     }
-    Faces::new(vec![size; count], array.as_slice()?, vertices)
+    Faces::new(lists.iter().map(Vec::len).collect(), &lists.concat(), vertices)
 }

@@ -5,7 +5,7 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use supple::reference::Regions;
 
-use crate::argument;
+use crate::argument::{self, wrong_type};
 use crate::arrays::{self, Side};
 use crate::lattice::Lattice;
 
@@ -24,12 +24,14 @@ use crate::lattice::Lattice;
 #[pyfunction]
 #[pyo3(name = "reference_goals", signature = (lattice, positions, half_width, regions=None), text_signature = "(lattice, positions, half_width, regions='staircase')")]
 pub(crate) fn reference_goals<'py>(
-    lattice: &Bound<'py, Lattice>,
+    lattice: &Bound<'py, PyAny>,
     positions: &Bound<'py, PyAny>,
     half_width: &Bound<'py, PyAny>,
     regions: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let py = lattice.py();
+    let lattice =
+        lattice.cast::<Lattice>().map_err(|_| wrong_type(lattice, "lattice", "a supple.Lattice"))?;
     let lattice = &lattice.get().lattice;
     let positions = arrays::vectors(positions, "positions", Side::Is(lattice.len()))?;
     let half_width = argument::count(half_width, "half_width", 0)?;

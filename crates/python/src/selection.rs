@@ -1,7 +1,5 @@
 //! Which part of a body: exactly one of `box=`, `sphere=`, `plane=`, `vertices=`.
 
-use numpy::PyArrayDescrMethods;
-use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -13,6 +11,9 @@ use crate::settings::Settings;
 
 /// The names of the shapes, as keyword arguments.
 pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
+
+/// What of the arguments of a pin or a handle may be `None`.
+pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "until"];
 
 /// The one selection among the arguments of `function`, for a lattice of `count` vertices.
 pub(crate) fn read(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
@@ -66,7 +67,7 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<S
 fn pair<'py>(value: &Bound<'py, PyAny>, shape: &str, names: [&str; 2]) -> PyResult<[Bound<'py, PyAny>; 2]> {
     let expected = format!("a pair ({}, {})", names[0], names[1]);
     if let Ok(dict) = value.cast::<PyDict>() {
-        let settings = Settings::new(Some(dict), shape, &names)?;
+        let settings = Settings::of_dict(dict, shape, &names)?;
         let part = |name: &str| {
             let part = settings.get(name)?;
             part.ok_or_else(|| PyValueError::new_err(format!("{shape} has no {name}")))
@@ -85,8 +86,7 @@ fn pair<'py>(value: &Bound<'py, PyAny>, shape: &str, names: [&str; 2]) -> PyResu
 
 /// Lattice vertices by index, or a mask of all of them.
 fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
-    let is_mask = value.cast::<PyUntypedArray>().is_ok_and(|array| array.dtype().kind() == b'b');
-    if is_mask {
+    if arrays::is_mask(value) {
         let mask = arrays::truths(value, "vertices", &[Side::Is(count)])?;
         let chosen = mask.as_slice()?.iter().enumerate().filter(|(_, chosen)| **chosen);
         return Ok(chosen.map(|(vertex, _)| vertex as u32).collect());

@@ -8,34 +8,66 @@ use pyo3::types::PyDict;
 
 use crate::{argument, arrays};
 
-/// Keyword arguments. One that is absent, or `None`, leaves its default.
+/// Keyword arguments, or the entries of a dict that is one. One that is absent leaves its default; so does `None`, where
+/// `None` is taken.
 pub(crate) struct Settings<'py> {
     given: Option<Bound<'py, PyDict>>,
+    /// Those that may be `None`.
+    optional: &'static [&'static str],
 }
 
 impl<'py> Settings<'py> {
-    /// The arguments of a call to `function`.
+    /// The arguments of a call to `function`, of which those in `optional` may be `None`.
     ///
     /// # Errors
     ///
     /// `TypeError` for a name that is not one of `known`, with the nearest that is.
-    pub(crate) fn new(given: Option<&Bound<'py, PyDict>>, function: &str, known: &[&str]) -> PyResult<Self> {
-        for key in given.iter().flat_map(|given| given.keys()) {
-            let key: String = key.extract()?;
+    pub(crate) fn of_call(
+        given: Option<&Bound<'py, PyDict>>,
+        function: &str,
+        known: &[&str],
+        optional: &'static [&'static str],
+    ) -> PyResult<Self> {
+        let settings = Self { given: given.cloned(), optional };
+        match settings.unknown(known)? {
+            None => Ok(settings),
+            Some((key, nearest)) => Err(PyTypeError::new_err(format!(
+                "{function} has no argument {key:?}; the nearest one is {nearest:?}"
+            ))),
+        }
+    }
+
+    /// The entries of the dict that the argument `name` is.
+    ///
+    /// # Errors
+    ///
+    /// `ValueError` for a key that is not one of `known`, with the nearest that is.
+    pub(crate) fn of_dict(given: &Bound<'py, PyDict>, name: &str, known: &[&str]) -> PyResult<Self> {
+        let settings = Self { given: Some(given.clone()), optional: &[] };
+        match settings.unknown(known)? {
+            None => Ok(settings),
+            Some((key, nearest)) => Err(PyValueError::new_err(format!(
+                "{name} has no key {key:?}; the nearest one is {nearest:?}"
+            ))),
+        }
+    }
+
+    /// The first name that is not a known one, and the known one nearest to it.
+    fn unknown<'a>(&self, known: &[&'a str]) -> PyResult<Option<(String, &'a str)>> {
+        for key in self.given.iter().flat_map(|given| given.keys()) {
+            let key = key.str()?.to_string();
             if !known.contains(&key.as_str()) {
                 let nearest = supple::scene::nearest(&key, known).unwrap_or_default();
-                return Err(PyTypeError::new_err(format!(
-                    "{function} has no argument {key:?}; the nearest one is {nearest:?}"
-                )));
+                return Ok(Some((key, nearest)));
             }
         }
-        Ok(Self { given: given.cloned() })
+        Ok(None)
     }
 
     /// What was given under a name.
     pub(crate) fn get(&self, key: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         let value = self.given.as_ref().map(|given| given.get_item(key)).transpose()?.flatten();
-        Ok(value.filter(|value| !value.is_none()))
+        Ok(value.filter(|value| !(value.is_none() && self.optional.contains(&key))))
     }
 
     /// A number, finite or not.
@@ -58,10 +90,7 @@ impl<'py> Settings<'py> {
 
     /// A path.
     pub(crate) fn path(&self, key: &str) -> PyResult<Option<PathBuf>> {
-        let read = |value: Bound<'py, PyAny>| {
-            value.extract().map_err(|_| argument::wrong_type(&value, key, "a path"))
-        };
-        self.get(key)?.map(read).transpose()
+        self.get(key)?.map(|value| argument::path(&value, key)).transpose()
     }
 
     /// Three finite numbers.

@@ -251,7 +251,7 @@ impl BodyBuilder {
 }
 
 /// The largest extent of a lattice along an axis, in cells.
-fn extent(lattice: &Lattice) -> usize {
+pub(super) fn extent(lattice: &Lattice) -> usize {
     let along = |c: usize| {
         let (low, high) = lattice
             .indices()

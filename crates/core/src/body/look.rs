@@ -8,10 +8,9 @@ use super::Body;
 use super::view::{View, ViewTimes};
 use crate::coordinate::Coordinate;
 use crate::lanes::Lanes;
-use crate::matching::cascade::Cascade;
 use crate::parallel::Executor;
 use crate::update::Asked;
-use crate::volume::{Push, VolumeReport};
+use crate::volume::{Push, VolumeOptions, VolumeReport};
 
 /// A body's mesh as it is shown: after the volume correction, in the order of the input.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +73,11 @@ impl Body {
         self.corrected(|view, executor| view.show(self, executor, asked));
     }
 
+    /// Whether and how the volume is kept, as asked for.
+    pub fn volume(&self) -> VolumeOptions {
+        locked(&self.view).options()
+    }
+
     /// The volumes by all measures, and what the correction does to them.
     pub fn volume_report(&self) -> VolumeReport {
         self.corrected(|view, _| view.report(self))
@@ -108,6 +112,6 @@ pub(super) fn locked<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Scratch that nobody else can see.
-pub(super) fn unlocked(mutex: &mut Mutex<Cascade>) -> &mut Cascade {
+pub(super) fn unlocked<T>(mutex: &mut Mutex<T>) -> &mut T {
     mutex.get_mut().unwrap_or_else(PoisonError::into_inner)
 }

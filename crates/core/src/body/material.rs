@@ -4,6 +4,7 @@ use crate::dynamics::sin_cos_degrees;
 
 /// How far a region reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reach {
     /// Half-width of a region in cells, at least 1. Larger is stiffer; so is a coarser lattice.
     Cells(usize),

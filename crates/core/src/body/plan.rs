@@ -4,6 +4,11 @@ use super::{Body, Damping};
 use crate::plan::{BodyPlan, When};
 
 impl Body {
+    /// Memory that the body takes: its lattice, and what its stages hold. What a first look needs is not in it before.
+    pub fn memory(&self) -> usize {
+        self.lattice.memory() + self.plan().bytes()
+    }
+
     /// The stages of a step and of a look, in order.
     pub(crate) fn plan(&self) -> BodyPlan {
         let mut plan = BodyPlan { name: self.name.clone(), stages: Vec::new(), left_out: Vec::new() };

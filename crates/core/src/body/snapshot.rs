@@ -1,17 +1,20 @@
 //! The state of a body: what a checkpoint holds, and what a user changed since it was built.
 
 use super::force::Forces;
-use super::{Body, Damping, State, Stiffness};
+use super::{Body, Damping, Reach, State, Stiffness};
 use crate::dynamics::Kinematics;
 use crate::error::Error;
+use crate::volume::VolumeOptions;
 
 /// All of a body that steps and users change. It fits any body that was built alike.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BodySnapshot {
     state: State,
     kinematics: Option<Kinematics>,
+    reach: Reach,
     stiffness: Stiffness,
     damping: Damping,
+    volume: VolumeOptions,
     forces: Option<Forces>,
     /// What contacts did since the frame began, for the volume correction.
     pushes: Vec<[f32; 3]>,
@@ -23,8 +26,10 @@ impl Body {
         BodySnapshot {
             state: self.state.clone(),
             kinematics: self.kinematics.clone(),
+            reach: self.material.reach,
             stiffness: self.material.stiffness,
             damping: self.material.damping,
+            volume: self.volume(),
             forces: self.forces.clone(),
             pushes: self.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.all_pushes().to_vec()),
         }
@@ -37,8 +42,12 @@ impl Body {
     /// A state of another body; nothing is changed then.
     pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.fits(snapshot).map_err(Error::State)?;
+        self.set_reach(snapshot.reach)?;
         self.set_stiffness(snapshot.stiffness)?;
         self.set_damping(snapshot.damping)?;
+        if snapshot.volume != self.volume() {
+            self.set_volume(snapshot.volume)?;
+        }
         self.state = snapshot.state.clone();
         self.kinematics = snapshot.kinematics.clone();
         self.book_holds();

@@ -15,7 +15,7 @@ use crate::padded::{Padded, padded};
 use crate::parallel::Executor;
 use crate::update::{Asked, MeshUpdate, Shown};
 use crate::volume::{
-    ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
+    self, ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
     VolumeReport,
 };
 
@@ -26,6 +26,7 @@ const CUTS: usize = 8;
 /// vertex, in cells from the body's origin.
 #[derive(Debug)]
 pub(crate) struct View {
+    options: VolumeOptions,
     correction: Option<Correction>,
     /// All measures; built when a report is first asked for.
     measures: Option<VolumeMeasures>,
@@ -67,6 +68,7 @@ impl View {
     ) -> Result<Self, VolumeError> {
         let borrowed = surface.map(Surface::borrowed);
         Ok(Self {
+            options: *volume,
             correction: Correction::new(lattice, borrowed, volume)?,
             measures: None,
             mesh: MeshUpdate::default(),
@@ -82,6 +84,25 @@ impl View {
             frame,
             times: ViewTimes::default(),
         })
+    }
+
+    /// Corrects in another way from now on, or not at all.
+    ///
+    /// # Errors
+    ///
+    /// A correction that the body cannot have; nothing is changed then.
+    pub(super) fn set_volume(
+        &mut self,
+        lattice: &Lattice,
+        surface: Option<volume::Surface<'_>>,
+        options: &VolumeOptions,
+    ) -> Result<(), VolumeError> {
+        self.correction = Correction::new(lattice, surface, options)?;
+        self.options = *options;
+        // A new correction holds nothing yet.
+        self.held.clear();
+        self.components.clear();
+        Ok(())
     }
 
     /// Corrects the volume of the body as it is now.
@@ -166,6 +187,11 @@ impl View {
                 measures.report_corrected(correction, &self.components, &self.deformed, &self.corrected)
             }
         }
+    }
+
+    /// Whether and how the volume is kept, as asked for.
+    pub(super) fn options(&self) -> VolumeOptions {
+        self.options
     }
 
     /// The measure that is kept, if any is.

@@ -37,6 +37,11 @@ impl Matching {
         Self { layout, regions }
     }
 
+    /// Gives the regions another half-width, on the same lattice.
+    pub(crate) fn set_half_width(&mut self, lattice: &Lattice, half_width: usize) {
+        self.regions = Regions::new(lattice, &self.layout, half_width);
+    }
+
     /// Fits a rigid motion to each region at `positions`. `rotations` are the warm start, and are replaced. Returns
     /// how many of them Newton's method left to the robust path.
     pub(crate) fn fit(

@@ -19,7 +19,7 @@ pub enum MeshError {
     },
     /// A coordinate is NaN, infinite, or beyond the range of `f32`, in which surfaces are simulated and written.
     #[error(
-        "vertex {vertex} (counted from 0) has {axis} = {value}: coordinates must be finite and within the range of f32"
+        "vertex {vertex} (counted from 0) has {axis} = {value:?}: coordinates must be finite and within the range of f32"
     )]
     NotFinite {
         /// The vertex, from 0.

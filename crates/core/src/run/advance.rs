@@ -1,21 +1,26 @@
 //! Frame after frame: steps, a look, what is written, a checkpoint now and then.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::checkpoint::Checkpoint;
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Observer, Progress};
-use super::prepare::Prepared;
+use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::row::{Row, Times};
 use super::sinks::Sinks;
 use super::stats::Stats;
+use crate::simulation::Simulation;
 
 /// A job under way.
 pub(super) struct Running<'a> {
     job: &'a Job,
-    prepared: Prepared,
+    /// Shared with the observer, and locked while a frame is worked on.
+    simulation: Arc<Mutex<Simulation>>,
+    substeps: u32,
+    inputs: Vec<Input>,
     sinks: Sinks,
     stats: Option<Stats>,
     fingerprint: String,
@@ -38,9 +43,12 @@ impl<'a> Running<'a> {
         fingerprint: String,
         after: Option<u32>,
     ) -> Self {
+        let Prepared { simulation, substeps, inputs } = prepared;
         Self {
             job,
-            prepared,
+            simulation: Arc::new(Mutex::new(simulation)),
+            substeps,
+            inputs,
             sinks,
             stats,
             fingerprint,
@@ -56,41 +64,45 @@ impl<'a> Running<'a> {
     pub(super) fn run(mut self, begun: Instant, observer: &mut dyn Observer) -> Result<RunReport, RunError> {
         let last = self.job.scene.simulation.frames;
         let first = self.after.map_or(0, |frame| frame + 1);
+        let shared = self.simulation.clone();
+        observer.built(&shared, &self.inputs);
         observer.started(first, last);
         let started = Instant::now();
         let mut saved = Instant::now();
         for frame in first..=last {
+            let mut simulation = locked(&shared);
             if frame > 0 {
                 let stepping = Instant::now();
-                self.prepared.simulation.steps(u64::from(self.prepared.substeps));
+                simulation.steps(u64::from(self.substeps));
                 self.stepping += stepping.elapsed();
             }
             if self.job.keeps(frame) {
-                self.look(frame)?;
+                self.look(&simulation, frame)?;
             }
-            let time = self.prepared.simulation.time();
+            let time = simulation.time();
+            drop(simulation);
             let progress = Progress { frame, last, time, elapsed: started.elapsed() };
             let stop = observer.frame(&progress) == Flow::Stop;
+            let simulation = locked(&shared);
             if stop || frame == last {
                 std::mem::take(&mut self.sinks).finish()?;
-                self.save(frame)?;
+                self.save(&simulation, frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
-                return Ok(self.report(outcome, first, frame, begun));
+                return Ok(self.report(&simulation, outcome, first, frame, begun));
             }
             if saved.elapsed() >= self.job.checkpoint_interval {
-                self.save(frame)?;
+                self.save(&simulation, frame)?;
                 saved = Instant::now();
             }
         }
         // Only a job that goes on after its last frame comes here, and such a job is not begun.
-        Ok(self.report(Outcome::AlreadyFinished, first, last, begun))
+        Ok(self.report(&locked(&shared), Outcome::AlreadyFinished, first, last, begun))
     }
 
     /// Writes a frame of every body, and its statistics.
-    fn look(&mut self, frame: u32) -> Result<(), RunError> {
+    fn look(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
         let stepping = std::mem::take(&mut self.stepping);
         let number = self.job.number(frame);
-        let simulation = &self.prepared.simulation;
         let mut rows = Vec::new();
         for (index, body) in simulation.bodies().iter().enumerate() {
             let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
@@ -114,17 +126,24 @@ impl<'a> Running<'a> {
         }
     }
 
-    fn save(&self, frame: u32) -> Result<(), RunError> {
+    fn save(&self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
         let checkpoint = Checkpoint {
             fingerprint: self.fingerprint.clone(),
             level: crate::simd_level().to_string(),
             frame,
-            state: self.prepared.simulation.state(),
+            state: simulation.state(),
         };
         checkpoint.write(&self.job.directory)
     }
 
-    fn report(self, outcome: Outcome, first: u32, last: u32, begun: Instant) -> RunReport {
+    fn report(
+        &self,
+        simulation: &Simulation,
+        outcome: Outcome,
+        first: u32,
+        last: u32,
+        begun: Instant,
+    ) -> RunReport {
         RunReport {
             directory: self.job.directory.clone(),
             outcome,
@@ -132,9 +151,14 @@ impl<'a> Running<'a> {
             last,
             simulated: (last + 1).saturating_sub(first),
             written: self.written,
-            substeps: self.prepared.substeps,
+            substeps: self.substeps,
             elapsed: begun.elapsed(),
-            bodies: self.prepared.simulation.bodies().iter().map(BodyReport::of).collect(),
+            bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
         }
     }
+}
+
+/// Whatever panicked with the lock in hand left a simulation as whole as any.
+fn locked(simulation: &Mutex<Simulation>) -> MutexGuard<'_, Simulation> {
+    simulation.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,10 +1,21 @@
 //! What looks on while a job runs: progress bars, Ctrl-C and callbacks sit outside the library.
 
 use std::fmt;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
+
+use super::prepare::Input;
+use crate::simulation::Simulation;
 
 /// Looks on while a job runs, and may ask it to stop. `()` looks away.
 pub trait Observer {
+    /// The simulation is built; it is at frame 0, or at the frame of the checkpoint that the job goes on after.
+    ///
+    /// Whoever keeps it may look at it and change it between frames, for one in [`Observer::frame`]; while the job is
+    /// at work on a frame it is locked. What is changed is in the checkpoints as far as it is in a
+    /// [`SimulationState`](crate::SimulationState). `inputs` are the files of its bodies.
+    fn built(&mut self, _simulation: &Arc<Mutex<Simulation>>, _inputs: &[Input]) {}
+
     /// The first frame is about to be simulated: frames `first` to `last` lie ahead.
     fn started(&mut self, _first: u32, _last: u32) {}
 

@@ -5,5 +5,5 @@ mod read;
 mod write;
 
 pub(crate) use out::{Out, fill};
-pub(crate) use read::{Side, floats, integers, matrices, matrix, truths, vector, vectors};
+pub(crate) use read::{Side, floats, integers, is_mask, matrices, matrix, truths, vector, vectors};
 pub(crate) use write::{constant_integers, constant_vectors, of_matrices, of_numbers, of_points, of_vectors};

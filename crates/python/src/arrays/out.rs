@@ -43,19 +43,18 @@ fn check(array: &Bound<'_, PyUntypedArray>, rows: usize) -> PyResult<()> {
 pub(crate) fn fill<'py, T: Element + Copy>(
     array: &Bound<'py, PyArray2<T>>,
     zero: T,
-    fill: impl FnOnce(&mut [[T; 3]]),
+    fill: impl FnOnce(&mut [[T; 3]]) -> PyResult<()>,
 ) -> PyResult<()> {
     let mut guard = array.try_readwrite()?;
     // A slice is had of columns one after another, too: those are not rows.
     if array.is_c_contiguous()
         && let Ok(numbers) = guard.as_slice_mut()
     {
-        fill(numbers.as_chunks_mut().0);
-        return Ok(());
+        return fill(numbers.as_chunks_mut().0);
     }
     drop(guard);
     let mut rows = vec![[zero; 3]; array.shape()[0]];
-    fill(&mut rows);
+    fill(&mut rows)?;
     let flat = numpy::PyArray1::from_vec(array.py(), rows.into_flattened());
     let rows = flat.reshape([array.shape()[0], 3])?;
     get_array_module(array.py())?.call_method1("copyto", (array, rows))?;

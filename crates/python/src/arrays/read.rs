@@ -15,6 +15,18 @@ pub(crate) enum Side {
     Any(&'static str),
     /// This one.
     Is(usize),
+    /// One of these, and what lies between.
+    Between(usize, usize),
+}
+
+impl Side {
+    fn fits(self, length: usize) -> bool {
+        match self {
+            Self::Any(_) => true,
+            Self::Is(expected) => length == expected,
+            Self::Between(least, greatest) => (least..=greatest).contains(&length),
+        }
+    }
 }
 
 /// An array of finite or other numbers as `float64`, contiguous.
@@ -34,7 +46,21 @@ pub(crate) fn integers<'py>(
     shape: &[Side],
 ) -> PyResult<PyReadonlyArrayDyn<'py, i64>> {
     let array = array(value, name, shape, "integers", b"iu")?;
+    // As int64 the larger ones would be negative.
+    if array.dtype().kind() == b'u' && array.dtype().itemsize() == 8 {
+        let unsigned = contiguous::<u64>(array.clone(), "uint64")?;
+        if let Some(large) = unsigned.as_slice()?.iter().find(|&&x| i64::try_from(x).is_err()) {
+            return Err(PyValueError::new_err(format!("{name}: {large} is out of range")));
+        }
+    }
     contiguous(array, "int64")
+}
+
+/// Whether something is a mask: an array, or a list, of booleans.
+pub(crate) fn is_mask(value: &Bound<'_, PyAny>) -> bool {
+    let array = || get_array_module(value.py())?.call_method1("asarray", (value,));
+    let is_mask = |array: Bound<'_, PyAny>| Some(array.cast::<PyUntypedArray>().ok()?.dtype().kind() == b'b');
+    array().ok().and_then(is_mask).unwrap_or(false)
 }
 
 /// An array of truth values: booleans, or numbers that are not zero.
@@ -125,11 +151,8 @@ fn array<'py>(
         let message = format!("{name} must be {what} of shape {}, not {found}", expected(shape));
         return Err(PyTypeError::new_err(message));
     }
-    let fits = |(found, side): (&usize, &Side)| match side {
-        Side::Any(_) => true,
-        Side::Is(length) => found == length,
-    };
-    if array.ndim() != shape.len() || !array.shape().iter().zip(shape).all(fits) {
+    if array.ndim() != shape.len() || !array.shape().iter().zip(shape).all(|(&found, side)| side.fits(found))
+    {
         let found: Vec<String> = array.shape().iter().map(usize::to_string).collect();
         let comma = if found.len() == 1 { "," } else { "" };
         return Err(PyValueError::new_err(format!(
@@ -152,13 +175,18 @@ fn contiguous<'py, T: numpy::Element>(
     Ok(array.cast_into::<PyArrayDyn<T>>()?.try_readonly()?)
 }
 
-/// `(n, 3)`.
+/// `(n, 3)`; `(m, 3) or (m, 4)`.
 fn expected(shape: &[Side]) -> String {
-    let side = |side: &Side| match side {
-        Side::Any(name) => (*name).to_owned(),
-        Side::Is(length) => length.to_string(),
+    let one = |pick: fn(usize, usize) -> usize| {
+        let side = |side: &Side| match *side {
+            Side::Any(name) => name.to_owned(),
+            Side::Is(length) => length.to_string(),
+            Side::Between(least, greatest) => pick(least, greatest).to_string(),
+        };
+        let sides: Vec<String> = shape.iter().map(side).collect();
+        let comma = if sides.len() == 1 { "," } else { "" };
+        format!("({}{comma})", sides.join(", "))
     };
-    let sides: Vec<String> = shape.iter().map(side).collect();
-    let comma = if sides.len() == 1 { "," } else { "" };
-    format!("({}{comma})", sides.join(", "))
+    let (least, greatest) = (one(|least, _| least), one(|_, greatest| greatest));
+    if least == greatest { least } else { format!("{least} or {greatest}") }
 }

@@ -35,6 +35,20 @@ pub(super) const KEYS: [&str; 19] = [
     "memory_limit",
 ];
 
+/// Those that may be `None`: not asked for, or said in another way.
+pub(super) const OPTIONAL: [&str; 10] = [
+    "object",
+    "lattice_vertices",
+    "cell_size",
+    "half_width",
+    "stiffness_radius",
+    "stiffness",
+    "frequency",
+    "damping",
+    "damping_rate",
+    "memory_limit",
+];
+
 /// Arguments about the lattice of a mesh, which a lattice does not need any more.
 const OF_MESH: [&str; 5] = ["object", "lattice_vertices", "cell_size", "join", "memory_limit"];
 
@@ -50,7 +64,7 @@ pub(super) fn body<'py>(
         .scale(settings.number("scale")?.unwrap_or(1.0))
         .material(material(settings)?)
         .placement(placement(settings)?)
-        .volume(settings.get("volume")?.map(|v| volume(&v)).transpose()?.unwrap_or_default());
+        .volume(settings.get("volume")?.map(|v| read_volume(&v)).transpose()?.unwrap_or_default());
     let body = py.detach(|| builder.build()).map_err(error::of)?;
     Ok((shape, body))
 }
@@ -126,12 +140,14 @@ fn placement(settings: &Settings<'_>) -> PyResult<Placement> {
 }
 
 /// A word for the measure, or a dict with the measure and more.
-fn volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
+pub(super) fn read_volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
     if value.extract::<String>().is_ok() {
         return argument::choice(value, "volume", &Preservation::NAMED).map(VolumeOptions::from);
     }
-    let dict = value.cast::<PyDict>().map_err(|_| wrong_type(value, "volume", "a string or a dict"))?;
-    let settings = Settings::new(Some(dict), "volume", &["measure", "scope", "field", "max_correction"])?;
+    let dict = value
+        .cast::<PyDict>()
+        .map_err(|_| wrong_type(value, "volume", "a string (\"off\" for none) or a dict"))?;
+    let settings = Settings::of_dict(dict, "volume", &["measure", "scope", "field", "max_correction"])?;
     let mut options = VolumeOptions::default();
     if let Some(measure) = settings.get("measure")? {
         options.measure = argument::choice(&measure, "volume measure", &Preservation::NAMED)?;

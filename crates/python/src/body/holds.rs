@@ -27,8 +27,8 @@ impl Body {
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let known = ["box", "sphere", "plane", "vertices", "from_", "until"];
-        let settings = Settings::new(options, "pin()", &known)?;
-        let selection = selection::read(&settings, "pin()", slf.get().count(slf.py()))?;
+        let settings = Settings::of_call(options, "pin()", &known, &selection::OPTIONAL)?;
+        let selection = selection::read(&settings, "pin()", slf.get().count(slf.py())?)?;
         let pin = Pin { selection, window: selection::read_window(&settings)? };
         Hold::add(slf, |body| body.pin(&pin))
     }
@@ -46,8 +46,8 @@ impl Body {
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let known = ["keys", "box", "sphere", "plane", "vertices", "from_", "until"];
-        let settings = Settings::new(options, "handle()", &known)?;
-        let selection = selection::read(&settings, "handle()", slf.get().count(slf.py()))?;
+        let settings = Settings::of_call(options, "handle()", &known, &selection::OPTIONAL)?;
+        let selection = selection::read(&settings, "handle()", slf.get().count(slf.py())?)?;
         let keys = settings.get("keys")?.ok_or_else(|| PyTypeError::new_err("handle() needs keys="))?;
         let window = selection::read_window(&settings)?;
         let handle = Handle { selection, keys: keys::read(&keys)?, window };
@@ -70,10 +70,10 @@ impl Body {
         force: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let settings = Settings::new(options, "apply_force()", &selection::SHAPES)?;
-        let selection = selection::read(&settings, "apply_force()", self.count(py))?;
+        let settings = Settings::of_call(options, "apply_force()", &selection::SHAPES, &selection::SHAPES)?;
+        let selection = selection::read(&settings, "apply_force()", self.count(py)?)?;
         let force = arrays::vector(force, "force")?;
-        self.with(py, |body| body.apply_force(force, &selection)).map_err(error::of)
+        self.with(py, |body| body.apply_force(force, &selection))?.map_err(error::of)
     }
 }
 
@@ -89,7 +89,7 @@ impl Hold {
         body: &Bound<'_, Body>,
         add: impl FnOnce(&mut supple::Body) -> Result<(), supple::Error> + Send,
     ) -> PyResult<Self> {
-        let index = body.get().with(body.py(), |body| add(body).map(|()| body.hold_count() - 1));
+        let index = body.get().with(body.py(), |body| add(body).map(|()| body.hold_count() - 1))?;
         Ok(Self { body: body.clone().unbind(), index: index.map_err(error::of)? })
     }
 }
@@ -104,7 +104,7 @@ impl Hold {
 
     /// Lets go for good, from the next step on.
     fn release(&self, py: Python<'_>) -> PyResult<()> {
-        self.body.get().with(py, |body| body.release(self.index)).map_err(error::value)
+        self.body.get().with(py, |body| body.release(self.index))?.map_err(error::value)
     }
 
     /// Gives other keys, from the next step on, relative to the pose that was captured when the hold began.
@@ -112,11 +112,11 @@ impl Hold {
     /// keys : list of (time, translate, rotate), as for Body.handle
     fn set_keys(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<()> {
         let keys = keys::read(keys)?;
-        self.body.get().with(py, |body| body.set_keys(self.index, &keys)).map_err(error::value)
+        self.body.get().with(py, |body| body.set_keys(self.index, &keys))?.map_err(error::value)
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
-        let name = self.body.get().read(py, |body| body.name().to_owned());
-        format!("<supple.Hold {} of body {name:?}>", self.index)
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let name = self.body.get().read(py, |body| body.name().to_owned())?;
+        Ok(format!("<supple.Hold {} of body {name:?}>", self.index))
     }
 }

@@ -1,13 +1,13 @@
 //! Where a body lives: alone, or in a simulation that all its bodies share.
 
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyWeakrefMethods, PyWeakrefReference};
 
 use super::Body;
+use crate::forked::{Forked, Owner};
 
 /// Where a body lives. A body moves into a simulation once and stays.
 pub(crate) enum Home {
@@ -24,19 +24,19 @@ pub(crate) enum Home {
 /// Whoever works on it holds the lock and not the GIL; nobody waits for the lock with the GIL in hand, so neither can
 /// wait for the other.
 ///
-/// A process that was forked has no threads but one: before its first step it takes new ones.
+/// A process that was forked has no threads but one: the first who works on it there takes new ones.
 pub(crate) struct World {
-    simulation: Mutex<supple::Simulation>,
+    /// A job that steps it holds it as well.
+    simulation: Arc<Mutex<supple::Simulation>>,
     threads: usize,
-    process: AtomicU32,
+    owner: Owner,
     /// The Python object of the simulation, as long as it lives.
     python: PyOnceLock<Py<PyWeakrefReference>>,
 }
 
 impl World {
-    pub(crate) fn new(simulation: supple::Simulation, threads: usize) -> Self {
-        let process = AtomicU32::new(std::process::id());
-        Self { simulation: Mutex::new(simulation), threads, process, python: PyOnceLock::new() }
+    pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
+        Self { simulation, threads, owner: Owner::new(), python: PyOnceLock::new() }
     }
 
     /// Threads as asked for; 0 = one for each processor.
@@ -57,30 +57,16 @@ impl World {
         self.python.get(py).and_then(|reference| reference.bind(py).upgrade())
     }
 
-    /// Makes sure that the threads are of this process.
+    /// The simulation. To be called without the GIL.
     ///
     /// # Errors
     ///
-    /// If another thread was at work when the process was forked: what it left is of no use.
-    pub(crate) fn settle(&self) -> Result<(), &'static str> {
-        let process = std::process::id();
-        if self.process.load(Ordering::Acquire) == process {
-            return Ok(());
-        }
-        let Ok(mut simulation) = self.simulation.try_lock() else {
-            return Err(
-                "the process was forked while another thread worked on the simulation; build it anew",
-            );
-        };
-        simulation.abandon_threads();
-        simulation.set_threads(self.threads).expect("as it was built with");
-        self.process.store(process, Ordering::Release);
-        Ok(())
-    }
-
-    /// The simulation. To be called without the GIL.
-    pub(crate) fn lock(&self) -> MutexGuard<'_, supple::Simulation> {
-        locked(&self.simulation)
+    /// If another thread was at work on it when the process was forked.
+    pub(crate) fn lock(&self) -> Result<MutexGuard<'_, supple::Simulation>, Forked> {
+        self.owner.lock(&self.simulation, |simulation| {
+            simulation.abandon_threads();
+            simulation.set_threads(self.threads).expect("as it was built with");
+        })
     }
 
     /// Lets `work` have the simulation, without the GIL.
@@ -88,8 +74,8 @@ impl World {
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Simulation) -> R + Send,
-    ) -> R {
-        py.detach(|| work(&mut self.lock()))
+    ) -> PyResult<R> {
+        Ok(py.detach(|| self.lock().map(|mut simulation| work(&mut simulation)))?)
     }
 }
 
@@ -99,39 +85,43 @@ impl Body {
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Body) -> R + Send,
-    ) -> R {
-        py.detach(|| {
-            let mut home = locked(&self.home);
+    ) -> PyResult<R> {
+        let done = py.detach(|| {
+            let mut home = self.home()?;
             let (world, index) = match &mut *home {
-                Home::Alone(body) => return work(body),
+                Home::Alone(body) => return Ok(work(body)),
                 Home::In(world, index) => (world.clone(), *index),
                 Home::Moving => unreachable!("a body moves under its lock"),
             };
             drop(home);
-            work(world.lock().body_mut(index))
-        })
+            world.lock().map(|mut simulation| work(simulation.body_mut(index)))
+        });
+        Ok(done?)
     }
 
     /// As [`Body::with`], to look at.
-    pub(crate) fn read<R: Send>(&self, py: Python<'_>, look: impl FnOnce(&supple::Body) -> R + Send) -> R {
+    pub(crate) fn read<R: Send>(
+        &self,
+        py: Python<'_>,
+        look: impl FnOnce(&supple::Body) -> R + Send,
+    ) -> PyResult<R> {
         self.with(py, |body| look(body))
     }
 
     /// The simulation that the body lives in, and its index there.
-    pub(crate) fn world(&self, py: Python<'_>) -> Option<(Arc<World>, usize)> {
-        py.detach(|| match &*self.home() {
-            Home::In(world, index) => Some((world.clone(), *index)),
-            Home::Alone(_) | Home::Moving => None,
-        })
+    pub(crate) fn world(&self, py: Python<'_>) -> PyResult<Option<(Arc<World>, usize)>> {
+        let world = py.detach(|| {
+            self.home().map(|home| match &*home {
+                Home::In(world, index) => Some((world.clone(), *index)),
+                Home::Alone(_) | Home::Moving => None,
+            })
+        });
+        Ok(world?)
     }
 
     /// The lock on where the body lives. To be called without the GIL.
-    pub(crate) fn home(&self) -> MutexGuard<'_, Home> {
-        locked(&self.home)
+    pub(crate) fn home(&self) -> Result<MutexGuard<'_, Home>, Forked> {
+        // A body by itself has no threads.
+        self.owner.lock(&self.home, |_| {})
     }
-}
-
-/// Whatever panicked with the lock in hand left a body as whole as any.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

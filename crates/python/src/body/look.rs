@@ -12,16 +12,16 @@ use crate::report;
 #[pymethods]
 impl Body {
     /// (n, 3) float64: the goal positions of the current positions. No time passes.
-    fn goals<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let goals = self.read(py, supple::Body::goals);
-        arrays::of_points(py, goals)
+    fn goals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let goals = self.read(py, supple::Body::goals)?;
+        Ok(arrays::of_points(py, goals))
     }
 
     /// (n, 3) float64: the lattice after the volume correction, in the precision that is shown (float32,
     /// from the body's own origin); without a correction the positions.
-    fn corrected_positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let positions = self.read(py, supple::Body::corrected_positions);
-        arrays::of_points(py, positions)
+    fn corrected_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let positions = self.read(py, supple::Body::corrected_positions)?;
+        Ok(arrays::of_points(py, positions))
     }
 
     /// The mesh as it is shown, its vertices in input order: moved by the lattice after the volume correction.
@@ -58,15 +58,27 @@ impl Body {
 
     /// The volume by each measure at rest, now, and after the correction: a VolumeReport.
     fn volume_report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let volume = self.read(py, supple::Body::volume_report);
+        let volume = self.read(py, supple::Body::volume_report)?;
         report::of_volume(py, &volume)
+    }
+
+    /// The mesh as it is shown, as a trimesh.Trimesh: vertices in input order, larger faces fanned into triangles.
+    ///
+    /// Needs trimesh (`pip install "supple[trimesh]"`). ValueError for a bare lattice, which has no mesh.
+    fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf,))
+    }
+
+    /// Opens a window on the body, with its simulation if it lives in one: see supple.view.
+    fn show<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.viewer")?.call_method1("view", (slf,))
     }
 }
 
 impl Body {
     /// The array that a surface goes to: the caller's, or a new one.
     fn out<'py>(&self, py: Python<'py>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Out<'py>> {
-        let Some(rows) = self.read(py, |body| body.mesh().map(|mesh| mesh.vertices().len())) else {
+        let Some(rows) = self.read(py, |body| body.mesh().map(|mesh| mesh.vertices().len()))? else {
             return Err(PyValueError::new_err(
                 "the body is a bare lattice and has no mesh to show; look at corrected_positions()",
             ));
@@ -82,9 +94,7 @@ impl Body {
         array: Bound<'py, PyArray2<T>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = array.py();
-        fill(&array, T::zero(), |rows| {
-            self.read(py, |body| body.surface_into(rows, None));
-        })?;
+        fill(&array, T::zero(), |rows| self.read(py, |body| body.surface_into(rows, None)).map(drop))?;
         Ok(array.into_any())
     }
 

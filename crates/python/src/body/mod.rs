@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
 
+use crate::forked::Owner;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 use crate::settings::Settings;
@@ -59,10 +60,12 @@ use crate::settings::Settings;
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Body {
     home: Mutex<Home>,
+    owner: Owner,
     /// What the body was made of: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
     /// A copy of the keyword arguments, for pickles.
     settings: Py<PyDict>,
+    mesh: PyOnceLock<Option<Py<Mesh>>>,
     lattice: PyOnceLock<Py<Lattice>>,
 }
 
@@ -70,7 +73,14 @@ impl Body {
     /// A body that a scene has put into a simulation.
     pub(crate) fn of_scene(shape: Py<PyAny>, settings: Py<PyDict>, world: Arc<World>, index: usize) -> Self {
         let home = Mutex::new(Home::In(world, index));
-        Self { home, shape, settings, lattice: PyOnceLock::new() }
+        Self {
+            home,
+            owner: Owner::new(),
+            shape,
+            settings,
+            mesh: PyOnceLock::new(),
+            lattice: PyOnceLock::new(),
+        }
     }
 }
 
@@ -83,7 +93,8 @@ impl Body {
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
-        let (shape, body) = build::body(shape, &Settings::new(settings, "Body()", &build::KEYS)?)?;
+        let (shape, body) =
+            build::body(shape, &Settings::of_call(settings, "Body()", &build::KEYS, &build::OPTIONAL)?)?;
         let settings = match settings {
             Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
             None => PyDict::new(py),
@@ -94,46 +105,52 @@ impl Body {
         }
         Ok(Self {
             home: Mutex::new(Home::Alone(Box::new(body))),
+            owner: Owner::new(),
             shape: shape.unbind(),
             settings: settings.unbind(),
+            mesh: PyOnceLock::new(),
             lattice: PyOnceLock::new(),
         })
     }
 
     /// The name, as in reports and file names.
     #[getter]
-    fn name(&self, py: Python<'_>) -> String {
+    fn name(&self, py: Python<'_>) -> PyResult<String> {
         self.read(py, |body| body.name().to_owned())
     }
 
     /// The mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice.
     #[getter]
-    fn mesh(&self, py: Python<'_>) -> Option<Mesh> {
-        self.read(py, |body| body.mesh().cloned()).map(Mesh::from_core)
+    fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Option<&Bound<'py, Mesh>>> {
+        let mesh = self.mesh.get_or_try_init(py, || -> PyResult<_> {
+            let mesh = self.read(py, |body| body.mesh().cloned())?;
+            mesh.map(|mesh| Py::new(py, Mesh::from_core(mesh))).transpose()
+        })?;
+        Ok(mesh.as_ref().map(|mesh| mesh.bind(py)))
     }
 
     /// The lattice in the model's frame: after scale, before rotate and translate.
     #[getter]
     fn lattice<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, Lattice>> {
         let lattice = self.lattice.get_or_try_init(py, || -> PyResult<_> {
-            let lattice = self.read(py, |body| body.lattice().clone());
+            let lattice = self.read(py, |body| body.lattice().clone())?;
             Py::new(py, Lattice::from_core(lattice))
         })?;
         Ok(lattice.bind(py))
     }
 
-    /// Half-width of the regions in cells: as given, at most the extent of the lattice.
+    /// The simulation that the body lives in; None for a body by itself, or if nobody holds the Simulation any more.
     #[getter]
-    fn half_width(&self, py: Python<'_>) -> usize {
-        self.read(py, supple::Body::half_width)
+    fn simulation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.world(py)?.and_then(|(world, _)| world.python(py)))
     }
 
     /// Number of lattice vertices.
-    fn __len__(&self, py: Python<'_>) -> usize {
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, |body| body.lattice().len())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         self.read(py, |body| {
             let lattice = body.lattice();
             let mesh = body.mesh().map_or_else(
@@ -141,12 +158,13 @@ impl Body {
                 |mesh| format!("mesh of {} vertices", mesh.vertices().len()),
             );
             format!(
-                "<supple.Body {:?}: {} lattice vertices, {} cells of {:.4}, half-width {}, {mesh}>",
+                "<supple.Body {:?}: {} lattice vertices, {} cells of {:.4}, half-width {}, {mesh}, {:.1} MB>",
                 body.name(),
                 lattice.len(),
                 lattice.cells().len(),
                 lattice.cell_size(),
-                body.half_width()
+                body.half_width(),
+                body.memory() as f64 / 1e6
             )
         })
     }

@@ -16,14 +16,14 @@ impl Body {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
         let class = py.get_type::<Self>();
-        let shared = slf.get().world(py);
+        let shared = slf.get().world(py)?;
         // A body of a living simulation goes where that goes, as one of its bodies.
         if let Some((world, index)) = shared
             && let Some(simulation) = world.python(py)
         {
             return (class.getattr("_of")?, (simulation, index)).into_pyobject(py);
         }
-        let snapshot = slf.get().read(py, supple::Body::snapshot);
+        let snapshot = slf.get().read(py, supple::Body::snapshot)?;
         let state = PyBytes::new(py, &encode(&snapshot)?);
         let (shape, settings) = slf.get().recipe(py);
         (class.getattr("_restore")?, (shape, settings, state)).into_pyobject(py)
@@ -45,7 +45,7 @@ impl Body {
     ) -> PyResult<Self> {
         let snapshot: BodySnapshot = decode(state)?;
         let body = Self::new(shape, Some(settings))?;
-        body.with(py, |body| body.restore(&snapshot)).map_err(error::of)?;
+        body.with(py, |body| body.restore(&snapshot))?.map_err(error::of)?;
         Ok(body)
     }
 }

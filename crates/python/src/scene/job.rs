@@ -1,20 +1,26 @@
 //! A scene run to frames on disk.
 
-use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use supple::frames::Format;
-use supple::run::{Flow, Job, Observer, Outcome, Progress, RunReport};
+use supple::run::{Flow, Input, Job, Observer, Outcome, Progress, RunReport};
+use supple::scene::Scene;
 
+use super::load::live;
 use super::{of_run, open};
 use crate::argument;
 use crate::report::{self, Report};
 use crate::settings::Settings;
+use crate::simulation::Simulation;
 
 /// The keyword arguments of `supple.run`.
 const KEYS: [&str; 9] =
     ["output", "format", "frames", "progress", "every", "start_frame", "stats", "resume", "threads"];
+
+/// Those that may be `None`: as the scene has it, or not asked for.
+const OPTIONAL: [&str; 6] = ["output", "format", "frames", "progress", "stats", "threads"];
 
 /// Runs a scene to frames on disk; `overrides` are `KEY=VALUE`.
 #[pyfunction]
@@ -24,12 +30,12 @@ const KEYS: [&str; 9] =
 )]
 pub(crate) fn run<'py>(
     py: Python<'py>,
-    path: PathBuf,
+    path: &Bound<'py, PyAny>,
     overrides: Vec<String>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let options = Settings::new(options, "run()", &KEYS)?;
-    let mut scene = open(py, &path, &overrides)?;
+    let options = Settings::of_call(options, "run()", &KEYS, &OPTIONAL)?;
+    let mut scene = open(path, &overrides)?;
     if let Some(format) = options.get("format")? {
         let formats = Format::ALL.map(|format| (format.name(), format));
         scene.output.format = argument::choice(&format, "format", &formats)?;
@@ -47,7 +53,7 @@ pub(crate) fn run<'py>(
     job.stats = options.path("stats")?;
     job.resume = options.boolean("resume")?.unwrap_or(job.resume);
     let callback = options.get("progress")?.map(Bound::unbind);
-    let mut onlooker = Onlooker { callback, raised: None };
+    let mut onlooker = Onlooker { scene: &job.scene, callback, simulation: None, raised: None };
     let report = py.detach(|| job.run(&mut onlooker));
     if let Some(raised) = onlooker.raised {
         return Err(raised);
@@ -56,18 +62,36 @@ pub(crate) fn run<'py>(
 }
 
 /// Lets Ctrl-C through and calls back after each frame; what either raises stops the run.
-struct Onlooker {
+struct Onlooker<'a> {
+    scene: &'a Scene,
     callback: Option<Py<PyAny>>,
+    /// What the callback may look at and change.
+    simulation: Option<Py<Simulation>>,
     raised: Option<PyErr>,
 }
 
-impl Observer for Onlooker {
+impl Observer for Onlooker<'_> {
+    fn built(&mut self, simulation: &Arc<Mutex<supple::Simulation>>, inputs: &[Input]) {
+        if self.callback.is_some() {
+            let live =
+                Python::attach(|py| live(py, self.scene, inputs, simulation.clone()).map(Bound::unbind));
+            match live {
+                Ok(simulation) => self.simulation = Some(simulation),
+                Err(error) => self.raised = Some(error),
+            }
+        }
+    }
+
     fn frame(&mut self, progress: &Progress) -> Flow {
+        if self.raised.is_some() {
+            return Flow::Stop;
+        }
         let goes_on = Python::attach(|py| -> PyResult<bool> {
             py.check_signals()?;
             let Some(callback) = &self.callback else { return Ok(true) };
             let Progress { frame, last, time, elapsed } = progress;
-            let progress = Report::Progress.make(py, (*frame, *last, *time, elapsed.as_secs_f64()))?;
+            let fields = (*frame, *last, *time, elapsed.as_secs_f64(), &self.simulation);
+            let progress = Report::Progress.make(py, fields)?;
             let answer = callback.bind(py).call1((progress,))?;
             Ok(answer.extract::<bool>().unwrap_or(true))
         });

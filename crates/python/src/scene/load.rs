@@ -1,12 +1,11 @@
 //! A scene as a live simulation.
 
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use supple::run::{Input, prepare};
-use supple::scene::BodyData;
+use supple::scene::{BodyData, Scene};
 use supple::{Damping, Reach, Resolution, Stiffness};
 
 use super::{of_run, open};
@@ -19,14 +18,24 @@ use crate::simulation::Simulation;
 #[pyfunction]
 pub(crate) fn load_scene<'py>(
     py: Python<'py>,
-    path: PathBuf,
+    path: &Bound<'py, PyAny>,
     overrides: Vec<String>,
 ) -> PyResult<Bound<'py, Simulation>> {
-    let scene = open(py, &path, &overrides)?;
+    let scene = open(path, &overrides)?;
     let prepared = py.detach(|| prepare(&scene)).map_err(of_run)?;
-    let world = Arc::new(World::new(prepared.simulation, scene.simulation.threads));
+    live(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))
+}
+
+/// The Python object of the simulation of a scene.
+pub(super) fn live<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    inputs: &[Input],
+    simulation: Arc<Mutex<supple::Simulation>>,
+) -> PyResult<Bound<'py, Simulation>> {
+    let world = Arc::new(World::new(simulation, scene.simulation.threads));
     let mut bodies = Vec::with_capacity(scene.bodies.len());
-    for (index, (data, input)) in scene.bodies.iter().zip(&prepared.inputs).enumerate() {
+    for (index, (data, input)) in scene.bodies.iter().zip(inputs).enumerate() {
         bodies.push(body(py, data, input, &world, index)?);
     }
     let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));

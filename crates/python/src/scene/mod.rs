@@ -6,22 +6,23 @@ mod load;
 pub(crate) use job::run;
 pub(crate) use load::load_scene;
 
-use std::path::Path;
-
 use pyo3::prelude::*;
 use supple::run::RunError;
 use supple::scene::{Scene, SceneError, Up};
 
+use crate::argument;
 use crate::error::{self, Exception};
 
 /// The scene of a file: TOML, or the scene that a model alone means.
-fn open(py: Python<'_>, path: &Path, overrides: &[String]) -> PyResult<Scene> {
+fn open(path: &Bound<'_, PyAny>, overrides: &[String]) -> PyResult<Scene> {
+    let py = path.py();
+    let path = argument::path(path, "path")?;
     py.detach(|| {
         // A file that is not there is told so, whatever its name ends in.
-        if let Err(missing) = std::fs::metadata(path) {
-            return Err(SceneError::Read { path: path.to_owned(), source: missing });
+        if let Err(missing) = std::fs::metadata(&path) {
+            return Err(SceneError::Read { path, source: missing });
         }
-        Scene::open(path, Up::default(), overrides)
+        Scene::open(&path, Up::default(), overrides)
     })
     .map_err(of_scene)
 }

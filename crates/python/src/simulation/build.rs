@@ -1,7 +1,7 @@
 //! Bodies move into a simulation.
 
 use std::mem;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -12,6 +12,7 @@ use super::Simulation;
 use crate::argument::wrong_type;
 use crate::body::{Body, Home, World};
 use crate::error;
+use crate::forked::Forked;
 
 /// The simulation of `bodies`, all of which move in, or none.
 pub(super) fn simulation(
@@ -37,6 +38,7 @@ pub(super) fn simulation(
         Refusal::Taken(index) => PyValueError::new_err(format!(
             "bodies[{index}] already belongs to a simulation; build another Body for this one"
         )),
+        Refusal::Forked(forked) => forked.into(),
     })?;
     let bodies = bodies.iter().map(|body| body.clone().unbind()).collect();
     Ok(Simulation::of(world, bodies, colliders))
@@ -45,6 +47,7 @@ pub(super) fn simulation(
 /// Why bodies stay where they are.
 enum Refusal {
     Taken(usize),
+    Forked(Forked),
     Error(supple::Error),
 }
 
@@ -53,7 +56,8 @@ fn move_in(bodies: &[&Body], builder: SimulationBuilder, threads: usize) -> Resu
     // In the order of their addresses, so that two threads that want the same bodies do not wait for each other.
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
-    let mut homes: Vec<_> = order.iter().map(|&index| (index, bodies[index].home())).collect();
+    let home = |&index: &usize| bodies[index].home().map(|home| (index, home));
+    let mut homes = order.iter().map(home).collect::<Result<Vec<_>, _>>().map_err(Refusal::Forked)?;
     homes.sort_by_key(|(index, _)| *index);
     if let Some((taken, _)) = homes.iter().find(|(_, home)| !matches!(**home, Home::Alone(_))) {
         return Err(Refusal::Taken(*taken));
@@ -65,7 +69,7 @@ fn move_in(bodies: &[&Body], builder: SimulationBuilder, threads: usize) -> Resu
         }
     }
     let simulation = builder.build().map_err(Refusal::Error)?;
-    let world = Arc::new(World::new(simulation, threads));
+    let world = Arc::new(World::new(Arc::new(Mutex::new(simulation)), threads));
     for (index, home) in &mut homes {
         **home = Home::In(world.clone(), *index);
     }

@@ -6,7 +6,6 @@ mod step;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::Vector3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -14,6 +13,7 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::argument;
 use crate::arrays;
 use crate::body::{Body, World};
+use crate::settings::Settings;
 use crate::{collider, error};
 
 /// Bodies that move through time, each by itself, among colliders.
@@ -53,31 +53,28 @@ impl Simulation {
 impl Simulation {
     #[new]
     #[pyo3(
-        signature = (bodies, *, dt=1.0 / 60.0, gravity=None, colliders=None, threads=None, substeps=None),
+        signature = (bodies, **settings),
         text_signature = "(bodies, *, dt=0.016666666666666666, gravity=(0, -9.81, 0), colliders=(), threads=0, substeps=1)"
     )]
-    fn new(
-        bodies: &Bound<'_, PyAny>,
-        dt: f64,
-        gravity: Option<&Bound<'_, PyAny>>,
-        colliders: Option<&Bound<'_, PyAny>>,
-        threads: Option<&Bound<'_, PyAny>>,
-        substeps: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let mut builder = supple::Simulation::builder().dt(dt);
-        if let Some(gravity) = gravity {
-            builder = builder.gravity(arrays::vector(gravity, "gravity")?);
+    fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let known = ["dt", "gravity", "colliders", "threads", "substeps"];
+        let settings = Settings::of_call(settings, "Simulation()", &known, &[])?;
+        let mut builder = supple::Simulation::builder();
+        if let Some(dt) = settings.number("dt")? {
+            builder = builder.dt(dt);
         }
-        let py = bodies.py();
-        let colliders = match colliders {
-            Some(colliders) => collider::tuple(colliders)?,
-            None => PyTuple::empty(py),
+        if let Some(gravity) = settings.vector("gravity")? {
+            builder = builder.gravity(gravity);
+        }
+        let colliders = match settings.get("colliders")? {
+            Some(colliders) => collider::tuple(&colliders)?,
+            None => PyTuple::empty(bodies.py()),
         };
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
-        let threads = threads.map_or(Ok(0), |threads| argument::count(threads, "threads", 0))?;
+        let threads = settings.count("threads", 0)?.unwrap_or(0);
         builder = builder.threads(threads);
-        if let Some(substeps) = substeps {
-            builder = builder.substeps(argument::count(substeps, "substeps", 1)? as u64);
+        if let Some(substeps) = settings.count("substeps", 1)? {
+            builder = builder.substeps(substeps as u64);
         }
         build::simulation(bodies, &colliders, builder, threads)
     }
@@ -99,37 +96,39 @@ impl Simulation {
 
     /// Length of a step in seconds, > 0. Can be set; time stays.
     #[getter]
-    fn dt(&self, py: Python<'_>) -> f64 {
+    fn dt(&self, py: Python<'_>) -> PyResult<f64> {
         self.world.with(py, |simulation| simulation.dt())
     }
 
     #[setter]
-    fn set_dt(&self, py: Python<'_>, dt: f64) -> PyResult<()> {
-        self.world.with(py, |simulation| simulation.set_dt(dt)).map_err(error::of)
+    fn set_dt(&self, py: Python<'_>, dt: &Bound<'_, PyAny>) -> PyResult<()> {
+        let dt = argument::number(dt, "dt")?;
+        self.world.with(py, |simulation| simulation.set_dt(dt))?.map_err(error::of)
     }
 
     /// Time in seconds. Can be set: pins, handles and moving colliders follow.
     #[getter]
-    fn time(&self, py: Python<'_>) -> f64 {
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
         self.world.with(py, |simulation| simulation.time())
     }
 
     #[setter]
-    fn set_time(&self, py: Python<'_>, time: f64) -> PyResult<()> {
-        self.world.with(py, |simulation| simulation.set_time(time)).map_err(error::of)
+    fn set_time(&self, py: Python<'_>, time: &Bound<'_, PyAny>) -> PyResult<()> {
+        let time = argument::number(time, "time")?;
+        self.world.with(py, |simulation| simulation.set_time(time))?.map_err(error::of)
     }
 
     /// (3,) float64, length/s^2. Can be set.
     #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let gravity = self.world.with(py, |simulation| simulation.gravity());
-        arrays::of_numbers(py, Vector3::from(gravity).iter().copied().collect())
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let gravity = self.world.with(py, |simulation| simulation.gravity())?;
+        Ok(arrays::of_numbers(py, gravity.to_vec()))
     }
 
     #[setter]
     fn set_gravity(&self, py: Python<'_>, gravity: &Bound<'_, PyAny>) -> PyResult<()> {
         let gravity = arrays::vector(gravity, "gravity")?;
-        self.world.with(py, |simulation| simulation.set_gravity(gravity)).map_err(error::of)
+        self.world.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::of)
     }
 
     /// The colliders. Can be set, from the next step on.
@@ -142,40 +141,47 @@ impl Simulation {
     fn set_colliders(&self, py: Python<'_>, colliders: &Bound<'_, PyAny>) -> PyResult<()> {
         let colliders = collider::tuple(colliders)?;
         let read = collider::read_all(&colliders)?;
-        self.world.with(py, |simulation| simulation.set_colliders(&read)).map_err(error::of)?;
+        self.world.with(py, |simulation| simulation.set_colliders(&read))?.map_err(error::of)?;
         *self.colliders.lock().unwrap_or_else(PoisonError::into_inner) = colliders.unbind();
         Ok(())
     }
 
     /// Steps that make a frame.
     #[getter]
-    fn substeps(&self, py: Python<'_>) -> u64 {
+    fn substeps(&self, py: Python<'_>) -> PyResult<u64> {
         self.world.with(py, |simulation| simulation.substeps())
     }
 
     /// The stages of a step and of a look, with what each takes: a text to print.
-    fn plan(&self, py: Python<'_>) -> String {
+    fn plan(&self, py: Python<'_>) -> PyResult<String> {
         self.world.with(py, |simulation| simulation.plan().to_string())
     }
 
     /// Threads that work.
     #[getter]
-    fn threads(&self, py: Python<'_>) -> usize {
+    fn threads(&self, py: Python<'_>) -> PyResult<usize> {
         self.world.with(py, |simulation| simulation.threads())
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         self.world.with(py, |simulation| {
-            let vertices: usize = simulation.bodies().iter().map(|body| body.lattice().len()).sum();
+            let bodies = simulation.bodies();
+            let vertices: usize = bodies.iter().map(|body| body.lattice().len()).sum();
+            let megabytes = bodies.iter().map(supple::Body::memory).sum::<usize>() as f64 / 1e6;
             format!(
-                "<supple.Simulation: {} bodies of {vertices} lattice vertices, time {:.4} s, dt {:.6} s, {} threads>",
-                simulation.bodies().len(),
+                "<supple.Simulation: {} of {vertices} lattice vertices, time {:.4} s, dt {:.6} s, {}, {megabytes:.1} MB>",
+                counted(bodies.len(), "body", "bodies"),
                 simulation.time(),
                 simulation.dt(),
-                simulation.threads()
+                counted(simulation.threads(), "thread", "threads"),
             )
         })
     }
+}
+
+/// "1 body", "2 bodies".
+fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
 }
 
 /// The vector instructions that run here, as a checkpoint records them: "avx2", "neon", ...

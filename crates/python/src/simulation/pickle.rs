@@ -12,14 +12,14 @@ use crate::error;
 impl Simulation {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, this) = (slf.py(), slf.get());
-        let state = this.world.with(py, |simulation| simulation.state());
+        let state = this.world.with(py, |simulation| simulation.state())?;
         let state = PyBytes::new(py, &encode(&state)?);
         let bodies = PyList::new(py, this.bodies.iter().map(|body| body.get().recipe(py)))?;
         let settings = PyDict::new(py);
-        settings.set_item("dt", this.dt(py))?;
+        settings.set_item("dt", this.dt(py)?)?;
         settings.set_item("colliders", this.colliders(py))?;
         settings.set_item("threads", this.world.threads())?;
-        settings.set_item("substeps", this.substeps(py))?;
+        settings.set_item("substeps", this.substeps(py)?)?;
         (py.get_type::<Self>().getattr("_restore")?, (bodies, settings, state)).into_pyobject(py)
     }
 
@@ -37,7 +37,7 @@ impl Simulation {
         let bodies: Vec<_> = bodies.iter().map(body).collect::<PyResult<_>>()?;
         let simulation = class.call((bodies,), Some(settings))?;
         let world = &simulation.cast::<Self>()?.get().world;
-        world.with(py, |simulation| simulation.restore(&state)).map_err(error::of)?;
+        world.with(py, |simulation| simulation.restore(&state))?.map_err(error::of)?;
         Ok(simulation)
     }
 }

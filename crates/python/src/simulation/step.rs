@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use super::Simulation;
@@ -18,14 +17,13 @@ impl Simulation {
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let mut left = n.map_or(Ok(1), |n| argument::count(n, "n", 0))? as u64;
         let mut chunk = 1;
-        self.world.settle().map_err(PyRuntimeError::new_err)?;
         while left > 0 {
             let steps = left.min(chunk);
             let took = self.world.with(py, |simulation| {
                 let start = Instant::now();
                 simulation.steps(steps);
                 start.elapsed()
-            });
+            })?;
             left -= steps;
             chunk = if took < CHUNK / 2 { chunk * 2 } else { chunk.div_ceil(2) };
             py.check_signals()?;

@@ -1,0 +1,181 @@
+"""What crossing the border between Python and Rust costs, beside numpy.
+
+python benches/python/border.py [--quick]
+
+Each row is the median of many calls within one run; rivals are timed in turn with what they rival, so that what else
+the machine does hits both. `--quick` calls everything once or twice, to see that it runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import itertools
+import platform
+import statistics
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import supple
+
+Floats = NDArray[np.floating]
+
+
+def main() -> None:
+    """Prints a table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="everything once or twice")
+    quick = parser.parse_args().quick
+    print(f"{platform.machine()}, {supple.simd_level()}, Python {platform.python_version()}, numpy {np.__version__}")
+    step(quick)
+    surface(quick)
+    rotations(quick)
+
+
+def step(quick: bool) -> None:
+    """Steps: many calls of one, and one call of many. A single cell shows best what a call adds."""
+    for sides in (1, 9):
+        body = supple.Body(supple.Lattice.from_cells(np.ones((sides, sides, sides), dtype=bool)), spin=(0, 0, 1))
+        sim = supple.Simulation([body], gravity=(0, 0, 0), threads=1)
+        count = 2 if quick else 500
+        calls = [partial(step_by_step, sim, count), partial(sim.step, count)]
+        alone, together = (seconds / count for seconds in in_turn(calls, 2 if quick else 41))
+        row(f"step of {len(body)} lattice vertices, called from Python", alone)
+        row("the same within one call, as Rust steps", together)
+        row("what a call adds (asked for: 10 us)", alone - together)
+
+
+def step_by_step(sim: supple.Simulation, count: int) -> None:
+    """As many calls as steps."""
+    for _ in range(count):
+        sim.step()
+
+
+def surface(quick: bool) -> None:
+    """A look at 60,000 mesh vertices: into `out=`, as a new array, in Rust; a copy, and a mesh update by numpy."""
+    mesh = globe(20 if quick else 245)
+    with tempfile.TemporaryDirectory() as folder:
+        rust = rust_look(mesh, Path(folder), 2 if quick else 60)
+    body = supple.Body(mesh, lattice_vertices=1000, name="globe", spin=(0, 0, 1))
+    sim = supple.Simulation([body], gravity=(0, 0, 0))
+    sim.step(10)
+    out = np.empty(mesh.vertices.shape, dtype=np.float32)
+    source = out.copy()
+    embedding = Embedding(body)
+    looks: list[Callable[[], object]] = [
+        lambda: body.surface(out=out),
+        body.surface,
+        lambda: np.copyto(out, source),
+        embedding.surface,
+    ]
+    into, new, copy, numpy = in_turn(looks, 2 if quick else 201)
+    row(f"surface(out=) of {len(mesh.vertices)} vertices, float32, volume kept", into)
+    row("the same look within a run, from Rust alone", rust)
+    row("a numpy copy of that size", copy)
+    row("surface(): a new float64 array", new)
+    row("mesh update by numpy, float32, no volume correction", numpy)
+
+
+def rotations(quick: bool) -> None:
+    """The rotation factor of matrices, beside numpy's singular value decomposition."""
+    matrices = np.random.default_rng(0).normal(size=(100 if quick else 20_000, 3, 3))
+
+    def by_numpy() -> Floats:
+        u, _, vt = np.linalg.svd(matrices)
+        u[:, :, 2] *= np.linalg.det(u @ vt)[:, None]
+        rotations: Floats = u @ vt
+        return rotations
+
+    own, numpy = in_turn([lambda: supple.rotations(matrices), by_numpy], 2 if quick else 21)
+    row(f"rotations of {len(matrices)} matrices", own)
+    row("the same by numpy.linalg.svd", numpy)
+
+
+def in_turn(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]:
+    """The median seconds of each of some calls, made in turn; each a second time at once, so that caches are warm."""
+    times: list[list[float]] = [[] for _ in calls]
+    for _ in range(rounds):
+        for call, own in zip(calls, times, strict=True):
+            call()
+            start = time.perf_counter()
+            call()
+            own.append(time.perf_counter() - start)
+    return [statistics.median(own) for own in times]
+
+
+def row(name: str, seconds: float) -> None:
+    """A line of the table."""
+    print(f"{name:<66} {1e6 * seconds:10.1f} us")
+
+
+def globe(sides: int) -> supple.Mesh:
+    """A ball of (sides + 1) x sides vertices, closed at its poles."""
+    polar, around = np.linspace(0, np.pi, sides + 1), np.arange(sides) * 2 * np.pi / sides
+    sin, cos = np.sin(polar)[:, None], np.cos(polar)[:, None]
+    # The poles to the last bit, so that their vertices are one.
+    sin[[0, -1]] = 0
+    ones = np.ones_like(around)
+    points = np.stack([sin * np.cos(around), sin * np.sin(around), cos * ones], axis=-1).reshape(-1, 3)
+    ring, place = (index.ravel() for index in np.meshgrid(np.arange(sides), np.arange(sides), indexing="ij"))
+    beside = (place + 1) % sides
+    a, b = ring * sides + place, ring * sides + beside
+    return supple.Mesh(points, np.stack([a, a + sides, b + sides, b], axis=1))
+
+
+def rust_look(mesh: supple.Mesh, folder: Path, frames: int) -> float:
+    """Median seconds of a look as a run's statistics have it: volume correction and mesh update, float32."""
+    vertices = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist())
+    faces = "".join(f"f {a} {b} {c}\n" for a, b, c in (mesh.faces + 1).tolist())
+    (folder / "globe.obj").write_text(vertices + faces)
+    (folder / "globe.toml").write_text(
+        f"""
+        [simulation]
+        frames = {frames}
+        gravity = [0, 0, 0]
+
+        [[body]]
+        name = "globe"
+        mesh = "globe.obj"
+        lattice_vertices = 1000
+        spin = [0, 0, 1]
+        """
+    )
+    supple.run(folder / "globe.toml", folder / "out", "pc2", stats=folder / "stats.csv")
+    with (folder / "stats.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    return statistics.median(float(row["ms_volume"]) + float(row["ms_embed"]) for row in rows) / 1e3
+
+
+class Embedding:
+    """Where the vertices of a mesh lie in the cells of a lattice, and their mesh update, in numpy."""
+
+    def __init__(self, body: supple.Body) -> None:
+        """Finds cells and weights at rest."""
+        mesh, lattice = body.mesh, body.lattice
+        assert mesh is not None
+        inside = (mesh.vertices - lattice.origin) / lattice.cell_size
+        low, high = lattice.cells.min(axis=0), lattice.cells.max(axis=0)
+        cells = np.clip(np.floor(inside).astype(int), low, high)
+        number = {tuple(index): vertex for vertex, index in enumerate(lattice.indices.tolist())}
+        corners = list(itertools.product((0, 1), repeat=3))
+        # A vertex on the side of a cell that is not there belongs to the cell beside it; to time it, any will do.
+        self.corners = np.array([[number.get(tuple(cell + corner), 0) for corner in corners] for cell in cells])
+        local = inside - cells
+        weights = [np.where(corner, local, 1 - local).prod(axis=1) for corner in corners]
+        self.weights = np.stack(weights, axis=1).astype(np.float32)
+        self.positions = body.positions.astype(np.float32)
+
+    def surface(self) -> Floats:
+        """(k, 3): the mesh, moved by the lattice."""
+        moved: Floats = np.einsum("kc,kci->ki", self.weights, self.positions[self.corners])
+        return moved
+
+
+if __name__ == "__main__":
+    main()

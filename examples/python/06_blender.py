@@ -1,0 +1,40 @@
+"""A run for Blender: one PC2 file that the Mesh Cache modifier plays back on the model.
+
+python examples/python/06_blender.py [SCENE.toml [DIR]]
+
+What to click in Blender then:
+
+1. Output properties: set the frame rate to that of the scene, here 30.
+2. File > Import > Wavefront (.obj): choose the model of the scene, examples/scenes/bust.obj. Among the settings beside
+   it set Forward Axis to Y and Up Axis to Z, so that nothing is turned, and leave Split By Object and Split By Group
+   off: the vertices must be those of the file, in its order.
+3. With the model selected: Modifiers > Add Modifier > Deform > Mesh Cache. Format: PC2. File Path: DIR/bust.pc2. Time
+   Mode: Frame, Play Mode: Scene. Leave the axes at Y forward and Z up.
+4. Turn the object by 90 degrees about x (R X 90): the scene has y up, Blender z.
+5. Play. The file has a sample for each frame, from frame 0 on.
+"""
+
+from __future__ import annotations
+
+import struct
+import sys
+from pathlib import Path
+
+import supple
+
+
+def main(scene: str = "examples/scenes/twist.toml", output: str = "frames/blender") -> None:
+    """Runs the first second of the scene, and says what is in the file."""
+    report = supple.run(scene, output, "pc2", frames=30)
+    for body in report.bodies:
+        path = Path(report.directory, f"{body.name}.pc2")
+        with path.open("rb") as file:
+            magic, _, vertices, start, rate, samples = struct.unpack("<12siiffi", file.read(32))
+        assert magic == b"POINTCACHE2\0"
+        print(
+            f"{path}: {samples} samples of {vertices} vertices, from frame {start:.0f}, one every {rate:.0f} frame(s)"
+        )
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

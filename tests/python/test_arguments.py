@@ -1,0 +1,65 @@
+"""What errors say of arguments: which one, what came, what was expected."""
+
+import numpy as np
+import pytest
+
+import supple
+
+ONES = np.ones((2, 2, 2), bool)
+
+
+def _simulation(**settings):
+    return supple.Simulation([supple.Body(supple.Lattice.from_cells(ONES))], **settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"dt": "x"}, TypeError, "dt must be a number, not str"),
+        ({"dt": None}, TypeError, "dt must be a number, not None"),
+        ({"dt": 1j}, TypeError, "dt must be a number, not complex"),
+        ({"dt": np.array([0.1])}, TypeError, "dt must be a number, not ndarray"),
+        ({"dt": 10**400}, ValueError, "dt is too large"),
+        ({"dt": np.nan}, ValueError, "dt = NaN is out of range"),
+        ({"dt": 0}, ValueError, "dt = 0 is out of range: it must be a time in seconds, from 1e-12 to 1e6"),
+        ({"gravity": None}, TypeError, r"gravity must be numbers of shape \(3,\), not NoneType"),
+        ({"gravity": (0, np.inf, 0)}, ValueError, r"gravity\[1\] = inf is not finite"),
+        ({"colliders": None}, TypeError, "colliders must be a list of Plane, Sphere, Box or Capsule, not None"),
+        ({"threads": 1.5}, TypeError, "threads must be a whole number, not float"),
+        ({"threads": -1}, ValueError, "threads = -1 is out of range"),
+        ({"substeps": 0}, ValueError, "substeps = 0 is out of range: it must be a whole number, at least 1"),
+        ({"gravty": (0, 0, 0)}, TypeError, '"gravty"; the nearest one is "gravity"'),
+    ],
+)
+def test_simulation(settings, error, message):
+    with pytest.raises(error, match=message):
+        _simulation(**settings)
+
+
+@pytest.mark.parametrize(("name", "value"), [("dt", "x"), ("dt", None), ("time", "x"), ("time", None)])
+def test_settable_numbers(name, value):
+    sim = _simulation()
+    with pytest.raises(TypeError, match=f"{name} must be a number, not"):
+        setattr(sim, name, value)
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "message"),
+    [
+        (lambda cube: supple.Lattice.from_mesh(cube, cell_size="x"), TypeError, "cell_size must be a number, not str"),
+        (lambda cube: supple.Lattice.from_mesh(cube, join="x"), TypeError, "join must be True or False, not str"),
+        (lambda cube: supple.Lattice.from_mesh(cube, vertices=9.5), TypeError, "vertices must be a whole number"),
+        (lambda cube: supple.Lattice.from_mesh(cube, vertexes=9), TypeError, 'the nearest one is "vertices"'),
+        (lambda cube: supple.Lattice.from_mesh(3), TypeError, r"mesh must be a supple\.Mesh, a path, or .* not int"),
+        (lambda cube: supple.Lattice.from_cells(ONES, "x"), TypeError, "cell_size must be a number, not str"),
+        (lambda cube: supple.Lattice.from_cells(ONES, join="x"), TypeError, "join must be True or False, not str"),
+        (lambda cube: supple.read_obj(3), TypeError, "path must be a path .*, not int"),
+        (lambda cube: supple.read_obj("a.obj", object=3), TypeError, "object must be a string, not int"),
+        (lambda cube: supple.load_scene(None), TypeError, "path must be a path .*, not None"),
+        (lambda cube: supple.run(None), TypeError, "path must be a path .*, not None"),
+        (lambda cube: supple.run("a.toml", overrides={"a": object()}), TypeError, "overrides: object"),
+    ],
+)
+def test_functions(cube, make, error, message):
+    with pytest.raises(error, match=message):
+        make(cube)

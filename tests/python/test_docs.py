@@ -1,0 +1,43 @@
+"""Every Python program in the README and the docs runs."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [page for page in sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")]) if "```python" in page.read_text()]
+
+
+def _program(page):
+    """The blocks of a page one after another, each at its own line."""
+    text = page.read_text()
+    lines = [""] * (text.count("\n") + 1)
+    for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        first = text[: block.start(1)].count("\n")
+        code = block.group(1).splitlines()
+        lines[first : first + len(code)] = code
+    return "\n".join(lines)
+
+
+def test_there_are_pages():
+    assert {page.name for page in PAGES} >= {"README.md", "python.md", "control.md", "runs.md", "looking.md"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_programs_of_a_page_run(page, tmp_path, monkeypatch, request):
+    program = _program(page)
+    if "matplotlib" in program:
+        pytest.importorskip("matplotlib")
+    if "polyscope" in program:
+        request.getfixturevalue("polyscope")
+    shutil.copytree(ROOT / "examples" / "scenes", tmp_path / "examples" / "scenes")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(program, page, "exec"), {"__name__": "__main__"})
+
+
+def test_links_lead_somewhere():
+    for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]:
+        for target in re.findall(r"\]\(([^)#:\s]+)[^):]*\)", page.read_text()):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"

@@ -1,0 +1,236 @@
+"""Volumes plotted, bodies in a window and as other libraries have them."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+
+import supple
+from shapes import QUADS
+
+
+@pytest.fixture
+def stretched(cube):
+    body = supple.Body(cube, lattice_vertices=64)
+    body.positions = body.positions * [1.5, 1, 1]
+    return body
+
+
+def test_to_trimesh(cube, block):
+    body = supple.Body(cube, lattice_vertices=100)
+    body.positions = body.positions + [0, 3, 0]
+    made = body.to_trimesh()
+    assert isinstance(made, trimesh.Trimesh)
+    assert np.array_equal(made.vertices, body.surface())
+    assert np.array_equal(made.faces, cube.faces)
+    assert made.is_watertight
+    assert made.volume == pytest.approx(8, rel=1e-5)
+    assert np.allclose(supple.Body(made, lattice_vertices=100).surface(), made.vertices, atol=1e-6)
+    with pytest.raises(ValueError, match="bare lattice"):
+        supple.Body(block).to_trimesh()
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "call"),
+    [
+        ("trimesh", "trimesh", lambda body: body.to_trimesh()),
+        ("matplotlib.pyplot", "plot", lambda body: supple.plot_volume(body.volume_report())),
+        ("polyscope", "view", lambda body: supple.view(body)),
+        ("polyscope", "view", lambda body: body.show()),
+    ],
+)
+def test_what_is_not_installed_is_named_with_its_extra(stretched, monkeypatch, module, extra, call):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(ModuleNotFoundError, match=rf'`pip install "supple\[{extra}\]"` brings it'):
+        call(stretched)
+
+
+@pytest.fixture
+def pyplot(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    yield pyplot
+    pyplot.close("all")
+
+
+def test_a_report_is_plotted_as_bars(stretched, pyplot):
+    report = stretched.volume_report()
+    axes = supple.plot_volume(report)
+    assert isinstance(axes, pyplot.Axes)
+    heights = [bar.get_height() for bar in axes.patches]
+    before = [volume[1] / volume[0] for volume in report.volumes.values()]
+    after = [volume[2] / volume[0] for volume in report.volumes.values()]
+    assert heights == pytest.approx(before + after)
+    names = [label.get_text() for label in axes.get_xticklabels()]
+    assert names == [f"{name} (kept)" if name == "mesh" else name for name in report.volumes]
+
+
+def test_reports_are_plotted_over_time(stretched, pyplot):
+    sim = supple.Simulation([stretched], gravity=(0, 0, 0))
+    reports, times = [], []
+    for _ in range(5):
+        reports.append(stretched.volume_report())
+        times.append(sim.time)
+        sim.step()
+    _, given = pyplot.subplots()
+    assert supple.plot_volume(reports, times, ax=given) is given
+    before, after = given.lines[:2]
+    assert before.get_xdata().tolist() == times
+    assert before.get_ydata() == pytest.approx([one.before / one.rest for one in reports])
+    assert after.get_ydata() == pytest.approx(np.ones(5), abs=1e-5)
+    assert supple.plot_volume(reports).lines[0].get_xdata().tolist() == [0, 1, 2, 3, 4]
+
+
+def test_a_run_is_plotted(scene, tmp_path, pyplot):
+    run = supple.run(scene, tmp_path / "out", frames=2)
+    assert len(supple.plot_volume(run.bodies[0]).patches) == 6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        (lambda report: ([],), ValueError, "report is an empty list"),
+        (lambda report: ([3],), TypeError, "report must be a VolumeReport, or a list of them, not int"),
+        (lambda report: ([report], [0, 1]), ValueError, "times has 2 entries; it must be 1, one for each report"),
+        (lambda report: (report, [0]), ValueError, "times has 1 entries; it must be no times"),
+    ],
+)
+def test_what_cannot_be_plotted(stretched, pyplot, arguments, error, message):
+    with pytest.raises(error, match=message):
+        supple.plot_volume(*arguments(stretched.volume_report()))
+
+
+class _Hands:
+    """Dear ImGui, with somebody at the controls: what is in `moves` is moved once to that value."""
+
+    def __init__(self, imgui, moves):
+        self._imgui, self.moves, self.seen = imgui, moves, []
+
+    def __getattr__(self, name):
+        return getattr(self._imgui, name)
+
+    def _moved(self, label, drawn):
+        self.seen.append(label)
+        return (True, self.moves.pop(label)) if label in self.moves else drawn
+
+    def Checkbox(self, label, value):  # noqa: N802
+        return self._moved(label, self._imgui.Checkbox(label, value))
+
+    def SliderFloat(self, label, value, **limits):  # noqa: N802
+        return self._moved(label, self._imgui.SliderFloat(label, value, **limits))
+
+    def SliderInt(self, label, value, **limits):  # noqa: N802
+        return self._moved(label, self._imgui.SliderInt(label, value, **limits))
+
+
+def _point(method, milliseconds, front=(), **errors):
+    unknown = dict.fromkeys(["mesh_volume", "surface_rms", "path"])
+    known = {"cells_volume": 0.2, "cell_volumes": 0.3}
+    total = {"median": milliseconds, "low": milliseconds, "high": milliseconds}
+    timing, finest = {"total": total}, errors.pop("finest", False)
+    errors = unknown | known | errors
+    return {"method": method, "timing": timing, "errors": errors, "front": list(front), "finest": finest}
+
+
+STUDY = {
+    "points": [
+        _point("off", 0.5, ["surface", "volume"], surface_rms=0.1),
+        _point("mesh global", 2.0, ["surface", "volume"], surface_rms=0.01, mesh_volume=1e-8),
+        _point("mesh global", 1.0, ["surface"], surface_rms=0.02, mesh_volume=2e-8, path={"rms_cells": 1e-6}),
+        _point("mesh global", 9.0, surface_rms=0.0, mesh_volume=3e-8, finest=True),
+    ]
+}
+
+
+@pytest.mark.parametrize(
+    ("error", "shown", "front"),
+    [
+        ("surface", {(0.5, 0.1), (2.0, 0.01), (1.0, 0.02)}, [(0.5, 0.1), (1.0, 0.02), (2.0, 0.01)]),
+        ("volume", {(0.5, 0.2), (2.0, 1e-8), (1.0, 2e-8), (9.0, 3e-8)}, [(0.5, 0.2), (2.0, 1e-8)]),
+        ("path", {(1.0, 1e-6)}, []),
+    ],
+)
+def test_a_study_is_plotted(error, shown, front, tmp_path, pyplot):
+    (tmp_path / "study.json").write_text(json.dumps(STUDY))
+    for study in (STUDY, tmp_path, str(tmp_path / "study.json")):
+        axes = supple.plot_study(study, error)
+        places = [tuple(place) for cloud in axes.collections for place in cloud.get_offsets().tolist()]
+        assert len(places) == len(shown)
+        assert set(places) == shown
+        assert [tuple(place) for line in axes.lines for place in line.get_xydata().tolist()] == front
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+        names = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert len(names) == len(axes.collections) + len(axes.lines)
+
+
+def test_what_is_no_study(tmp_path, pyplot):
+    with pytest.raises(ValueError, match='error is "speed"; it must be "surface" or "volume"'):
+        supple.plot_study(STUDY, "speed")
+    with pytest.raises(ValueError, match="study has no points"):
+        supple.plot_study({"frames": 3})
+    with pytest.raises(FileNotFoundError):
+        supple.plot_study(tmp_path)
+
+
+def _picture(polyscope, path):
+    polyscope.screenshot(str(path), transparent_bg=False)
+    pixels = pytest.importorskip("matplotlib.image").imread(path)
+    return pixels[..., :3]
+
+
+def test_a_window_shows_and_changes_a_simulation(cube, block, polyscope, tmp_path):
+    body = supple.Body(cube, name="cube", lattice_vertices=200, translate=(0, 0.5, 0), stiffness=0.5)
+    other = supple.Body(block, name="bare", frequency=8)
+    ground = supple.Plane((0, -1, 0), (0, 1, 0))
+    sim = supple.Simulation([body, other], dt=1 / 120, colliders=[ground])
+    viewer = supple.viewer.Viewer(sim)
+    hands = viewer._imgui = _Hands(viewer._imgui, {})
+    for panel in viewer._panels:
+        panel._imgui = hands
+    polyscope.frame_tick()
+    assert (sim.time, viewer.running) == (0, False)
+    assert set(hands.seen) == {"run", "stiffness", "frequency [Hz]", "half-width [cells]", "keep the volume"}
+    before = _picture(polyscope, tmp_path / "before.png")
+
+    hands.moves = {"run": True, "stiffness": 0.25, "frequency [Hz]": 5.0, "keep the volume": False}
+    for _ in range(20):
+        polyscope.frame_tick()
+    assert sim.time == pytest.approx(20 * 2 / 120)
+    assert (body.stiffness, other.frequency) == (0.25, 5.0)
+    assert body.volume["measure"] == "off"
+    hands.moves = {"half-width [cells]": 3, "keep the volume": True, "run": False}
+    polyscope.frame_tick()
+    assert (body.half_width, body.volume["measure"], viewer.running) == (3, "auto", False)
+    after = _picture(polyscope, tmp_path / "after.png")
+    assert before.std() > 0.01
+    assert np.abs(after - before).max() > 0.1
+
+
+def test_a_body_by_itself_stands_still(cube, polyscope, tmp_path):
+    body = supple.Body(cube, lattice_vertices=64)
+    viewer = supple.viewer.Viewer(body)
+    assert np.allclose(viewer._panels[0].low, -1)
+    polyscope.frame_tick()
+    assert _picture(polyscope, tmp_path / "body.png").std() > 0.01
+    with pytest.raises(TypeError, match="shown must be a Simulation or a Body, not Mesh"):
+        supple.view(cube)
+
+
+def test_a_body_is_shown_with_its_simulation(cube, polyscope):
+    body = supple.Body(cube, lattice_vertices=64)
+    assert body.simulation is None
+    sim = supple.Simulation([body])
+    assert body.simulation is sim
+    viewer = supple.viewer.Viewer(body)
+    viewer.running = True
+    polyscope.frame_tick()
+    assert sim.time == pytest.approx(1 / 60)
+
+
+def test_bodies_of_one_name_are_all_seen(cube, polyscope):
+    bodies = [supple.Body(cube, name="#", lattice_vertices=64, translate=(3 * k, 0, 0)) for k in range(2)]
+    supple.viewer.Viewer(supple.Simulation(bodies))
+    assert polyscope.get_surface_mesh("- [0]").n_vertices() == len(np.unique(QUADS))
+    assert polyscope.has_surface_mesh("- [1]")
