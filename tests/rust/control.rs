@@ -3,8 +3,8 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, Damping, Key, Lattice, Reach, Selection, Simulation, Stiffness, VolumeMeasure, VolumeOptions,
-    Window,
+    Body, Damping, Handle, Key, Lattice, Reach, Selection, Simulation, Stiffness, VolumeMeasure,
+    VolumeOptions, Window,
 };
 
 fn block() -> Lattice {
@@ -138,6 +138,26 @@ fn regions_of_another_half_width_keep_positions_velocities_and_momentum() {
     }
 }
 
+#[cfg(feature = "scene")]
+#[test]
+fn regions_that_are_set_are_those_that_were_built_also_for_a_body_turned_inside_out() {
+    let build = |cells| simulation(Body::from_lattice(block()).half_width(cells).build().unwrap());
+    let mut changed = build(2);
+    let inside_out: Vec<_> =
+        changed.body(0).positions().iter().map(|p| Point3::from(p.coords * -0.3)).collect();
+    changed.body_mut(0).set_positions(&inside_out).unwrap();
+    changed.steps(30);
+    assert!(changed.body(0).unsettled_rotations() > 0);
+    changed.body_mut(0).set_reach(Reach::Cells(1)).unwrap();
+    let mut built = build(1);
+    built.restore(&changed.state()).unwrap();
+    for steps in [1, 100] {
+        changed.steps(steps);
+        built.steps(steps);
+        assert_eq!(changed.state(), built.state());
+    }
+}
+
 #[test]
 fn a_volume_that_is_set_is_as_one_that_was_built() {
     let build = |volume: VolumeOptions| Body::from_lattice(block()).volume(volume).build().unwrap();
@@ -162,7 +182,7 @@ fn holds_are_released_and_driven() {
     let mut body = Body::from_lattice(block()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
-    body.handle(&supple::Handle { selection: all, keys, window: Window::default() }).unwrap();
+    body.handle(&Handle { selection: all, keys, window: Window::default() }).unwrap();
     let rest = body.positions();
     let mut simulation = simulation(body);
     simulation.steps(5);
@@ -261,4 +281,31 @@ fn a_state_keeps_what_a_user_changed() {
         other.steps(10);
     }
     assert_eq!(other.state(), one.state());
+}
+
+#[test]
+fn what_would_overflow_is_refused_at_the_border() {
+    let mut body = Body::from_lattice(block()).build().unwrap();
+    // Cells of 0.5.
+    let limit = 0.5e15 * body.masses()[0];
+    body.apply_forces(&[(0, [limit, -limit, 0.0])]).unwrap();
+    for force in [1.001 * limit, 1e300, f64::NAN, f64::NEG_INFINITY] {
+        let error = body.apply_forces(&[(1, [0.0, 1.0, 0.0]), (0, [0.0, 0.0, force])]).unwrap_err();
+        assert_eq!(error.name, "force");
+    }
+    let keys = |way| vec![Key { time: 0.0, translate: [0.0, way, 0.0], rotate: [0.0; 3] }];
+    let handle = |way| {
+        let selection = Selection::Vertices(vec![0, 1]);
+        Handle { selection, keys: keys(way), window: Window::default() }
+    };
+    body.handle(&handle(-5e14)).unwrap();
+    let error = body.handle(&handle(1e39)).unwrap_err().to_string();
+    assert!(error.contains("key 0: translate is 1e39, too far: the limit is 5.000e14"), "{error}");
+    body.set_keys(0, &keys(5e14)).unwrap();
+    let error = body.set_keys(0, &keys(-5.1e14)).unwrap_err().to_string();
+    assert!(error.contains("too far"), "{error}");
+    assert_eq!(body.hold_count(), 1);
+    let mut sim = Simulation::builder().body(body).dt(1e6).threads(1).build().unwrap();
+    sim.steps(10);
+    assert!(sim.body(0).positions().iter().all(|p| p.coords.iter().all(|x| x.is_finite())));
 }

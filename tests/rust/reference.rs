@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix4, Point3, Rotation3, Vector3};
 use proptest::prelude::*;
 use supple::Lattice;
-use supple::reference::{Regions, damped_velocities, goals, region, rotation, weights};
+use supple::reference::{Naive, Regions, damped_velocities, goals, region, rotation, weights};
 
 const KINDS: [Regions; 2] = [Regions::Staircase, Regions::BreadthFirst];
 
@@ -151,6 +151,31 @@ fn damping_leaves_rigid_motions_and_keeps_linear_momentum() {
             |v: &[Vector3<f64>]| -> f64 { v.iter().zip(&masses).map(|(v, m)| m * v.norm_squared()).sum() };
         assert!(energy(&damped) < energy(&wild));
         assert_eq!(damped_velocities(&lattice, &positions, &wild, 2, kind, 0.0), wild);
+    }
+}
+
+#[test]
+fn the_pull_to_the_goals_is_the_gradient_of_the_mismatch() {
+    let lattice = lattice(&u_shape());
+    for kind in KINDS {
+        let naive = Naive::new(&lattice, 2, kind).listed();
+        assert!(naive.mismatch(&naive.motions(&rest(&lattice)), &rest(&lattice)) < 1e-28);
+        let mismatch = |x: &[Vector3<f64>]| naive.mismatch(&naive.motions(x), x);
+        let mut x = bent(&lattice);
+        let goals = naive.goals(&naive.motions(&x));
+        assert_eq!(goals, supple::reference::goals(&lattice, &x, 2, kind));
+        for (vertex, mass) in naive.weights().masses.iter().enumerate().step_by(7) {
+            for axis in 0..3 {
+                let (at, by) = (x[vertex][axis], 1e-5);
+                let mut shifted = |by: f64| {
+                    x[vertex][axis] = at + by;
+                    mismatch(&x)
+                };
+                let slope = (shifted(by) - shifted(-by)) / (2.0 * by);
+                x[vertex][axis] = at;
+                assert!((slope - mass * (at - goals[vertex][axis])).abs() < 1e-9, "{slope}");
+            }
+        }
     }
 }
 

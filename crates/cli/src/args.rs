@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use supple::{frames, scene};
 
 /// Soft bodies by lattice shape matching that keep their volume.
@@ -21,6 +21,8 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Say what would be simulated; nothing is run
     Inspect(InspectArgs),
+    /// Measure what accuracy costs: of a scene, of the summation alone, or in stiff and extreme cases
+    Study(StudyArgs),
 }
 
 /// `supple run`.
@@ -75,6 +77,35 @@ pub(crate) struct InspectArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+}
+
+/// `supple study`.
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("subject").required(true).args(["input", "sums", "stability"]))]
+pub(crate) struct StudyArgs {
+    /// A scene (.toml) with a known motion: error against run time, to study.csv, study.json and study.svg
+    #[arg(value_name = "SCENE")]
+    pub(crate) input: Option<PathBuf>,
+    /// The summation alone: local and global moments, direct and running sums, f32 and f64
+    #[arg(long, conflicts_with_all = ["overrides", "up"])]
+    pub(crate) sums: bool,
+    /// Stiff and extreme cases, each against a bound, to stability.json
+    #[arg(long, conflicts_with_all = ["overrides", "up"])]
+    pub(crate) stability: bool,
+    /// Folder of what is written; made if it is not there
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub(crate) output: PathBuf,
+    /// A selection that takes less than a minute on two cores
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Go on where an earlier study of the scene ended; without it an existing study is replaced
+    #[arg(long, conflicts_with_all = ["sums", "stability"])]
+    pub(crate) resume: bool,
+    /// No progress; the table, errors and the last line are still printed
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
 }

@@ -11,6 +11,7 @@ mod interrupt;
 mod progress;
 mod run;
 mod say;
+mod study;
 mod summary;
 
 use std::process::ExitCode;
@@ -45,8 +46,14 @@ impl From<Exit> for ExitCode {
 
 /// Runs the program on the arguments it was started with.
 pub fn main() -> ExitCode {
-    match Cli::parse().command {
+    let command = Cli::parse().command;
+    if let Err(error) = supple::check_simd_request() {
+        say::error(error);
+        return Exit::Input.into();
+    }
+    match command {
         Command::Run(args) => run::run(&args).into(),
         Command::Inspect(args) => inspect::inspect(&args).into(),
+        Command::Study(args) => study::study(&args).into(),
     }
 }

@@ -88,7 +88,8 @@ impl Observer for Watch {
     }
 }
 
-fn bar() -> ProgressBar {
+/// A bar with a prefix, a message and the time left.
+pub(crate) fn bar() -> ProgressBar {
     let bar = ProgressBar::no_length();
     // The template is a constant: if it did not parse, the plain bar would do.
     if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {msg}, {eta} left") {

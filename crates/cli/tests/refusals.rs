@@ -108,3 +108,12 @@ fn two_runs_in_one_folder() {
     stage.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
     assert!(!stage.path("out/supple.lock").exists());
 }
+
+#[test]
+fn a_simd_level_that_is_not_there() {
+    let stage = Stage::new();
+    let mut command = stage.command(&["run", "scene.toml"]);
+    let ended = support::Ended::of(command.env("SUPPLE_SIMD", "avx9").output().unwrap());
+    ended.expect(2, &["SUPPLE_SIMD is \"avx9\"", "it has"]);
+    assert!(!stage.path("out").exists());
+}

@@ -113,7 +113,7 @@ pub use lattice::{
 };
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
-pub use parallel::simd_level;
+pub use parallel::{SimdError, check_simd_request, simd_level};
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
 #[cfg(feature = "scene")]
 pub use simulation::SimulationState;

@@ -26,6 +26,34 @@ pub(crate) fn level() -> Level {
     })
 }
 
+/// The levels that `SUPPLE_SIMD` may name, of all machines.
+const LEVELS: [&str; 5] = ["sse2", "sse4.2", "avx2", "avx512", "neon"];
+
+/// A SIMD level was asked for that is not there; the best one runs.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{LEVEL_VARIABLE} is {name:?}, which this machine does not have; it has {}", known.join(", "))]
+pub struct SimdError {
+    /// What was asked for.
+    pub name: String,
+    /// The levels that there are.
+    pub known: Vec<&'static str>,
+}
+
+/// Whether the SIMD level that the environment variable `SUPPLE_SIMD` names, if it is set, is the one that runs.
+///
+/// # Errors
+///
+/// If the machine has no such level, or there is none of that name. The best level runs then.
+pub fn check_simd_request() -> Result<(), SimdError> {
+    let Some(name) = std::env::var_os(LEVEL_VARIABLE) else { return Ok(()) };
+    let (name, best) = (name.to_string_lossy().into_owned(), Level::new());
+    if lowered(best, &name).is_some() {
+        return Ok(());
+    }
+    let known = LEVELS.into_iter().filter(|level| lowered(best, level).is_some()).collect();
+    Err(SimdError { name, known })
+}
+
 /// `best` lowered to the level called `name`; `None` if the machine lacks it.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 fn lowered(best: Level, name: &str) -> Option<Level> {

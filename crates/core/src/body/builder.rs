@@ -229,6 +229,7 @@ impl BodyBuilder {
             name: self.name,
             damping: self.material.is_damped().then(|| RegionDamping::new(&matching)),
             bookkeeper: Bookkeeper::new(&lattice, &matching.layout, cascade.tasks()),
+            energy: None,
             unsettled: 0,
             cascade: Mutex::new(cascade),
             material: self.material,

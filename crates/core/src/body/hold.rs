@@ -3,7 +3,9 @@
 use nalgebra::Point3;
 
 use super::Body;
-use crate::dynamics::{Handle, Hold, Key, Kinematics, Pin, SampleCells, Selection, SelectionError, Window};
+use crate::dynamics::{
+    Handle, Hold, Key, Kinematics, KinematicsError, Pin, SampleCells, Selection, SelectionError, Window,
+};
 use crate::error::Error;
 
 impl Body {
@@ -20,13 +22,14 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// As for [`Body::pin`], or keys that are no motion.
+    /// As for [`Body::pin`], or keys that are no motion or lead further than 10^15 cells.
     pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
         self.add_hold(&handle.selection, handle.window, Some(&handle.keys))
     }
 
     fn add_hold(&mut self, selection: &Selection, window: Window, keys: Option<&[Key]>) -> Result<(), Error> {
         let hold = Hold::new(self.select(selection)?, window, keys)?;
+        hold.within(self.farthest()).map_err(KinematicsError::from)?;
         let vertices = self.lattice.len();
         self.kinematics.get_or_insert_with(|| Kinematics::new(vertices, Vec::new())).add(hold);
         Ok(())

@@ -117,8 +117,8 @@ impl Material {
         cells.clamp(1, extent.max(1))
     }
 
-    /// alpha for steps of `dt` seconds.
-    pub(crate) fn alpha(&self, dt: f64) -> f64 {
+    /// alpha, the share of the way to the goal in one step, for steps of `dt` seconds.
+    pub fn alpha(&self, dt: f64) -> f64 {
         match self.stiffness {
             Stiffness::PerStep(alpha) => alpha,
             Stiffness::Frequency(frequency) => {
@@ -130,8 +130,8 @@ impl Material {
         }
     }
 
-    /// The share of region damping in a step of `dt` seconds.
-    pub(crate) fn damping_share(&self, dt: f64) -> f64 {
+    /// The share of the motion within a region that damping takes out in a step of `dt` seconds.
+    pub fn damping_share(&self, dt: f64) -> f64 {
         match self.damping {
             Damping::PerStep(share) => share,
             Damping::Rate(rate) => -(-rate * dt).exp_m1(),

@@ -32,6 +32,7 @@ use std::sync::Mutex;
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::dynamics::damping::RegionDamping;
+use crate::dynamics::energy::EnergyGuard;
 use crate::dynamics::momentum::Bookkeeper;
 use crate::dynamics::{Contacts, Kinematics};
 use crate::lattice::{Embedding, Lattice};
@@ -62,6 +63,8 @@ pub struct Body {
     cascade: Mutex<Cascade>,
     damping: Option<RegionDamping>,
     bookkeeper: Bookkeeper,
+    /// Built when a region first has two best rotations.
+    energy: Option<EnergyGuard>,
     /// Rotations that Newton's method left to the robust path.
     unsettled: usize,
     kinematics: Option<Kinematics>,
@@ -171,6 +174,11 @@ impl Body {
         self.matching.layout.slots().iter().copied().map(value).collect()
     }
 
+    /// The greatest coordinate that is taken, in scene units.
+    fn farthest(&self) -> f64 {
+        FARTHEST * self.lattice.cell_size()
+    }
+
     fn check(
         &self,
         name: &'static str,
@@ -184,7 +192,7 @@ impl Body {
             if !value.iter().all(|x| x.is_finite()) {
                 return Err(ArrayError::NotFinite { name, index, value: value.into() });
             }
-            let limit = FARTHEST * self.lattice.cell_size();
+            let limit = self.farthest();
             if value.amax() > limit {
                 return Err(ArrayError::TooFar { name, index, value: value.into(), limit });
             }

@@ -24,6 +24,9 @@ impl Body {
         let components = self.state.books.len();
         let books = format!("f64, components: {components}");
         plan.stage(When::Step, "momentum books", Some(books), self.bookkeeper.bytes());
+        let energy = self.energy.as_ref();
+        let guarded = energy.map(|_| "f64, near two best rotations of a region".to_owned());
+        plan.stage(When::Step, "energy book", guarded, energy.map_or(0, |guard| guard.bytes()));
         let sums = format!("half-width {width}, x y z, blocks: {}", self.matching.layout.blocks());
         let cascade = super::look::locked(&self.cascade).bytes();
         plan.stage(When::Step, "region sums", Some(sums), self.matching.bytes() + cascade);

@@ -30,6 +30,8 @@ impl Body {
         self.bookkeeper = Bookkeeper::new(&self.lattice, &self.matching.layout, cascade.tasks());
         *unlocked(&mut self.cascade) = cascade;
         self.damping = material.is_damped().then(|| RegionDamping::new(&self.matching));
+        // Other regions have another energy.
+        (self.energy, self.state.energy) = (None, None);
         self.book_holds();
         Ok(())
     }
@@ -87,10 +89,13 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// If there are not so many, or keys that are no motion.
+    /// If there are not so many, or keys that are no motion or lead further than 10^15 cells.
     pub fn set_keys(&mut self, hold: usize, keys: &[Key]) -> Result<(), KinematicsError> {
+        let limit = self.farthest();
         let kinematics = self.kinematics.as_mut().ok_or(KinematicsError::NoSuchHold { hold, count: 0 })?;
-        kinematics.set_motion(hold, Motion::new(keys.to_vec())?)
+        let motion = Motion::new(keys.to_vec())?;
+        motion.within(limit)?;
+        kinematics.set_motion(hold, motion)
     }
 
     /// Pins and handles so far, those that were let go included.

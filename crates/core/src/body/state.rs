@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::Placement;
+use crate::dynamics::energy::EnergyBook;
 use crate::dynamics::momentum::Momentum;
 use crate::dynamics::{BodyFrame, BodyState};
 use crate::lanes::Lanes;
@@ -28,6 +29,9 @@ pub(crate) struct State {
     pub(crate) fitted: bool,
     /// The momenta of each component on which nothing pulls; `None` until they are measured anew.
     pub(crate) books: Vec<Option<Momentum>>,
+    /// The most energy that the body may have while nothing acts on it; `None` until it comes near two best rotations of a
+    /// region.
+    pub(crate) energy: Option<EnergyBook>,
 }
 
 /// Where the body's own coordinates lie in the world: world = `base` + `cell_size` (`shift` + x).
@@ -113,6 +117,7 @@ impl State {
             rotations: Lanes::filled(layout.blocks(), IDENTITIES),
             fitted: true,
             books: vec![None; lattice.components().count],
+            energy: None,
         };
         let turned = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
         for (&slot, index) in layout.slots().iter().zip(lattice.indices()) {
@@ -147,8 +152,10 @@ impl State {
             layout.slots().iter().zip(masses).map(|(&slot, m)| self.local(slot) * (m / mass)).sum();
         for &slot in layout.slots() {
             let turning = spin.cross(&(self.local(slot) - centre));
-            self.velocities.set(slot, (velocity + turning).map(|v| v as f32).into());
+            self.velocities.set(slot, turning.map(|v| v as f32).into());
         }
+        // What all have in common is kept in f64.
+        self.frame.velocity = velocity.into();
     }
 
     /// The state as contacts, pins and handles see it.

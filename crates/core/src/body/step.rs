@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Body, unlocked};
+use crate::dynamics::energy::EnergyGuard;
 use crate::dynamics::integrate::Advance;
 use crate::dynamics::{Interval, Kinematics};
 use crate::parallel::{CHUNK, Executor};
@@ -61,6 +62,9 @@ impl Body {
         if !flies {
             state.set_origin_velocity(slots, Vector3::zeros());
         }
+        if !flies || state.books.contains(&None) {
+            state.energy = None;
+        }
         let (strayed, to_open) = (state.strayed(slots[0]), bookkeeper.any_to_open(&state.books));
         if !strayed && !to_open {
             return;
@@ -103,14 +107,32 @@ impl Body {
     }
 
     /// Goal positions by shape matching, and the velocities that they and `gain` give.
+    ///
+    /// Near two best rotations of a region the body is held to its energy: then the sums are made twice.
     fn match_shape(&mut self, world: &World, gain: Vector3<f64>, executor: &Executor) {
-        let Self { matching, bookkeeper, state, .. } = self;
+        let flies = self.flies();
+        let Self { matching, bookkeeper, state, energy, .. } = self;
         let cascade = unlocked(&mut self.cascade);
-        let pull = self.material.alpha(world.interval.dt) / world.interval.dt;
-        self.unsettled += matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        let dt = world.interval.dt;
+        let pull = self.material.alpha(dt) / dt;
+        let unsettled = matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        self.unsettled += unsettled;
         state.fitted = true;
-        let (pull, drift) = (pull as f32, gain.map(|g| g as f32).into());
-        matching.accelerate(cascade, executor, state, (pull, drift), bookkeeper);
+        let guard =
+            (flies && unsettled > 0).then(|| energy.get_or_insert_with(|| EnergyGuard::new(matching)));
+        if let Some(guard) = &guard {
+            let (positions, rotations) = (&state.positions, &mut state.rotations);
+            matching.fit_summing(cascade, executor, positions, rotations, Some(guard.matched()));
+        }
+        let guard = guard.map(|guard| {
+            guard.begin(&state.velocities);
+            &*guard
+        });
+        let drift = gain.map(|g| g as f32).into();
+        matching.accelerate(cascade, executor, state, (pull as f32, drift), bookkeeper);
+        if let Some(guard) = guard {
+            guard.hold((pull, dt), &matching.regions.shares, state, bookkeeper);
+        }
         bookkeeper.enter(&mut state.books, gain);
     }
 

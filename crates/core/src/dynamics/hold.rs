@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{BodyState, Interval, Key, KinematicsError, Motion, Pose, Selection};
+use super::{BodyState, Interval, Key, KinematicsError, Motion, MotionError, Pose, Selection};
 
 /// A part of a body held as it is at `from`.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +82,11 @@ impl Hold {
     /// The held lattice vertices, in increasing order.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
+    }
+
+    /// Whether it moves no further than `limit` along an axis.
+    pub(crate) fn within(&self, limit: f64) -> Result<(), MotionError> {
+        self.motion.iter().try_for_each(|motion| motion.within(limit))
     }
 
     /// Whether it holds in the step that was begun last.

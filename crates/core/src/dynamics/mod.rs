@@ -14,6 +14,7 @@
 //! | `contact` | contacts: the stage that pushes out, clamps and rubs |
 //! | `damping` | region damping, by the moment cascade |
 //! | `momentum` | the books of free bodies, in f64 |
+//! | `energy` | what such a body must not have more of than it began with |
 //! | `integrate` | velocities corrected to the books, positions moved |
 
 mod angles;
@@ -21,6 +22,7 @@ mod collider;
 mod colliders;
 mod contact;
 pub(crate) mod damping;
+pub(crate) mod energy;
 mod frame;
 mod hold;
 pub(crate) mod integrate;

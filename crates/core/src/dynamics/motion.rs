@@ -52,6 +52,16 @@ pub enum MotionError {
         /// The number.
         value: f64,
     },
+    /// A key that moves so far that neighbouring vertices could not be told apart.
+    #[error("key {key}: translate is {value:e}, too far: the limit is {limit:.3e}, 10^15 cells")]
+    TooFar {
+        /// Index of the key, from 0.
+        key: usize,
+        /// The coordinate.
+        value: f64,
+        /// The greatest magnitude that is taken.
+        limit: f64,
+    },
     /// A key does not come after the one before it.
     #[error("key {key} is at time {time}, which is not after key {} at {previous}; sort the keys by time", key - 1)]
     NotIncreasing {
@@ -86,6 +96,16 @@ impl Motion {
             }
         }
         Ok(Self { keys })
+    }
+
+    /// Whether no key moves further than `limit` along an axis.
+    pub(crate) fn within(&self, limit: f64) -> Result<(), MotionError> {
+        for (key, Key { translate, .. }) in self.keys.iter().enumerate() {
+            if let Some(&value) = translate.iter().find(|x| x.abs() > limit) {
+                return Err(MotionError::TooFar { key, value, limit });
+            }
+        }
+        Ok(())
     }
 
     /// The keys, in order of time.

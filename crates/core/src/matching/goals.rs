@@ -10,6 +10,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
 
 use super::cascade::{RegionTransform, VertexUpdate};
 use super::rotation::{columns, newton};
+use crate::dynamics::energy::RegionSums;
 use crate::dynamics::momentum::Components;
 use crate::dynamics::momentum::sums::{self, Fields, Sums};
 use crate::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
@@ -52,6 +53,8 @@ pub(crate) struct FitRotations<'a> {
     pub(crate) reach: f32,
     /// Counts the rotations that Newton's method left to the robust path.
     pub(crate) unsettled: &'a AtomicUsize,
+    /// Where what the potential is summed from goes, if it is asked for.
+    pub(crate) matched: Option<&'a RegionSums>,
 }
 
 impl RegionTransform for FitRotations<'_> {
@@ -98,6 +101,10 @@ impl FitRotations<'_> {
             self.unsettled.fetch_add(left.count_ones() as usize, Ordering::Relaxed);
         }
         let r = columns(simd, q);
+        if let Some(matched) = self.matched {
+            let occupied = blocks.map(|block| self.occupied[block]);
+            matched.take(blocks, occupied, constants[0], mean, [&a, &r]);
+        }
         let mut b = d;
         for row in 0..3 {
             b[row] = mean[row] - r[row].mul_add(d[0], r[3 + row].mul_add(d[1], r[6 + row] * d[2]));

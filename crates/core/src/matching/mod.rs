@@ -11,6 +11,7 @@ pub(crate) mod windows;
 use std::sync::atomic::AtomicUsize;
 
 use crate::body::State;
+use crate::dynamics::energy::RegionSums;
 use crate::dynamics::momentum::Bookkeeper;
 use crate::lanes::Lanes;
 use crate::lattice::Lattice;
@@ -50,8 +51,21 @@ impl Matching {
         positions: &Lanes<3>,
         rotations: &mut Lanes<4>,
     ) -> usize {
+        self.fit_summing(cascade, executor, positions, rotations, None)
+    }
+
+    /// As [`Matching::fit`]; leaves with `matched` what the potential is summed from.
+    pub(crate) fn fit_summing(
+        &self,
+        cascade: &mut Cascade,
+        executor: &Executor,
+        positions: &Lanes<3>,
+        rotations: &mut Lanes<4>,
+        matched: Option<&RegionSums>,
+    ) -> usize {
         let unsettled = AtomicUsize::new(0);
         let (field, transform) = self.fitting(positions, &unsettled);
+        let transform = FitRotations { matched, ..transform };
         cascade.gather(&self.layout, executor, field, (&transform, rotations.blocks_mut()), Purpose::Scatter);
         unsettled.into_inner()
     }
@@ -84,7 +98,7 @@ impl Matching {
         let (occupied, reach) = (self.layout.occupied(), self.regions.half_width() as f32);
         (
             Weighted { shares: self.regions.shares.blocks(), vectors: positions.blocks() },
-            FitRotations { constants, occupied, reach, unsettled },
+            FitRotations { constants, occupied, reach, unsettled, matched: None },
         )
     }
 

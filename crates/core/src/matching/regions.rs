@@ -58,15 +58,31 @@ impl Regions {
         self.half_width
     }
 
-    /// The inverse of each region's rest inertia over its mass, M⁻¹ Σ m/n ((y·y) I - y yᵀ) with y the offset from
-    /// the rest centroid in cells: xx, yy, zz, xy, xz, yz.
-    pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
+    /// Σ over regions Σ m/n y², with y the rest offset from the region's rest centroid in cells.
+    pub(crate) fn rest_spread(&self, layout: &Layout) -> f64 {
+        let [xx, yy, zz, ..] = self.second_moments(layout);
+        let spread = layout.slots().iter().map(|&slot| {
+            let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
+            let i = slot as usize;
+            xx[i] + yy[i] + zz[i] - (x * x + y * y + z * z) / inverse_mass
+        });
+        spread.sum()
+    }
+
+    /// Σ m/n of the products xx, yy, zz, xy, xz, yz of the offsets from each region's centre vertex, by slot.
+    fn second_moments(&self, layout: &Layout) -> [Vec<f64>; 6] {
         let mut weights = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
             let [m, share] = self.shares.get(slot);
             weights[slot as usize] = f64::from(m * share);
         }
-        let second = LineWindows::new(layout, self.half_width).second_moments(&weights);
+        LineWindows::new(layout, self.half_width).second_moments(&weights)
+    }
+
+    /// The inverse of each region's rest inertia over its mass, M⁻¹ Σ m/n ((y·y) I - y yᵀ) with y the offset from
+    /// the rest centroid in cells: xx, yy, zz, xy, xz, yz.
+    pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
+        let second = self.second_moments(layout);
         let mut lanes = Lanes::zeros(layout.blocks());
         for &slot in layout.slots() {
             let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);

@@ -1,14 +1,16 @@
 //! The method in its naive form: plain sums in f64, slow and readable. The oracle of the tests and of the error report.
 //!
 //! Everything here is a function of the lattice and of positions in the units of its cell size, and costs of the order of
-//! `(2 w + 1)^3` for each lattice vertex.
+//! `(2 w + 1)^3` for each lattice vertex. [`Naive`] keeps what does not change from one call to the next.
 
 mod damping;
 mod matching;
+mod naive;
 mod regions;
 mod rotation;
 
 pub use damping::damped_velocities;
 pub use matching::{Weights, goals, rotations, weights};
+pub use naive::{Naive, RegionMotion};
 pub use regions::{Regions, region};
 pub use rotation::rotation;

@@ -12,7 +12,7 @@ use super::hash::fnv1a;
 /// Says what the file is.
 const MAGIC: [u8; 8] = *b"SUPPLECK";
 /// Counts the changes of what a checkpoint holds; older files are refused.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version, length and checksum.
 const HEADER: usize = 8 + 4 + 8 + 8;
 

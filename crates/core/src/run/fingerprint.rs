@@ -8,7 +8,11 @@ use crate::scene::{OutputData, Scene};
 
 /// The fingerprint of a scene: its text without what changes no bit of the motion (frames, threads,
 /// output, paths), with a hash of each mesh's bytes.
-pub(super) fn of(scene: &Scene) -> Result<String, RunError> {
+///
+/// # Errors
+///
+/// A mesh file that cannot be read.
+pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     let mut scene = scene.clone();
     for index in 0..scene.bodies.len() {
         let path = scene.resolve(&scene.bodies[index].mesh);
@@ -22,7 +26,7 @@ pub(super) fn of(scene: &Scene) -> Result<String, RunError> {
 }
 
 /// The first thing in which two fingerprints differ, said to a user; `None` if they are equal.
-pub(super) fn difference(before: &str, now: &str) -> Option<String> {
+pub fn difference(before: &str, now: &str) -> Option<String> {
     if before == now {
         return None;
     }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::advance::Running;
 use super::checkpoint::Checkpoint;
 use super::error::RunError;
-use super::fingerprint;
+use super::fingerprint::fingerprint;
 use super::lock::Lock;
 use super::observer::{Note, Observer};
 use super::prepare::{Prepared, prepare};
@@ -63,7 +63,7 @@ impl Job {
     pub fn run(&self, observer: &mut dyn Observer) -> Result<RunReport, RunError> {
         let begun = Instant::now();
         self.check()?;
-        let fingerprint = fingerprint::of(&self.scene)?;
+        let fingerprint = fingerprint(&self.scene)?;
 
         let mut lock = None;
         let mut start = Start::Fresh;

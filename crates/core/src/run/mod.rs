@@ -26,6 +26,7 @@ pub mod substeps;
 
 pub use checkpoint::CHECKPOINT;
 pub use error::RunError;
+pub use fingerprint::{difference, fingerprint};
 pub use job::Job;
 pub use lock::LOCK;
 pub use observer::{Flow, Note, Observer, Progress};

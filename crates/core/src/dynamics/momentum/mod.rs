@@ -159,6 +159,19 @@ impl Bookkeeper {
         }
     }
 
+    /// The kinetic energy of rigid components with the momenta measured last, in full cells times (cells/s)².
+    pub(crate) fn rigid_energy(&self) -> f64 {
+        self.states.iter().map(RigidState::rigid_energy).sum()
+    }
+
+    /// Says that all velocities have been multiplied by `scale` since the last measurement.
+    pub(crate) fn slow(&mut self, scale: f64) {
+        for momentum in self.states.iter_mut().map(|state| &mut state.momentum) {
+            momentum.linear = momentum.linear.map(|p| p * scale);
+            momentum.angular = momentum.angular.map(|l| l * scale);
+        }
+    }
+
     /// Memory that the sums take.
     pub(crate) fn bytes(&self) -> usize {
         let of_slots = match &self.components {

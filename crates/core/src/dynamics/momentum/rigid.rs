@@ -29,6 +29,12 @@ pub(crate) struct RigidState {
 }
 
 impl RigidState {
+    /// The kinetic energy of a rigid body with these momenta.
+    pub(super) fn rigid_energy(&self) -> f64 {
+        let (linear, angular) = (Vector3::from(self.momentum.linear), Vector3::from(self.momentum.angular));
+        0.5 * (linear.norm_squared() / self.mass + turn(&self.inertia, angular).dot(&angular))
+    }
+
     /// The rigid velocity that brings the momenta to those of the book.
     pub(super) fn missing(&self, book: Momentum) -> RigidVelocity {
         let linear = (Vector3::from(book.linear) - Vector3::from(self.momentum.linear)) / self.mass;

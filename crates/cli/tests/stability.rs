@@ -1,0 +1,22 @@
+//! `supple study --stability`: a row a case, a JSON file, and the exit code.
+
+mod support;
+
+use support::Stage;
+
+#[test]
+#[ignore = "takes a minute; the cases themselves are tests of their own crate"]
+fn the_quick_cases_are_written_and_pass() {
+    let stage = Stage::new();
+    let ended = stage.supple(&["study", "--stability", "--quick", "-o", "out"]);
+    ended.expect(0, &[]);
+    let text = std::fs::read(stage.path("out/stability.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let rows = report["rows"].as_array().unwrap();
+    assert!(rows.len() > 50 && report["passed"] == true && report["complete"] == true);
+    for row in rows {
+        let case = row["case"].as_str().unwrap();
+        assert!(ended.out.contains(case), "{case}");
+        assert_eq!(row["figures"]["values"]["not_numbers"], 0.0, "{case}");
+    }
+}

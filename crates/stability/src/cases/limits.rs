@@ -1,0 +1,76 @@
+//! The largest numbers that are taken, and what becomes of them: never NaN.
+
+use nalgebra::Vector3;
+use supple::{Body, BodyBuilder, Collider, Error, Simulation, SimulationBuilder};
+
+use crate::bodies::{block, deform, lattice, sized};
+use crate::trial::{Surroundings, watch};
+use crate::{Case, Figures, Measure};
+
+const FAMILY: &str = "largest numbers";
+
+fn bar() -> Result<BodyBuilder, Error> {
+    Ok(Body::from_lattice(lattice(&block([5, 3, 3]))?).half_width(2))
+}
+
+fn run(simulation: SimulationBuilder) -> Result<Figures, Error> {
+    watch(simulation.threads(1).build()?, Surroundings::Acting, |trial| {
+        trial.run(300, 10);
+        Ok(())
+    })
+}
+
+fn strong_gravity(ground: bool) -> Result<Figures, Error> {
+    let simulation =
+        Simulation::builder().body(bar()?.damping(0.1).build()?).gravity([1e12, -1e12, 0.0]).dt(1e6);
+    let plane = Collider { friction: 0.5, ..Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]) };
+    run(if ground { simulation.collider(plane) } else { simulation })
+}
+
+fn strong_forces() -> Result<Figures, Error> {
+    let mut body = bar()?.damping(0.1).build()?;
+    let all: Vec<_> = body.masses().iter().map(|m| m * 1e15).collect();
+    let outwards =
+        |(vertex, force): (usize, &f64)| (vertex as u32, [if vertex % 2 == 0 { *force } else { -force }; 3]);
+    body.apply_forces(&all.iter().enumerate().map(outwards).collect::<Vec<_>>())?;
+    run(Simulation::builder().body(body).gravity([0.0; 3]))
+}
+
+fn far_apart(dt: f64) -> Result<Figures, Error> {
+    let mut body = bar()?.build()?;
+    deform(&mut body, |x| x.iter().map(|x| x * 1e14).collect())?;
+    let velocities: Vec<_> = (0..body.lattice().len())
+        .map(|vertex| Vector3::repeat(if vertex % 2 == 0 { 1e15 } else { -1e15 }))
+        .collect();
+    body.set_velocities(&velocities)?;
+    run(Simulation::builder().body(body).gravity([0.0; 3]).dt(dt))
+}
+
+fn fast_spin() -> Result<Figures, Error> {
+    run(Simulation::builder().body(bar()?.spin([1e12, -1e12, 1e12]).build()?).gravity([0.0; 3]))
+}
+
+fn tiny_cells() -> Result<Figures, Error> {
+    let body = Body::from_lattice(sized(&block([5, 3, 3]), 1e-30)?).half_width(2).damping(0.1).build()?;
+    run(Simulation::builder().body(body).gravity([0.0, -1e-3, 0.0]).dt(1e-12))
+}
+
+/// The cases.
+pub(super) fn cases() -> Vec<Case> {
+    type Run = fn() -> Result<Figures, Error>;
+    let all: [(&str, Run, f64); 8] = [
+        ("gravity of 1e12, steps of 1e6 s", || strong_gravity(false), 1e30),
+        ("gravity of 1e12, steps of 1e6 s, a ground", || strong_gravity(true), 1e30),
+        ("forces that accelerate by 1e15 cells/s^2", strong_forces, 1e13),
+        ("1e14 times its size, speeds of 1e15 cells/s", || far_apart(1.0 / 60.0), 1e17),
+        ("the same in steps of 1e6 s", || far_apart(1e6), 1e23),
+        ("the same in steps of 1e-12 s", || far_apart(1e-12), 1e17),
+        ("spin of 1e12 rad/s", fast_spin, 1e13),
+        ("cells of 1e-30, steps of 1e-12 s", tiny_cells, 1e6),
+    ];
+    let shows = "stays a number, and no faster than what drives it";
+    let case = |(name, run, speed): (&str, Run, f64)| {
+        Case::new(FAMILY, name, shows, run).bound(Measure::LargestSpeed, speed)
+    };
+    all.into_iter().map(case).collect()
+}

@@ -1,0 +1,66 @@
+//! Sizes and places, on which what is done must not depend.
+
+use nalgebra::{Point3, Vector3};
+use supple::{Body, Collider, Error, Simulation};
+
+use crate::bodies::{block, deform, sized};
+use crate::trial::{Surroundings, Trial, watch};
+use crate::{Case, Figures, Measure};
+
+const FAMILY: &str = "scales and places";
+
+/// A stretched block that falls, on a ground if there is one: all lengths times `cell`, about `place`.
+fn falling(cell: f64, place: [f64; 3], ground: bool) -> Result<Simulation, Error> {
+    let body = Body::from_lattice(sized(&block([5, 3, 4]), cell)?).half_width(2).damping(0.05);
+    let mut body = body.translate(place).rotate([20.0, 0.0, 10.0]).build()?;
+    deform(&mut body, |x| x.iter().map(|x| x.component_mul(&Vector3::new(1.3, 0.8, 1.0))).collect())?;
+    let simulation = Simulation::builder().body(body).gravity([0.0, -9.81 * cell, 0.0]).threads(1);
+    let height = [place[0], place[1] - 3.0 * cell, place[2]];
+    let plane = Collider { friction: 0.5, ..Collider::plane(height, [0.0, 1.0, 0.0]) };
+    if ground { simulation.collider(plane).build() } else { simulation.build() }
+}
+
+/// The positions of the body in cells about `place`.
+fn in_cells(simulation: &Simulation, place: [f64; 3]) -> Vec<Point3<f64>> {
+    let body = simulation.body(0);
+    let cell = body.lattice().cell_size();
+    body.positions().iter().map(|p| Point3::from((p.coords - Vector3::from(place)) / cell)).collect()
+}
+
+/// The same scene beside that of cells of edge 1 in the origin.
+fn beside_unit(cell: f64, place: [f64; 3], ground: bool) -> Result<Figures, Error> {
+    let mut unit = falling(1.0, [0.0; 3], ground)?;
+    watch(falling(cell, place, ground)?, Surroundings::Acting, |trial: &mut Trial| {
+        trial.run(600, 20);
+        unit.steps(600);
+        trial.place(&in_cells(&unit, [0.0; 3]), &in_cells(&trial.simulation, place));
+        Ok(())
+    })
+}
+
+/// The cases.
+pub(super) fn cases() -> Vec<Case> {
+    let sizes = [("1 mm", 1e-3), ("10 km", 1e4), ("1e-12", 1e-12), ("1e11", 1e11)];
+    let alike = sizes.map(|(name, cell)| {
+        let shows = "falls on the ground as cells of edge 1 do";
+        let case =
+            Case::new(FAMILY, format!("cells of {name}"), shows, move || beside_unit(cell, [0.0; 3], true));
+        case.bound(Measure::Place, 1e-9)
+    });
+    let far = [1e7, -1e7, 1e7];
+    let places = [("1 m", 1.0, 1e-6), ("1 mm", 1e-3, 1e-4)].into_iter().flat_map(|(name, cell, limit)| {
+        let shows = "falls as it does in the origin, but for the digits that its first positions have there";
+        let free = move || beside_unit(cell, far, false);
+        let free = Case::new(FAMILY, format!("10^7 units from the origin, cells of {name}"), shows, free);
+        let shows = "falls on the ground as it does in the origin: tumbling makes more of the digits";
+        let dropped = move || beside_unit(cell, far, true);
+        let dropped = Case::new(
+            FAMILY,
+            format!("10^7 units from the origin, cells of {name}, dropped"),
+            shows,
+            dropped,
+        );
+        [free.bound(Measure::Place, limit), dropped.bound(Measure::Place, 0.1)]
+    });
+    alike.into_iter().chain(places).collect()
+}

@@ -1,0 +1,67 @@
+//! Shapes with next to nothing in some direction.
+
+use supple::{Body, Error};
+
+use crate::bodies::{alone, block, lattice, shake, two_blocks};
+use crate::trial::{Surroundings, watch};
+use crate::{Case, Figures, Measure};
+
+const FAMILY: &str = "shapes";
+
+/// Shaken, and damped if so asked.
+fn shaken(
+    cells: &[[i32; 3]],
+    half_width: usize,
+    damping: f64,
+    [steps, every]: [u64; 2],
+) -> Result<Figures, Error> {
+    let mut body = Body::from_lattice(lattice(cells)?).half_width(half_width).damping(damping).build()?;
+    shake(&mut body, 0.2)?;
+    watch(alone(body)?, Surroundings::Empty, |trial| {
+        trial.run(steps, every);
+        Ok(())
+    })
+}
+
+/// The cases.
+pub(super) fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    let kept = |case: Case| case.bound(Measure::Linear, 1e-6).bound(Measure::Angular, 1e-6);
+    type Cells = fn() -> Vec<[i32; 3]>;
+    let small: [(&str, Cells); 3] = [
+        ("one cell", || block([1; 3])),
+        ("two blocks joined by one cell", || {
+            let mut cells = two_blocks([5, 0, 0]);
+            cells.push([4, 1, 1]);
+            cells
+        }),
+        ("two blocks joined by one edge", || two_blocks([4, 4, 0])),
+    ];
+    for (name, cells) in small {
+        let case =
+            Case::new(FAMILY, format!("{name}, shaken, damped"), "returns to its rest shape", move || {
+                shaken(&cells(), 2, 0.1, [10_000, 100])
+            });
+        cases.push(kept(case.bound(Measure::Shape, 1e-3).bound(Measure::EnergyGain, 1e-5)));
+        let case = Case::new(
+            FAMILY,
+            format!("{name}, shaken, undamped"),
+            "swings for ever, and gains no energy",
+            move || shaken(&cells(), 2, 0.0, [10_000, 250]),
+        );
+        cases.push(kept(case.bound(Measure::EnergyGain, 0.05)));
+    }
+    let large: [(&str, Cells, [u64; 2]); 3] = [
+        ("rod of 1 x 1 x 60", || block([1, 1, 60]), [3_000, 100]),
+        ("rod of 1 x 1 x 1000", || block([1, 1, 1000]), [10_000, 500]),
+        ("sheet of 1 x 300 x 300", || block([1, 300, 300]), [1_000, 250]),
+    ];
+    for (name, cells, steps) in large {
+        let shows = "calms down: what is left are its longest and slowest waves";
+        let case = Case::new(FAMILY, format!("{name}, shaken, damped"), shows, move || {
+            shaken(&cells(), 2, 0.1, steps)
+        });
+        cases.push(kept(case.bound(Measure::EnergyGain, 1e-5).bound(Measure::EnergyLeft, 0.01)).long());
+    }
+    cases
+}

@@ -1,0 +1,84 @@
+//! States that nobody would start from: collapsed, turned over, shuffled, torn.
+
+use nalgebra::{Rotation3, Vector3};
+use supple::{Body, Error};
+
+use crate::bodies::{alone, block, deform, lattice};
+use crate::trial::{Surroundings, watch};
+use crate::{Case, Figures, Measure};
+
+const FAMILY: &str = "start states";
+
+type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
+
+const STATES: [(&str, Deform); 11] = [
+    ("collapsed to a point", |x| vec![Vector3::zeros(); x.len()]),
+    ("collapsed to a line", |x| x.iter().map(|x| Vector3::new(x.x, 0.0, 0.0)).collect()),
+    ("collapsed to a plane", |x| x.iter().map(|x| Vector3::new(x.x, x.y, 0.0)).collect()),
+    ("inside out", |x| x.iter().map(|x| -x).collect()),
+    ("mirrored", |x| x.iter().map(|x| Vector3::new(-x.x, x.y, x.z)).collect()),
+    ("shuffled", shuffled),
+    ("scaled by 1e-6", |x| x.iter().map(|x| x * 1e-6).collect()),
+    ("scaled by 1e6", |x| x.iter().map(|x| x * 1e6).collect()),
+    ("turned by 180 degrees", |x| {
+        let turn = Rotation3::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
+        x.iter().map(|x| turn * x).collect()
+    }),
+    ("one vertex thrown 1e6 cells", |x| {
+        let mut thrown = x.to_vec();
+        thrown[7] += Vector3::new(1e6, 0.0, 0.0);
+        thrown
+    }),
+    ("stretched to twice its length", |x| {
+        x.iter().map(|x| x.component_mul(&Vector3::new(2.0, 1.0, 1.0))).collect()
+    }),
+];
+
+fn shuffled(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let mut shuffled = x.to_vec();
+    fastrand::Rng::with_seed(1).shuffle(&mut shuffled);
+    shuffled
+}
+
+/// A block let go from a state at rest.
+fn let_go(
+    size: [i32; 3],
+    half_width: usize,
+    damping: f64,
+    state: Deform,
+    [steps, every]: [u64; 2],
+) -> Result<Figures, Error> {
+    let mut body =
+        Body::from_lattice(lattice(&block(size))?).half_width(half_width).damping(damping).build()?;
+    deform(&mut body, state)?;
+    watch(alone(body)?, Surroundings::Empty, |trial| {
+        trial.run(steps, every);
+        Ok(())
+    })
+}
+
+/// The cases.
+pub(super) fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (name, state) in STATES {
+        let kept = |case: Case| case.bound(Measure::Linear, 1e-6).bound(Measure::Angular, 1e-6);
+        let wide = move || let_go([8, 6, 5], 2, 0.1, state, [2000, 20]);
+        let shows = "returns to its rest shape";
+        let wide = Case::new(FAMILY, format!("{name}; half-width a quarter, damped"), shows, wide);
+        let wide = wide.bound(Measure::Shape, 1e-3).bound(Measure::FinalSpeed, 1e-4);
+        cases.push(kept(wide.bound(Measure::EnergyGain, 1e-5)));
+
+        let narrow = move || let_go([16, 5, 4], 1, 0.1, state, [2000, 10]);
+        let shows = "its error falls to a tenth";
+        let narrow = Case::new(FAMILY, format!("{name}; half-width a sixteenth, damped"), shows, narrow);
+        cases.push(kept(narrow.bound(Measure::StepsToTenth, 1000.0).bound(Measure::EnergyGain, 1e-5)));
+
+        for w in [1, 2, 4] {
+            let undamped = move || let_go([8, 6, 5], w, 0.0, state, [10_000, 500]);
+            let shows = "swings for ever, and gains no energy";
+            let undamped = Case::new(FAMILY, format!("{name}; half-width {w}, undamped"), shows, undamped);
+            cases.push(kept(undamped.bound(Measure::EnergyGain, 0.05)).long());
+        }
+    }
+    cases
+}

@@ -1,0 +1,223 @@
+//! A simulation that is watched: the figures of a case are taken here.
+
+use nalgebra::{Point3, Vector3};
+use supple::{Body, Error, Lattice, Simulation};
+
+use crate::energy::Energy;
+use crate::rigid::{RigidMotion, distance, mean};
+use crate::{Figures, Measure};
+
+/// Entries of the lists of regions up to which the energy is summed.
+const SUMMED: usize = 30_000_000;
+
+/// A speed that counts as rest where energies are compared, in cells a step.
+const STILL: f64 = 1e-3;
+
+/// A distance from the rest shape that counts as none, in cells.
+const AT_REST: f64 = 1e-3;
+
+/// Whether momenta and energy are the bodies' own.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Surroundings {
+    /// Nothing acts on the bodies.
+    Empty,
+    /// They fall, are held, or touch something.
+    Acting,
+}
+
+/// Runs a script on a simulation and takes its figures.
+pub(crate) fn watch(
+    simulation: Simulation,
+    surroundings: Surroundings,
+    script: impl FnOnce(&mut Trial) -> Result<(), Error>,
+) -> Result<Figures, Error> {
+    let lattices: Vec<Lattice> = simulation.bodies().iter().map(|body| body.lattice().clone()).collect();
+    let mut trial = Trial::new(simulation, &lattices, surroundings);
+    script(&mut trial)?;
+    Ok(trial.finish())
+}
+
+/// A simulation and the figures of its bodies.
+pub(crate) struct Trial<'a> {
+    pub(crate) simulation: Simulation,
+    figures: Figures,
+    starts: Vec<Start<'a>>,
+    surroundings: Surroundings,
+}
+
+/// How a body began.
+struct Start<'a> {
+    rest: Vec<Vector3<f64>>,
+    masses: Vec<f64>,
+    momenta: [Vector3<f64>; 2],
+    /// Largest sums of magnitudes so far: of linear and of angular momentum.
+    magnitudes: [f64; 2],
+    /// Distance from the rest shape.
+    shape: f64,
+    energy: Option<(Energy<'a>, f64)>,
+}
+
+/// Positions and velocities of a body in cells and steps.
+struct Now {
+    x: Vec<Vector3<f64>>,
+    v: Vec<Vector3<f64>>,
+}
+
+impl Now {
+    fn of(body: &Body, dt: f64) -> Self {
+        let cell = body.lattice().cell_size();
+        let x = body.positions().iter().map(|p| p.coords / cell).collect();
+        let v = body.velocities().iter().map(|v| v * (dt / cell)).collect();
+        Self { x, v }
+    }
+
+    /// Linear and angular momentum, and the sums of the magnitudes of what makes them up.
+    fn momenta(&self, masses: &[f64]) -> ([Vector3<f64>; 2], [f64; 2]) {
+        let (centre, drift) = (mean(masses, &self.x), mean(masses, &self.v));
+        let (mut momenta, mut magnitudes) = ([Vector3::zeros(); 2], [0.0; 2]);
+        for ((x, v), m) in self.x.iter().zip(&self.v).zip(masses) {
+            let (arm, beside) = (x - centre, v - drift);
+            momenta[0] += v * *m;
+            momenta[1] += arm.cross(&beside) * *m;
+            magnitudes[0] += v.norm() * m;
+            magnitudes[1] += arm.norm() * beside.norm() * m;
+        }
+        (momenta, magnitudes)
+    }
+
+    fn speed(&self) -> f64 {
+        self.v.iter().map(Vector3::norm).fold(0.0, largest)
+    }
+}
+
+impl<'a> Start<'a> {
+    fn new(body: &Body, lattice: &'a Lattice, dt: f64, surroundings: Surroundings) -> Self {
+        let now = Now::of(body, dt);
+        let masses: Vec<f64> = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
+        let rest: Vec<_> =
+            lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
+        let (momenta, magnitudes) = now.momenta(&masses);
+        let shape = RigidMotion::fit(&masses, &rest, &now.x).distance(&rest, &now.x);
+        let listed = lattice.len() * lattice.len().min((2 * body.half_width() + 1).pow(3));
+        let energy = (surroundings == Surroundings::Empty && listed <= SUMMED).then(|| {
+            let energy = Energy::new(lattice, body.half_width(), body.material().alpha(dt));
+            let start = energy.of(&now.x, &now.v);
+            (energy, start)
+        });
+        Self { rest, masses, momenta, magnitudes, shape, energy }
+    }
+
+    fn shape(&self, now: &Now) -> f64 {
+        RigidMotion::fit(&self.masses, &self.rest, &now.x).distance(&self.rest, &now.x)
+    }
+
+    /// What linear and angular momentum miss, as shares of the largest magnitudes.
+    fn missed(&mut self, now: &Now) -> [f64; 2] {
+        let (momenta, magnitudes) = now.momenta(&self.masses);
+        std::array::from_fn(|k| {
+            self.magnitudes[k] = largest(self.magnitudes[k], magnitudes[k]);
+            let missed = (momenta[k] - self.momenta[k]).norm();
+            if missed == 0.0 { 0.0 } else { missed / self.magnitudes[k] }
+        })
+    }
+}
+
+impl<'a> Trial<'a> {
+    fn new(simulation: Simulation, lattices: &'a [Lattice], surroundings: Surroundings) -> Self {
+        let bodies = simulation.bodies().iter().zip(lattices);
+        let starts =
+            bodies.map(|(body, lattice)| Start::new(body, lattice, simulation.dt(), surroundings)).collect();
+        let mut trial = Self { simulation, figures: Figures::default(), starts, surroundings };
+        trial.look();
+        trial
+    }
+
+    /// Makes `steps` steps, and looks after each `every`.
+    pub(crate) fn run(&mut self, steps: u64, every: u64) {
+        for _ in 0..steps / every {
+            self.simulation.steps(every);
+            self.look();
+        }
+    }
+
+    /// Takes how deep the boundary vertices of the lattices lie in something, by `depth` in scene units.
+    pub(crate) fn depth(&mut self, depth: impl Fn(&Point3<f64>) -> f64) {
+        for body in self.simulation.bodies() {
+            let positions = body.positions();
+            let vertices = positions.iter().zip(body.lattice().occupied_cells());
+            let boundary = vertices.filter(|(_, cells)| **cells < 8).map(|(position, _)| position);
+            let deepest = boundary.map(&depth).fold(0.0, largest);
+            self.figures.raise(Measure::Depth, deepest / body.lattice().cell_size());
+        }
+    }
+
+    /// Takes how far the points are from where they are expected, both in cells.
+    pub(crate) fn place(&mut self, expected: &[Point3<f64>], now: &[Point3<f64>]) {
+        let [expected, now] =
+            [expected, now].map(|points| points.iter().map(|p| p.coords).collect::<Vec<_>>());
+        self.figures.raise(Measure::Place, distance(&expected, &now));
+    }
+
+    fn finish(mut self) -> Figures {
+        self.figures.steps = self.simulation.step_count();
+        let unsettled: usize = self.simulation.bodies().iter().map(Body::unsettled_rotations).sum();
+        self.figures.set(Measure::Unsettled, unsettled as f64);
+        self.figures
+    }
+
+    fn look(&mut self) {
+        let Self { simulation, figures, starts, surroundings } = self;
+        let [mut speed, mut shape, mut shape_at_start, mut volume] = [0.0_f64; 4];
+        let (mut energy, mut energy_at_start, mut still) = (Some(0.0), 0.0, 0.0);
+        for (body, start) in simulation.bodies().iter().zip(starts) {
+            let now = Now::of(body, simulation.dt());
+            let report = body.volume_report();
+            let volumes = [report.rest, report.before, report.after, report.lambda, report.residual];
+            figures.add(Measure::NotNumbers, not_numbers(body, &now, &volumes) as f64);
+            figures.add(Measure::Capped, f64::from(u8::from(report.capped)));
+            volume = largest(volume, report.residual.abs());
+            speed = largest(speed, now.speed());
+            shape = largest(shape, start.shape(&now));
+            shape_at_start = largest(shape_at_start, start.shape);
+            if *surroundings == Surroundings::Empty {
+                let [linear, angular] = start.missed(&now);
+                figures.raise(Measure::Linear, linear);
+                figures.raise(Measure::Angular, angular);
+            }
+            energy = energy.zip(start.energy.as_ref()).map(|(sum, (energy, first))| {
+                energy_at_start += first;
+                still += STILL * STILL * start.masses.iter().sum::<f64>();
+                sum + energy.of(&now.x, &now.v)
+            });
+        }
+        let steps = simulation.step_count();
+        figures.raise(Measure::LargestSpeed, speed);
+        figures.set(Measure::FinalSpeed, speed);
+        figures.set(Measure::Volume, volume);
+        figures.set(Measure::Shape, shape);
+        let tenth = shape <= (0.1 * shape_at_start).max(AT_REST);
+        if tenth && steps > 0 && figures.get(Measure::StepsToTenth).is_none() {
+            figures.set(Measure::StepsToTenth, steps as f64);
+        }
+        if let Some(energy) = energy {
+            figures.energy.push((steps, energy));
+            figures.raise(Measure::EnergyGain, (energy - energy_at_start) / (energy_at_start + still));
+            figures.set(Measure::EnergyLeft, energy / (energy_at_start + still));
+        }
+    }
+}
+
+/// The larger one; what is not a number is larger than any.
+pub(crate) fn largest(a: f64, b: f64) -> f64 {
+    if b <= a { a } else { b }
+}
+
+/// Numbers of a body and of what is shown of it that are NaN or infinite.
+fn not_numbers(body: &Body, now: &Now, volumes: &[f64]) -> usize {
+    let shown: Vec<_> = body.corrected_positions().iter().map(|p| p.coords).collect();
+    let vectors = now.x.iter().chain(&now.v).chain(&shown).flatten();
+    let rotations = body.rotations();
+    let surface: Vec<_> = body.surface().positions.iter().map(|p| p.coords).collect();
+    let numbers = vectors.chain(surface.iter().flatten()).chain(rotations.iter().flatten()).chain(volumes);
+    numbers.filter(|x| !x.is_finite()).count()
+}

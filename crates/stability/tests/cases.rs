@@ -1,0 +1,36 @@
+//! All cases as tests: the quick ones in each run, all of them with `--ignored`.
+
+use supple_stability::{Case, Effort, Report, cases, run_all};
+
+/// Runs cases on all processors; none may fail.
+fn pass(cases: &[Case]) {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let report = Report::new(cases, &run_all(cases, threads, |_, _| true));
+    assert_eq!(report.rows.len(), cases.len());
+    assert!(report.passed, "{}", report.table());
+}
+
+#[test]
+fn the_quick_cases_pass() {
+    let mut cases = cases();
+    cases.retain(|case| case.effort == Effort::Quick);
+    pass(&cases);
+}
+
+#[test]
+#[ignore = "takes several minutes"]
+fn all_cases_pass() {
+    pass(&cases());
+}
+
+#[test]
+fn each_case_has_its_own_name_says_what_it_expects_and_has_a_bound_beyond_not_being_nan() {
+    let cases = cases();
+    let mut names: Vec<_> = cases.iter().map(|case| (case.family, case.name.as_str())).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), cases.len());
+    for case in &cases {
+        assert!(!case.shows.is_empty() && case.bounds.len() > 1, "{}", case.name);
+    }
+}

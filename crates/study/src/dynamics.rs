@@ -1,0 +1,144 @@
+//! The errors of the motion, which points that differ in the correction alone share.
+
+use nalgebra::Vector3;
+use supple::reference::{Naive, Regions};
+
+use crate::distance::{Distances, Gathered};
+use crate::error::Halt;
+use crate::free::{self, Free};
+use crate::motion::Motion;
+use crate::observer::Meter;
+use crate::physical::Physical;
+use crate::point::Path;
+use crate::setting::{Dynamics, Method, Setting, Sums};
+
+/// How much work the naive sums may take, in visits of a vertex by a region.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Budget {
+    /// For the path of a body through a motion.
+    pub(crate) path: f64,
+    /// For the goal positions at one moment.
+    pub(crate) goals: f64,
+}
+
+/// A path is not worth comparing with over less than this share of the frames.
+const LEAST_SHARE: f64 = 0.25;
+/// Moments at which goal positions are compared.
+const GOALS: u32 = 4;
+
+/// The errors of the motion.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Errors {
+    pub(crate) goals: Option<Distances>,
+    pub(crate) path: Option<Path>,
+    pub(crate) free: Option<Free>,
+}
+
+/// Where the naive sums, over staircase regions, take the bodies: for each frame from 1 on, for each body, its vertices.
+pub(crate) type NaivePath = Vec<Vec<Vec<Vector3<f64>>>>;
+
+/// Works out the errors of motions; keeps the paths of the naive sums.
+#[derive(Debug)]
+pub(crate) struct Judge {
+    budget: Budget,
+    paths: Vec<(Dynamics, NaivePath)>,
+}
+
+impl Judge {
+    pub(crate) fn new(budget: Budget) -> Self {
+        Self { budget, paths: Vec::new() }
+    }
+
+    /// The frames through which the naive sums can be followed; 0 if these are too few.
+    pub(crate) fn frames(&self, physical: &Physical, visits: f64, substeps: u32) -> u32 {
+        let frames = physical.scene().simulation.frames;
+        let affordable = self.budget.path / (visits * f64::from(substeps));
+        let followed = affordable.min(f64::from(frames)).floor();
+        if followed < LEAST_SHARE * f64::from(frames) { 0 } else { followed as u32 }
+    }
+
+    /// The errors of a motion.
+    pub(crate) fn errors(
+        &mut self,
+        physical: &Physical,
+        dynamics: Dynamics,
+        meter: &mut Meter<'_>,
+    ) -> Result<Errors, Halt> {
+        let setting = Setting { dynamics, method: Method::off() };
+        let model = physical.prepare(&setting)?;
+        let visits = visits(&model.simulation);
+        let followed = self.frames(physical, visits, dynamics.substeps);
+        let frames = physical.scene().simulation.frames;
+        let budget = self.budget;
+        let path = self.path(physical, dynamics, followed, meter)?;
+        let mut motion = Motion::new(physical.prepare(&setting)?, &model, physical.scene(), dynamics.sums)?;
+        let (mut goals, mut beside) = (Gathered::default(), Gathered::default());
+        for frame in 1..=frames {
+            motion.frame()?;
+            meter.tick()?;
+            let positions = |body| motion.positions(body);
+            for (body, model) in model.simulation.bodies().iter().enumerate() {
+                let cell_size = model.lattice().cell_size();
+                if let Some(at) = path.get(frame as usize - 1) {
+                    beside.add(&positions(body), &at[body], cell_size);
+                }
+                let looked_at = frame * GOALS / frames != (frame - 1) * GOALS / frames;
+                if looked_at && visits <= budget.goals {
+                    let naive = Naive::new(model.lattice(), model.half_width(), Regions::Staircase);
+                    let motions = naive.motions(&positions(body));
+                    goals.add(&motion.goals(body), &naive.goals(&motions), cell_size);
+                }
+            }
+            // The naive sums are followed no farther than they are compared.
+            if matches!(dynamics.sums, Sums::Naive(_)) && frame >= followed {
+                break;
+            }
+        }
+        let path = beside.distances().map(|distances| Path { frames: followed, distances });
+        let free = match dynamics.sums {
+            Sums::Fast => Some(free::fly(physical, dynamics, budget.goals, meter)?),
+            Sums::Naive(_) => None,
+        };
+        Ok(Errors { goals: goals.distances(), path, free })
+    }
+
+    /// The path of the naive sums beside a motion, through `frames` frames.
+    fn path(
+        &mut self,
+        physical: &Physical,
+        dynamics: Dynamics,
+        frames: u32,
+        meter: &mut Meter<'_>,
+    ) -> Result<&NaivePath, Halt> {
+        let dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..dynamics };
+        let known =
+            self.paths.iter().position(|(other, path)| *other == dynamics && path.len() == frames as usize);
+        let at = match known {
+            Some(at) => at,
+            None => {
+                let setting = Setting { dynamics, method: Method::off() };
+                let model = physical.prepare(&setting)?;
+                let mut motion =
+                    Motion::new(physical.prepare(&setting)?, &model, physical.scene(), dynamics.sums)?;
+                let mut path = NaivePath::new();
+                for _ in 0..frames {
+                    motion.frame()?;
+                    meter.tick()?;
+                    path.push(
+                        (0..model.simulation.bodies().len()).map(|body| motion.positions(body)).collect(),
+                    );
+                }
+                self.paths.push((dynamics, path));
+                self.paths.len() - 1
+            }
+        };
+        Ok(&self.paths[at].1)
+    }
+}
+
+/// Visits of a vertex by a region in one evaluation of the naive sums.
+pub(crate) fn visits(simulation: &supple::Simulation) -> f64 {
+    let of_body =
+        |body: &supple::Body| body.lattice().len() as f64 * (2.0 * body.half_width() as f64 + 1.0).powi(3);
+    simulation.bodies().iter().map(of_body).sum()
+}

@@ -1,0 +1,50 @@
+//! Momenta of points with masses.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Momenta of points with masses, and the centre that the angular one is about.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Momenta {
+    pub(crate) mass: f64,
+    pub(crate) centre: Vector3<f64>,
+    pub(crate) linear: Vector3<f64>,
+    /// About the centre.
+    pub(crate) angular: Vector3<f64>,
+}
+
+/// A point in motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mass {
+    pub(crate) mass: f64,
+    pub(crate) position: Vector3<f64>,
+    pub(crate) velocity: Vector3<f64>,
+}
+
+impl Momenta {
+    /// Those of some points.
+    pub(crate) fn of(points: impl Iterator<Item = Mass> + Clone) -> Self {
+        let mass: f64 = points.clone().map(|point| point.mass).sum();
+        let centre: Vector3<f64> = points.clone().map(|point| point.position * (point.mass / mass)).sum();
+        let linear = points.clone().map(|point| point.velocity * point.mass).sum();
+        let angular = points.map(|point| (point.position - centre).cross(&point.velocity) * point.mass).sum();
+        Self { mass, centre, linear, angular }
+    }
+
+    /// The rigid velocity that gives points with these momenta those of `aim`: of the centre, and the spin about it.
+    pub(crate) fn missing(
+        &self,
+        aim: &Self,
+        points: impl Iterator<Item = Mass>,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let inertia: Matrix3<f64> = points
+            .map(|point| {
+                let d = point.position - self.centre;
+                (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * point.mass
+            })
+            .sum();
+        // Points on a line have no spin about it to be given.
+        let spin =
+            inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * (aim.angular - self.angular));
+        ((aim.linear - self.linear) / self.mass, spin)
+    }
+}

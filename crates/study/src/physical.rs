@@ -1,0 +1,188 @@
+//! A scene in physical terms, so that lattice and steps can change and the material stays.
+
+use supple::run::{Prepared, RunError, prepare};
+use supple::scene::{Scene, Substeps};
+use supple::volume::{Preservation, VolumeOptions};
+use supple::{Body, Damping, Material, Reach, Resolution, Stiffness, VolumeMeasure};
+
+use crate::setting::{Dynamics, Method, Setting};
+
+/// A scene whose materials are given by lengths and seconds.
+#[derive(Clone, Debug)]
+pub(crate) struct Physical {
+    scene: Scene,
+    /// Half-width and cell size of each body as the scene has them.
+    grids: Vec<Grid>,
+    /// Steps a frame as the scene has them.
+    pub(crate) substeps: u32,
+}
+
+/// The regions and the lattice of a body.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    /// In cells.
+    half_width: usize,
+    cell_size: f64,
+    vertices: usize,
+}
+
+impl Grid {
+    fn of(body: &Body) -> Self {
+        let lattice = body.lattice();
+        Self { half_width: body.half_width(), cell_size: lattice.cell_size(), vertices: lattice.len() }
+    }
+
+    /// The half-width of the same radius on a lattice with `refinement` times the cells per length.
+    fn refined(self, refinement: f64) -> usize {
+        ((self.half_width as f64 * refinement).round() as usize).max(1)
+    }
+}
+
+impl Physical {
+    /// Builds a scene once, to learn what its resolution and steps come to.
+    ///
+    /// # Errors
+    ///
+    /// A scene that cannot be built.
+    pub(crate) fn new(mut scene: Scene) -> Result<Self, RunError> {
+        let Prepared { simulation, substeps, .. } = prepare(&scene)?;
+        let dt = simulation.dt();
+        for data in &mut scene.bodies {
+            data.material = physical(data.material, dt);
+        }
+        Ok(Self { scene, grids: simulation.bodies().iter().map(Grid::of).collect(), substeps })
+    }
+
+    /// The half-widths of all bodies at a refinement, in cells.
+    pub(crate) fn half_widths(&self, refinement: f64, reach: f64) -> Vec<usize> {
+        let width = |grid: &Grid| (grid.refined(refinement) as f64 * reach).round() as usize;
+        self.grids.iter().map(|grid| width(grid).max(1)).collect()
+    }
+
+    /// How the scene itself keeps the volume of its first body; by the cells, where not all bodies can do the same.
+    pub(crate) fn method(&self, body: &Body, usable: &[Method]) -> Method {
+        let VolumeOptions { measure, scope, .. } = self.scene.bodies[0].volume;
+        let measure = match measure {
+            Preservation::Off => return Method::off(),
+            // What `auto` has become.
+            Preservation::Auto => Preservation::By(body.volume_report().measure),
+            measure => measure,
+        };
+        let method = Method { measure, scope };
+        let cells = Method { measure: Preservation::By(VolumeMeasure::Cells), scope };
+        if usable.contains(&method) { method } else { cells }
+    }
+
+    /// The scene as it is described, in physical terms.
+    pub(crate) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Builds the scene as it is described.
+    ///
+    /// # Errors
+    ///
+    /// A scene that cannot be built.
+    pub(crate) fn as_it_is(&self) -> Result<Prepared, RunError> {
+        prepare(&self.scene)
+    }
+
+    /// About how many lattice vertices a motion has, and how many visits of these by regions the naive sums take.
+    pub(crate) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
+        let widths = self.half_widths(dynamics.refinement, dynamics.reach);
+        self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
+            let finer = grid.refined(dynamics.refinement) as f64 / grid.half_width as f64;
+            let own = grid.vertices as f64 * finer.powi(3);
+            (vertices + own, visits + own * (2.0 * width as f64 + 1.0).powi(3))
+        })
+    }
+
+    /// Whether steps of `dt` seconds are longer than a sixth of a body's period, so that it is softer than asked.
+    pub(crate) fn softened(&self, dt: f64) -> bool {
+        let too_fast = |stiffness| match stiffness {
+            Stiffness::Frequency(frequency) => frequency * dt > (1.0 + 1e-9) / 6.0,
+            Stiffness::PerStep(_) => false,
+        };
+        self.scene.bodies.iter().any(|body| too_fast(body.material.stiffness))
+    }
+
+    /// Builds a point.
+    ///
+    /// # Errors
+    ///
+    /// A lattice that does not fit in memory, a handle that takes nothing on this lattice.
+    pub(crate) fn prepare(&self, setting: &Setting) -> Result<Prepared, RunError> {
+        let Setting { dynamics, method } = *setting;
+        let mut scene = self.scene.clone();
+        scene.simulation.substeps = Substeps::Fixed(dynamics.substeps);
+        let widths = self.half_widths(dynamics.refinement, dynamics.reach);
+        for ((data, grid), width) in scene.bodies.iter_mut().zip(&self.grids).zip(widths) {
+            let refined = grid.refined(dynamics.refinement);
+            if refined != grid.half_width {
+                // The radius is a whole number of cells on every lattice, so that rounding changes no material.
+                let cell_size = grid.cell_size * grid.half_width as f64 / refined as f64;
+                data.resolution = Resolution::CellSize(cell_size);
+            }
+            data.material.reach = Reach::Cells(width);
+            data.volume = VolumeOptions { measure: method.measure, scope: method.scope, ..data.volume };
+        }
+        prepare(&scene)
+    }
+
+    /// The same bodies in free flight: held by nothing, among nothing, without gravity, undamped.
+    ///
+    /// # Errors
+    ///
+    /// As [`Physical::prepare`].
+    pub(crate) fn prepare_free(&self, dynamics: Dynamics) -> Result<Prepared, RunError> {
+        let mut free = self.clone();
+        free.scene.simulation.gravity = [0.0; 3];
+        free.scene.colliders.clear();
+        for data in &mut free.scene.bodies {
+            data.pins.clear();
+            data.handles.clear();
+            data.material.damping = Damping::PerStep(0.0);
+        }
+        free.prepare(&Setting { dynamics, method: Method::off() })
+    }
+}
+
+/// The same material in terms that do not change with the step.
+fn physical(material: Material, dt: f64) -> Material {
+    let stiffness = match material.stiffness {
+        // alpha = 4 sin²(pi f dt).
+        Stiffness::PerStep(alpha) => {
+            Stiffness::Frequency((alpha.sqrt() / 2.0).asin() / (std::f64::consts::PI * dt))
+        }
+        frequency @ Stiffness::Frequency(_) => frequency,
+    };
+    let damping = match material.damping {
+        // All at once is no rate.
+        Damping::PerStep(share) if share < 1.0 => Damping::Rate(-(-share).ln_1p() / dt),
+        damping => damping,
+    };
+    Material { stiffness, damping, ..material }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_the_step_of_the_scene_the_material_is_the_same() {
+        for (alpha, share) in [(1.0, 0.0), (0.25, 0.5), (1e-6, 1e-9), (0.9, 1.0)] {
+            let before = Material {
+                stiffness: Stiffness::PerStep(alpha),
+                damping: Damping::PerStep(share),
+                ..Material::default()
+            };
+            let after = physical(before, 0.01);
+            assert!((after.alpha(0.01) / alpha - 1.0).abs() < 1e-12, "{alpha}: {}", after.alpha(0.01));
+            assert!((after.damping_share(0.01) - share).abs() <= 1e-12 * share, "{share}");
+            assert!(after.validate().is_ok());
+        }
+        let half = physical(Material::default(), 0.01).alpha(0.005);
+        // 4 sin²(pi / 12) = 2 - sqrt(3).
+        assert!((half - (2.0 - 3.0_f64.sqrt())).abs() < 1e-12, "{half}");
+    }
+}

@@ -1,0 +1,184 @@
+//! The points of a study under way.
+
+use std::path::Path;
+
+use supple::run::Prepared;
+
+use crate::dynamics::{Budget, Errors as Motion, Judge, visits};
+use crate::error::Halt;
+use crate::look::{self, Surfaces};
+use crate::matrix::Matrix;
+use crate::observer::{Meter, Observer};
+use crate::physical::Physical;
+use crate::point::{Errors, Point};
+use crate::report::Report;
+use crate::setting::{Axis, Dynamics, Method, Setting, Sums};
+use crate::timing::Timing;
+
+/// How often things are done, and how much the naive sums may take.
+struct Effort {
+    repeats: u32,
+    budget: Budget,
+}
+
+impl Effort {
+    fn new(quick: bool) -> Self {
+        match quick {
+            false => Self { repeats: 5, budget: Budget { path: 8e8, goals: 3e7 } },
+            true => Self { repeats: 3, budget: Budget { path: 6e7, goals: 2e6 } },
+        }
+    }
+}
+
+/// A visit of a vertex by a region, and a step and a look at a vertex, in seconds: for the time left, no more.
+const VISIT: f64 = 2e-8;
+const STEP: f64 = 5e-8;
+const LOOK: f64 = 1e-7;
+
+/// The points of a study under way.
+pub(crate) struct Points {
+    physical: Physical,
+    matrix: Matrix,
+    effort: Effort,
+    /// The surfaces of the finest lattice.
+    finest: Option<Surfaces>,
+}
+
+impl Points {
+    /// None of them measured.
+    pub(crate) fn new(physical: Physical, matrix: Matrix, quick: bool) -> Self {
+        Self { physical, matrix, effort: Effort::new(quick), finest: None }
+    }
+
+    /// Measures what is not there yet.
+    pub(crate) fn run(
+        &mut self,
+        report: &mut Report,
+        directory: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<(), Halt> {
+        let left: Vec<(Axis, Setting)> = self.matrix.points.clone();
+        let left: Vec<_> = left.into_iter().filter(|(_, setting)| !report.has(&name(setting))).collect();
+        let mut known: Vec<(Dynamics, Motion)> = Vec::new();
+        let weights: f64 = left.iter().map(|(_, setting)| self.weight(setting)).sum();
+        let mut meter = Meter::new(observer, weights + self.weight(&self.matrix.finest));
+        let mut judge = Judge::new(self.effort.budget);
+        for (axis, setting) in left {
+            if self.finest.is_none() {
+                self.finest = Some(self.reference(&mut meter)?);
+            }
+            let runs = f64::from(self.effort.repeats + 3);
+            meter.begin(name(&setting), self.weight(&setting), runs * f64::from(report.frames))?;
+            let motion = match known.iter().find(|(dynamics, _)| *dynamics == setting.dynamics) {
+                Some((_, motion)) => motion.clone(),
+                None => {
+                    let motion = judge.errors(&self.physical, setting.dynamics, &mut meter)?;
+                    known.push((setting.dynamics, motion.clone()));
+                    motion
+                }
+            };
+            let point = self.measure(axis, &setting, motion, &judge, &mut meter)?;
+            report.add(point, directory)?;
+        }
+        Ok(())
+    }
+
+    /// The surfaces of the finest lattice.
+    fn reference(&self, meter: &mut Meter<'_>) -> Result<Surfaces, Halt> {
+        let (finest, frames) = (self.matrix.finest, self.physical.scene().simulation.frames);
+        meter.begin(
+            format!("{}, to compare with", name(&finest)),
+            self.weight(&finest),
+            f64::from(frames),
+        )?;
+        let model = self.model(&finest)?;
+        Ok(look::run(&self.physical, &finest, &model, frames, meter)?.surfaces)
+    }
+
+    /// A point without a correction: its lattices, where they are at the start.
+    fn model(&self, setting: &Setting) -> Result<Prepared, Halt> {
+        Ok(self.physical.prepare(&Setting { method: Method::off(), ..*setting })?)
+    }
+
+    /// About how long a point takes.
+    fn weight(&self, setting: &Setting) -> f64 {
+        let Setting { dynamics, .. } = *setting;
+        let frames = f64::from(self.physical.scene().simulation.frames);
+        let (vertices, visits) = self.physical.estimate(dynamics);
+        let runs = f64::from(self.effort.repeats + 3);
+        let fast = vertices * frames * runs * (STEP * f64::from(dynamics.substeps) + LOOK);
+        let naive = (visits * f64::from(dynamics.substeps) * frames).min(self.effort.budget.path);
+        let shared = setting.method != self.matrix.finest.method;
+        fast + if shared { 0.0 } else { VISIT * naive }
+    }
+
+    fn measure(
+        &self,
+        axis: Axis,
+        setting: &Setting,
+        motion: Motion,
+        judge: &Judge,
+        meter: &mut Meter<'_>,
+    ) -> Result<Point, Halt> {
+        let prepared = self.model(setting)?;
+        let (dt, frames) = (prepared.simulation.dt(), self.physical.scene().simulation.frames);
+        let followed = judge.frames(&self.physical, visits(&prepared.simulation), setting.dynamics.substeps);
+        let first = prepared.simulation.body(0);
+        // The naive sums make one run, as far as they are followed.
+        let naive = setting.dynamics.sums != Sums::Fast;
+        let frames = if naive { followed.max(1) } else { frames };
+        let shown = look::run(&self.physical, setting, &prepared, frames, meter)?;
+        let timing = match naive {
+            true => Timing::new(None, vec![shown.sample]),
+            false => Timing::new(
+                Some(shown.sample),
+                look::time(&self.physical, setting, self.effort.repeats, meter)?,
+            ),
+        };
+        let whole = frames == self.physical.scene().simulation.frames;
+        let finest = self.finest.as_ref().filter(|_| whole);
+        let bodies = prepared.simulation.bodies();
+        let beside = finest.map(|finest| look::beside(bodies, &shown.surfaces, finest));
+        let finite = |x: f64| Some(x).filter(|x| x.is_finite());
+        Ok(Point {
+            name: name(setting),
+            axis,
+            method: setting.method.name(),
+            sums: setting.dynamics.sums.name().to_owned(),
+            lattice_vertices: bodies.iter().map(|body| body.lattice().len()).sum(),
+            cell_size: first.lattice().cell_size(),
+            half_width: first.half_width(),
+            reach: setting.dynamics.reach,
+            substeps: setting.dynamics.substeps,
+            alpha: first.material().alpha(dt),
+            softened: self.physical.softened(dt),
+            finest: *setting == self.matrix.finest,
+            timing,
+            errors: Errors {
+                goals: motion.goals,
+                path: motion.path,
+                mesh_volume: shown.mesh_volume,
+                cells_volume: shown.cells_volume,
+                cell_volumes: shown.cell_volumes,
+                surface_rms: beside.and_then(|(rms, _)| finite(rms)),
+                surface_hausdorff: beside.and_then(|(_, hausdorff)| finite(hausdorff)),
+                capped: shown.capped,
+            },
+            free: motion.free,
+            front: Vec::new(),
+        })
+    }
+}
+
+/// The name of a point, one of a kind in a study.
+fn name(setting: &Setting) -> String {
+    let Dynamics { refinement, reach, substeps, sums } = setting.dynamics;
+    let mut name = format!("{}, {refinement:.2} x the cells, {substeps} steps", setting.method.name());
+    if reach != 1.0 {
+        name += &format!(", {reach} x the radius");
+    }
+    if sums != Sums::Fast {
+        name += &format!(", {}", sums.name());
+    }
+    name
+}

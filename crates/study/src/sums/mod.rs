@@ -1,0 +1,187 @@
+//! The summation alone: local and global moments, by windows summed anew or run on, in f32 and f64.
+//!
+//! The rivals are the same plain code, scalar and on one thread, so that they can be compared with each other; the core
+//! stands beside them. The truth is local moments summed anew in f64, which a test holds to the naive sums.
+
+mod block;
+mod moments;
+mod number;
+mod report;
+mod windows;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use nalgebra::{Point3, Vector3};
+use supple::{Body, Lattice, Simulation};
+
+use crate::error::{Halt, StudyError};
+use crate::machine::Machine;
+use crate::observer::{Meter, Observer};
+use crate::study::Outcome;
+use block::Block;
+use moments::{Moments, Rival};
+use number::Number;
+pub use report::{SumsError, SumsReport, SumsRow};
+use windows::Summing;
+
+/// The study of the summation.
+#[derive(Clone, Debug)]
+pub struct SumsStudy {
+    /// Where `sums.csv` and `sums.json` go; made if it is not there.
+    pub directory: PathBuf,
+    /// Smaller blocks.
+    pub quick: bool,
+}
+
+/// Vertices along each edge of the blocks, and half-widths: one varies while the other stays.
+const FULL: [(usize, usize); 5] = [(22, 1), (22, 3), (22, 8), (10, 3), (47, 3)];
+/// Those of a quick study.
+const QUICK: [(usize, usize); 3] = [(10, 1), (10, 3), (22, 3)];
+/// Distances of the blocks' corners from the origin along each axis, in cells.
+const DISTANCES: [f64; 4] = [0.0, 1e2, 1e4, 1e6];
+/// Times that each sum is timed; the median counts.
+const REPEATS: usize = 7;
+/// Steps of the core that are timed together.
+const STEPS: u64 = 20;
+
+impl SumsStudy {
+    /// Runs the study. What is done when the observer asks to stop is in the report, and written.
+    ///
+    /// # Errors
+    ///
+    /// A folder that cannot be written.
+    pub fn run(&self, observer: &mut dyn Observer) -> Result<(SumsReport, Outcome), StudyError> {
+        let cases: &[(usize, usize)] = if self.quick { &QUICK } else { &FULL };
+        let mut report = SumsReport { complete: false, machine: Machine::here(1), rows: Vec::new() };
+        report.write(&self.directory)?;
+        let weight = |side: usize| side.pow(3) as f64;
+        let mut meter = Meter::new(observer, cases.iter().map(|(side, _)| weight(*side)).sum());
+        let mut outcome = Outcome::Finished;
+        for &(side, half_width) in cases {
+            let ticks = 9.0 * DISTANCES.len() as f64;
+            let name = format!("{} vertices, half-width {half_width}", side.pow(3));
+            let rows =
+                meter.begin(name, weight(side), ticks).and_then(|()| case(side, half_width, &mut meter));
+            match rows {
+                Ok(rows) => report.rows.extend(rows),
+                Err(Halt::Stopped) => {
+                    outcome = Outcome::Stopped;
+                    break;
+                }
+                Err(Halt::Failed(error)) => return Err(error),
+            }
+        }
+        report.complete = outcome == Outcome::Finished;
+        report.write(&self.directory)?;
+        Ok((report, outcome))
+    }
+}
+
+/// All rivals on one block.
+fn case(side: usize, half_width: usize, meter: &mut Meter<'_>) -> Result<Vec<SumsRow>, Halt> {
+    let block = Block::new(side, half_width);
+    let mut rows = Vec::new();
+    for moments in [Moments::Local, Moments::Global] {
+        for summing in [Summing::Direct, Summing::Running] {
+            rows.push(rival::<f32>(&block, moments, summing, meter)?);
+            rows.push(rival::<f64>(&block, moments, summing, meter)?);
+        }
+    }
+    rows.push(core(&block, meter)?);
+    Ok(rows)
+}
+
+/// The truth: the goal positions of positions from the block's corner.
+fn truth(block: &Block, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    Rival::new(block, Moments::Local, Summing::Direct, 0.0).goals(positions).0
+}
+
+/// One way to sum at all distances.
+fn rival<T: Number>(
+    block: &Block,
+    moments: Moments,
+    summing: Summing,
+    meter: &mut Meter<'_>,
+) -> Result<SumsRow, Halt> {
+    let mut row = SumsRow::new(block, format!("{} {} {}", moments.name(), summing.name(), T::NAME));
+    for distance in DISTANCES {
+        let shift = Vector3::repeat(distance);
+        let positions: Vec<Vector3<T>> = block.bent().iter().map(|x| (x + shift).map(T::of)).collect();
+        // As they were rounded: how well far places can be told apart at all is not the sums' doing.
+        let from_corner: Vec<_> = positions.iter().map(|x| x.map(T::wide) - shift).collect();
+        let mut rival = Rival::<T>::new(block, moments, summing, distance);
+        let mut times = Vec::new();
+        let mut goals = Vec::new();
+        let repeats = if distance == 0.0 { REPEATS } else { 1 };
+        for _ in 0..repeats {
+            let (summed, time) = rival.goals(&positions);
+            goals = summed;
+            times.push(time.as_secs_f64());
+        }
+        if distance == 0.0 {
+            row.time(&times, block.len());
+        }
+        goals.iter_mut().for_each(|goal| *goal -= shift);
+        row.error(distance, &goals, &truth(block, &from_corner));
+        meter.tick()?;
+    }
+    Ok(row)
+}
+
+/// The core: its goal positions, and the time of a whole step on one thread.
+fn core(block: &Block, meter: &mut Meter<'_>) -> Result<SumsRow, Halt> {
+    let lattice = lattice(block)?;
+    let mut row = SumsRow::new(block, "supple, f32".to_owned());
+    for distance in DISTANCES {
+        let shift = Vector3::repeat(distance);
+        let mut body = Body::from_lattice(lattice.clone()).half_width(block.half_width).build()?;
+        let placed: Vec<Point3<f64>> = block.bent().iter().map(|x| (x + shift).into()).collect();
+        body.set_positions(&placed).map_err(supple::Error::from)?;
+        let from_corner: Vec<_> = body.positions().iter().map(|x| x.coords - shift).collect();
+        let goals: Vec<_> = body.goals().iter().map(|goal| goal.coords - shift).collect();
+        row.error(distance, &goals, &truth(block, &from_corner));
+        if distance == 0.0 {
+            let mut simulation = Simulation::builder().gravity([0.0; 3]).threads(1).body(body).build()?;
+            simulation.steps(STEPS);
+            let timed = (0..REPEATS).map(|_| {
+                let start = Instant::now();
+                simulation.steps(STEPS);
+                start.elapsed().as_secs_f64() / STEPS as f64
+            });
+            row.time(&timed.collect::<Vec<_>>(), block.len());
+        }
+        meter.tick()?;
+    }
+    Ok(row)
+}
+
+/// The block as a lattice.
+fn lattice(block: &Block) -> Result<Lattice, supple::Error> {
+    let edge = block.side as i32 - 1;
+    let cells: Vec<_> = (0..edge.pow(3)).map(|i| [i % edge, i / edge % edge, i / (edge * edge)]).collect();
+    Ok(Lattice::from_cells(&cells, 1.0, Point3::origin(), false)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use supple::reference::{Regions, goals};
+
+    use super::*;
+
+    #[test]
+    fn every_rival_gives_the_goals_of_the_naive_sums() {
+        for (side, half_width) in [(2, 1), (5, 2), (6, 1), (4, 9)] {
+            let block = Block::new(side, half_width);
+            let lattice = lattice(&block).unwrap();
+            let naive = goals(&lattice, &block.bent(), half_width, Regions::Staircase);
+            for moments in [Moments::Local, Moments::Global] {
+                for summing in [Summing::Direct, Summing::Running] {
+                    let (fast, _) = Rival::<f64>::new(&block, moments, summing, 0.0).goals(&block.bent());
+                    let worst = fast.iter().zip(&naive).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+                    assert!(worst < 1e-12, "{side}, {half_width}, {moments:?}, {summing:?}: {worst:e}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! The study of a small scene: what its figures must be, what it leaves behind, and how it goes on.
+
+use std::fs;
+
+use supple::run::Flow;
+use supple::scene::Scene;
+use supple_study::{Axis, Front, Observer, Outcome, Point, Progress, Report, Study, StudyError};
+use tempfile::TempDir;
+
+/// A block of 2 x 3 x 1, closed.
+const BLOCK: &str = "\
+v -1 0 -0.5\nv 1 0 -0.5\nv 1 3 -0.5\nv -1 3 -0.5\nv -1 0 0.5\nv 1 0 0.5\nv 1 3 0.5\nv -1 3 0.5
+f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// The block hangs by its side above the ground, is pulled, let go, and falls.
+const SCENE: &str = r#"
+[simulation]
+frames = 12
+fps = 30
+substeps = 4
+
+[[body]]
+name = "block"
+mesh = "block.obj"
+translate = [0, 0.4, 0]
+rotate = [0, 20, 10]
+lattice_vertices = 100
+half_width = 2
+stiffness = 0.6
+damping = 0.05
+spin = [1, 2, 3]
+
+[[body.pin]]
+box = { min = [-9, -9, -9], max = [-0.7, 9, 9] }
+until = 0.2
+
+[[body.handle]]
+box = { min = [0.7, -9, -9], max = [9, 9, 9] }
+keys = [ { time = 0 }, { time = 0.2, translate = [0.3, 0.1, 0], rotate = [0, 0, 10] } ]
+until = 0.2
+
+[[collider]]
+plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+"#;
+
+/// A folder with the scene, and a study of it.
+fn stage() -> (TempDir, Study) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("block.obj"), BLOCK).unwrap();
+    let scene = Scene::parse(SCENE, "scene.toml", folder.path(), &[]).unwrap();
+    let directory = folder.path().join("out");
+    (folder, Study { scene, name: "scene.toml".to_owned(), directory, quick: true, resume: false })
+}
+
+/// Stops when a point after so many begins.
+struct StopsAfter {
+    points: usize,
+    last: String,
+}
+
+impl Observer for StopsAfter {
+    fn progress(&mut self, progress: &Progress<'_>) -> Flow {
+        assert!((0.0..=1.0).contains(&progress.done));
+        if progress.point != self.last {
+            self.last = progress.point.to_owned();
+            if self.points == 0 {
+                return Flow::Stop;
+            }
+            self.points -= 1;
+        }
+        Flow::Continue
+    }
+}
+
+fn on(report: &Report, axis: Axis) -> Vec<&Point> {
+    report.points.iter().filter(|point| point.axis == axis).collect()
+}
+
+#[test]
+fn the_figures_are_what_they_must_be() {
+    let (_folder, study) = stage();
+    let (report, outcome) = study.run(&mut ()).unwrap();
+    assert_eq!(outcome, Outcome::Finished);
+    let base = on(&report, Axis::Base)[0];
+    assert_eq!((base.method.as_str(), base.half_width, base.substeps), ("mesh global", 2, 4));
+    assert!((base.alpha - 0.6).abs() < 1e-12);
+    assert_eq!(report.points.iter().filter(|point| point.finest).count(), 1);
+    for point in &report.points {
+        let Point { name, errors, timing, .. } = point;
+        assert!(timing.samples.iter().all(|sample| sample.total() > 0.0), "{name}");
+        assert_eq!(timing.warm_up.is_some(), point.sums == "fast");
+        // Exactly kept, or not at all.
+        let volume = errors.mesh_volume.unwrap();
+        match point.method.starts_with("mesh") && errors.capped == 0 {
+            true => assert!(volume < 1e-6, "{name}: {volume:e}"),
+            false => assert!(volume > 1e-4, "{name}: {volume:e}"),
+        }
+        assert!(errors.surface_hausdorff >= Some(0.0) && errors.surface_hausdorff < Some(0.3), "{name}");
+        assert_eq!(errors.surface_rms == Some(0.0), point.finest, "{name}");
+        let path = errors.path.unwrap();
+        assert_eq!(path.frames, report.frames);
+        let (goals, path) = (errors.goals.unwrap(), path.distances);
+        // In a block regions of both kinds are the same.
+        let most = if point.sums == "fast" { [2e-6, 2e-5] } else { [0.0, 0.0] };
+        assert!(goals.max_cells <= most[0] && path.max_cells <= most[1], "{name}: {goals:?} {path:?}");
+        if let Some(free) = &point.free {
+            assert!(free.linear_momentum < 1e-6 && free.angular_momentum < 1e-6, "{name}: {free:?}");
+            assert!(free.energy_gain < Some(0.1) && free.energy_loss < Some(0.1), "{name}: {free:?}");
+        }
+    }
+    // Twice the steps, a quarter of the change of energy: the steps are of second order.
+    let change = |point: &Point| {
+        let free = point.free.as_ref().unwrap();
+        free.energy_gain.unwrap() + free.energy_loss.unwrap()
+    };
+    let finer = on(&report, Axis::Substeps).into_iter().find(|point| point.substeps == 8).unwrap();
+    let ratio = change(base) / change(finer);
+    assert!((2.5..6.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn bodies_of_which_one_is_open_keep_the_volume_of_their_cells() {
+    let (folder, mut study) = stage();
+    let open: String =
+        BLOCK.lines().filter(|line| *line != "f 4 3 2 1").map(|line| format!("{line}\n")).collect();
+    fs::write(folder.path().join("open.obj"), open).unwrap();
+    let second =
+        "[[body]]\nname = \"open\"\nmesh = \"open.obj\"\ntranslate = [9, 1, 0]\nlattice_vertices = 40\n";
+    study.scene = Scene::parse(&(SCENE.to_owned() + second), "scene.toml", folder.path(), &[]).unwrap();
+    study.scene.simulation.frames = 3;
+    let (report, outcome) = study.run(&mut ()).unwrap();
+    assert_eq!((outcome, report.method.as_str()), (Outcome::Finished, "cells global"));
+    assert!(report.points.iter().all(|point| point.errors.mesh_volume.is_none()));
+    let base = on(&report, Axis::Base)[0];
+    assert!(base.errors.cells_volume < 1e-6);
+}
+
+#[test]
+fn the_front_is_what_nothing_dominates() {
+    let (_folder, study) = stage();
+    let (report, _) = study.run(&mut ()).unwrap();
+    for front in Front::ALL {
+        let costs = |point: &Point| Some([point.timing.total.median, front.error(point)?]);
+        let candidates: Vec<&Point> = report
+            .points
+            .iter()
+            .filter(|point| point.reach == 1.0 && !point.softened && costs(point).is_some())
+            .filter(|point| front != Front::Path || point.method == report.method)
+            .collect();
+        assert!(!candidates.is_empty());
+        for point in &report.points {
+            let candidate = candidates.iter().any(|other| other.name == point.name);
+            let dominated = candidates.iter().any(|other| {
+                let (a, b) = (costs(other).unwrap(), costs(point).unwrap_or([0.0; 2]));
+                a[0] <= b[0] && a[1] <= b[1] && a != b
+            });
+            assert_eq!(point.front.contains(&front), candidate && !dominated, "{}: {front:?}", point.name);
+        }
+    }
+}
+
+#[test]
+fn files_hold_all_points_and_the_table_fits() {
+    let (_folder, study) = stage();
+    let (report, _) = study.run(&mut ()).unwrap();
+    let read = |name: &str| fs::read_to_string(study.directory.join(name)).unwrap();
+    assert_eq!(serde_json::from_str::<Report>(&read("study.json")).unwrap(), report);
+    assert_eq!(read("study.csv").lines().count(), report.points.len() + 1);
+    let svg = read("study.svg");
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    for words in ["scene.toml: error against run time", "run time of a frame, ms", "mesh regional", "front"] {
+        assert!(svg.contains(words), "{words}");
+    }
+    let table = report.table();
+    assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
+    let mut files: Vec<_> =
+        fs::read_dir(&study.directory).unwrap().map(|file| file.unwrap().file_name()).collect();
+    files.sort();
+    assert_eq!(files, ["study.csv", "study.json", "study.svg"]);
+}
+
+#[test]
+fn what_is_stopped_goes_on_and_ends_with_the_same_errors() {
+    let (_folder, mut study) = stage();
+    let (whole, _) = study.run(&mut ()).unwrap();
+    let (_other, stopped) = stage();
+    study.directory = stopped.directory.clone();
+    let (part, outcome) = study.run(&mut StopsAfter { points: 5, last: String::new() }).unwrap();
+    assert_eq!((outcome, part.points.len(), part.complete), (Outcome::Stopped, 4, false));
+    assert!(study.directory.join("study.svg").exists());
+    study.resume = true;
+    let (resumed, outcome) = study.run(&mut ()).unwrap();
+    assert_eq!((outcome, resumed.complete), (Outcome::Finished, true));
+    assert_eq!(resumed.points[..4].iter().map(|point| &point.timing).collect::<Vec<_>>(), {
+        part.points.iter().map(|point| &point.timing).collect::<Vec<_>>()
+    });
+    let errors = |report: &Report| -> Vec<_> {
+        report
+            .points
+            .iter()
+            .map(|point| (point.name.clone(), point.errors.clone(), point.free.clone()))
+            .collect()
+    };
+    assert_eq!(errors(&resumed), errors(&whole));
+
+    let before = fs::read(study.directory.join("study.json")).unwrap();
+    let (_, outcome) = study.run(&mut ()).unwrap();
+    assert_eq!(outcome, Outcome::AlreadyFinished);
+    assert_eq!(fs::read(study.directory.join("study.json")).unwrap(), before);
+}
+
+#[test]
+fn what_is_not_the_same_study_is_refused() {
+    let (_folder, mut study) = stage();
+    let stop = || StopsAfter { points: 1, last: String::new() };
+    study.run(&mut stop()).unwrap();
+    study.resume = true;
+    let refused = |study: &Study, words: &str| {
+        let error = study.run(&mut ()).unwrap_err();
+        assert!(error.is_input() && matches!(error, StudyError::Resume { .. }), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    };
+    let change = |change: &dyn Fn(&mut Study)| {
+        let mut other = study.clone();
+        change(&mut other);
+        other
+    };
+    refused(&change(&|study| study.quick = false), "quick");
+    refused(&change(&|study| study.scene.simulation.frames = 13), "frames");
+    refused(&change(&|study| study.scene.bodies[0].material.density = 7.0), "density");
+    fs::write(study.directory.join("study.json"), "[]").unwrap();
+    refused(&study, "no study");
+    study.scene.simulation.frames = 0;
+    assert!(matches!(study.run(&mut ()), Err(StudyError::NoFrames)));
+}

@@ -1,0 +1,87 @@
+//! Mutated scenes: a scene or an error that names the place, and a scene that is written reads back the same.
+
+mod fuzz;
+
+use std::path::Path;
+
+use fuzz::{Target, fuzz};
+use supple::scene::Scene;
+
+const WORDS: [&str; 44] = [
+    "simulation",
+    "output",
+    "body",
+    "pin",
+    "handle",
+    "collider",
+    "keys",
+    "name",
+    "mesh",
+    "object",
+    "scale",
+    "rotate",
+    "translate",
+    "lattice_vertices",
+    "cell_size",
+    "join",
+    "half_width",
+    "stiffness_radius",
+    "stiffness",
+    "frequency",
+    "damping",
+    "damping_rate",
+    "density",
+    "volume",
+    "velocity",
+    "spin",
+    "box",
+    "sphere",
+    "plane",
+    "capsule",
+    "center",
+    "radius",
+    "from",
+    "until",
+    "friction",
+    "restitution",
+    "frames",
+    "fps",
+    "substeps",
+    "gravity",
+    "\"auto\"",
+    "true",
+    "[0, 1, 2]",
+    "{ measure = \"mesh\", scope = \"regional\", field = \"paper\", max_correction = 1.0 }",
+];
+
+fn read(input: &[u8]) -> String {
+    let text = String::from_utf8_lossy(input);
+    // What comes after the first line that says so are overrides.
+    let (text, overrides) = text.split_once("#set\n").unwrap_or((&text, ""));
+    let overrides: Vec<String> = overrides.lines().map(str::to_owned).collect();
+    match Scene::parse(text, "scene.toml", Path::new(""), &overrides) {
+        Err(error) => error.to_string(),
+        Ok(scene) => {
+            let written = scene.to_toml();
+            let again = Scene::parse(&written, "written.toml", Path::new(""), &[]);
+            assert_eq!(again.as_ref().ok(), Some(&scene), "{written}");
+            format!(
+                "a scene of {} bodies, {} colliders",
+                "some ".repeat(scene.bodies.len().min(4)),
+                "few ".repeat(scene.colliders.len().min(4))
+            )
+        }
+    }
+}
+
+#[test]
+fn mutated_scenes_do_no_harm() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    let names = ["bust_parts", "drop", "squeeze", "stretch_and_drop", "twist"];
+    let mut corpus: Vec<Vec<u8>> = names
+        .iter()
+        .map(|name| std::fs::read(folder.join(format!("{name}.toml"))).expect("a shipped scene"))
+        .collect();
+    corpus.push(b"[[body]]\nmesh = \"a.obj\"\n#set\nbody.a.half_width=3\nsimulation.frames = 60\n".to_vec());
+    fuzz(&Target { name: "scene", words: &WORDS, read }, corpus);
+}
