@@ -43,23 +43,12 @@ fn forces_add_up_and_are_refused_whole() {
     let mut simulation = simulation(Body::from_lattice(block()).build().unwrap());
     let body = simulation.body_mut(0);
     body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (3, [0.0, 2.0, 0.0])]).unwrap();
-    for wrong in [f64::NAN, f64::INFINITY, 1e300, -1e300] {
+    for wrong in [f64::NAN, f64::INFINITY] {
         assert!(body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (4, [wrong, 0.0, 0.0])]).is_err());
     }
     simulation.step();
     let error = momentum(simulation.body(0)) - Vector3::new(0.01, 0.02, 0.0);
     assert!(error.norm() < 1e-7, "{error}");
-}
-
-#[test]
-fn the_greatest_force_that_is_taken_gives_numbers() {
-    let mut simulation = simulation(Body::from_lattice(block()).build().unwrap());
-    let greatest = 0.99e15 * 0.5 * simulation.body(0).masses()[0];
-    simulation.body_mut(0).apply_forces(&[(0, [greatest; 3])]).unwrap();
-    simulation.steps(3);
-    let body = simulation.body(0);
-    let shown = body.positions().into_iter().chain(body.corrected_positions());
-    assert!(shown.flat_map(<[f64; 3]>::from).all(f64::is_finite));
 }
 
 #[test]
@@ -307,5 +296,6 @@ fn what_would_overflow_is_refused_at_the_border() {
     assert_eq!(body.hold_count(), 1);
     let mut sim = Simulation::builder().body(body).dt(1e6).threads(1).build().unwrap();
     sim.steps(10);
-    assert!(sim.body(0).positions().iter().all(|p| p.coords.iter().all(|x| x.is_finite())));
+    let shown = sim.body(0).positions().into_iter().chain(sim.body(0).corrected_positions());
+    assert!(shown.flat_map(<[f64; 3]>::from).all(f64::is_finite));
 }

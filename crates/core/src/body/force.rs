@@ -48,8 +48,7 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A number that is not finite, a force that accelerates by more than 10^15 cells/s^2, or a selection that takes
-    /// nothing.
+    /// A number that is not finite, or that accelerates by more than 10^15 cells/s^2, or a selection that takes nothing.
     pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
         let vertices = self.select(selection)?;
         let whole: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
@@ -62,7 +61,7 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A number that is not finite, or a force that accelerates by more than 10^15 cells/s^2; nothing is applied then.
+    /// A number that is not finite, or that accelerates its vertex by more than 10^15 cells/s^2; nothing is applied then.
     ///
     /// # Panics
     ///
@@ -73,12 +72,7 @@ impl Body {
             assert!((vertex as usize) < count, "vertex {vertex} of {count}");
             let limit = self.farthest() * self.mass(vertex);
             for f in force {
-                in_range(
-                    "force",
-                    f,
-                    f.abs() <= limit,
-                    "finite and at most 1e15 cells/s^2 times the vertex's mass",
-                )?;
+                in_range("force", f, f.abs() <= limit, "finite, and accelerate by at most 1e15 cells/s^2")?;
             }
         }
         let next = &mut self.forces.get_or_insert_default().next;
