@@ -127,6 +127,26 @@ fn regions_of_another_half_width_keep_positions_velocities_and_momentum() {
     }
 }
 
+#[cfg(feature = "scene")]
+#[test]
+fn regions_that_are_set_are_those_that_were_built_also_for_a_body_turned_inside_out() {
+    let build = |cells| simulation(Body::from_lattice(block()).half_width(cells).build().unwrap());
+    let mut changed = build(2);
+    let inside_out: Vec<_> =
+        changed.body(0).positions().iter().map(|p| Point3::from(p.coords * -0.3)).collect();
+    changed.body_mut(0).set_positions(&inside_out).unwrap();
+    changed.steps(30);
+    assert!(changed.body(0).unsettled_rotations() > 0);
+    changed.body_mut(0).set_reach(Reach::Cells(1)).unwrap();
+    let mut built = build(1);
+    built.restore(&changed.state()).unwrap();
+    for steps in [1, 100] {
+        changed.steps(steps);
+        built.steps(steps);
+        assert_eq!(changed.state(), built.state());
+    }
+}
+
 #[test]
 fn a_volume_that_is_set_is_as_one_that_was_built() {
     let build = |volume: VolumeOptions| Body::from_lattice(block()).volume(volume).build().unwrap();
