@@ -1,82 +1,17 @@
-//! What a user changes between steps: forces, stiffness, damping, half-width, volume, holds, time, threads; and states
-//! that keep all of it.
+//! What a user changes between steps: stiffness, damping, half-width, volume, holds, time, threads; and states that
+//! keep all of it.
 
+mod common;
+
+use common::{alone, half_cells, momentum};
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, Damping, Handle, Key, Lattice, Reach, Selection, Simulation, Stiffness, VolumeMeasure,
-    VolumeOptions, Window,
+    Body, Damping, Handle, Key, Reach, Selection, Simulation, Stiffness, VolumeMeasure, VolumeOptions, Window,
 };
-
-fn block() -> Lattice {
-    let cells: Vec<[i32; 3]> = (0..24).map(|i| [i % 4, i / 4 % 3, i / 12]).collect();
-    Lattice::from_cells(&cells, 0.5, Point3::new(1.0, 2.0, 3.0), true).unwrap()
-}
-
-fn simulation(body: Body) -> Simulation {
-    Simulation::builder().body(body).gravity([0.0; 3]).dt(0.01).threads(1).build().unwrap()
-}
-
-fn momentum(body: &Body) -> Vector3<f64> {
-    body.masses().iter().zip(body.velocities()).map(|(m, v)| v * *m).sum()
-}
-
-#[test]
-fn a_force_gives_its_impulse_once_whatever_it_pulls_at() {
-    let selections = [
-        Selection::Vertices(vec![0, 7, 30]),
-        Selection::Plane { point: [1.6, 0.0, 0.0], normal: [1.0, 0.0, 0.0] },
-    ];
-    for selection in selections {
-        let mut simulation = simulation(Body::from_lattice(block()).damping(0.2).build().unwrap());
-        let force = Vector3::new(300.0, -20.0, 50.0);
-        simulation.body_mut(0).apply_force(force.into(), &selection).unwrap();
-        for steps in [1, 100] {
-            simulation.steps(steps);
-            let error = momentum(simulation.body(0)) - force * 0.01;
-            assert!(error.norm() < 1e-5 * force.norm() * 0.01, "{error}");
-        }
-    }
-}
-
-#[test]
-fn forces_add_up_and_are_refused_whole() {
-    let mut simulation = simulation(Body::from_lattice(block()).build().unwrap());
-    let body = simulation.body_mut(0);
-    body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (3, [0.0, 2.0, 0.0])]).unwrap();
-    for wrong in [f64::NAN, f64::INFINITY] {
-        assert!(body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (4, [wrong, 0.0, 0.0])]).is_err());
-    }
-    simulation.step();
-    let error = momentum(simulation.body(0)) - Vector3::new(0.01, 0.02, 0.0);
-    assert!(error.norm() < 1e-7, "{error}");
-}
-
-#[test]
-fn forces_come_in_any_order_and_leave_no_trace() {
-    let run = |forces: &[(u32, [f64; 3])]| {
-        let mut simulation = simulation(Body::from_lattice(block()).build().unwrap());
-        for force in [forces, &[]] {
-            simulation.body_mut(0).apply_forces(force).unwrap();
-            simulation.steps(3);
-        }
-        (simulation.body(0).positions(), simulation.body(0).corrected_positions())
-    };
-    let (a, b, c) = (1e3, [0.0, 2e3, 0.0], [0.0, 0.0, -5e2]);
-    let sorted = run(&[(3, [a, 2e3, 0.0]), (17, c), (59, b)]);
-    assert_eq!(run(&[(59, b), (3, [a, 0.0, 0.0]), (17, c), (3, b)]), sorted);
-    assert_ne!(run(&[]), sorted);
-}
-
-#[test]
-#[should_panic(expected = "vertex 60 of 60")]
-fn a_force_on_no_vertex_is_a_bug_of_the_caller() {
-    let mut body = Body::from_lattice(block()).build().unwrap();
-    let _ = body.apply_forces(&[(60, [1.0; 3])]);
-}
 
 #[test]
 fn what_is_set_later_is_as_what_was_built() {
-    let build = || Body::from_lattice(block());
+    let build = || Body::from_lattice(half_cells());
     let mut later = build().build().unwrap();
     later.set_stiffness(Stiffness::Frequency(3.0)).unwrap();
     later.set_damping(Damping::Rate(2.0)).unwrap();
@@ -84,7 +19,7 @@ fn what_is_set_later_is_as_what_was_built() {
     assert_eq!(later.half_width(), 3);
     let given = build().frequency(3.0).damping_rate(2.0).half_width(3).build().unwrap();
     let run = |body: Body| {
-        let mut simulation = simulation(body);
+        let mut simulation = alone(body);
         let stretched: Vec<_> =
             simulation.body(0).positions().iter().map(|p| Point3::new(1.2 * p.x, p.y, p.z)).collect();
         simulation.body_mut(0).set_positions(&stretched).unwrap();
@@ -96,7 +31,7 @@ fn what_is_set_later_is_as_what_was_built() {
 
 #[test]
 fn out_of_range_changes_nothing() {
-    let mut body = Body::from_lattice(block()).build().unwrap();
+    let mut body = Body::from_lattice(half_cells()).build().unwrap();
     assert!(body.set_stiffness(Stiffness::PerStep(1.5)).is_err());
     assert!(body.set_damping(Damping::Rate(-1.0)).is_err());
     assert!(body.set_reach(Reach::Cells(0)).is_err());
@@ -109,7 +44,7 @@ fn out_of_range_changes_nothing() {
 
 #[test]
 fn regions_of_another_half_width_keep_positions_velocities_and_momentum() {
-    let mut simulation = simulation(Body::from_lattice(block()).spin([0.0, 2.0, 1.0]).build().unwrap());
+    let mut simulation = alone(Body::from_lattice(half_cells()).spin([0.0, 2.0, 1.0]).build().unwrap());
     simulation.body_mut(0).apply_force([300.0, 0.0, 0.0], &Selection::Vertices(vec![0])).unwrap();
     simulation.steps(20);
     let before = (simulation.body(0).positions(), simulation.body(0).velocities());
@@ -130,7 +65,7 @@ fn regions_of_another_half_width_keep_positions_velocities_and_momentum() {
 #[cfg(feature = "scene")]
 #[test]
 fn regions_that_are_set_are_those_that_were_built_also_for_a_body_turned_inside_out() {
-    let build = |cells| simulation(Body::from_lattice(block()).half_width(cells).build().unwrap());
+    let build = |cells| alone(Body::from_lattice(half_cells()).half_width(cells).build().unwrap());
     let mut changed = build(2);
     let inside_out: Vec<_> =
         changed.body(0).positions().iter().map(|p| Point3::from(p.coords * -0.3)).collect();
@@ -149,7 +84,7 @@ fn regions_that_are_set_are_those_that_were_built_also_for_a_body_turned_inside_
 
 #[test]
 fn a_volume_that_is_set_is_as_one_that_was_built() {
-    let build = |volume: VolumeOptions| Body::from_lattice(block()).volume(volume).build().unwrap();
+    let build = |volume: VolumeOptions| Body::from_lattice(half_cells()).volume(volume).build().unwrap();
     let cells = VolumeOptions { max_correction: 0.5, ..VolumeMeasure::Cells.into() };
     let mut changed = build(VolumeMeasure::Lattice.into());
     for options in [VolumeOptions::off(), cells, VolumeMeasure::Lattice.into()] {
@@ -168,12 +103,12 @@ fn a_volume_that_is_set_is_as_one_that_was_built() {
 
 #[test]
 fn holds_are_released_and_driven() {
-    let mut body = Body::from_lattice(block()).build().unwrap();
+    let mut body = Body::from_lattice(half_cells()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
     body.handle(&Handle { selection: all, keys, window: Window::default() }).unwrap();
     let rest = body.positions();
-    let mut simulation = simulation(body);
+    let mut simulation = alone(body);
     simulation.steps(5);
     let there = Key { time: 0.0, translate: [1.0, 0.0, 0.0], rotate: [0.0; 3] };
     simulation.body_mut(0).set_keys(0, &[there]).unwrap();
@@ -188,18 +123,18 @@ fn holds_are_released_and_driven() {
 
 #[test]
 fn a_lattice_is_scaled_about_the_origin() {
-    let body = Body::from_lattice(block()).scale(2.0).build().unwrap();
-    let (own, given) = (body.positions(), block());
+    let body = Body::from_lattice(half_cells()).scale(2.0).build().unwrap();
+    let (own, given) = (body.positions(), half_cells());
     for (vertex, position) in (0..60).zip(own) {
         assert!((position - given.rest_position(vertex) * 2.0).norm() < 1e-6);
     }
-    assert!(Body::from_lattice(block()).scale(0.0).build().is_err());
+    assert!(Body::from_lattice(half_cells()).scale(0.0).build().is_err());
 }
 
 #[test]
 fn threads_can_be_changed_on_the_way() {
     let run = |threads: [usize; 2]| {
-        let mut simulation = simulation(Body::from_lattice(block()).spin([0.0, 1.0, 2.0]).build().unwrap());
+        let mut simulation = alone(Body::from_lattice(half_cells()).spin([0.0, 1.0, 2.0]).build().unwrap());
         for threads in threads {
             simulation.abandon_threads();
             simulation.set_threads(threads).unwrap();
@@ -218,12 +153,12 @@ fn a_state_of_what_is_held_goes_on_in_a_body_that_never_was() {
         selection: Selection::Vertices(vec![0, 1, 20]),
         window: Window { from: 0.05, until },
     };
-    let build = || Body::from_lattice(block()).spin([0.0, 1.0, 0.0]).pin(pin(0.25)).build().unwrap();
-    let (mut one, mut free) = (simulation(build()), simulation(build()));
+    let build = || Body::from_lattice(half_cells()).spin([0.0, 1.0, 0.0]).pin(pin(0.25)).build().unwrap();
+    let (mut one, mut free) = (alone(build()), alone(build()));
     free.steps(3);
     let start = free.state();
     one.steps(15);
-    let mut other = simulation(build());
+    let mut other = alone(build());
     other.restore(&one.state()).unwrap();
     for _ in 0..3 {
         // Held, then let go, and back to where nothing was held.
@@ -242,7 +177,7 @@ fn a_state_of_what_is_held_goes_on_in_a_body_that_never_was() {
 #[cfg(feature = "scene")]
 #[test]
 fn a_state_keeps_what_a_user_changed() {
-    let build = || Body::from_lattice(block()).spin([0.0, 1.0, 0.0]).build().unwrap();
+    let build = || Body::from_lattice(half_cells()).spin([0.0, 1.0, 0.0]).build().unwrap();
     let collider = || supple::Collider::sphere([2.0, 1.0, 3.5], 1.2);
     let world = |body| {
         Simulation::builder().body(body).gravity([0.0; 3]).dt(0.01).collider(collider()).build().unwrap()
@@ -270,32 +205,4 @@ fn a_state_keeps_what_a_user_changed() {
         other.steps(10);
     }
     assert_eq!(other.state(), one.state());
-}
-
-#[test]
-fn what_would_overflow_is_refused_at_the_border() {
-    let mut body = Body::from_lattice(block()).build().unwrap();
-    // Cells of 0.5.
-    let limit = 0.5e15 * body.masses()[0];
-    body.apply_forces(&[(0, [limit, -limit, 0.0])]).unwrap();
-    for force in [1.001 * limit, 1e300, f64::NAN, f64::NEG_INFINITY] {
-        let error = body.apply_forces(&[(1, [0.0, 1.0, 0.0]), (0, [0.0, 0.0, force])]).unwrap_err();
-        assert_eq!(error.name, "force");
-    }
-    let keys = |way| vec![Key { time: 0.0, translate: [0.0, way, 0.0], rotate: [0.0; 3] }];
-    let handle = |way| {
-        let selection = Selection::Vertices(vec![0, 1]);
-        Handle { selection, keys: keys(way), window: Window::default() }
-    };
-    body.handle(&handle(-5e14)).unwrap();
-    let error = body.handle(&handle(1e39)).unwrap_err().to_string();
-    assert!(error.contains("key 0: translate is 1e39, too far: the limit is 5.000e14"), "{error}");
-    body.set_keys(0, &keys(5e14)).unwrap();
-    let error = body.set_keys(0, &keys(-5.1e14)).unwrap_err().to_string();
-    assert!(error.contains("too far"), "{error}");
-    assert_eq!(body.hold_count(), 1);
-    let mut sim = Simulation::builder().body(body).dt(1e6).threads(1).build().unwrap();
-    sim.steps(10);
-    let shown = sim.body(0).positions().into_iter().chain(sim.body(0).corrected_positions());
-    assert!(shown.flat_map(<[f64; 3]>::from).all(f64::is_finite));
 }

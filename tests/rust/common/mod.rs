@@ -109,6 +109,22 @@ pub fn lattice(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap()
 }
 
+/// A block of 4 x 3 x 2 cells of edge 0.5, away from the origin.
+pub fn half_cells() -> Lattice {
+    let cells = block([4, 3, 2]);
+    Lattice::from_cells(&cells, 0.5, Point3::new(1.0, 2.0, 3.0), true).unwrap()
+}
+
+/// A body by itself, without gravity, in steps of a hundredth of a second.
+pub fn alone(body: Body) -> Simulation {
+    Simulation::builder().body(body).gravity([0.0; 3]).dt(0.01).threads(1).build().unwrap()
+}
+
+/// The linear momentum of a body.
+pub fn momentum(body: &Body) -> Vector3<f64> {
+    body.masses().iter().zip(body.velocities()).map(|(m, v)| v * *m).sum()
+}
+
 /// Shapes that are easy to get wrong, with their names.
 pub fn shapes() -> Vec<(&'static str, Lattice)> {
     let u_shape: Vec<_> = block([9, 7, 2]).into_iter().filter(|c| c[1] < 2 || c[0] < 3 || c[0] > 3).collect();

@@ -1,0 +1,89 @@
+//! Forces that a user applies, and what is refused because it would overflow.
+
+mod common;
+
+use common::{alone, half_cells, momentum};
+use nalgebra::Vector3;
+use supple::{Body, Handle, Key, Selection, Simulation, Window};
+
+#[test]
+fn a_force_gives_its_impulse_once_whatever_it_pulls_at() {
+    let selections = [
+        Selection::Vertices(vec![0, 7, 30]),
+        Selection::Plane { point: [1.6, 0.0, 0.0], normal: [1.0, 0.0, 0.0] },
+    ];
+    for selection in selections {
+        let mut simulation = alone(Body::from_lattice(half_cells()).damping(0.2).build().unwrap());
+        let force = Vector3::new(300.0, -20.0, 50.0);
+        simulation.body_mut(0).apply_force(force.into(), &selection).unwrap();
+        for steps in [1, 100] {
+            simulation.steps(steps);
+            let error = momentum(simulation.body(0)) - force * 0.01;
+            assert!(error.norm() < 1e-5 * force.norm() * 0.01, "{error}");
+        }
+    }
+}
+
+#[test]
+fn forces_add_up_and_are_refused_whole() {
+    let mut simulation = alone(Body::from_lattice(half_cells()).build().unwrap());
+    let body = simulation.body_mut(0);
+    body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (3, [0.0, 2.0, 0.0])]).unwrap();
+    for wrong in [f64::NAN, f64::INFINITY] {
+        assert!(body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (4, [wrong, 0.0, 0.0])]).is_err());
+    }
+    simulation.step();
+    let error = momentum(simulation.body(0)) - Vector3::new(0.01, 0.02, 0.0);
+    assert!(error.norm() < 1e-7, "{error}");
+}
+
+#[test]
+fn forces_come_in_any_order_and_leave_no_trace() {
+    let run = |forces: &[(u32, [f64; 3])]| {
+        let mut simulation = alone(Body::from_lattice(half_cells()).build().unwrap());
+        for force in [forces, &[]] {
+            simulation.body_mut(0).apply_forces(force).unwrap();
+            simulation.steps(3);
+        }
+        (simulation.body(0).positions(), simulation.body(0).corrected_positions())
+    };
+    let (a, b, c) = (1e3, [0.0, 2e3, 0.0], [0.0, 0.0, -5e2]);
+    let sorted = run(&[(3, [a, 2e3, 0.0]), (17, c), (59, b)]);
+    assert_eq!(run(&[(59, b), (3, [a, 0.0, 0.0]), (17, c), (3, b)]), sorted);
+    assert_ne!(run(&[]), sorted);
+}
+
+#[test]
+#[should_panic(expected = "vertex 60 of 60")]
+fn a_force_on_no_vertex_is_a_bug_of_the_caller() {
+    let mut body = Body::from_lattice(half_cells()).build().unwrap();
+    let _ = body.apply_forces(&[(60, [1.0; 3])]);
+}
+
+#[test]
+fn what_would_overflow_is_refused_at_the_border() {
+    let mut body = Body::from_lattice(half_cells()).build().unwrap();
+    // Cells of 0.5.
+    let limit = 0.5e15 * body.masses()[0];
+    body.apply_forces(&[(0, [limit, -limit, 0.0])]).unwrap();
+    for force in [1.001 * limit, 1e300, f64::NAN, f64::NEG_INFINITY] {
+        let error = body.apply_forces(&[(1, [0.0, 1.0, 0.0]), (0, [0.0, 0.0, force])]).unwrap_err();
+        assert_eq!(error.name, "force");
+    }
+    let keys = |way| vec![Key { time: 0.0, translate: [0.0, way, 0.0], rotate: [0.0; 3] }];
+    let handle = |way| {
+        let selection = Selection::Vertices(vec![0, 1]);
+        Handle { selection, keys: keys(way), window: Window::default() }
+    };
+    body.handle(&handle(-5e14)).unwrap();
+    let error = body.handle(&handle(1e39)).unwrap_err().to_string();
+    assert!(error.contains("key 0: translate is 1e39, too far: the limit is 5.000e14"), "{error}");
+    body.set_keys(0, &keys(5e14)).unwrap();
+    let error = body.set_keys(0, &keys(-5.1e14)).unwrap_err().to_string();
+    assert!(error.contains("too far"), "{error}");
+    assert_eq!(body.hold_count(), 1);
+    let mut sim = Simulation::builder().body(body).dt(1e6).threads(1).build().unwrap();
+    sim.steps(10);
+    let shown = sim.body(0).positions().into_iter().chain(sim.body(0).corrected_positions());
+    assert!(shown.flat_map(<[f64; 3]>::from).all(f64::is_finite));
+}
