@@ -34,8 +34,10 @@ pub(crate) struct Errors {
     pub(crate) free: Option<Free>,
 }
 
-/// Where the naive sums, over staircase regions, take the bodies: for each frame from 1 on, for each body, its vertices.
-pub(crate) type NaivePath = Vec<Vec<Vec<Vector3<f64>>>>;
+/// For each body, its vertices.
+type Moment = Vec<Vec<Vector3<f64>>>;
+/// Where the naive sums, over staircase regions, take the bodies: for each frame from 1 on.
+type NaivePath = Vec<Moment>;
 
 /// Works out the errors of motions; keeps the paths of the naive sums.
 #[derive(Debug)]
@@ -69,11 +71,16 @@ impl Judge {
         let visits = visits(&model.simulation);
         let followed = self.frames(physical, visits, dynamics.substeps);
         let frames = physical.scene().simulation.frames;
+        // The naive sums are followed no farther than they are compared.
+        let last = if dynamics.sums == Sums::Fast { frames } else { followed };
+        if last == 0 {
+            return Ok(Errors::default());
+        }
         let budget = self.budget;
         let path = self.path(physical, dynamics, followed, meter)?;
         let mut motion = Motion::new(physical.prepare(&setting)?, &model, physical.scene(), dynamics.sums)?;
         let (mut goals, mut beside) = (Gathered::default(), Gathered::default());
-        for frame in 1..=frames {
+        for frame in 1..=last {
             motion.frame()?;
             meter.tick()?;
             let positions = |body| motion.positions(body);
@@ -89,10 +96,6 @@ impl Judge {
                     goals.add(&motion.goals(body), &naive.goals(&motions), cell_size);
                 }
             }
-            // The naive sums are followed no farther than they are compared.
-            if matches!(dynamics.sums, Sums::Naive(_)) && frame >= followed {
-                break;
-            }
         }
         let path = beside.distances().map(|distances| Path { frames: followed, distances });
         let free = match dynamics.sums {
@@ -102,14 +105,18 @@ impl Judge {
         Ok(Errors { goals: goals.distances(), path, free })
     }
 
-    /// The path of the naive sums beside a motion, through `frames` frames.
+    /// The path of the naive sums beside a motion, through `frames` frames. Without any nothing is built: the lists of the
+    /// regions alone can be larger than the memory.
     fn path(
         &mut self,
         physical: &Physical,
         dynamics: Dynamics,
         frames: u32,
         meter: &mut Meter<'_>,
-    ) -> Result<&NaivePath, Halt> {
+    ) -> Result<&[Moment], Halt> {
+        if frames == 0 {
+            return Ok(&[]);
+        }
         let dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..dynamics };
         let known =
             self.paths.iter().position(|(other, path)| *other == dynamics && path.len() == frames as usize);
@@ -141,4 +148,29 @@ pub(crate) fn visits(simulation: &supple::Simulation) -> f64 {
     let of_body =
         |body: &supple::Body| body.lattice().len() as f64 * (2.0 * body.half_width() as f64 + 1.0).powi(3);
     simulation.bodies().iter().map(of_body).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block;
+
+    #[test]
+    fn naive_sums_that_take_too_long_are_not_even_built() {
+        let (_folder, physical) = block::physical(4, &[1]);
+        let fast = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
+        let naive = Dynamics { sums: Sums::Naive(Regions::Staircase), ..fast };
+        let errors = |path, dynamics| {
+            let mut judge = Judge::new(Budget { path, goals: f64::INFINITY });
+            let errors = judge.errors(&physical, dynamics, &mut Meter::new(&mut (), 1.0)).unwrap();
+            (errors, judge.paths.len())
+        };
+        let (none, built) = errors(0.0, fast);
+        assert_eq!((none.path, built), (None, 0));
+        assert!(none.goals.is_some() && none.free.is_some());
+        let (none, built) = errors(0.0, naive);
+        assert!(none.goals.is_none() && none.path.is_none() && built == 0);
+        let (all, built) = errors(f64::INFINITY, fast);
+        assert_eq!((all.path.map(|path| path.frames), built), (Some(4), 1));
+    }
 }

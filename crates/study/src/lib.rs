@@ -10,6 +10,8 @@
 //!
 //! The library prints nothing: whoever looks on is an [`Observer`].
 
+#[cfg(test)]
+mod block;
 mod cells;
 mod distance;
 mod dynamics;
