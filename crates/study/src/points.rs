@@ -157,9 +157,9 @@ impl Points {
             errors: Errors {
                 goals: motion.goals,
                 path: motion.path,
-                mesh_volume: shown.mesh_volume,
-                cells_volume: shown.cells_volume,
-                cell_volumes: shown.cell_volumes,
+                mesh_volume: shown.mesh_volume.filter(|_| whole),
+                cells_volume: Some(shown.cells_volume).filter(|_| whole),
+                cell_volumes: Some(shown.cell_volumes).filter(|_| whole),
                 surface_rms: beside.and_then(|(rms, _)| finite(rms)),
                 surface_hausdorff: beside.and_then(|(_, hausdorff)| finite(hausdorff)),
                 capped: shown.capped,
@@ -181,4 +181,44 @@ fn name(setting: &Setting) -> String {
         name += &format!(", {}", sums.name());
     }
     name
+}
+
+#[cfg(test)]
+mod tests {
+    use supple::reference::Regions;
+
+    use super::*;
+    use crate::block;
+    use crate::front::Front;
+
+    #[test]
+    fn part_of_a_motion_is_on_no_front_of_the_whole() {
+        let (_folder, physical) = block::physical(4, &[1]);
+        let fast = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
+        let finest = Setting { dynamics: fast, method: Method::off() };
+        let naive = Dynamics { sums: Sums::Naive(Regions::Staircase), ..fast };
+        let setting = Setting { dynamics: naive, method: Method::off() };
+        let frame = visits(&physical.prepare(&finest).unwrap().simulation) * f64::from(naive.substeps);
+        let measured = |frames: f64| {
+            let matrix = Matrix { points: Vec::new(), finest };
+            let mut points = Points::new(physical.clone(), matrix, true);
+            points.effort.budget = Budget { path: frames * frame, goals: 0.0 };
+            let mut nobody = ();
+            let mut meter = Meter::new(&mut nobody, 1.0);
+            points.finest = Some(points.reference(&mut meter).unwrap());
+            let mut judge = Judge::new(points.effort.budget);
+            let motion = judge.errors(&physical, naive, &mut meter).unwrap();
+            points.measure(Axis::Sums, &setting, motion, &judge, &mut meter).unwrap()
+        };
+        let fronts = [Front::Surface, Front::Volume, Front::Cells];
+        let whole = measured(4.5);
+        assert_eq!(whole.errors.path.unwrap().frames, 4);
+        assert!(fronts.iter().all(|front| front.error(&whole) > Some(0.0)), "{whole:?}");
+        let part = measured(2.5);
+        assert_eq!(part.errors.path.unwrap().frames, 2);
+        assert!(fronts.iter().all(|front| front.error(&part).is_none()), "{part:?}");
+        let none = measured(0.5);
+        assert!(Front::ALL.iter().all(|front| front.error(&none).is_none()), "{none:?}");
+        assert!(none.timing.total.median > 0.0);
+    }
 }
