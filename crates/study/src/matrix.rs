@@ -16,7 +16,8 @@ pub(crate) struct Matrix {
     pub(crate) finest: Setting,
 }
 
-/// Which values the axes take.
+/// Which values the axes take. Of values that come to the same half-widths the first is kept: those come first that are
+/// right with every half-width.
 struct Axes {
     refinements: &'static [f64],
     substeps: &'static [f64],
@@ -28,15 +29,15 @@ struct Axes {
 }
 
 const FULL: Axes = Axes {
-    refinements: &[1.0 / 3.0, 0.5, 1.0, 1.5, 2.0, 3.0],
+    refinements: &[1.0, 2.0, 3.0, 1.5, 0.5, 1.0 / 3.0],
     substeps: &[0.25, 0.5, 2.0, 4.0],
-    reaches: &[0.5, 1.5, 2.0],
+    reaches: &[2.0, 1.5, 0.5],
     sums: &[0.5, 1.0],
     all_methods: 2.0,
 };
 
 const QUICK: Axes = Axes {
-    refinements: &[0.5, 1.0, 1.5],
+    refinements: &[1.0, 1.5, 0.5],
     substeps: &[0.5, 2.0],
     reaches: &[1.5],
     sums: &[0.5],
@@ -49,13 +50,8 @@ impl Matrix {
         let axes = if quick { QUICK } else { FULL };
         let base = Dynamics { refinement: 1.0, reach: 1.0, substeps: physical.substeps, sums: Sums::Fast };
         let widths = |refinement| physical.half_widths(refinement, 1.0);
-        // Refinements that come to the same half-widths are one.
-        let mut refinements: Vec<f64> = Vec::new();
-        for &refinement in axes.refinements {
-            if !refinements.iter().any(|&other| widths(other) == widths(refinement)) {
-                refinements.push(refinement);
-            }
-        }
+        let refinements = distinct(axes.refinements, widths);
+        let reaches = distinct(axes.reaches, |reach| physical.half_widths(1.0, reach));
         let mut points: Vec<(Axis, Setting)> = Vec::new();
         let mut add = |axis, dynamics, method| {
             let setting = Setting { dynamics, method };
@@ -79,7 +75,7 @@ impl Matrix {
             let substeps = (f64::from(base.substeps) * factor).round().max(1.0) as u32;
             add(Axis::Substeps, Dynamics { substeps, ..base }, method);
         }
-        for &reach in axes.reaches {
+        for reach in reaches {
             if physical.half_widths(1.0, reach) != widths(1.0) {
                 add(Axis::HalfWidth, Dynamics { reach, ..base }, method);
             }
@@ -94,5 +90,65 @@ impl Matrix {
         let finest = refinements.iter().copied().fold(0.0, f64::max);
         let finest = Setting { dynamics: Dynamics { refinement: finest, ..base }, method };
         Self { points, finest }
+    }
+}
+
+/// Values in ascending order; of those that come to the same half-widths the first.
+fn distinct(values: &[f64], widths: impl Fn(f64) -> Vec<usize>) -> Vec<f64> {
+    let mut kept: Vec<f64> = Vec::new();
+    for &value in values {
+        if !kept.iter().any(|&other| widths(other) == widths(value)) {
+            kept.push(value);
+        }
+    }
+    kept.sort_by(f64::total_cmp);
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block;
+
+    /// The refinements and reaches of the points of a scene, ascending, and the name of each point.
+    fn axes(half_widths: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<String>) {
+        let (_folder, physical) = block::physical(1, half_widths);
+        let matrix = Matrix::new(&physical, Method::off(), &[Method::off()], false);
+        let all = |value: fn(&Dynamics) -> f64| {
+            let mut values: Vec<f64> =
+                matrix.points.iter().map(|(_, setting)| value(&setting.dynamics)).collect();
+            values.sort_by(f64::total_cmp);
+            values.dedup();
+            values
+        };
+        let names = matrix.points.iter().map(|(_, setting)| physical.name(setting)).collect();
+        (all(|dynamics| dynamics.refinement), all(|dynamics| dynamics.reach), names)
+    }
+
+    #[test]
+    fn no_lattice_is_measured_twice() {
+        let (refinements, reaches, names) = axes(&[1]);
+        assert_eq!((refinements, reaches), (vec![1.0, 2.0, 3.0], vec![1.0, 2.0]));
+        assert_eq!(names[0], "off, 1.00 x the cells, 2 steps");
+        let (refinements, reaches, _) = axes(&[2]);
+        assert_eq!((refinements, reaches), (vec![0.5, 1.0, 1.5, 2.0, 3.0], vec![0.5, 1.0, 1.5, 2.0]));
+        let (refinements, _, _) = axes(&[6]);
+        assert_eq!(refinements, [1.0 / 3.0, 0.5, 1.0, 1.5, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn names_say_what_lattices_come_to() {
+        // A half of 3 cells is 2, a half of 1 is 1.
+        let (_, _, names) = axes(&[3]);
+        assert!(names.contains(&"off, 0.67 x the cells, 2 steps".to_owned()), "{names:?}");
+        for half_widths in [&[1, 3, 1][..], &[1, 2, 3, 4]] {
+            let (_, _, names) = axes(half_widths);
+            let mut different = names.clone();
+            different.sort();
+            different.dedup();
+            assert_eq!(different.len(), names.len(), "{names:?}");
+        }
+        let (_, _, names) = axes(&[1, 3, 1]);
+        assert!(names.contains(&"off, 1.00 and 0.67 x the cells, 2 steps".to_owned()), "{names:?}");
     }
 }

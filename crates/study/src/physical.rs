@@ -5,7 +5,7 @@ use supple::scene::{Scene, Substeps};
 use supple::volume::{Preservation, VolumeOptions};
 use supple::{Body, Damping, Material, Reach, Resolution, Stiffness, VolumeMeasure};
 
-use crate::setting::{Dynamics, Method, Setting};
+use crate::setting::{Dynamics, Method, Setting, Sums};
 
 /// A scene whose materials are given by lengths and seconds.
 #[derive(Clone, Debug)]
@@ -36,6 +36,11 @@ impl Grid {
     fn refined(self, refinement: f64) -> usize {
         ((self.half_width as f64 * refinement).round() as usize).max(1)
     }
+
+    /// What a refinement comes to.
+    fn finer(self, refinement: f64) -> f64 {
+        self.refined(refinement) as f64 / self.half_width as f64
+    }
 }
 
 impl Physical {
@@ -57,6 +62,32 @@ impl Physical {
     pub(crate) fn half_widths(&self, refinement: f64, reach: f64) -> Vec<usize> {
         let width = |grid: &Grid| (grid.refined(refinement) as f64 * reach).round() as usize;
         self.grids.iter().map(|grid| width(grid).max(1)).collect()
+    }
+
+    /// The name of a point, one of a kind in a study: with the refinement that its half-widths come to. Bodies of which these
+    /// differ are named one after another, those of one half-width once.
+    pub(crate) fn name(&self, setting: &Setting) -> String {
+        let Dynamics { refinement, reach, substeps, sums } = setting.dynamics;
+        let mut grids: Vec<Grid> = Vec::new();
+        for grid in &self.grids {
+            if !grids.iter().any(|other| other.half_width == grid.half_width) {
+                grids.push(*grid);
+            }
+        }
+        let finer = |grid: &Grid| format!("{:.2}", grid.finer(refinement));
+        let mut cells: Vec<String> = grids.iter().map(finer).collect();
+        if cells.iter().all(|other| *other == cells[0]) {
+            cells.truncate(1);
+        }
+        let (method, cells) = (setting.method.name(), cells.join(" and "));
+        let mut name = format!("{method}, {cells} x the cells, {substeps} steps");
+        if reach != 1.0 {
+            name += &format!(", {reach} x the radius");
+        }
+        if sums != Sums::Fast {
+            name += &format!(", {}", sums.name());
+        }
+        name
     }
 
     /// How the scene itself keeps the volume of its first body; by the cells, where not all bodies can do the same.
@@ -91,8 +122,7 @@ impl Physical {
     pub(crate) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
         let widths = self.half_widths(dynamics.refinement, dynamics.reach);
         self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
-            let finer = grid.refined(dynamics.refinement) as f64 / grid.half_width as f64;
-            let own = grid.vertices as f64 * finer.powi(3);
+            let own = grid.vertices as f64 * grid.finer(dynamics.refinement).powi(3);
             (vertices + own, visits + own * (2.0 * width as f64 + 1.0).powi(3))
         })
     }

@@ -58,7 +58,8 @@ impl Points {
         observer: &mut dyn Observer,
     ) -> Result<(), Halt> {
         let left: Vec<(Axis, Setting)> = self.matrix.points.clone();
-        let left: Vec<_> = left.into_iter().filter(|(_, setting)| !report.has(&name(setting))).collect();
+        let left: Vec<_> =
+            left.into_iter().filter(|(_, setting)| !report.has(&self.physical.name(setting))).collect();
         let mut known: Vec<(Dynamics, Motion)> = Vec::new();
         let weights: f64 = left.iter().map(|(_, setting)| self.weight(setting)).sum();
         let mut meter = Meter::new(observer, weights + self.weight(&self.matrix.finest));
@@ -68,7 +69,11 @@ impl Points {
                 self.finest = Some(self.reference(&mut meter)?);
             }
             let runs = f64::from(self.effort.repeats + 3);
-            meter.begin(name(&setting), self.weight(&setting), runs * f64::from(report.frames))?;
+            meter.begin(
+                self.physical.name(&setting),
+                self.weight(&setting),
+                runs * f64::from(report.frames),
+            )?;
             let motion = match known.iter().find(|(dynamics, _)| *dynamics == setting.dynamics) {
                 Some((_, motion)) => motion.clone(),
                 None => {
@@ -87,7 +92,7 @@ impl Points {
     fn reference(&self, meter: &mut Meter<'_>) -> Result<Surfaces, Halt> {
         let (finest, frames) = (self.matrix.finest, self.physical.scene().simulation.frames);
         meter.begin(
-            format!("{}, to compare with", name(&finest)),
+            format!("{}, to compare with", self.physical.name(&finest)),
             self.weight(&finest),
             f64::from(frames),
         )?;
@@ -141,7 +146,7 @@ impl Points {
         let beside = finest.map(|finest| look::beside(bodies, &shown.surfaces, finest));
         let finite = |x: f64| Some(x).filter(|x| x.is_finite());
         Ok(Point {
-            name: name(setting),
+            name: self.physical.name(setting),
             axis,
             method: setting.method.name(),
             sums: setting.dynamics.sums.name().to_owned(),
@@ -168,19 +173,6 @@ impl Points {
             front: Vec::new(),
         })
     }
-}
-
-/// The name of a point, one of a kind in a study.
-fn name(setting: &Setting) -> String {
-    let Dynamics { refinement, reach, substeps, sums } = setting.dynamics;
-    let mut name = format!("{}, {refinement:.2} x the cells, {substeps} steps", setting.method.name());
-    if reach != 1.0 {
-        name += &format!(", {reach} x the radius");
-    }
-    if sums != Sums::Fast {
-        name += &format!(", {}", sums.name());
-    }
-    name
 }
 
 #[cfg(test)]
