@@ -18,6 +18,14 @@ pub enum StudyError {
     /// A point of the study cannot be run.
     #[error(transparent)]
     Point(#[from] Error),
+    /// The scene can be built as it is, but not as a point of the study has it.
+    #[error("a point of the study cannot be built: {source}; those before it are in {}", path.display())]
+    Later {
+        /// The study as far as it went.
+        path: PathBuf,
+        /// Why not.
+        source: RunError,
+    },
     /// The earlier study is of something else.
     #[error("{} cannot be continued: {what}; run it without --resume, or write to another folder", path.display())]
     Resume {
@@ -52,7 +60,15 @@ impl StudyError {
         match self {
             Self::Run(error) => error.is_input(),
             Self::NoFrames | Self::Resume { .. } => true,
-            Self::Point(_) | Self::File { .. } | Self::Plot { .. } => false,
+            Self::Point(_) | Self::Later { .. } | Self::File { .. } | Self::Plot { .. } => false,
+        }
+    }
+
+    /// The same error, once the study at `path` is written.
+    pub(crate) fn later(self, path: PathBuf) -> Self {
+        match self {
+            Self::Run(source) => Self::Later { path, source },
+            other => other,
         }
     }
 

@@ -77,7 +77,7 @@ impl Study {
                 report.write(&self.directory)?;
                 Ok((report, Outcome::Stopped))
             }
-            Err(Halt::Failed(error)) => Err(error),
+            Err(Halt::Failed(error)) => Err(error.later(Report::path(&self.directory))),
         }
     }
 
