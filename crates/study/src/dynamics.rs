@@ -6,6 +6,7 @@ use supple::reference::{Naive, Regions};
 use crate::distance::{Distances, Gathered};
 use crate::error::Halt;
 use crate::free::{self, Free};
+use crate::moments::is_moment;
 use crate::motion::Motion;
 use crate::observer::Meter;
 use crate::physical::Physical;
@@ -89,8 +90,7 @@ impl Judge {
                 if let Some(at) = path.get(frame as usize - 1) {
                     beside.add(&positions(body), &at[body], cell_size);
                 }
-                let looked_at = frame * GOALS / frames != (frame - 1) * GOALS / frames;
-                if looked_at && visits <= budget.goals {
+                if is_moment(frame, frames, GOALS) && visits <= budget.goals {
                     let naive = Naive::new(model.lattice(), model.half_width(), Regions::Staircase);
                     let motions = naive.motions(&positions(body));
                     goals.add(&motion.goals(body), &naive.goals(&motions), cell_size);

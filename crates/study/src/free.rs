@@ -7,6 +7,7 @@ use supple::{Body, Simulation};
 
 use crate::error::Halt;
 use crate::momenta::{Mass, Momenta};
+use crate::moments::is_moment;
 use crate::observer::Meter;
 use crate::physical::Physical;
 use crate::setting::Dynamics;
@@ -61,7 +62,7 @@ pub(crate) fn fly(
             angular = angular.max((now.angular - start.angular).norm() / start.angular.norm());
         }
         // Also at the start: what is measured is compared with it.
-        let looked_at = frame == 0 || frame * ENERGIES / frames != (frame - 1) * ENERGIES / frames;
+        let looked_at = frame == 0 || is_moment(frame, frames, ENERGIES);
         let mut left = u64::from(dynamics.substeps);
         if looked_at && measured {
             let before: Vec<_> =

@@ -22,6 +22,7 @@ mod look;
 mod machine;
 mod matrix;
 mod momenta;
+mod moments;
 mod motion;
 mod naive;
 mod observer;

@@ -8,6 +8,7 @@ use supple::{Body, VolumeMeasure};
 
 use crate::cells;
 use crate::error::Halt;
+use crate::moments::is_moment;
 use crate::motion::Motion;
 use crate::observer::Meter;
 use crate::physical::Physical;
@@ -21,11 +22,6 @@ const MOMENTS: u32 = 12;
 /// The surfaces of all bodies at each moment.
 pub(crate) type Surfaces = Vec<Vec<Vec<Point3<f64>>>>;
 
-/// Whether a frame is one of the moments.
-fn is_moment(frame: u32, frames: u32) -> bool {
-    frame * MOMENTS / frames != (frame - 1) * MOMENTS / frames
-}
-
 /// What a whole run of a point has shown.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shown {
@@ -37,7 +33,7 @@ pub(crate) struct Shown {
     /// Root mean square of the relative errors of the cells' volumes.
     pub(crate) cell_volumes: f64,
     pub(crate) surfaces: Surfaces,
-    /// Frames in which a correction met its cap.
+    /// Frames in which the correction of any body met its cap.
     pub(crate) capped: u32,
 }
 
@@ -55,16 +51,17 @@ pub(crate) fn run(
     let (mut watch, mut count, mut squares) = (Watch::new(model), 0, 0.0);
     for frame in 1..=frames {
         watch.frame(&mut motion)?;
-        for body in motion.simulation.bodies() {
+        let (bodies, mut capped) = (motion.simulation.bodies(), false);
+        for body in bodies {
             let report = body.volume_report();
             let error =
                 |measure| report.by(measure).map(|volumes| (volumes.after / volumes.rest - 1.0).abs());
             shown.cells_volume = shown.cells_volume.max(error(VolumeMeasure::Cells).unwrap_or(0.0));
             shown.mesh_volume = shown.mesh_volume.zip(error(VolumeMeasure::Mesh)).map(|(a, b)| a.max(b));
-            shown.capped += u32::from(report.capped);
+            capped |= report.capped;
         }
-        if is_moment(frame, frames) {
-            let bodies = motion.simulation.bodies();
+        shown.capped += u32::from(capped);
+        if is_moment(frame, frames, MOMENTS) {
             shown.surfaces.push(bodies.iter().map(|body| body.surface().positions).collect());
             for body in bodies {
                 squares += cells::errors(body).map(|error| error * error).sum::<f64>();

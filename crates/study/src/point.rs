@@ -64,7 +64,7 @@ pub struct Errors {
     pub surface_rms: Option<f64>,
     /// Hausdorff distance of the surfaces, over the diagonal.
     pub surface_hausdorff: Option<f64>,
-    /// Frames in which a correction met its cap.
+    /// Frames in which the correction of any body met its cap, each once.
     pub capped: u32,
 }
 

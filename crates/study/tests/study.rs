@@ -233,3 +233,36 @@ fn what_is_not_the_same_study_is_refused() {
     study.scene.simulation.frames = 0;
     assert!(matches!(study.run(&mut ()), Err(StudyError::NoFrames)));
 }
+
+#[test]
+fn a_frame_in_which_two_bodies_meet_their_caps_counts_once() {
+    let (folder, mut study) = stage();
+    let second = "[[body]]\nname = \"other\"\nmesh = \"block.obj\"\ntranslate = [9, 1, 0]\nspin = [3, 2, 1]\n\
+                  lattice_vertices = 40\n";
+    study.scene = Scene::parse(&(SCENE.to_owned() + second), "scene.toml", folder.path(), &[]).unwrap();
+    study.scene.simulation.frames = 3;
+    for body in &mut study.scene.bodies {
+        body.volume.max_correction = 1e-9;
+    }
+    // The finest lattice and the scene as it is.
+    let (report, _) = study.run(&mut StopsAfter { points: 2, last: String::new() }).unwrap();
+    assert_eq!(report.points.iter().map(|point| point.errors.capped).collect::<Vec<_>>(), [3]);
+}
+
+#[test]
+fn a_point_that_cannot_be_built_is_no_fault_of_the_input() {
+    let (_folder, mut study) = stage();
+    // A vertex that the scene's own lattice has, and the coarse one has not.
+    let vertices = supple::Selection::Vertices(vec![90]);
+    study.scene.bodies[0].pins[0].selection = vertices;
+    let error = study.run(&mut ()).unwrap_err();
+    assert!(matches!(error, StudyError::Later { .. }) && !error.is_input(), "{error}");
+    let path = study.directory.join("study.json");
+    assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+    let report: Report = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
+    assert!(!report.complete && !report.points.is_empty());
+    // What the scene itself cannot have is refused before anything is written.
+    let (_folder, mut study) = stage();
+    study.scene.bodies[0].material.density = -1.0;
+    assert!(study.run(&mut ()).unwrap_err().is_input() && !study.directory.exists());
+}
