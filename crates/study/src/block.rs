@@ -2,15 +2,19 @@
 
 use std::fs;
 
+use supple::reference::Regions;
 use supple::scene::Scene;
 use tempfile::TempDir;
 
 use crate::physical::Physical;
+use crate::setting::{Dynamics, Sums};
 
 /// A block of 2 x 3 x 1.
-const BLOCK: &str = "\
-v -1 0 -0.5\nv 1 0 -0.5\nv 1 3 -0.5\nv -1 3 -0.5\nv -1 0 0.5\nv 1 0 0.5\nv 1 3 0.5\nv -1 3 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const BLOCK: &str = include_str!("../tests/block.obj");
+
+/// How the scene itself moves, by the core and by the naive sums.
+pub(crate) const FAST: Dynamics = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
+pub(crate) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..FAST };
 
 /// The scene, with blocks of these half-widths, in a folder that goes with the first of what is returned.
 pub(crate) fn physical(frames: u32, half_widths: &[usize]) -> (TempDir, Physical) {

@@ -158,19 +158,17 @@ mod tests {
     #[test]
     fn naive_sums_that_take_too_long_are_not_even_built() {
         let (_folder, physical) = block::physical(4, &[1]);
-        let fast = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
-        let naive = Dynamics { sums: Sums::Naive(Regions::Staircase), ..fast };
         let errors = |path, dynamics| {
             let mut judge = Judge::new(Budget { path, goals: f64::INFINITY });
             let errors = judge.errors(&physical, dynamics, &mut Meter::new(&mut (), 1.0)).unwrap();
             (errors, judge.paths.len())
         };
-        let (none, built) = errors(0.0, fast);
+        let (none, built) = errors(0.0, block::FAST);
         assert_eq!((none.path, built), (None, 0));
         assert!(none.goals.is_some() && none.free.is_some());
-        let (none, built) = errors(0.0, naive);
+        let (none, built) = errors(0.0, block::NAIVE);
         assert!(none.goals.is_none() && none.path.is_none() && built == 0);
-        let (all, built) = errors(f64::INFINITY, fast);
+        let (all, built) = errors(f64::INFINITY, block::FAST);
         assert_eq!((all.path.map(|path| path.frames), built), (Some(4), 1));
     }
 }

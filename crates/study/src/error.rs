@@ -24,7 +24,7 @@ pub enum StudyError {
         /// The study as far as it went.
         path: PathBuf,
         /// Why not.
-        source: RunError,
+        source: Box<RunError>,
     },
     /// The earlier study is of something else.
     #[error("{} cannot be continued: {what}; run it without --resume, or write to another folder", path.display())]
@@ -67,7 +67,7 @@ impl StudyError {
     /// The same error, once the study at `path` is written.
     pub(crate) fn later(self, path: PathBuf) -> Self {
         match self {
-            Self::Run(source) => Self::Later { path, source },
+            Self::Run(source) => Self::Later { path, source: Box::new(source) },
             other => other,
         }
     }

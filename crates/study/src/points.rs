@@ -177,8 +177,6 @@ impl Points {
 
 #[cfg(test)]
 mod tests {
-    use supple::reference::Regions;
-
     use super::*;
     use crate::block;
     use crate::front::Front;
@@ -186,11 +184,9 @@ mod tests {
     #[test]
     fn part_of_a_motion_is_on_no_front_of_the_whole() {
         let (_folder, physical) = block::physical(4, &[1]);
-        let fast = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
-        let finest = Setting { dynamics: fast, method: Method::off() };
-        let naive = Dynamics { sums: Sums::Naive(Regions::Staircase), ..fast };
-        let setting = Setting { dynamics: naive, method: Method::off() };
-        let frame = visits(&physical.prepare(&finest).unwrap().simulation) * f64::from(naive.substeps);
+        let finest = Setting { dynamics: block::FAST, method: Method::off() };
+        let setting = Setting { dynamics: block::NAIVE, method: Method::off() };
+        let frame = visits(&physical.prepare(&finest).unwrap().simulation) * f64::from(block::NAIVE.substeps);
         let measured = |frames: f64| {
             let matrix = Matrix { points: Vec::new(), finest };
             let mut points = Points::new(physical.clone(), matrix, true);
@@ -199,7 +195,7 @@ mod tests {
             let mut meter = Meter::new(&mut nobody, 1.0);
             points.finest = Some(points.reference(&mut meter).unwrap());
             let mut judge = Judge::new(points.effort.budget);
-            let motion = judge.errors(&physical, naive, &mut meter).unwrap();
+            let motion = judge.errors(&physical, block::NAIVE, &mut meter).unwrap();
             points.measure(Axis::Sums, &setting, motion, &judge, &mut meter).unwrap()
         };
         let fronts = [Front::Surface, Front::Volume, Front::Cells];

@@ -8,9 +8,7 @@ use supple_study::{Axis, Front, Observer, Outcome, Point, Progress, Report, Stud
 use tempfile::TempDir;
 
 /// A block of 2 x 3 x 1, closed.
-const BLOCK: &str = "\
-v -1 0 -0.5\nv 1 0 -0.5\nv 1 3 -0.5\nv -1 3 -0.5\nv -1 0 0.5\nv 1 0 0.5\nv 1 3 0.5\nv -1 3 0.5
-f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const BLOCK: &str = include_str!("block.obj");
 
 /// The block hangs by its side above the ground, is pulled, let go, and falls.
 const SCENE: &str = r#"
