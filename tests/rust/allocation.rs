@@ -5,10 +5,10 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Point3;
-use supple::volume::Preservation;
+use supple::volume::{Preservation, VolumeScope};
 use supple::{
     Body, BodyBuilder, Collider, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, VolumeMeasure,
-    Window,
+    VolumeOptions, Window,
 };
 
 struct Counting;
@@ -119,6 +119,23 @@ fn nothing_in_a_steady_state() {
         assert_eq!(own(|| (0..20).for_each(|_| look(&mut seen))), 0, "looks, measure {measure}");
     }
 
+    // Beside colliders, and region by region, once the body has come to rest.
+    let volume = VolumeOptions { scope: VolumeScope::Regional, ..VolumeMeasure::Mesh.into() };
+    let body = Body::builder(cube()).lattice_vertices(500).damping(0.2).volume(volume).build().unwrap();
+    let ball = Collider::sphere([0.5, -0.9, 0.5], 1.0);
+    let ground = Collider::plane([0.0, 0.02, 0.0], [0.0, 1.0, 0.0]);
+    let resting = Simulation::builder().body(body).collider(ball).collider(ground).substeps(2);
+    let mut resting = resting.threads(1).build().unwrap();
+    let mut look = |count: usize| {
+        for _ in 0..count {
+            resting.steps(2);
+            resting.body(0).corrected_positions();
+        }
+    };
+    look(200);
+    // The positions that it returns.
+    assert_eq!(own(|| look(20)), 20, "looks beside colliders");
+
     let stages = |sim: &Simulation| {
         let plan = sim.plan();
         plan.bodies[0].stages.iter().map(|stage| stage.name).collect::<Vec<_>>()
@@ -127,10 +144,8 @@ fn nothing_in_a_steady_state() {
     for name in ["pins and handles", "region damping", "contacts", "volume correction"] {
         assert!(all.contains(&name), "{name} in {all:?}");
     }
-    let bare = Simulation::builder()
-        .body(block(6).volume(supple::VolumeOptions::off()).build().unwrap())
-        .build()
-        .unwrap();
+    let bare =
+        Simulation::builder().body(block(6).volume(VolumeOptions::off()).build().unwrap()).build().unwrap();
     let few = stages(&bare);
     assert_eq!(few, ["momentum books", "region sums", "rotations, goals", "integration"]);
     assert!(bare.plan().bodies[0].bytes() < sim.plan().bodies[0].bytes());

@@ -161,7 +161,7 @@ fn refusals_carry_the_numbers() {
         let mut vertices = vertices.clone();
         vertices[5][axis] = value;
         let text = message(vertices, &[triangle]);
-        let expected = format!("vertex 5 (counted from 0) has {} = {value}", ["x", "y", "z"][axis]);
+        let expected = format!("vertex 5 (counted from 0) has {} = {value:?}", ["x", "y", "z"][axis]);
         assert!(text.starts_with(&expected), "{text}");
     }
     let none: &[&[u32]] = &[];

@@ -4,11 +4,12 @@ mod common;
 
 use common::{Random, block, coordinates, lattice, points, rest, worst};
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Collider, Handle, Key, Pin, Selection, Simulation, Window};
+use supple::volume::VolumeScope;
+use supple::{Body, Collider, Handle, Key, Pin, Selection, Simulation, VolumeOptions, Window};
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
-/// A body of several chunks with all stages: damping, a pin, a handle, and the ground.
+/// A body of several chunks with all stages: damping, a pin, a handle, the ground and a ball, the regional correction.
 fn everything(threads: usize) -> Simulation {
     let lattice = lattice(&block([33, 17, 19]));
     assert!(lattice.len() > 8_192);
@@ -23,11 +24,13 @@ fn everything(threads: usize) -> Simulation {
         .damping(0.1)
         .pin(Pin { selection: side(1.0), window })
         .handle(Handle { selection: side(32.0), keys: vec![key(0.0, 0.0), key(0.5, 40.0)], window })
+        .volume(VolumeOptions { scope: VolumeScope::Regional, ..VolumeOptions::default() })
         .build()
         .unwrap();
     body.set_positions(&points(&x)).unwrap();
     let ground = Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]);
-    Simulation::builder().body(body).collider(ground).threads(threads).build().unwrap()
+    let ball = Collider::sphere([16.0, -2.0, 9.0], 4.0);
+    Simulation::builder().body(body).collider(ground).collider(ball).threads(threads).build().unwrap()
 }
 
 fn run(threads: usize) -> Outcome {
@@ -41,6 +44,21 @@ fn for_any_number_of_threads() {
     let one = run(1);
     for threads in [2, 3, 8] {
         assert!(run(threads) == one, "{threads} threads differ from one");
+    }
+}
+
+#[test]
+fn what_is_shown_for_any_number_of_threads() {
+    let shown = |threads| {
+        let mut sim = everything(threads);
+        [20, 20].map(|steps| {
+            sim.steps(steps);
+            sim.body(0).corrected_positions()
+        })
+    };
+    let one = shown(1);
+    for threads in [2, 3] {
+        assert!(shown(threads) == one, "{threads} threads differ from one");
     }
 }
 

@@ -5,7 +5,7 @@ mod common;
 mod shapes;
 
 use common::{block, lattice};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 use supple::dynamics::{Key, Motion};
 use supple::volume::VolumeScope;
 use supple::{Body, BodyBuilder, Collider, Simulation, VolumeOptions};
@@ -126,6 +126,67 @@ fn squeezed_between_plates_it_bulges_sideways_and_enters_neither() {
         let worst = worst(&mut Pair::new(cube, scope, &plates(3.2, 1.2), 0.0), 180);
         assert!(worst.deeper < 1e-5 && worst.residual < 1e-12 && worst.jump < 0.05, "{scope:?}: {worst:?}");
         assert!(worst.widths[0] > worst.widths[1] + 1.0, "{scope:?}: {worst:?}");
+    }
+}
+
+/// A block of 6 x 6 x 6 cells pressed to a share of its height along y, tilted about z, among planes.
+fn pressed(
+    scope: VolumeScope,
+    share: f64,
+    tilt: f64,
+    planes: impl Fn(&Rotation3<f64>) -> Vec<Collider>,
+) -> [Vec<Vector3<f64>>; 2] {
+    let turned = Rotation3::new(Vector3::z() * tilt.to_radians());
+    let options = VolumeOptions { scope, ..VolumeOptions::default() };
+    let mut body = Body::from_lattice(lattice(&block([6, 6, 6]))).volume(options).build().unwrap();
+    let pose = |p: &Point3<f64>| turned * Point3::new(p.x, share * p.y, p.z);
+    let posed: Vec<_> = body.positions().iter().map(pose).collect();
+    body.set_positions(&posed).unwrap();
+    let world = Simulation::builder().body(body).gravity([0.0; 3]).threads(1);
+    let world =
+        planes(&turned).into_iter().fold(world, |world, plane| world.collider(plane)).build().unwrap();
+    assert!(world.body(0).volume_report().residual.abs() < 1e-6);
+    let upright = |points: Vec<Point3<f64>>| points.iter().map(|p| turned.inverse() * p.coords).collect();
+    [upright(world.body(0).corrected_positions()), upright(posed)]
+}
+
+/// A plane through a point, in the block's own axes.
+fn plane(turned: &Rotation3<f64>, point: [f64; 3], normal: [f64; 3]) -> Collider {
+    Collider::plane((turned * Point3::from(point)).into(), (turned * Vector3::from(normal)).into())
+}
+
+#[test]
+fn where_plates_leave_one_way_out_a_wall_stops_that_too() {
+    for scope in SCOPES {
+        for gap in [0.3, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2, 1.5] {
+            let [kept, _] = pressed(scope, 0.6, 20.0, |turned| {
+                let side = |point, normal| plane(turned, point, normal);
+                let plates = [side([0.0; 3], [0.0, 1.0, 0.0]), side([0.0, 3.6, 0.0], [0.0, -1.0, 0.0])];
+                plates.into_iter().chain([side([6.0 + gap, 0.0, 0.0], [-1.0, 0.0, 0.0])]).collect()
+            });
+            for p in kept {
+                let inside = (-1e-5..3.60001).contains(&p.y) && p.x < 6.0 + gap + 1e-5;
+                assert!(inside, "{scope:?}, gap {gap}: {p:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn on_a_slope_of_any_angle_it_gives_way_along_the_slope() {
+    for scope in SCOPES {
+        let widest = |tilt| {
+            let ground = |turned: &_| vec![plane(turned, [0.0; 3], [0.0, 1.0, 0.0])];
+            let [kept, plain] = pressed(scope, 0.8, tilt, ground);
+            let bottom = kept.iter().zip(&plain).filter(|(_, plain)| plain.y.abs() < 1e-5);
+            bottom.map(|(kept, plain)| (kept - plain).x.abs()).fold(0.0, f64::max)
+        };
+        let level = widest(0.0);
+        assert!(level > 0.1, "{scope:?}: {level}");
+        for tilt in [10.0, 20.0, 45.0, 60.0, 70.0, 80.0, 135.0] {
+            let tilted = widest(tilt);
+            assert!((tilted - level).abs() < 1e-3 * level, "{scope:?}, {tilt} degrees: {tilted} and {level}");
+        }
     }
 }
 

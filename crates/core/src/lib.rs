@@ -30,7 +30,7 @@
 //!
 //! 1. **Mesh** ([`mesh`], and `obj` for files): polygons of any kind; what is unusual is reported, not refused.
 //! 2. **Lattice** ([`Lattice`]): the cells that the surface passes through or encloses. Vertices sit on their corners, links
-//!    join neighbours along an axis. Nothing is glued across a gap.
+//!    join neighbours along an axis. Nothing is glued across a gap of a cell or more.
 //! 3. **Embedding** ([`Embedding`]): where each mesh vertex lies in its cell.
 //!
 //! In each step ([`Simulation::step`]):
@@ -43,7 +43,7 @@
 //!
 //! Where somebody looks ([`Body::surface`], [`Body::volume_report`]), and never fed back:
 //!
-//! 1. **Volume correction** ([`volume`]): the lattice moves along a field that is normal to its boundary, by the root of a
+//! 1. **Volume correction** ([`volume`]): the lattice moves along a smooth field that moves the surface by its normals, by the root of a
 //!    cubic.
 //! 2. **Mesh update**: trilinear in the cells, with normals.
 //! 3. **Frames** ([`frames`]): OBJ, PLY, PC2.

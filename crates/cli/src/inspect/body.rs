@@ -3,6 +3,7 @@
 use supple::frames::{Format, shared_normals};
 use supple::run::{Input, Prepared};
 use supple::scene::{BodyData, Scene};
+use supple::volume::Preservation;
 use supple::{Body, Lattice};
 
 use super::facts::{BodyFacts, FloatingFacts, LatticeFacts, MeshFacts};
@@ -81,7 +82,7 @@ fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
         glued: report.glued.clone(),
         bytes: lattice.memory(),
         volumes: volumes.volumes.iter().map(|(measure, v)| (measure.to_string(), v.rest)).collect(),
-        measure: volumes.measure.to_string(),
+        measure: (body.volume().measure != Preservation::Off).then(|| volumes.measure.to_string()),
     }
 }
 

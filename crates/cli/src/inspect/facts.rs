@@ -91,8 +91,8 @@ pub(crate) struct LatticeFacts {
     pub(crate) bytes: usize,
     /// Volume at rest, by each measure that the body has.
     pub(crate) volumes: Vec<(String, f64)>,
-    /// The measure that is kept.
-    pub(crate) measure: String,
+    /// The measure that is kept, if any is.
+    pub(crate) measure: Option<String>,
 }
 
 /// A part that floats apart from the largest.

@@ -142,7 +142,7 @@ impl Page {
             self.entry("", &format!("mesh parts {} are glued: their cells touch", list(group)));
         }
         let volume = |(measure, volume): &(String, f64)| {
-            let kept = if *measure == lattice.measure { " (kept)" } else { "" };
+            let kept = if lattice.measure.as_ref() == Some(measure) { " (kept)" } else { "" };
             format!("{measure} {}{kept}", number(*volume))
         };
         self.entry("volume", &lattice.volumes.iter().map(volume).collect::<Vec<_>>().join(", "));

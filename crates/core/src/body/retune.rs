@@ -28,7 +28,8 @@ impl Body {
         let cascade = Cascade::new(&self.matching.layout, half_width);
         // The sums are cut into other tasks, and the bookkeeper has a place for each.
         self.bookkeeper = Bookkeeper::new(&self.lattice, &self.matching.layout, cascade.tasks());
-        // Of other regions the potential is another.
+        // Of other regions rotations and potential are others.
+        self.state.fitted = false;
         (self.energy, self.state.energy) = (None, None);
         *unlocked(&mut self.cascade) = cascade;
         self.damping = material.is_damped().then(|| RegionDamping::new(&self.matching));

@@ -1,10 +1,10 @@
 //! The state of a body: what a checkpoint holds, and what a user changed since it was built.
 
 use super::force::Forces;
-use super::{Body, Damping, Reach, State, Stiffness};
+use super::{Body, Damping, Material, Reach, State, Stiffness, Surface};
 use crate::dynamics::Kinematics;
 use crate::error::Error;
-use crate::volume::VolumeOptions;
+use crate::volume::{Correction, VolumeOptions};
 
 /// All of a body that steps and users change. It fits any body that was built alike.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -75,8 +75,18 @@ impl Body {
         if !snapshot.kinematics.as_ref().is_none_or(|kinematics| kinematics.is_whole(vertices)) {
             return Err(format!("body {:?}: the state has pins and handles of another body", self.name));
         }
+        self.takes(snapshot).map_err(|error| format!("body {:?}: {error}", self.name))?;
         if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_whole(vertices)) {
             return Err(format!("body {:?}: the state has forces of another body", self.name));
+        }
+        Ok(())
+    }
+    /// Whether what a user changed can be set here too.
+    fn takes(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
+        let &BodySnapshot { reach, stiffness, damping, volume, .. } = snapshot;
+        Material { reach, stiffness, damping, ..self.material }.validate()?;
+        if volume != self.volume() {
+            Correction::new(&self.lattice, self.surface.as_ref().map(Surface::borrowed), &volume)?;
         }
         Ok(())
     }

@@ -19,8 +19,12 @@ use crate::volume::{
     VolumeReport,
 };
 
-/// How often limits are added where the corrected surface enters a collider, which only curved ones ask for.
-const CUTS: usize = 8;
+/// How often limits are looked for: the first time, where others then go farther, and where the corrected surface enters
+/// a curved collider all the same. One or two rounds are common.
+const ROUNDS: usize = 16;
+
+/// How much farther than vertices go limits are looked for, so that it need not be done again where they go farther.
+const MARGIN: f64 = 1.25;
 
 /// The stages that run only where somebody looks, and their buffers. One value per lattice vertex or per mesh
 /// vertex, in cells from the body's origin.
@@ -99,9 +103,10 @@ impl View {
     ) -> Result<(), VolumeError> {
         self.correction = Correction::new(lattice, surface, options)?;
         self.options = *options;
-        // A new correction holds nothing yet.
-        self.held.clear();
-        self.components.clear();
+        // A new correction holds nothing yet, and none at all needs no room.
+        (self.held, self.pushes, self.components) = (Vec::new(), Vec::new(), Vec::new());
+        (self.rotations, self.corrected) = (Vec::new(), Vec::new());
+        (self.turned, self.clearance) = (Lanes::default(), Clearance::default());
         Ok(())
     }
 
@@ -142,12 +147,20 @@ impl View {
     /// What would enter a collider by the correction stops before it.
     fn keep_out(&mut self, executor: &Executor, samples: &SampleCells, obstacles: &Obstacles<'_>) {
         let Self { correction: Some(correction), clearance, deformed, corrected, .. } = self else { return };
-        clearance.find(samples, deformed, obstacles, correction.reach());
-        correction.limit(executor, clearance.limits());
-        for _ in 0..CUTS {
-            correction.write(deformed, corrected);
-            if !clearance.cut(samples, corrected, obstacles) {
-                break;
+        let mut searched = 0.0;
+        for _ in 0..ROUNDS {
+            let reach = correction.reach();
+            if reach > searched {
+                searched = MARGIN * reach;
+                clearance.find(samples, deformed, obstacles, searched);
+                if clearance.limits().is_empty() {
+                    return;
+                }
+            } else {
+                correction.write(deformed, corrected);
+                if !clearance.cut(samples, corrected, obstacles) {
+                    return;
+                }
             }
             correction.limit(executor, clearance.limits());
         }

@@ -61,7 +61,8 @@ impl RegionSums {
         let square = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]));
         let values = (square + (trace + trace)).to_array();
         let inverse_masses = inverse_mass.to_array();
-        for half in 0..2 {
+        // The first last: where both are the same block it is the one that was asked for.
+        for half in [1, 0] {
             let mut sum = 0.0;
             for lane in (0..LANES).filter(|lane| occupied[half] >> lane & 1 != 0) {
                 let at = half * LANES + lane;

@@ -81,8 +81,8 @@ pub enum SelectionError {
     /// Nothing lies inside.
     #[error(
         "the {shape} selects nothing: the nearest vertex is at ({:.6}, {:.6}, {:.6}), {distance:.6} outside; \
-         move the {shape} or make it larger",
-        nearest[0], nearest[1], nearest[2]
+         move the {shape}{}",
+        nearest[0], nearest[1], nearest[2], if *shape == "plane" { "" } else { " or make it larger" }
     )]
     Nothing {
         /// `box`, `sphere` or `plane`.

@@ -14,8 +14,10 @@ pub enum RunError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A mesh cannot be read.
-    #[error("cannot read the mesh {}: {source}", path.display())]
+    #[error("`{key}`: cannot read {}: {source}; the path is relative to the scene file", path.display())]
     MeshFile {
+        /// The key that names it, `body.bust.mesh`.
+        key: String,
         /// The OBJ file.
         path: PathBuf,
         /// Why not.

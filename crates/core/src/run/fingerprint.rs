@@ -16,7 +16,10 @@ pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     let mut scene = scene.clone();
     for index in 0..scene.bodies.len() {
         let path = scene.resolve(&scene.bodies[index].mesh);
-        let bytes = std::fs::read(&path).map_err(|source| RunError::MeshFile { path, source })?;
+        let bytes = std::fs::read(&path).map_err(|source| {
+            let key = format!("body.{}.mesh", scene.bodies[index].name);
+            RunError::MeshFile { key, path, source }
+        })?;
         scene.bodies[index].mesh = PathBuf::from(format!("{:016x}", fnv1a(&bytes)));
     }
     scene.simulation.frames = 0;

@@ -67,7 +67,10 @@ pub(super) fn missing(job: &Job, done: u32) -> Option<PathBuf> {
         let kept = (0..=done).filter(|&frame| job.keeps(frame));
         match sequence.format {
             crate::frames::Format::Pc2 => {
-                Some(file(0)).filter(|path| !path.is_file() && !part_of(path).is_file())
+                // A sequence that is done has its own name.
+                let under_way = done < job.scene.simulation.frames;
+                let there = |path: &PathBuf| path.is_file() || under_way && part_of(path).is_file();
+                Some(file(0)).filter(|path| !there(path))
             }
             _ => kept.map(file).find(|path| !path.is_file()),
         }

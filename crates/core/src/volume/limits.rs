@@ -10,9 +10,9 @@ pub(crate) struct Limit {
     /// The lattice vertex.
     pub(crate) vertex: u32,
     /// Away from the obstacle: a unit vector in world axes.
-    pub(crate) normal: [f32; 3],
+    pub(crate) normal: Vector3<f64>,
     /// The way left against the normal, in cells; at least 0.
-    pub(crate) room: f32,
+    pub(crate) room: f64,
 }
 
 /// The limited vertices of a look.
@@ -67,7 +67,7 @@ impl Limits {
         self.sorted.extend_from_slice(limits);
         // By all that they are: the order in which obstacles come does not matter.
         self.sorted.sort_unstable_by_key(|limit| {
-            (limit.vertex, limit.room.to_bits(), limit.normal.map(f32::to_bits))
+            (limit.vertex, limit.room.to_bits(), <[f64; 3]>::from(limit.normal).map(f64::to_bits))
         });
         let mut first = 0;
         for group in self.sorted.chunk_by(|a, b| a.vertex == b.vertex) {
@@ -94,7 +94,7 @@ impl Limits {
             let direction = match way {
                 Way::Free => limited.direction,
                 Way::Along { limit } => {
-                    let normal = self.sorted[limit as usize].normal();
+                    let normal = self.sorted[limit as usize].normal;
                     limited.direction - normal * normal.dot(&limited.direction)
                 }
                 Way::Stopped { .. } => Vector3::zeros(),
@@ -117,13 +117,9 @@ impl Limits {
 }
 
 impl Limit {
-    fn normal(&self) -> Vector3<f64> {
-        Vector3::from(self.normal.map(f64::from))
-    }
-
     /// How much farther than it may a vertex goes.
     fn excess(&self, way: &Vector3<f64>) -> f64 {
-        -self.normal().dot(way) - f64::from(self.room)
+        -self.normal.dot(way) - self.room
     }
 }
 
@@ -139,11 +135,13 @@ impl Limited {
     fn go(&self, sorted: &[Limit], lambda: f64) -> (Way, Vector3<f64>) {
         let limits = (self.limits.0..self.limits.1).map(|index| (index, &sorted[index as usize]));
         let mut reached = self.direction * (self.scale + lambda);
+        // Beyond what rounding does: where there is no room, it is all that is left along the normal.
+        let rounding = 1e-9 * reached.norm();
         let mut way = Way::Free;
         for (index, limit) in limits.clone() {
             let excess = limit.excess(&reached);
             if excess > 0.0 {
-                reached += limit.normal() * excess;
+                reached += limit.normal * excess;
                 way = match way {
                     Way::Free => Way::Along { limit: index },
                     _ => Way::Stopped { way: reached },
@@ -151,10 +149,8 @@ impl Limited {
             }
         }
         for (_, limit) in limits {
-            let (excess, outward) = (limit.excess(&reached), -limit.normal().dot(&reached));
-            // Beyond what rounding does.
-            if excess > 1e-6 * outward {
-                reached *= f64::from(limit.room) / outward;
+            if limit.excess(&reached) > rounding {
+                reached *= limit.room / -limit.normal.dot(&reached);
                 way = Way::Stopped { way: reached };
             }
         }
@@ -169,8 +165,8 @@ impl Limited {
 mod tests {
     use super::*;
 
-    fn limit(normal: [f32; 3], room: f32) -> Limit {
-        Limit { vertex: 0, normal, room }
+    fn limit(normal: [f64; 3], room: f64) -> Limit {
+        Limit { vertex: 0, normal: Vector3::from(normal).normalize(), room }
     }
 
     fn reached(direction: [f32; 3], scales: Option<&[f32]>, limits: &[Limit], lambda: f64) -> [f32; 3] {
@@ -193,7 +189,7 @@ mod tests {
     }
 
     const DOWN: [f32; 3] = [0.6, -0.8, 0.0];
-    const FLOOR: [f32; 3] = [0.0, 1.0, 0.0];
+    const FLOOR: [f64; 3] = [0.0, 1.0, 0.0];
 
     #[test]
     fn the_way_ends_where_the_room_does_and_goes_on_along_the_obstacle() {
@@ -214,9 +210,22 @@ mod tests {
         for lambda in [0.1, 1.0, 10.0] {
             let way = reached([0.0, -1.0, 0.0], None, &wedge, lambda);
             for limit in &wedge {
-                let outward: f32 = limit.normal.iter().zip(way).map(|(n, x)| -n * x).sum();
+                let outward = -limit.normal.dot(&Vector3::from(way.map(f64::from)));
                 assert!(outward <= 0.1 + 4e-6, "{way:?} {limit:?}");
             }
+        }
+    }
+
+    /// Rounding along the normal is no reason to stay behind.
+    #[test]
+    fn without_room_it_slides_whatever_the_normal() {
+        for degrees in 0..=180 {
+            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            let out = reached([0.0, 0.0, 1.0], None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
+            near(out, [0.0, 0.0, 2.0]);
+            let v = [(0.3 * cos - 0.9 * sin) as f32, (-0.3 * sin - 0.9 * cos) as f32, 0.0];
+            let out = reached(v, None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
+            near(out, [(0.6 * cos) as f32, (-0.6 * sin) as f32, 0.0]);
         }
     }
 

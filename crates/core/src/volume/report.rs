@@ -28,7 +28,8 @@ pub struct ComponentReport {
     pub lambda: f64,
     /// `(after - rest) / rest`.
     pub residual: f64,
-    /// Whether no scale within the cap keeps the volume; `lambda` is then the one that comes nearest.
+    /// Whether the volume is still off by more than a millionth: no scale within the cap keeps it, and `lambda` is the one
+    /// that comes nearest; or colliders leave no way out.
     pub capped: bool,
 }
 

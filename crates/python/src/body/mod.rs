@@ -50,7 +50,7 @@ use crate::settings::Settings;
 /// volume : str or dict, default "auto"
 ///     "off", or the measure that is kept: "auto", "mesh", "cells" or "lattice"; or a dict with measure, scope
 ///     ("global" or "regional": where the volume was lost), field (the way in which the correction moves: "surface",
-///     "mitred", "unit" or "paper") and max_correction (>= 0, as a share of the body's thickness).
+///     "cells" or "paper") and max_correction (>= 0, as a share of the body's thickness).
 /// velocity, spin : (3,) length/s; (3,) rad/s about the centre of mass
 ///     At the start. Default 0.
 ///

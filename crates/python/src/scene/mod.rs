@@ -41,7 +41,7 @@ fn of_run(error: RunError) -> PyErr {
     let message = error.to_string();
     match error {
         RunError::Scene(error) => of_scene(error),
-        RunError::MeshFile { path, source } => error::of_file(&path, &source),
+        RunError::MeshFile { path, source, .. } => error::of_file(&path, &source),
         RunError::Mesh(error) => error::of_mesh(error),
         RunError::Body { source: supple::Error::Mesh(_), .. } => Exception::Mesh.with(message),
         RunError::Body { source: supple::Error::Lattice(_), .. } => Exception::Lattice.with(message),

@@ -87,8 +87,8 @@ impl Clearance {
             }
             self.limits.extend(self.rows.list().iter().zip(&self.nearest).map(|(&row, nearest)| Limit {
                 vertex: samples.vertices[row as usize],
-                normal: nearest.normal.map(|x| x as f32).into(),
-                room: nearest.room.max(0.0) as f32,
+                normal: nearest.normal,
+                room: nearest.room.max(0.0),
             }));
         }
     }
@@ -125,8 +125,8 @@ impl Clearance {
                 let way = vector(&difference(&self.corrected[row as usize], &self.places[row as usize]));
                 Limit {
                     vertex: samples.vertices[row as usize],
-                    normal: nearest.normal.map(|x| x as f32).into(),
-                    room: (nearest.room - nearest.normal.dot(&way)).max(0.0) as f32,
+                    normal: nearest.normal,
+                    room: (nearest.room - nearest.normal.dot(&way)).max(0.0),
                 }
             }));
         }

@@ -17,7 +17,7 @@ impl Numbered {
         Self { rows: Vec::new(), numbers: vec![NONE; rows] }
     }
 
-    /// None, of so many; nothing changes where there are as many already.
+    /// None, of so many; keeps its room.
     pub(super) fn resize(&mut self, rows: usize) {
         self.clear();
         self.numbers.resize(rows, NONE);
