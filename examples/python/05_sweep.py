@@ -1,6 +1,6 @@
 """Many runs of one scene: what volume a twisted bust would lose, for different stiffness, as a table and a picture.
 
-python examples/python/05_sweep.py [PICTURE.png]          (the picture needs matplotlib)
+python examples/python/05_sweep.py [PICTURE.png]          (needs matplotlib)
 """
 
 from __future__ import annotations

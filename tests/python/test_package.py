@@ -1,6 +1,9 @@
 """The face: names, exceptions, documentation."""
 
 import inspect
+import os
+import subprocess
+import sys
 
 import pytest
 
@@ -37,3 +40,12 @@ def test_the_example_of_the_module_runs(bust, monkeypatch):
     names = {}
     exec("import supple\n" + code, names)
     assert names["points"].shape == supple.read_obj("bust.obj").vertices.shape
+
+
+@pytest.mark.parametrize(("level", "refused"), [("avx9", True), ("", False), (supple.simd_level(), False)])
+def test_a_simd_level_that_is_not_there_is_refused(level, refused):
+    environment = os.environ | {"SUPPLE_SIMD": level}
+    command = [sys.executable, "-c", "import supple"]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (ended.returncode != 0) == refused, ended.stderr
+    assert ('ImportError: SUPPLE_SIMD is "avx9"' in ended.stderr) == refused

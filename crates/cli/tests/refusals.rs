@@ -116,4 +116,7 @@ fn a_simd_level_that_is_not_there() {
     let ended = support::Ended::of(command.env("SUPPLE_SIMD", "avx9").output().unwrap());
     ended.expect(2, &["SUPPLE_SIMD is \"avx9\"", "it has"]);
     assert!(!stage.path("out").exists());
+    // Empty is as not set.
+    let mut command = stage.command(&["run", "scene.toml", "--frames", "1"]);
+    support::Ended::of(command.env("SUPPLE_SIMD", "").output().unwrap()).expect(0, &[]);
 }

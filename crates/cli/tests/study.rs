@@ -57,7 +57,7 @@ fn wrong_arguments_write_nothing() {
     stage.supple(&["study", "scene.toml", "--set", "body.block.mesh=\"none.obj\""]).expect(2, &["none.obj"]);
     assert!(!stage.path("out").exists());
     assert_eq!(files(&stage.path(".")), before);
-    for subject in ["scene.toml", "--sums"] {
+    for subject in ["scene.toml", "--sums", "--stability"] {
         stage.supple(&["study", subject, "-o", "block.obj"]).expect(2, &["block.obj", "name a folder"]);
     }
 }

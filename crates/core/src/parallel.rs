@@ -14,7 +14,7 @@ use fearless_simd::Simd;
 /// Blocks in a task: 4,096 lattice vertices. A smaller body is one task, since joins cost more than its work.
 pub(crate) const CHUNK: usize = 512;
 
-/// The environment variable that forces a SIMD level: `sse2`, `sse4.2`, `avx2`, `avx512`, `neon`.
+/// The environment variable that forces a SIMD level, one of [`LEVELS`].
 const LEVEL_VARIABLE: &str = "SUPPLE_SIMD";
 
 /// The SIMD level that runs: the best that the machine has, or what `SUPPLE_SIMD` names if the machine has it.
@@ -26,8 +26,8 @@ pub(crate) fn level() -> Level {
     })
 }
 
-/// The levels that `SUPPLE_SIMD` may name, of all machines.
-const LEVELS: [&str; 5] = ["sse2", "sse4.2", "avx2", "avx512", "neon"];
+/// The levels that `SUPPLE_SIMD` may name, of all machines; `scalar` of one that has no other.
+const LEVELS: [&str; 6] = ["scalar", "sse2", "sse4.2", "avx2", "avx512", "neon"];
 
 /// A SIMD level was asked for that is not there; the best one runs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -39,7 +39,8 @@ pub struct SimdError {
     pub known: Vec<&'static str>,
 }
 
-/// Whether the SIMD level that the environment variable `SUPPLE_SIMD` names, if it is set, is the one that runs.
+/// Whether the SIMD level that the environment variable `SUPPLE_SIMD` names is the one that runs: one of `sse2`,
+/// `sse4.2`, `avx2`, `avx512`, `neon`, and `scalar` on a machine with none of these. Empty is as not set.
 ///
 /// # Errors
 ///
@@ -47,7 +48,7 @@ pub struct SimdError {
 pub fn check_simd_request() -> Result<(), SimdError> {
     let Some(name) = std::env::var_os(LEVEL_VARIABLE) else { return Ok(()) };
     let (name, best) = (name.to_string_lossy().into_owned(), Level::new());
-    if lowered(best, &name).is_some() {
+    if name.is_empty() || lowered(best, &name).is_some() {
         return Ok(());
     }
     let known = LEVELS.into_iter().filter(|level| lowered(best, level).is_some()).collect();
@@ -62,7 +63,7 @@ fn lowered(best: Level, name: &str) -> Option<Level> {
         "sse4.2" => best.as_sse4_2().map(|token| token.level()),
         "avx2" => best.as_avx2().map(|token| token.level()),
         "avx512" => best.as_avx512().map(|token| token.level()),
-        _ => None,
+        _ => (name == level_name_of(best)).then_some(best),
     }
 }
 
@@ -264,4 +265,17 @@ fn halve<A: Send, B: Send, C: Send>(
         || halve(task, &bounds[..=half], first, work),
         || halve(task + half, &bounds[half..], (a, b, c), work),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_best_level_can_be_asked_for_by_its_name() {
+        let best = Level::new();
+        let name = level_name_of(best);
+        assert!(LEVELS.contains(&name), "{name}");
+        assert_eq!(lowered(best, name).map(level_name_of), Some(name));
+    }
 }

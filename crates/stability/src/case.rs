@@ -1,5 +1,8 @@
 //! A case: what it shows, what bounds it, and how it is run.
 
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use supple::Error;
 
 use crate::{Figures, Measure};
@@ -46,7 +49,7 @@ pub struct Outcome {
     pub figures: Figures,
     /// The bounds that do not hold.
     pub broken: Vec<Bound>,
-    /// Why it could not be run.
+    /// Why it could not be run to its end.
     pub error: Option<String>,
 }
 
@@ -78,18 +81,24 @@ impl Case {
         self
     }
 
-    /// Runs the case on the calling thread.
+    /// Runs the case on the calling thread. A panic is an error of the case, so that the others are still run.
     pub fn run(&self) -> Outcome {
-        match (self.run)() {
+        // Nothing that was halfway changed is seen again: a case makes its bodies anew.
+        let ran = catch_unwind(AssertUnwindSafe(|| (self.run)().map_err(|error| error.to_string())));
+        match ran.unwrap_or_else(|panic| Err(format!("panicked: {}", said(&*panic)))) {
             Ok(figures) => {
                 let holds =
                     |bound: &&Bound| figures.get(bound.measure).is_some_and(|value| value <= bound.limit);
                 let broken = self.bounds.iter().filter(|bound| !holds(bound)).copied().collect();
                 Outcome { figures, broken, error: None }
             }
-            Err(error) => {
-                Outcome { figures: Figures::default(), broken: Vec::new(), error: Some(error.to_string()) }
-            }
+            Err(error) => Outcome { figures: Figures::default(), broken: Vec::new(), error: Some(error) },
         }
     }
+}
+
+/// The message of a panic.
+fn said(panic: &(dyn Any + Send)) -> &str {
+    let literal = panic.downcast_ref::<&str>().copied();
+    literal.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a message")
 }

@@ -30,7 +30,7 @@ pub struct Row {
     pub broken: Vec<Bound>,
     /// What was measured.
     pub figures: Figures,
-    /// Why it could not be run.
+    /// Why it could not be run to its end.
     pub error: Option<String>,
     /// How long it took on one thread, in seconds.
     pub seconds: f64,
@@ -118,7 +118,7 @@ mod tests {
     use crate::run_all;
 
     #[test]
-    fn a_case_fails_by_a_bound_by_a_figure_that_is_not_there_and_by_an_error() {
+    fn a_case_fails_by_a_bound_by_a_figure_that_is_not_there_by_an_error_and_by_a_panic() {
         let figures = || {
             let mut figures = Figures::default();
             figures.set(Measure::NotNumbers, 0.0);
@@ -133,18 +133,21 @@ mod tests {
             Case::new("two", "no number", "", figures).bound(Measure::Shape, 1e9),
             Case::new("two", "no figure", "", figures).bound(Measure::Place, 1e9),
             Case::new("two", "no body", "", || Err(supple::Error::NoBody)),
+            Case::new("two", "no end", "", || panic!("at {}", 1 + 1)),
+            Case::new("two", "no reason", "", || panic!("never")),
         ];
         let ran = run_all(&cases, 2, |_, _| true);
         let report = Report::new(&cases, &ran);
         assert_eq!(
             report.rows.iter().map(|row| row.passed).collect::<Vec<_>>(),
-            [true, false, false, false, false]
+            [true, false, false, false, false, false, false]
         );
         assert!(!report.passed);
         let table = report.table();
         assert!(table.contains("largest speed, cells/step: 2, the bound is 1.5e0"), "{table}");
         assert!(table.contains("place, cells: not reached"), "{table}");
-        assert_eq!(table.lines().filter(|line| line.starts_with("FAIL")).count(), 4, "{table}");
+        assert_eq!(table.lines().filter(|line| line.starts_with("FAIL")).count(), 6, "{table}");
+        assert!(table.contains("panicked: at 2") && table.contains("panicked: never"), "{table}");
         assert!(ran.iter().flatten().all(|ran| ran.elapsed < Duration::from_secs(1)));
     }
 

@@ -209,7 +209,7 @@ impl<'a> Trial<'a> {
 
 /// The larger one; what is not a number is larger than any.
 pub(crate) fn largest(a: f64, b: f64) -> f64 {
-    if b <= a { a } else { b }
+    if a.is_nan() || b <= a { a } else { b }
 }
 
 /// Numbers of a body and of what is shown of it that are NaN or infinite.
@@ -220,4 +220,20 @@ fn not_numbers(body: &Body, now: &Now, volumes: &[f64]) -> usize {
     let surface: Vec<_> = body.surface().positions.iter().map(|p| p.coords).collect();
     let numbers = vectors.chain(surface.iter().flatten()).chain(rotations.iter().flatten()).chain(volumes);
     numbers.filter(|x| !x.is_finite()).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_larger_one_is_nan_whichever_is_nan() {
+        for (a, b, expected) in [(1.0, 2.0, 2.0), (2.0, 1.0, 2.0), (1.0, f64::INFINITY, f64::INFINITY)] {
+            assert_eq!(largest(a, b), expected);
+        }
+        for other in [-1.0, 0.0, 1.0, f64::INFINITY, f64::NAN] {
+            assert!(largest(f64::NAN, other).is_nan(), "NaN, {other}");
+            assert!(largest(other, f64::NAN).is_nan(), "{other}, NaN");
+        }
+    }
 }

@@ -43,7 +43,7 @@ pub use front::Front;
 pub use machine::Machine;
 pub use observer::{Observer, Progress};
 pub use point::{Errors, Path, Point};
-pub use report::Report;
+pub use report::{Report, open_folder, replace};
 pub use setting::Axis;
 pub use study::{Outcome, Study};
 pub use sums::{SumsError, SumsReport, SumsRow, SumsStudy};

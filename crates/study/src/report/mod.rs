@@ -117,15 +117,23 @@ impl Report {
 }
 
 /// Makes a folder where there is none.
-pub(crate) fn open_folder(directory: &Path) -> Result<(), StudyError> {
+///
+/// # Errors
+///
+/// If a file has the name, or the folder cannot be made.
+pub fn open_folder(directory: &Path) -> Result<(), StudyError> {
     if directory.exists() && !directory.is_dir() {
         return Err(RunError::NotAFolder { path: directory.to_owned() }.into());
     }
     fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))
 }
 
-/// Writes a file beside its name, then gives it the name.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
+/// Writes a file beside its name, with the extension `part`, then gives it the name.
+///
+/// # Errors
+///
+/// If it cannot be written; what the name held before is then still there.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
     let part = path.with_extension("part");
     fs::write(&part, bytes)
         .and_then(|()| fs::rename(&part, path))
