@@ -212,6 +212,14 @@ fn dropped_on_anything_it_enters_by_two_hundredths_of_a_cell_at_most() {
     }
 }
 
+#[test]
+fn at_rest_beside_a_ball_and_within_it_nothing_moves() {
+    for height in [-8.0, -3.0] {
+        let pair = Pair::new(ball, VolumeScope::Regional, &[Collider::sphere([0.0, height, 0.0], 3.0)], 0.0);
+        assert_eq!(seen(pair.kept.body(0)), seen(pair.plain.body(0)));
+    }
+}
+
 /// What is shown depends on where colliders are now, and on nothing that came before.
 #[test]
 fn a_restored_state_shows_the_same() {

@@ -158,7 +158,8 @@ impl View {
                 }
             } else {
                 correction.write(deformed, corrected);
-                if !clearance.cut(samples, corrected, obstacles) {
+                let moves = searched > 0.0;
+                if !(moves && clearance.cut(samples, corrected, obstacles)) {
                     return;
                 }
             }
