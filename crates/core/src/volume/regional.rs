@@ -16,11 +16,11 @@ use crate::parallel::{Executor, level};
 const PASSES: usize = 2;
 
 /// The part of a region's gain at rest below which it loses its say: what hardly gains must not move far for it.
-const LEAST_GAIN: f64 = 0.4;
+const LEAST_GAIN: f32 = 0.4;
 
 /// What a region's `lambda` stays below each time, as a part of the cap: where parts collapse, as about a sharp edge,
 /// more would crease the body rather than fill it.
-const MOST: f64 = 0.5;
+const MOST: f32 = 0.5;
 
 /// Vertices in a task.
 const CHUNK: usize = 4096;
@@ -85,7 +85,7 @@ impl Regional {
             self.lost.sum(executor, adjacency, [0, 1, 2]);
             let regions = self.lost.values.iter().zip(&self.gains).zip(adjacency.of_vertex());
             for ([lambda], ((lost, gain), component)) in self.lambdas.values.iter_mut().zip(regions) {
-                *lambda = scale(lost.map(f64::from), f64::from(*gain), caps[*component as usize]) as f32;
+                *lambda = scale(*lost, *gain, caps[*component as usize] as f32);
             }
             self.lambdas.sum(executor, adjacency, [2, 1, 0]);
             let means = self.lambdas.values.iter().zip(&self.regions).map(|([sum], count)| sum / count);
@@ -111,7 +111,8 @@ impl Regional {
 }
 
 /// The `lambda` of a region that has lost so much and gains so much per unit, and gained `at_rest`.
-fn scale([lost, gain]: [f64; 2], at_rest: f64, cap: f64) -> f64 {
+#[inline]
+fn scale([lost, gain]: [f32; 2], at_rest: f32, cap: f32) -> f32 {
     let (least, most) = (LEAST_GAIN * at_rest, MOST * cap);
     let wanted = lost * gain / (gain * gain + least * least);
     // The wish where it is small, and smoothly no more than the most.
@@ -162,10 +163,10 @@ impl<const N: usize> Buffer<N> {
                     *value = before[i];
                     for side in [2 * axis, 2 * axis + 1] {
                         let neighbour = row[side] as usize;
-                        // A missing neighbour is the vertex itself. No branch: which are missing has no pattern.
-                        let share = f32::from(u8::from(neighbour != i));
-                        for k in 0..N {
-                            value[k] += share * before[neighbour][k];
+                        if neighbour != i {
+                            for k in 0..N {
+                                value[k] += before[neighbour][k];
+                            }
                         }
                     }
                 }
