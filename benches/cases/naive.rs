@@ -1,8 +1,8 @@
 //! The step beside the naive method: explicit sums over each region, in f64, on one thread.
 
-use nalgebra::{Matrix3, Vector3};
-use supple::reference::{self, Regions};
-use supple::{Body, Lattice, Simulation};
+use nalgebra::Vector3;
+use supple::reference::{self, Naive, Regions};
+use supple::{Body, Simulation};
 use supple_benches::Target::AtLeast;
 use supple_benches::bodies::{block, deform, in_motion};
 
@@ -18,13 +18,18 @@ pub(crate) fn bench(bench: &mut Bench) {
     deform(&mut body);
     let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
     for (half_width, target) in [(1, None), (3, Some(AtLeast(100.0)))] {
-        let state = || (in_motion(&lattice, half_width, 1), Listed::new(&lattice, half_width));
+        let state = || {
+            (
+                in_motion(&lattice, half_width, 1),
+                Naive::new(&lattice, half_width, Regions::Staircase).listed(),
+            )
+        };
         let name = format!("w={half_width}");
-        let work = |(simulation, listed): &mut (Simulation, Listed), n: u64| {
+        let work = |(simulation, listed): &mut (Simulation, Naive), n: u64| {
             let goals = || reference::goals(&lattice, &positions, half_width, Regions::Staircase);
             let each = |goals: &dyn Fn() -> Vec<Vector3<f64>>| timed(|| (0..n).for_each(|_| drop(goals())));
             let step = steps(simulation, n * u64::from(STEPS)) / STEPS;
-            [each(&goals), each(&|| listed.goals(&positions)), step]
+            [each(&goals), each(&|| listed.goals(&listed.motions(&positions))), step]
         };
         let Some(samples) = bench.measure(["naive goals", &name], Effort::Few, state, work) else { continue };
         let times: [f64; 3] = std::array::from_fn(|k| samples.seconds(k) * 1e9 / lattice.len() as f64);
@@ -40,56 +45,5 @@ pub(crate) fn bench(bench: &mut Bench) {
                 beside,
             );
         }
-    }
-}
-
-/// All that the naive sums need and that does not change.
-struct Listed {
-    regions: Vec<Vec<u32>>,
-    /// m_i / n_i and 1 / n_i.
-    weights: Vec<f64>,
-    shares: Vec<f64>,
-    rest: Vec<Vector3<f64>>,
-}
-
-impl Listed {
-    fn new(lattice: &Lattice, half_width: usize) -> Self {
-        let vertices = 0..lattice.len() as u32;
-        let weights = reference::weights(lattice, half_width, Regions::Staircase);
-        Self {
-            regions: vertices
-                .clone()
-                .map(|vertex| reference::region(lattice, vertex, half_width, Regions::Staircase))
-                .collect(),
-            weights: vertices.map(|vertex| weights.of(vertex)).collect(),
-            shares: weights.counts.iter().map(|&count| 1.0 / count as f64).collect(),
-            rest: lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect(),
-        }
-    }
-
-    /// As [`reference::goals`], for cells of edge 1.
-    fn goals(&self, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let mut goals = vec![Vector3::zeros(); positions.len()];
-        for region in &self.regions {
-            let (mut mass, mut centre, mut at_rest) = (0.0, Vector3::zeros(), Vector3::zeros());
-            for &i in region {
-                let weight = self.weights[i as usize];
-                mass += weight;
-                centre += positions[i as usize] * weight;
-                at_rest += self.rest[i as usize] * weight;
-            }
-            let (centre, at_rest): (Vector3<f64>, Vector3<f64>) = (centre / mass, at_rest / mass);
-            let mut moments = Matrix3::zeros();
-            for &i in region {
-                let arm = (self.rest[i as usize] - at_rest) * self.weights[i as usize];
-                moments += (positions[i as usize] - centre) * arm.transpose();
-            }
-            let rotation = reference::rotation(&moments);
-            for &i in region {
-                goals[i as usize] +=
-                    (centre + rotation * (self.rest[i as usize] - at_rest)) * self.shares[i as usize];
-            }
-        }
-        goals
     }
 }

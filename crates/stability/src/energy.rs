@@ -1,8 +1,4 @@
-//! The energy of a body, in f64 and by the naive method.
-//!
-//! The pull towards the goals has a potential, alpha times [`Naive::mismatch`]. A step is one of the leapfrog method,
-//! which does not keep kinetic and elastic energy themselves; of a harmonic motion it keeps their sum less m a²/8, with
-//! the velocities at the time of the positions. That is what is summed here, so what it gains is of the method.
+//! The energy of a body, in f64 and by the naive method: [`Naive::energy`] in cells.
 
 use nalgebra::Vector3;
 use supple::Lattice;
@@ -24,15 +20,8 @@ impl<'a> Energy<'a> {
 
     /// The energy at these positions, reached with these velocities.
     pub(crate) fn of(&self, x: &[Vector3<f64>], v: &[Vector3<f64>]) -> f64 {
-        let positions: Vec<_> = x.iter().map(|x| x * self.cell_size).collect();
-        let motions = self.naive.motions(&positions);
-        let goals = self.naive.goals(&motions);
-        let elastic = self.alpha * self.naive.mismatch(&motions, &positions) / self.cell_size.powi(2);
-        let vertices = goals.iter().zip(x).zip(v).zip(&self.naive.weights().masses);
-        let kinetic = vertices.map(|(((goal, x), v), m)| {
-            let a = (goal / self.cell_size - x) * self.alpha;
-            m * (0.5 * (v + a / 2.0).norm_squared() - a.norm_squared() / 8.0)
-        });
-        elastic + kinetic.sum::<f64>()
+        let scaled =
+            |cells: &[Vector3<f64>]| -> Vec<_> { cells.iter().map(|x| x * self.cell_size).collect() };
+        self.naive.energy(&scaled(x), &scaled(v), self.alpha) / self.cell_size.powi(2)
     }
 }

@@ -1,7 +1,7 @@
 //! The rigid motion that fits best, and how far a shape is from another up to one.
 
 use nalgebra::{Matrix3, Vector3};
-use supple::reference;
+use supple::reference::{self, Mass, Momenta};
 
 /// x ≈ rotation (x0 - from) + to.
 pub(crate) struct RigidMotion {
@@ -42,13 +42,9 @@ pub(crate) fn mean(masses: &[f64], x: &[Vector3<f64>]) -> Vector3<f64> {
 
 /// Velocities without the rigid part that carries their momenta.
 pub(crate) fn without_momenta(masses: &[f64], x: &[Vector3<f64>], v: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-    let (centre, drift) = (mean(masses, x), mean(masses, v));
-    let (mut angular, mut inertia) = (Vector3::zeros(), Matrix3::zeros());
-    for ((x, v), m) in x.iter().zip(v).zip(masses) {
-        let arm = x - centre;
-        angular += arm.cross(&(v - drift)) * *m;
-        inertia += (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * *m;
-    }
-    let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * angular);
-    x.iter().zip(v).map(|(x, v)| v - drift - spin.cross(&(x - centre))).collect()
+    let points = masses.iter().zip(x).zip(v);
+    let points = points.map(|((&mass, &position), &velocity)| Mass { mass, position, velocity });
+    let momenta = Momenta::of(points.clone());
+    let (drift, spin) = momenta.missing(&Momenta::default(), points);
+    x.iter().zip(v).map(|(x, v)| v + drift + spin.cross(&(x - momenta.centre))).collect()
 }

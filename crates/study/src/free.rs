@@ -2,11 +2,10 @@
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
-use supple::reference::{Naive, Regions};
+use supple::reference::{Mass, Momenta, Naive, Regions};
 use supple::{Body, Simulation};
 
 use crate::error::Halt;
-use crate::momenta::{Mass, Momenta};
 use crate::moments::is_moment;
 use crate::observer::Meter;
 use crate::physical::Physical;

@@ -21,7 +21,6 @@ mod front;
 mod look;
 mod machine;
 mod matrix;
-mod momenta;
 mod moments;
 mod motion;
 mod naive;

@@ -42,6 +42,11 @@ impl Body {
     /// A state of another body; nothing is changed then.
     pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.fits(snapshot).map_err(Error::State)?;
+        self.adopt(snapshot)
+    }
+
+    /// Goes to a state that [`fits`](Self::fits).
+    pub(crate) fn adopt(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.set_reach(snapshot.reach)?;
         self.set_stiffness(snapshot.stiffness)?;
         self.set_damping(snapshot.damping)?;
@@ -81,6 +86,7 @@ impl Body {
         }
         Ok(())
     }
+
     /// Whether what a user changed can be set here too.
     fn takes(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
         let &BodySnapshot { reach, stiffness, damping, volume, .. } = snapshot;

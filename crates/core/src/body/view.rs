@@ -148,6 +148,7 @@ impl View {
     fn keep_out(&mut self, executor: &Executor, samples: &SampleCells, obstacles: &Obstacles<'_>) {
         let Self { correction: Some(correction), clearance, deformed, corrected, .. } = self else { return };
         let mut searched = 0.0;
+        let curved = obstacles.are_curved();
         for _ in 0..ROUNDS {
             let reach = correction.reach();
             if reach > searched {
@@ -156,12 +157,13 @@ impl View {
                 if clearance.limits().is_empty() {
                     return;
                 }
-            } else {
+            } else if searched > 0.0 && curved {
                 correction.write(deformed, corrected);
-                let moves = searched > 0.0;
-                if !(moves && clearance.cut(samples, corrected, obstacles)) {
+                if !clearance.cut(samples, corrected, obstacles) {
                     return;
                 }
+            } else {
+                return;
             }
             correction.limit(executor, clearance.limits());
         }

@@ -5,12 +5,14 @@
 
 mod damping;
 mod matching;
+mod momenta;
 mod naive;
 mod regions;
 mod rotation;
 
 pub use damping::damped_velocities;
 pub use matching::{Weights, goals, rotations, weights};
+pub use momenta::{Mass, Momenta};
 pub use naive::{Naive, RegionMotion};
 pub use regions::{Regions, region};
 pub use rotation::rotation;

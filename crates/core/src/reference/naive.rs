@@ -179,4 +179,23 @@ impl<'a> Naive<'a> {
         };
         self.vertices().zip(motions).map(of_region).sum::<f64>() / 2.0
     }
+
+    /// The energy of a body that is drawn to its goals by `alpha` in each step: in masses of a full cell times squared
+    /// units of the positions, per step squared.
+    ///
+    /// A step is one of the leapfrog method, which does not keep kinetic and elastic energy themselves. Of a harmonic
+    /// motion it keeps the elastic energy at the positions and the kinetic one of the velocities before and after the
+    /// pull there, multiplied: what that sum gains is of the method. `velocities`: those before the pull, per step.
+    ///
+    /// # Panics
+    ///
+    /// If the number of positions or velocities is not the number of lattice vertices.
+    pub fn energy(&self, positions: &[Vector3<f64>], velocities: &[Vector3<f64>], alpha: f64) -> f64 {
+        assert_eq!(velocities.len(), self.lattice.len(), "one velocity per lattice vertex");
+        let motions = self.motions(positions);
+        let goals = self.goals(&motions);
+        let vertices = goals.iter().zip(positions).zip(velocities).zip(&self.weights.masses);
+        let kinetic = vertices.map(|(((goal, x), v), m)| 0.5 * m * v.dot(&(v + (goal - x) * alpha)));
+        kinetic.sum::<f64>() + alpha * self.mismatch(&motions, positions)
+    }
 }

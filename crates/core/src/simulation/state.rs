@@ -48,7 +48,7 @@ impl Simulation {
         }
         self.set_gravity(state.gravity)?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
-            body.restore(snapshot)?;
+            body.adopt(snapshot)?;
         }
         self.clock = state.clock;
         self.lend();

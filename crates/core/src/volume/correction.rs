@@ -177,10 +177,10 @@ impl Correction {
 
     /// The farthest that a vertex is to move, in cells.
     pub(crate) fn reach(&self) -> f64 {
-        let of_vertex = self.adjacency.of_vertex();
+        let lambda = of_vertex(&self.lambdas, &self.adjacency);
         let scales = self.regional.as_ref().map(Regional::scales);
         let way = |(i, point): (usize, &Moving)| {
-            let scale = self.lambdas[of_vertex[i] as usize] + scales.map_or(0.0, |s| f64::from(s[i]));
+            let scale = lambda(i as u32) + scales.map_or(0.0, |s| f64::from(s[i]));
             let square: f64 = point.direction().iter().map(|&v| f64::from(v).powi(2)).sum();
             scale.abs() * square.sqrt()
         };
@@ -192,9 +192,7 @@ impl Correction {
     pub(crate) fn limit(&mut self, executor: &Executor, limits: &[Limit]) {
         self.limits.begin(limits, &mut self.points, self.regional.as_ref().map(Regional::scales));
         for _ in 0..LIMITED_PASSES {
-            let (lambdas, of_vertex) = (&self.lambdas, self.adjacency.of_vertex());
-            let lambda = |vertex| lambdas[of_vertex[vertex as usize] as usize];
-            if !self.limits.divert(lambda, &mut self.points) {
+            if !self.limits.divert(of_vertex(&self.lambdas, &self.adjacency), &mut self.points) {
                 return;
             }
             self.solve_cubics(executor);
@@ -204,8 +202,7 @@ impl Correction {
 
     /// Leaves `lambda` as it is and measures what it gives.
     fn settle(&mut self, executor: &Executor) {
-        let (lambdas, of_vertex) = (&self.lambdas, self.adjacency.of_vertex());
-        self.limits.divert(|vertex| lambdas[of_vertex[vertex as usize] as usize], &mut self.points);
+        self.limits.divert(of_vertex(&self.lambdas, &self.adjacency), &mut self.points);
         self.measure.coefficients(executor, &self.points, &mut self.coefficients);
         for component in 0..self.rest.len() {
             let [c0, c1, c2, c3] = self.coefficients[component];
@@ -228,14 +225,13 @@ impl Correction {
             corrected.len()
         );
         let scales = self.regional.as_ref().map(Regional::scales);
-        let (lambdas, of_vertex) = (&self.lambdas, self.adjacency.of_vertex());
-        let lambda = |vertex: u32| lambdas[of_vertex[vertex as usize] as usize];
+        let lambda = of_vertex(&self.lambdas, &self.adjacency);
         for (i, (corrected, deformed)) in corrected.iter_mut().zip(deformed).enumerate() {
             let scale = lambda(i as u32) as f32 + scales.map_or(0.0, |scales| scales[i]);
             let v = self.points[i].direction();
             *corrected = std::array::from_fn(|k| deformed[k] + scale * v[k]);
         }
-        self.limits.write(lambda, deformed, corrected);
+        self.limits.write(&lambda, deformed, corrected);
         &self.reports
     }
 
@@ -273,4 +269,9 @@ impl Correction {
             capped: residual.abs() > KEPT,
         };
     }
+}
+
+/// The `lambda` of each vertex: that of its component.
+fn of_vertex(lambdas: &[f64], adjacency: &Adjacency) -> impl Fn(u32) -> f64 {
+    |vertex| lambdas[adjacency.component(vertex as usize)]
 }

@@ -6,11 +6,10 @@ mod stages;
 
 use nalgebra::Vector3;
 use supple::dynamics::Interval;
-use supple::reference::{Naive, RegionMotion, Regions};
+use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
 use supple::scene::{BodyData, Scene};
 use supple::{Body, Error};
 
-use crate::momenta::{Mass, Momenta};
 use stages::Stages;
 
 /// A body stepped by the naive method.

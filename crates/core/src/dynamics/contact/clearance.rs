@@ -85,11 +85,7 @@ impl Clearance {
                     take(rows, nearest, &samples.corners[cell], Nearest { room, normal });
                 }));
             }
-            self.limits.extend(self.rows.list().iter().zip(&self.nearest).map(|(&row, nearest)| Limit {
-                vertex: samples.vertices[row as usize],
-                normal: nearest.normal,
-                room: nearest.room.max(0.0),
-            }));
+            self.limits.extend(limits(samples, &self.rows, &self.nearest, |_| Vector3::zeros()));
         }
     }
 
@@ -121,14 +117,8 @@ impl Clearance {
                     }
                 }));
             }
-            self.limits.extend(self.rows.list().iter().zip(&self.nearest).map(|(&row, nearest)| {
-                let way = vector(&difference(&self.corrected[row as usize], &self.places[row as usize]));
-                Limit {
-                    vertex: samples.vertices[row as usize],
-                    normal: nearest.normal,
-                    room: (nearest.room - nearest.normal.dot(&way)).max(0.0),
-                }
-            }));
+            let way = |row: usize| vector(&difference(&self.corrected[row], &self.places[row]));
+            self.limits.extend(limits(samples, &self.rows, &self.nearest, way));
         }
         self.limits.len() > before
     }
@@ -140,6 +130,11 @@ impl Clearance {
 }
 
 impl Obstacles<'_> {
+    /// Whether any of them turns away within a cell, so that [`Clearance::cut`] has something to do.
+    pub(crate) fn are_curved(&self) -> bool {
+        self.shapes().any(|shape| shape.plane().is_none())
+    }
+
     fn shapes(&self) -> impl Iterator<Item = PosedShape> {
         self.colliders.at(self.time, self.frame)
     }
@@ -152,6 +147,20 @@ fn read(places: &mut Vec<Quad>, samples: &SampleCells, positions: &[[f32; 3]]) {
         let [x, y, z] = positions[vertex as usize];
         [x, y, z, 0.0]
     }));
+}
+
+/// The limits of the vertices in some rows, each of which has gone some way already.
+fn limits(
+    samples: &SampleCells,
+    rows: &Numbered,
+    nearest: &[Nearest],
+    way: impl Fn(usize) -> Vector3<f64>,
+) -> impl Iterator<Item = Limit> {
+    rows.list().iter().zip(nearest).map(move |(&row, nearest)| Limit {
+        vertex: samples.vertices[row as usize],
+        normal: nearest.normal,
+        room: (nearest.room - nearest.normal.dot(&way(row as usize))).max(0.0),
+    })
 }
 
 /// Each corner of a cell keeps the sample that has the least room.

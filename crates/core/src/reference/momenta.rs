@@ -4,25 +4,31 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Momenta of points with masses, and the centre that the angular one is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Momenta {
-    pub(crate) mass: f64,
-    pub(crate) centre: Vector3<f64>,
-    pub(crate) linear: Vector3<f64>,
-    /// About the centre.
-    pub(crate) angular: Vector3<f64>,
+pub struct Momenta {
+    /// All masses.
+    pub mass: f64,
+    /// Their centre.
+    pub centre: Vector3<f64>,
+    /// The linear momentum.
+    pub linear: Vector3<f64>,
+    /// The angular momentum about the centre.
+    pub angular: Vector3<f64>,
 }
 
 /// A point in motion.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Mass {
-    pub(crate) mass: f64,
-    pub(crate) position: Vector3<f64>,
-    pub(crate) velocity: Vector3<f64>,
+pub struct Mass {
+    /// Its mass.
+    pub mass: f64,
+    /// Where it is.
+    pub position: Vector3<f64>,
+    /// How fast it moves.
+    pub velocity: Vector3<f64>,
 }
 
 impl Momenta {
     /// Those of some points.
-    pub(crate) fn of(points: impl Iterator<Item = Mass> + Clone) -> Self {
+    pub fn of(points: impl Iterator<Item = Mass> + Clone) -> Self {
         let mass: f64 = points.clone().map(|point| point.mass).sum();
         let centre: Vector3<f64> = points.clone().map(|point| point.position * (point.mass / mass)).sum();
         let linear = points.clone().map(|point| point.velocity * point.mass).sum();
@@ -31,11 +37,7 @@ impl Momenta {
     }
 
     /// The rigid velocity that gives points with these momenta those of `aim`: of the centre, and the spin about it.
-    pub(crate) fn missing(
-        &self,
-        aim: &Self,
-        points: impl Iterator<Item = Mass>,
-    ) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn missing(&self, aim: &Self, points: impl Iterator<Item = Mass>) -> (Vector3<f64>, Vector3<f64>) {
         let inertia: Matrix3<f64> = points
             .map(|point| {
                 let d = point.position - self.centre;
