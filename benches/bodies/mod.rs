@@ -36,7 +36,7 @@ fn bare(cells: &[[i32; 3]]) -> Lattice {
 /// If the example scenes are not there.
 pub fn bust() -> Mesh {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes/bust.obj");
-    supple::obj::read(path).expect("the bust of the example scenes")
+    supple_io::obj::read(path).expect("the bust of the example scenes")
 }
 
 /// The lattice of the bust, with about so many vertices.

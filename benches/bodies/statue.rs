@@ -147,7 +147,7 @@ mod tests {
             let mesh = statue.mesh();
             assert_eq!((mesh.vertices().len(), mesh.face_count()), (602, faces));
             assert!(mesh.is_closed() && mesh.signed_volume() > 0.0);
-            let read = supple::obj::Document::from_bytes("statue.obj", statue.obj().into_bytes()).unwrap();
+            let read = supple_io::obj::Document::from_bytes("statue.obj", statue.obj().into_bytes()).unwrap();
             assert_eq!((read.vertex_count(), read.normal_count(), read.face_count()), (602, 602, faces));
             let ratio = read.mesh(None).unwrap().volume() / mesh.volume();
             assert!((ratio - 1.0).abs() < 1e-5, "{ratio}");

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use supple::frames::Format;
-use supple::run::{Job, Observer};
-use supple::scene::Scene;
 use supple_benches::Target::AtLeast;
 use supple_benches::bodies::Statue;
+use supple_io::frames::Format;
+use supple_io::run::{Job, Observer};
+use supple_io::scene::Scene;
 use tempfile::TempDir;
 
 use crate::build;
@@ -48,7 +48,7 @@ fn reading(bench: &mut Bench) {
     let folder = || Folder::with(&Statue::of_triangles(build::QUADS));
     let samples = bench.measure(["files", "read obj"], Effort::Few, folder, |folder, n| {
         bytes = folder.bytes;
-        [timed(|| (0..n).for_each(|_| drop(supple::obj::read(folder.path().join(FILE)))))]
+        [timed(|| (0..n).for_each(|_| drop(supple_io::obj::read(folder.path().join(FILE)))))]
     });
     if let Some(samples) = samples {
         let megabytes = bytes as f64 / 1e6;

@@ -6,9 +6,9 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use supple::frames::{Format, FrameWriter, Sequence, Source};
-use supple::obj::Document;
 use supple::{Body, Collider, Simulation};
+use supple_io::frames::{Format, FrameWriter, Sequence, Source};
+use supple_io::obj::Document;
 
 const FPS: u32 = 30;
 const SUBSTEPS: u32 = 4;

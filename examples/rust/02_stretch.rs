@@ -11,7 +11,7 @@ use supple::{Body, Handle, Key, Pin, Selection, Simulation, Window};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bust = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/bust.obj");
-    let mesh = supple::obj::read(bust)?;
+    let mesh = supple_io::obj::read(bust)?;
     let (low, high) = mesh.bounds();
     let height = high.y - low.y;
 

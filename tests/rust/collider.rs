@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use supple::dynamics::{Collider, ColliderError, Colliders, Key, Shape, euler_degrees};
+use supple::contact::{Collider, ColliderError, Colliders, Shape};
+use supple::dynamics::{Key, euler_degrees};
 
 fn distance(shape: &Shape, point: [f64; 3]) -> f64 {
     shape.signed_distance(point).distance

@@ -1,12 +1,11 @@
 //! Contacts: what is pushed where, how friction holds and slides, and that nothing is missed.
 
-#[path = "contact/stand_in.rs"]
-mod stand_in;
-
+use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
 use proptest::prelude::*;
-use stand_in::Block;
-use supple::dynamics::{Collider, Colliders, Interval, euler_degrees};
+use supple::contact::{Collider, Colliders};
+use supple::dynamics::euler_degrees;
+use supple::state::Interval;
 
 const DT: f64 = 1.0 / 60.0;
 const CELL: f64 = 0.3;

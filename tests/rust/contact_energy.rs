@@ -1,8 +1,6 @@
 //! Contacts give no energy, whatever the restitution, and bodies come to rest on them.
 
-mod common;
-
-use common::{block, lattice, surface_of};
+use crate::common::{block, lattice, surface_of};
 use nalgebra::{Point3, Vector3};
 use supple::{Body, BodyBuilder, Collider, Mesh, Simulation, VolumeOptions};
 

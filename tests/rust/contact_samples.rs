@@ -1,9 +1,8 @@
 //! Where contacts are felt: on the faces of a mesh, however coarse, and on the boundary of a bare lattice.
 
 use nalgebra::Point3;
-use supple::dynamics::{
-    BodyFrame, BodyState, Collider, Colliders, ContactReport, Contacts, Interval, SampleCells,
-};
+use supple::contact::{Collider, Colliders, ContactReport, Contacts, SampleCells};
+use supple::state::{BodyFrame, BodyState, Interval};
 use supple::{Lanes, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// Contacts of a lattice at rest with one collider.

@@ -1,9 +1,7 @@
 //! What a user changes between steps: stiffness, damping, half-width, volume, holds, time, threads; and states that
 //! keep all of it.
 
-mod common;
-
-use common::{alone, half_cells, momentum};
+use crate::common::{alone, half_cells, momentum};
 use nalgebra::{Point3, Vector3};
 use supple::{
     Body, Damping, Handle, Key, Reach, Selection, Simulation, Stiffness, VolumeMeasure, VolumeOptions, Window,
@@ -62,7 +60,6 @@ fn regions_of_another_half_width_keep_positions_velocities_and_momentum() {
     }
 }
 
-#[cfg(feature = "scene")]
 #[test]
 fn regions_that_are_set_are_those_that_were_built_also_for_a_body_turned_inside_out() {
     let build = |cells| alone(Body::from_lattice(half_cells()).half_width(cells).build().unwrap());
@@ -146,7 +143,6 @@ fn threads_can_be_changed_on_the_way() {
     assert_eq!(run([1, 1]), run([2, 3]));
 }
 
-#[cfg(feature = "scene")]
 #[test]
 fn a_state_of_what_is_held_goes_on_in_a_body_that_never_was() {
     let pin = |until| supple::Pin {
@@ -174,7 +170,6 @@ fn a_state_of_what_is_held_goes_on_in_a_body_that_never_was() {
     }
 }
 
-#[cfg(feature = "scene")]
 #[test]
 fn a_state_keeps_what_a_user_changed() {
     let build = || Body::from_lattice(half_cells()).spin([0.0, 1.0, 0.0]).build().unwrap();

@@ -3,10 +3,10 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 use supple::{Embedding, Lattice, LatticeOptions, Mesh, Resolution};
 
-const BUST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust_parts.obj");
+const BUST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust_parts.obj");
 
 fn bust(vertices: usize) -> (Mesh, Lattice) {
-    let mesh = supple::obj::read(BUST).expect("the bust");
+    let mesh = supple_io::obj::read(BUST).expect("the bust");
     let options = LatticeOptions { resolution: Resolution::Vertices(vertices), ..Default::default() };
     let lattice = Lattice::from_mesh(&mesh, &options).expect("its lattice");
     (mesh, lattice)

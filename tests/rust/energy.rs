@@ -1,8 +1,6 @@
 //! A body on which nothing acts gains no energy, however it is turned inside out.
 
-mod common;
-
-use common::{Random, block, coordinates, lattice};
+use crate::common::{Random, block, coordinates, lattice};
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Naive, Regions};
 use supple::{Body, Lattice, Simulation};
@@ -66,7 +64,6 @@ fn it_has_the_same_bits_for_any_number_of_threads() {
     assert!(after(2) == alone && after(3) == alone);
 }
 
-#[cfg(feature = "scene")]
 #[test]
 fn it_goes_on_from_a_state_bit_for_bit() {
     let lattice = lattice(&block([8, 6, 5]));

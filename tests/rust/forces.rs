@@ -1,8 +1,6 @@
 //! Forces that a user applies, and what is refused because it would overflow.
 
-mod common;
-
-use common::{alone, half_cells, momentum};
+use crate::common::{alone, half_cells, momentum};
 use nalgebra::Vector3;
 use supple::{Body, Handle, Key, Selection, Simulation, Window};
 

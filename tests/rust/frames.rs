@@ -4,13 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use supple::frames::{Format, FrameWriter, OutputError, Sequence, Source};
 use supple::mesh::{Mesh, VertexNormals};
-use supple::obj::{Document, Part};
+use supple_io::frames::{Format, FrameWriter, OutputError, Sequence, Source};
+use supple_io::obj::{Document, Part};
 use tempfile::TempDir;
 
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../").join(name)
 }
 
 fn sequence(directory: &Path, format: Format) -> Sequence {

@@ -1,8 +1,6 @@
 //! A body on which nothing pulls: it keeps its place, its angle and its momenta.
 
-mod common;
-
-use common::{Random, bare, block, coordinates, lattice, points, rest, rigid_fit, worst};
+use crate::common::{Random, bare, block, coordinates, lattice, points, rest, rigid_fit, worst};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use supple::{Body, Simulation};
 

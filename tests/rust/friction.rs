@@ -1,11 +1,9 @@
 //! Friction: what a slope holds and lets slide, and what a moving collider carries.
 
-#[path = "contact/stand_in.rs"]
-mod stand_in;
-
+use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
-use stand_in::Block;
-use supple::dynamics::{Collider, Colliders, Key, euler_degrees};
+use supple::contact::{Collider, Colliders};
+use supple::dynamics::{Key, euler_degrees};
 
 const DT: f64 = 1.0 / 60.0;
 const CELL: f64 = 0.3;

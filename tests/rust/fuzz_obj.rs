@@ -1,13 +1,11 @@
 //! Mutated OBJ files: a surface or an error that names the line; a frame that is written reads back the same.
 
-mod fuzz;
-
 use std::path::Path;
 use std::sync::Arc;
 
-use fuzz::{Target, fuzz};
-use supple::frames::{Format, FrameWriter, Sequence, Source};
-use supple::obj::Document;
+use crate::fuzz::{Target, fuzz};
+use supple_io::frames::{Format, FrameWriter, Sequence, Source};
+use supple_io::obj::Document;
 
 const WORDS: [&str; 34] = [
     "v", "vt", "vn", "vp", "f", "fo", "l", "p", "o", "g", "s", "mtllib", "usemtl", "curv", "curv2", "surf",
@@ -71,7 +69,7 @@ fn read(input: &[u8]) -> String {
 
 #[test]
 fn mutated_obj_files_do_no_harm() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data");
     let names = ["forward", "hard_edges", "ngon", "odd", "old_mac", "seams"];
     let mut corpus: Vec<Vec<u8>> = names
         .iter()

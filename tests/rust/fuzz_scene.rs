@@ -1,11 +1,9 @@
 //! Mutated scenes: a scene or an error that names the place, and a scene that is written reads back the same.
 
-mod fuzz;
-
 use std::path::Path;
 
-use fuzz::{Target, fuzz};
-use supple::scene::Scene;
+use crate::fuzz::{Target, fuzz};
+use supple_io::scene::Scene;
 
 const WORDS: [&str; 44] = [
     "simulation",
@@ -76,7 +74,7 @@ fn read(input: &[u8]) -> String {
 
 #[test]
 fn mutated_scenes_do_no_harm() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
     let names = ["bust_parts", "drop", "squeeze", "stretch_and_drop", "twist"];
     let mut corpus: Vec<Vec<u8>> = names
         .iter()

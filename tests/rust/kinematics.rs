@@ -3,9 +3,10 @@
 use nalgebra::{Point3, Vector3};
 use supple::Lanes;
 use supple::dynamics::{
-    BodyFrame, BodyState, Hold, Interval, Key, Kinematics, KinematicsError, Motion, MotionError, Selection,
-    SelectionError, Window, euler_degrees,
+    Hold, Key, Kinematics, KinematicsError, Motion, MotionError, Selection, SelectionError, Window,
+    euler_degrees,
 };
+use supple::state::{BodyFrame, BodyState, Interval};
 
 const DT: f64 = 1.0 / 60.0;
 

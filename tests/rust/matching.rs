@@ -1,8 +1,6 @@
 //! The fast matching against the naive reference.
 
-mod common;
-
-use common::{Random, bare, block, coordinates, points, rest, rigid_fit, shapes, tolerance, worst};
+use crate::common::{Random, bare, block, coordinates, points, rest, rigid_fit, shapes, tolerance, worst};
 use nalgebra::{Matrix3, Vector3};
 use supple::reference::{self, Regions};
 use supple::{Body, Simulation};
@@ -39,7 +37,8 @@ fn goals_equal_the_reference() {
 #[test]
 fn wide_regions_equal_the_reference() {
     let mut random = Random(2);
-    let long = [[30, 5, 4], [4, 30, 5], [5, 4, 30]].map(|size| ("long box", common::lattice(&block(size))));
+    let long =
+        [[30, 5, 4], [4, 30, 5], [5, 4, 30]].map(|size| ("long box", crate::common::lattice(&block(size))));
     for (name, lattice) in long.into_iter().chain(shapes()) {
         for half_width in [6, 9, 16, 1000] {
             let x = deformed(&rest(&lattice), &mut random);
@@ -94,7 +93,7 @@ fn goals_keep_both_momenta() {
 
 #[test]
 fn positions_and_velocities_are_read_back_as_set() {
-    let lattice = common::lattice(&common::block([5, 4, 3]));
+    let lattice = crate::common::lattice(&crate::common::block([5, 4, 3]));
     let mut random = Random(5);
     let mut body = bare(&lattice, 1);
     let x: Vec<_> =
@@ -108,7 +107,7 @@ fn positions_and_velocities_are_read_back_as_set() {
 
 #[test]
 fn wrong_arrays_are_refused_by_name() {
-    let lattice = common::lattice(&common::block([1, 1, 1]));
+    let lattice = crate::common::lattice(&crate::common::block([1, 1, 1]));
     let mut body = bare(&lattice, 1);
     let short = body.set_velocities(&[Vector3::zeros()]).unwrap_err().to_string();
     assert_eq!(short, "velocities has 1 entries; the body has 8 lattice vertices");
@@ -121,7 +120,7 @@ fn wrong_arrays_are_refused_by_name() {
 
 #[test]
 fn the_fit_of_a_turned_body_is_its_turn() {
-    let lattice = common::lattice(&common::block([3, 4, 2]));
+    let lattice = crate::common::lattice(&crate::common::block([3, 4, 2]));
     let turn = Random(6).rotation();
     let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
     let (fit, ..) = rigid_fit(&bare(&lattice, 1).masses(), &rest(&lattice), &x);

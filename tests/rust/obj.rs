@@ -6,18 +6,18 @@
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use supple::mesh::{Mesh, MeshError};
-use supple::obj::{self, Document};
+use supple::Mesh;
+use supple_io::obj::{self, Document, ObjError};
 
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../").join(name)
 }
 
 fn data(name: &str) -> PathBuf {
     file("tests/data").join(name)
 }
 
-fn parse(text: impl AsRef<[u8]>) -> Result<Mesh, MeshError> {
+fn parse(text: impl AsRef<[u8]>) -> Result<Mesh, ObjError> {
     Document::from_bytes("x.obj", text.as_ref().to_vec())?.mesh(None)
 }
 
@@ -60,7 +60,7 @@ fn everything_odd_at_once() {
     assert_eq!((mesh.topology().unused_vertices, mesh.topology().degenerate_faces), (1, 1));
     assert_eq!(mesh.bounds().1, nalgebra::Point3::new(1.0, 1.0, 1.0));
 
-    let bounds = |g: &supple::obj::Group| g.faces.iter().map(|faces| (faces.start, faces.end)).collect();
+    let bounds = |g: &supple_io::obj::Group| g.faces.iter().map(|faces| (faces.start, faces.end)).collect();
     let groups: Vec<(_, _, Vec<_>)> =
         odd.groups().map(|g| (g.name.as_str(), g.is_object, bounds(g))).collect();
     let expected = [
@@ -157,7 +157,6 @@ fn refusals_name_the_line() {
 fn a_missing_file_and_an_unknown_object_say_so() {
     let error = obj::read("no/such/file.obj").unwrap_err();
     assert!(error.to_string().starts_with("no/such/file.obj: cannot be read: "), "{error}");
-    let MeshError::Obj(error) = error else { panic!("an OBJ error") };
     assert!(matches!(&error.problem, obj::ObjProblem::Read(e) if e.kind() == std::io::ErrorKind::NotFound));
 
     let error = obj::read_object(data("odd.obj"), Some("Head")).unwrap_err().to_string();

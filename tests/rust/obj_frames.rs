@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use supple::frames::{Format, FrameWriter, Sequence, Source, shared_normals};
 use supple::mesh::Mesh;
-use supple::obj::{Document, Part};
+use supple_io::frames::{Format, FrameWriter, Sequence, Source, shared_normals};
+use supple_io::obj::{Document, Part};
 use tempfile::TempDir;
 
 fn file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../").join(name)
 }
 
 fn sequence(directory: &Path, format: Format) -> Sequence {

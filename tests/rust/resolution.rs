@@ -3,8 +3,8 @@
 use supple::{FloatingPart, Lattice, LatticeError, LatticeOptions, Mesh, Resolution};
 
 fn read(name: &str) -> Mesh {
-    let path = format!("{}/../../examples/scenes/{name}", env!("CARGO_MANIFEST_DIR"));
-    supple::obj::read(path).expect("an example mesh")
+    let path = format!("{}/../examples/scenes/{name}", env!("CARGO_MANIFEST_DIR"));
+    supple_io::obj::read(path).expect("an example mesh")
 }
 
 fn build(mesh: &Mesh, resolution: Resolution, memory_limit: Option<u64>) -> Result<Lattice, LatticeError> {

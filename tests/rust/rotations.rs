@@ -1,8 +1,6 @@
 //! Rotation factors against the sign-corrected singular value decomposition in f64.
 
-mod common;
-
-use common::Random;
+use crate::common::Random;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use supple::reference;
 

@@ -5,10 +5,12 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use nalgebra::Point3;
-use supple::run::substeps::{Placed, substeps};
-use supple::run::{CHECKPOINT, Flow, Input, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare};
-use supple::scene::{Scene, Substeps};
 use supple::{Reach, Selection, Simulation, VolumeMeasure};
+use supple_io::run::substeps::{Placed, substeps};
+use supple_io::run::{
+    CHECKPOINT, Flow, Input, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare,
+};
+use supple_io::scene::{Scene, Substeps};
 
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";

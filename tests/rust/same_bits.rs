@@ -1,8 +1,6 @@
 //! The same bits for any number of threads, with and without looking, and the same figures at any SIMD level.
 
-mod common;
-
-use common::{Random, block, coordinates, lattice, points, rest, worst};
+use crate::common::{Random, block, coordinates, lattice, points, rest, worst};
 use nalgebra::{Point3, Vector3};
 use supple::volume::VolumeScope;
 use supple::{Body, Collider, Handle, Key, Pin, Selection, Simulation, VolumeOptions, Window};

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use supple::dynamics::{Selection, Shape};
-use supple::frames::Format;
-use supple::scene::{Scene, SceneError, Substeps};
+use supple::contact::Shape;
+use supple::dynamics::Selection;
 use supple::volume::{FieldKind, Preservation, VolumeMeasure, VolumeScope};
 use supple::{Damping, Reach, Resolution, Stiffness};
+use supple_io::frames::Format;
+use supple_io::scene::{Scene, SceneError, Substeps};
 
 const FULL: &str = r#"
 [simulation]
@@ -261,7 +262,7 @@ fn text_that_is_no_toml_names_its_line() {
 
 #[test]
 fn every_shipped_scene_is_read() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
     let mut count = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

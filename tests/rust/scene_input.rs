@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use supple::Reach;
-use supple::dynamics::Shape;
-use supple::frames::Format;
-use supple::scene::{Scene, SceneError, Up};
+use supple::contact::Shape;
 use supple::volume::Preservation;
+use supple_io::frames::Format;
+use supple_io::scene::{Scene, SceneError, Up};
 
 const TWO: &str = r#"
 [output]

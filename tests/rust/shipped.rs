@@ -4,11 +4,11 @@ use std::path::Path;
 
 use nalgebra::Matrix3;
 use supple::Body;
-use supple::run::{Prepared, prepare};
-use supple::scene::Scene;
+use supple_io::run::{Prepared, prepare};
+use supple_io::scene::Scene;
 
 fn scene(name: &str, overrides: &[&str]) -> (Scene, Prepared) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes").join(name);
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
     let scene = Scene::read_with(path, &overrides).unwrap();
     let prepared = prepare(&scene).unwrap();

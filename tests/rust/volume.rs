@@ -1,9 +1,7 @@
 //! The volume correction: what is measured, what is kept, what stays in place, and what cannot be mended.
 
-mod shapes;
-
+use crate::shapes::{UPRIGHT, apply, ball, block, lattice, of_mesh, posed, shown, within};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use shapes::{UPRIGHT, apply, ball, block, lattice, of_mesh, posed, shown, within};
 use supple::volume::{FieldKind, Push, Surface, VolumeMeasure};
 use supple::{Correction, Lattice, Resolution, VolumeMeasures, VolumeOptions};
 
@@ -192,10 +190,9 @@ fn what_is_held_stays_and_the_field_rises_beside_it() {
 }
 
 #[test]
-#[cfg(feature = "obj")]
 fn a_stretched_bust_keeps_the_volume_that_is_seen() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust.obj");
-    let mesh = supple::obj::read(path).expect("the bust is there");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust.obj");
+    let mesh = supple_io::obj::read(path).expect("the bust is there");
     let (lattice, embedding) = of_mesh(&mesh, Resolution::Vertices(1000));
     let surface = Surface { mesh: &mesh, embedding: &embedding };
     let stretched = posed(&lattice, |[x, y, z]| [x, 1.5 * y, z]);

@@ -1,10 +1,7 @@
 //! The volume correction beside colliders: what is shown does not enter them, gives way sideways, and does not pop when
 //! a contact makes or breaks.
 
-mod common;
-mod shapes;
-
-use common::{block, lattice};
+use crate::common::{block, lattice};
 use nalgebra::{Point3, Rotation3, Vector3};
 use supple::dynamics::{Key, Motion};
 use supple::volume::VolumeScope;
@@ -85,7 +82,7 @@ fn seen(body: &Body) -> Vec<Point3<f64>> {
 
 /// A ball of radius 4, bouncing little.
 fn ball() -> BodyBuilder {
-    Body::builder(shapes::ball(4.0)).cell_size(1.0).damping(0.1)
+    Body::builder(crate::shapes::ball(4.0)).cell_size(1.0).damping(0.1)
 }
 
 /// Two plates that close on what is between them, wait, and open again: `way` each, from `height` above and below.

@@ -1,11 +1,8 @@
 //! The fields, judged by what is known exactly: bars that are stretched evenly, balls that are blown up.
 
-mod common;
-mod shapes;
-
-use common::{block, rms, surface_of};
+use crate::common::{block, rms, surface_of};
+use crate::shapes::{UPRIGHT, of_mesh};
 use nalgebra::{Rotation3, Vector3};
-use shapes::{UPRIGHT, of_mesh};
 use supple::volume::{FieldKind, Surface, VolumeMeasure};
 use supple::{Correction, Mesh, Resolution, VolumeOptions};
 

@@ -1,9 +1,7 @@
 //! The volume correction where it has little or nothing to go by, and what it refuses.
 
-mod shapes;
-
+use crate::shapes::{UPRIGHT, ball, block, lattice, of_mesh, posed, sphere, within};
 use proptest::prelude::*;
-use shapes::{UPRIGHT, ball, block, lattice, of_mesh, posed, sphere, within};
 use supple::volume::{ComponentReport, Preservation, Surface, VolumeError, VolumeMeasure, VolumeScope};
 use supple::{Correction, Lattice, Mesh, Resolution, VolumeMeasures, VolumeOptions};
 

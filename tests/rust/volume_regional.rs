@@ -1,11 +1,8 @@
 //! The regional scope: volume is given back where it was lost.
 
-mod common;
-mod shapes;
-
-use common::{block, pulled, surface_of};
+use crate::common::{block, pulled, surface_of};
+use crate::shapes::UPRIGHT;
 use nalgebra::{Matrix3, Point3, Vector3};
-use shapes::UPRIGHT;
 use supple::volume::{Preservation, VolumeMeasure, VolumeScope};
 use supple::{Body, BodyBuilder, Correction, Lattice, Mesh, Simulation, VolumeOptions};
 
@@ -106,8 +103,8 @@ fn stretched(body: BodyBuilder, [low, high]: [f64; 2]) -> Simulation {
 
 #[test]
 fn a_bust_whose_crown_is_pulled() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust.obj");
-    let mesh = supple::obj::read(path).expect("the bust is there");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust.obj");
+    let mesh = supple_io::obj::read(path).expect("the bust is there");
     let (low, high) = mesh.bounds();
     // Beside what is held the correction may not move: the more of the body lies there, the less a scope can do.
     for (vertices, most, crease) in [(1000, 0.85, 1.0), (4000, 0.75, 2.0)] {
@@ -124,8 +121,8 @@ fn a_bust_whose_crown_is_pulled() {
 /// Posed, and held nowhere: what is above the shoulders is stretched by half of the body's height.
 #[test]
 fn a_bust_whose_neck_is_stretched() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust.obj");
-    let mesh = supple::obj::read(path).expect("the bust is there");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust.obj");
+    let mesh = supple_io::obj::read(path).expect("the bust is there");
     let (low, high) = mesh.bounds();
     let height = high.y - low.y;
     for [from, to] in [[0.2, 0.9], [0.25, 0.6]] {
@@ -161,7 +158,7 @@ fn on_no_shape_is_it_worse() {
 /// Whatever the lattice and however wild: numbers, and nothing to do at rest.
 #[test]
 fn any_lattice_and_any_positions() {
-    for (name, lattice) in common::shapes() {
+    for (name, lattice) in crate::common::shapes() {
         let options = VolumeOptions {
             scope: VolumeScope::Regional,
             measure: Preservation::By(VolumeMeasure::Cells),

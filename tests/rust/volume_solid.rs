@@ -2,16 +2,14 @@
 //!
 //! The references are in `tests/data/fem`; how they were made is told in `tests/data/README.md`.
 
-mod common;
-
-use common::{block, pulled, rms, surface_of};
+use crate::common::{block, pulled, rms, surface_of};
 use nalgebra::Point3;
 use supple::volume::{FieldKind, Preservation, VolumeMeasure};
 use supple::{Body, BodyBuilder, Mesh, VolumeOptions};
 
 /// The rows of a reference, comments and heading left out.
 fn rows(name: &str) -> Vec<Vec<f64>> {
-    let path = format!("{}/../../tests/data/fem/{name}.csv", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../tests/data/fem/{name}.csv", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).expect("the reference is there");
     text.lines().filter_map(|line| line.split(',').map(|x| x.parse().ok()).collect()).collect()
 }
@@ -53,8 +51,8 @@ fn a_bar() {
 /// Shoulders held, crown pulled up by half of the height.
 #[test]
 fn a_bust() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/bust.obj");
-    let mesh = supple::obj::read(path).expect("the bust is there");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust.obj");
+    let mesh = supple_io::obj::read(path).expect("the bust is there");
     let reference = rows("bust");
     for vertices in [1000, 4000] {
         let errors = options().map(|volume| {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
-use supple::{frames, scene};
+use supple_io::{frames, scene};
 
 /// Soft bodies by lattice shape matching that keep their volume.
 #[derive(Debug, Parser)]

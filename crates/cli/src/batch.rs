@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use supple::run::{Outcome, RunError, RunReport};
+use supple_io::run::{Outcome, RunError, RunReport};
 
 use crate::args::RunArgs;
 use crate::{Exit, input, interrupt, run, say, summary};
@@ -25,7 +25,7 @@ pub(crate) fn run(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         }
         let stem = input::stem(input);
         let stats = args.stats.as_deref().map(|path| stats_of(path, &stem));
-        let folder = |scene: &supple::scene::Scene| {
+        let folder = |scene: &supple_io::scene::Scene| {
             args.output.clone().unwrap_or_else(|| scene.output_folder()).join(&stem)
         };
         let result = run::run_one(args, input, folder, stats);

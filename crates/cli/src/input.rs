@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::scene::{Scene, SceneError};
+use supple_io::scene::{Scene, SceneError};
 
 use crate::args::SceneArgs;
 

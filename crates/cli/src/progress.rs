@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use supple::run::{Flow, Note, Observer, Progress};
+use supple_io::run::{Flow, Note, Observer, Progress};
 
 use crate::{interrupt, say};
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use supple::run::{Job, Outcome, RunError, RunReport};
-use supple::scene::Scene;
+use supple_io::run::{Job, Outcome, RunError, RunReport};
+use supple_io::scene::Scene;
 
 use crate::args::RunArgs;
 use crate::progress::Watch;

@@ -1,6 +1,6 @@
 //! What stands on the terminal when a job, or a batch of them, has ended.
 
-use supple::run::{Outcome, RunError, RunReport};
+use supple_io::run::{Outcome, RunError, RunReport};
 
 use crate::say;
 

@@ -1,7 +1,8 @@
 //! What can go wrong, stage by stage.
 
 use crate::body::{ArrayError, RangeError};
-use crate::dynamics::{ColliderError, KinematicsError, SelectionError};
+use crate::contact::ColliderError;
+use crate::dynamics::{KinematicsError, SelectionError};
 use crate::lattice::LatticeError;
 use crate::mesh::MeshError;
 use crate::volume::VolumeError;

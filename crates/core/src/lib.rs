@@ -28,7 +28,7 @@
 //!
 //! Once for a body ([`Body::builder`], [`Body::from_lattice`]):
 //!
-//! 1. **Mesh** ([`mesh`], and `obj` for files): polygons of any kind; what is unusual is reported, not refused.
+//! 1. **Mesh** ([`mesh`]): polygons of any kind; what is unusual is reported, not refused.
 //! 2. **Lattice** ([`Lattice`]): the cells that the surface passes through or encloses. Vertices sit on their corners, links
 //!    join neighbours along an axis. Nothing is glued across a gap of a cell or more.
 //! 3. **Embedding** ([`Embedding`]): where each mesh vertex lies in its cell.
@@ -46,7 +46,6 @@
 //! 1. **Volume correction** ([`volume`]): the lattice moves along a smooth field that moves the surface by its normals, by the root of a
 //!    cubic.
 //! 2. **Mesh update**: trilinear in the cells, with normals.
-//! 3. **Frames** ([`frames`]): OBJ, PLY, PC2.
 //!
 //! [`Simulation::plan`] prints what of this a simulation does; a stage that it does not need takes no time and no memory.
 //! [`reference`](mod@reference) is the same method in its naive form, the oracle of the tests.
@@ -63,8 +62,9 @@
 //! | feature | default | what |
 //! |---|---|---|
 //! | `rayon` | yes | threads |
-//! | `obj` | yes | OBJ files: `supple::obj`, and frames that keep every other byte of their input |
-//! | `scene` | no | TOML scenes and the job that steps them to frames: `supple::scene`, `supple::run` |
+//! | `serde` | no | serialises [`SimulationState`] and [`BodySnapshot`] |
+//!
+//! OBJ files, frame sequences and TOML scenes are in the package `supple-io`.
 //!
 //! # Sources
 //!
@@ -74,48 +74,37 @@
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
 mod body;
-mod coordinate;
+pub mod contact;
 pub mod dynamics;
 mod error;
-pub mod frames;
-mod lanes;
 mod lattice;
 mod matching;
 pub mod mesh;
-#[cfg(feature = "obj")]
-pub mod obj;
-mod padded;
 mod parallel;
 mod plan;
 pub mod reference;
-#[cfg(feature = "scene")]
-pub mod run;
-#[cfg(feature = "scene")]
-pub mod scene;
+pub(crate) mod simd;
 mod simulation;
-mod tile;
-mod update;
+mod skin;
+pub mod state;
 pub mod volume;
 
-#[cfg(feature = "scene")]
-pub use body::BodySnapshot;
 pub use body::{
-    ArrayError, Body, BodyBuilder, Damping, Material, Placement, RangeError, Reach, ShownSurface, Stiffness,
-    ViewTimes,
+    ArrayError, Body, BodyBuilder, BodySnapshot, Damping, Material, Placement, RangeError, Reach,
+    ShownSurface, Stiffness, ViewTimes,
 };
-pub use coordinate::Coordinate;
-pub use dynamics::{Collider, Handle, Key, Pin, Selection, Shape, Window};
+pub use contact::{Collider, Shape};
+pub use dynamics::{Handle, Key, Pin, Selection, Window};
 pub use error::Error;
-pub use lanes::Lanes;
 pub use lattice::{
     CellPoints, Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport,
     Resolution,
 };
 pub use matching::rotation::rotations;
 pub use mesh::{Mesh, MeshError};
-pub use parallel::{SimdError, check_simd_request, simd_level};
+pub use parallel::Executor;
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
-#[cfg(feature = "scene")]
-pub use simulation::SimulationState;
-pub use simulation::{Simulation, SimulationBuilder};
+pub use simd::lanes::Lanes;
+pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
+pub use simulation::{Simulation, SimulationBuilder, SimulationState};
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};

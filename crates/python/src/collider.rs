@@ -4,7 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::dynamics::Colliders;
+use supple::contact::Colliders;
 use supple::{Collider, Key, Shape};
 
 use crate::argument::{number, wrong_type};

@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
-use supple::obj::{ObjError, ObjProblem};
+use supple_io::obj::{ObjError, ObjProblem};
 
 /// The exceptions of `supple.errors`.
 #[derive(Clone, Copy)]
@@ -46,18 +46,21 @@ impl Exception {
 /// Any error of the core.
 pub(crate) fn of(error: supple::Error) -> PyErr {
     match error {
-        supple::Error::Mesh(error) => of_mesh(error),
+        supple::Error::Mesh(error) => of_mesh(&error),
         supple::Error::Lattice(error) => of_lattice(&error),
         error => value(error),
     }
 }
 
-/// What is wrong with a mesh, or its file.
-pub(crate) fn of_mesh(error: supple::MeshError) -> PyErr {
+/// What is wrong with a mesh.
+pub(crate) fn of_mesh(error: &supple::MeshError) -> PyErr {
+    Exception::Mesh.with(error.to_string())
+}
+
+/// What is wrong with an OBJ file.
+pub(crate) fn of_obj(error: ObjError) -> PyErr {
     match error {
-        supple::MeshError::Obj(ObjError { path, problem: ObjProblem::Read(source), .. }) => {
-            of_file(&path, &source)
-        }
+        ObjError { path, problem: ObjProblem::Read(source), .. } => of_file(&path, &source),
         error => Exception::Mesh.with(error.to_string()),
     }
 }

@@ -133,8 +133,8 @@ pub(crate) fn read_obj(path: &Bound<'_, PyAny>, object: Option<&Bound<'_, PyAny>
 }
 
 fn read_part(py: Python<'_>, path: &Path, object: Option<&str>) -> PyResult<Mesh> {
-    let mesh = py.detach(|| supple::obj::read_object(path, object));
-    mesh.map(Mesh::from_core).map_err(error::of_mesh)
+    let mesh = py.detach(|| supple_io::obj::read_object(path, object));
+    mesh.map(Mesh::from_core).map_err(error::of_obj)
 }
 
 /// A mesh where one is asked for: a `Mesh`, a path, or anything with `vertices` and `faces`, such as a
@@ -192,7 +192,7 @@ impl Faces {
             faces.push(face);
             rest = after;
         }
-        supple::Mesh::new(vertices, &faces).map_err(error::of_mesh)
+        supple::Mesh::new(vertices, &faces).map_err(|error| error::of_mesh(&error))
     }
 }
 

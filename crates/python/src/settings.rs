@@ -57,7 +57,7 @@ impl<'py> Settings<'py> {
         for key in self.given.iter().flat_map(|given| given.keys()) {
             let key = key.str()?.to_string();
             if !known.contains(&key.as_str()) {
-                let nearest = supple::scene::nearest(&key, known).unwrap_or_default();
+                let nearest = supple_io::scene::nearest(&key, known).unwrap_or_default();
                 return Ok(Some((key, nearest)));
             }
         }

@@ -3,7 +3,7 @@
 use std::fs;
 
 use supple::reference::Regions;
-use supple::scene::Scene;
+use supple_io::scene::Scene;
 use tempfile::TempDir;
 
 use crate::physical::Physical;

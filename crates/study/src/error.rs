@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use supple::Error;
-use supple::run::RunError;
+use supple_io::run::RunError;
 
 /// What can stop a study.
 #[derive(Debug, thiserror::Error)]

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use nalgebra::Point3;
-use supple::run::Prepared;
 use supple::{Body, VolumeMeasure};
+use supple_io::run::Prepared;
 
 use crate::cells;
 use crate::error::Halt;

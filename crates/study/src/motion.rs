@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
-use supple::run::Prepared;
-use supple::scene::Scene;
 use supple::{Error, Simulation};
+use supple_io::run::Prepared;
+use supple_io::scene::Scene;
 
 use crate::naive::NaiveBody;
 use crate::setting::Sums;

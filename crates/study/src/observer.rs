@@ -1,6 +1,6 @@
 //! What looks on while a study runs.
 
-use supple::run::Flow;
+use supple_io::run::Flow;
 
 use crate::error::Halt;
 

@@ -1,9 +1,9 @@
 //! A scene in physical terms, so that lattice and steps can change and the material stays.
 
-use supple::run::{Prepared, RunError, prepare};
-use supple::scene::{Scene, Substeps};
 use supple::volume::{Preservation, VolumeOptions};
 use supple::{Body, Damping, Material, Reach, Resolution, Stiffness, VolumeMeasure};
+use supple_io::run::{Prepared, RunError, prepare};
+use supple_io::scene::{Scene, Substeps};
 
 use crate::setting::{Dynamics, Method, Setting, Sums};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::run::Prepared;
+use supple_io::run::Prepared;
 
 use crate::dynamics::{Budget, Errors as Motion, Judge, visits};
 use crate::error::Halt;

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use supple::run::{difference, fingerprint};
-use supple::scene::Scene;
 use supple::volume::Preservation;
 use supple::{Body, VolumeMeasure};
+use supple_io::run::{difference, fingerprint};
+use supple_io::scene::Scene;
 
 use crate::error::{Halt, StudyError};
 use crate::machine::Machine;

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use supple::run::Flow;
-use supple::scene::Scene;
+use supple_io::run::Flow;
+use supple_io::scene::Scene;
 use supple_study::{Axis, Front, Observer, Outcome, Point, Progress, Report, Study, StudyError};
 use tempfile::TempDir;
 

@@ -1,10 +1,10 @@
 //! What is known about one body: its file, its mesh, its lattice.
 
-use supple::frames::{Format, shared_normals};
-use supple::run::{Input, Prepared};
-use supple::scene::{BodyData, Scene};
 use supple::volume::Preservation;
 use supple::{Body, Lattice};
+use supple_io::frames::{Format, shared_normals};
+use supple_io::run::{Input, Prepared};
+use supple_io::scene::{BodyData, Scene};
 
 use super::facts::{BodyFacts, FloatingFacts, LatticeFacts, MeshFacts};
 
@@ -29,7 +29,7 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts
     let (topology, (low, high)) = (mesh.topology(), mesh.bounds());
     let document = &input.document;
     let libraries = document.libraries();
-    let ignored = |statement: &supple::obj::IgnoredStatement| {
+    let ignored = |statement: &supple_io::obj::IgnoredStatement| {
         let times =
             if statement.count == 1 { String::new() } else { format!(" ({} times)", statement.count) };
         format!("`{}` in line {}{times}", statement.keyword, statement.first_line)

@@ -1,8 +1,8 @@
 //! What is known about a scene before it runs, in the shape of the JSON that `--json` prints.
 
 use serde::Serialize;
-use supple::run::Prepared;
-use supple::scene::{Scene, Substeps};
+use supple_io::run::Prepared;
+use supple_io::scene::{Scene, Substeps};
 
 use super::body;
 

@@ -4,7 +4,7 @@ mod body;
 mod facts;
 mod text;
 
-use supple::run::{RunError, prepare};
+use supple_io::run::{RunError, prepare};
 
 use crate::args::InspectArgs;
 use crate::run::failure;

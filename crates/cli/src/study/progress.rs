@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use supple::run::Flow;
+use supple_io::run::Flow;
 use supple_study::{Observer, Progress};
 
 use crate::progress::bar;

@@ -12,7 +12,7 @@ use crate::{Exit, input, interrupt, say};
 /// Studies a scene.
 pub(super) fn study(args: &StudyArgs, path: &Path) -> Result<Exit, StudyError> {
     interrupt::listen();
-    let scene = input::scene(path, &args.scene).map_err(supple::run::RunError::from)?;
+    let scene = input::scene(path, &args.scene).map_err(supple_io::run::RunError::from)?;
     let study = Study {
         scene,
         name: path.display().to_string(),

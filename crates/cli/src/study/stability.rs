@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::available_parallelism;
 
 use serde::Serialize;
-use supple::run::Flow;
+use supple_io::run::Flow;
 use supple_stability::{Effort, Report, cases, run_all};
 use supple_study::{Machine, Observer, Progress, StudyError, open_folder, replace};
 

@@ -11,7 +11,7 @@ use crate::error::Error;
 /// Forces for the next step, and what those since the frame began come to: lists in increasing order of lattice
 /// vertex, each once.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Forces {
     /// In scene units of mass x length / s^2.
     next: Vec<(u32, [f64; 3])>,
@@ -21,7 +21,6 @@ pub(crate) struct Forces {
 
 impl Forces {
     /// Whether all are of a lattice of so many vertices, as those read from a file may not be.
-    #[cfg(feature = "scene")]
     pub(crate) fn is_whole(&self, vertices: usize) -> bool {
         let inside = |vertex: u32| (vertex as usize) < vertices;
         self.next.iter().all(|&(vertex, _)| inside(vertex))

@@ -3,8 +3,9 @@
 use nalgebra::Point3;
 
 use super::Body;
+use crate::contact::SampleCells;
 use crate::dynamics::{
-    Handle, Hold, Key, Kinematics, KinematicsError, Pin, SampleCells, Selection, SelectionError, Window,
+    Handle, Hold, Key, Kinematics, KinematicsError, Pin, Selection, SelectionError, Window,
 };
 use crate::error::Error;
 

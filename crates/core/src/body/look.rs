@@ -6,10 +6,10 @@ use nalgebra::Point3;
 
 use super::Body;
 use super::view::{View, ViewTimes};
-use crate::coordinate::Coordinate;
-use crate::lanes::Lanes;
 use crate::parallel::Executor;
-use crate::update::Asked;
+use crate::simd::Coordinate;
+use crate::simd::lanes::Lanes;
+use crate::skin::Asked;
 use crate::volume::{Push, VolumeOptions, VolumeReport};
 
 /// A body's mesh as it is shown: after the volume correction, in the order of the input.

@@ -4,7 +4,7 @@ use crate::dynamics::sin_cos_degrees;
 
 /// How far a region reaches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reach {
     /// Half-width of a region in cells, at least 1. Larger is stiffer; so is a coarser lattice.
     Cells(usize),
@@ -14,7 +14,7 @@ pub enum Reach {
 
 /// How strongly vertices are drawn to their goals.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Stiffness {
     /// alpha, the share of the way to the goal in one step, in (0, 1].
     PerStep(f64),
@@ -25,7 +25,7 @@ pub enum Stiffness {
 
 /// How much of the motion within a region is taken out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Damping {
     /// The share in one step, in [0, 1]; 0 leaves the stage out.
     PerStep(f64),

@@ -8,7 +8,6 @@ mod material;
 mod place;
 mod plan;
 mod retune;
-#[cfg(feature = "scene")]
 mod snapshot;
 mod state;
 mod step;
@@ -20,7 +19,6 @@ pub use look::ShownSurface;
 pub(crate) use material::in_range;
 pub use material::{Damping, Material, RangeError, Reach, Stiffness};
 pub use place::Placement;
-#[cfg(feature = "scene")]
 pub use snapshot::BodySnapshot;
 pub(crate) use state::State;
 pub(crate) use step::World;
@@ -31,10 +29,11 @@ use std::sync::Mutex;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
+use crate::contact::Contacts;
+use crate::dynamics::Kinematics;
 use crate::dynamics::damping::RegionDamping;
 use crate::dynamics::energy::EnergyGuard;
 use crate::dynamics::momentum::Bookkeeper;
-use crate::dynamics::{Contacts, Kinematics};
 use crate::lattice::{Embedding, Lattice};
 use crate::matching::Matching;
 use crate::matching::cascade::Cascade;

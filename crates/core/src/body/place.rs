@@ -19,13 +19,13 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The turn from the model's axes to the world's.
-    pub(crate) fn rotation(&self) -> UnitQuaternion<f64> {
+    /// The rotation from the model's axes to the world's.
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_matrix(&euler_degrees(self.rotate))
     }
 
     /// From the model's frame to the world.
-    pub(crate) fn isometry(&self) -> Isometry3<f64> {
+    pub fn isometry(&self) -> Isometry3<f64> {
         Isometry3::from_parts(Vector3::from(self.translate).into(), self.rotation())
     }
 

@@ -7,7 +7,8 @@ use crate::error::Error;
 use crate::volume::{Correction, VolumeOptions};
 
 /// All of a body that steps and users change. It fits any body that was built alike.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodySnapshot {
     state: State,
     kinematics: Option<Kinematics>,

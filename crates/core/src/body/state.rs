@@ -5,17 +5,17 @@ use nalgebra::{Point3, Vector3};
 use super::Placement;
 use crate::dynamics::energy::EnergyBook;
 use crate::dynamics::momentum::Momentum;
-use crate::dynamics::{BodyFrame, BodyState};
-use crate::lanes::Lanes;
 use crate::lattice::Lattice;
-use crate::matching::layout::Layout;
+use crate::lattice::layout::Layout;
 use crate::matching::rotation::IDENTITIES;
+use crate::simd::lanes::Lanes;
+use crate::state::{BodyFrame, BodyState};
 
 /// Positions, velocities and rotations of a body's lattice vertices, in storage order.
 ///
 /// Lengths are in cells, along the axes of the world, from the body's origin: f32 near zero, wherever the body is.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct State {
     pub(crate) frame: Frame,
     pub(crate) positions: Lanes<3>,
@@ -39,7 +39,7 @@ pub(crate) struct State {
 /// The origin of a free body flies with it: what all vertices have in common is kept in f64, so that neither
 /// distance nor speed costs accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Frame {
     base: [f64; 3],
     /// In cells.
@@ -68,7 +68,6 @@ impl Frame {
     }
 
     /// Edge of a cell in scene units.
-    #[cfg(feature = "scene")]
     pub(crate) fn cell_size(self) -> f64 {
         self.cell_size
     }
@@ -129,7 +128,6 @@ impl State {
     }
 
     /// Whether all arrays have so many blocks, and there are so many books.
-    #[cfg(feature = "scene")]
     pub(crate) fn is_whole(&self, blocks: usize, books: usize) -> bool {
         let Self { positions, carry, velocities, rotations, .. } = self;
         let of_three = [positions, carry, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);

@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 
 use super::{Body, unlocked};
+use crate::dynamics::Kinematics;
 use crate::dynamics::energy::EnergyGuard;
 use crate::dynamics::integrate::Advance;
-use crate::dynamics::{Interval, Kinematics};
 use crate::parallel::{CHUNK, Executor};
+use crate::state::Interval;
 
 /// What acts on all bodies in a step.
 pub(crate) struct World {

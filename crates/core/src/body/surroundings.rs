@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Body;
-use crate::dynamics::{Colliders, Contacts};
+use crate::contact::{Colliders, Contacts};
 use crate::parallel::Executor;
 
 /// What those who look at a body must know beside it.

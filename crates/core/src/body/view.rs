@@ -6,14 +6,14 @@ use nalgebra::Point3;
 
 use super::state::Frame;
 use super::{Body, Surface};
-use crate::coordinate::Coordinate;
-use crate::dynamics::{Clearance, Obstacles, SampleCells};
-use crate::lanes::Lanes;
+use crate::contact::{Clearance, Obstacles, SampleCells};
 use crate::lattice::Lattice;
 use crate::matching::cascade::Cascade;
-use crate::padded::{Padded, padded};
 use crate::parallel::Executor;
-use crate::update::{Asked, MeshUpdate, Shown};
+use crate::simd::Coordinate;
+use crate::simd::lanes::Lanes;
+use crate::simd::padded::{Padded, padded};
+use crate::skin::{Asked, MeshUpdate, Shown};
 use crate::volume::{
     self, ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
     VolumeReport,

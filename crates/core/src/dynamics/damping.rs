@@ -7,7 +7,6 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
 use crate::body::State;
-use crate::lanes::{Block, Lanes, load, store};
 use crate::matching::Matching;
 use crate::matching::cascade::{Cascade, Purpose, RegionTransform, VertexUpdate};
 use crate::matching::goals::Means;
@@ -15,6 +14,7 @@ use crate::matching::regions::Regions;
 use crate::matching::rotation::columns;
 use crate::matching::windows::Weighted;
 use crate::parallel::Executor;
+use crate::simd::lanes::{Block, Lanes, load, store};
 
 /// The stage: what it needs to know of the regions.
 #[derive(Clone, Debug)]

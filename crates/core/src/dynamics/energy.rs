@@ -13,15 +13,15 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, f32x16};
 
 use super::momentum::Bookkeeper;
 use crate::body::State;
-use crate::lanes::{Block, LANES, Lanes};
 use crate::matching::Matching;
+use crate::simd::lanes::{Block, LANES, Lanes};
 
 /// The share of Σ m x² that rounding may make of the potential.
 const NOISE: f64 = 1e-6;
 
 /// What a body may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct EnergyBook {
     /// In full cells times (cells/s)².
     energy: f64,

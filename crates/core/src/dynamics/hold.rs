@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{BodyState, Interval, Key, KinematicsError, Motion, MotionError, Pose, Selection};
+use super::{Key, KinematicsError, Motion, MotionError, Pose, Selection};
+use crate::state::{BodyState, Interval};
 
 /// A part of a body held as it is at `from`.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +30,7 @@ pub struct Handle {
 /// It captures what it holds at the start of the first step that starts at or after `from`, and lets go after
 /// the last step that ends at or before `until`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Window {
     /// Finite. Default 0.
     pub from: f64,
@@ -45,7 +46,7 @@ impl Default for Window {
 
 /// A pin or a handle that has been resolved to lattice vertices, and what it found when it began.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hold {
     vertices: Vec<u32>,
     window: Window,
@@ -57,7 +58,7 @@ pub struct Hold {
 
 /// What a hold found when it began.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Capture {
     /// Mean of the positions: the centre of the hold's rotations, world space.
     centre: [f64; 3],
@@ -105,7 +106,6 @@ impl Hold {
     }
 
     /// Whether it is of a lattice of so many vertices, as one read from a file may not be.
-    #[cfg(feature = "scene")]
     pub(super) fn is_whole(&self, vertices: usize) -> bool {
         self.vertices.iter().all(|&vertex| (vertex as usize) < vertices)
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())

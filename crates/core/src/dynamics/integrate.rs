@@ -6,8 +6,9 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
 
 use super::momentum::{Components, RigidVelocity};
-use crate::lanes::{Block, LANES, Lanes, Row, load, store};
-use crate::parallel::{Executor, level};
+use crate::parallel::Executor;
+use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
+use crate::simd::level;
 
 /// v += the correction of the vertex's component; x += dt v.
 pub(crate) struct Advance<'a> {

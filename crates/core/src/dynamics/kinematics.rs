@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 
-use super::{BodyState, Hold, Interval, Motion, MotionError};
+use super::{Hold, Motion, MotionError};
+use crate::state::{BodyState, Interval};
 
 /// Why a pin or a handle cannot be.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -33,7 +34,7 @@ pub enum KinematicsError {
 ///
 /// Where holds overlap, the later one wins.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Kinematics {
     holds: Vec<Hold>,
     held: Vec<bool>,
@@ -74,7 +75,6 @@ impl Kinematics {
     }
 
     /// Whether all is of a lattice of so many vertices, as what is read from a file may not be.
-    #[cfg(feature = "scene")]
     pub(crate) fn is_whole(&self, vertices: usize) -> bool {
         self.held.len() == vertices && self.holds.iter().all(|hold| hold.is_whole(vertices))
     }

@@ -18,31 +18,18 @@
 //! | `integrate` | velocities corrected to the books, positions moved |
 
 mod angles;
-mod collider;
-mod colliders;
-mod contact;
 pub(crate) mod damping;
 pub(crate) mod energy;
-mod frame;
 mod hold;
 pub(crate) mod integrate;
 mod kinematics;
 pub(crate) mod momentum;
 mod motion;
-mod posed;
-mod samples;
 mod selection;
-mod shape;
 
 pub use angles::{euler_degrees, sin_cos_degrees};
-pub use collider::{Collider, ColliderError};
-pub use colliders::Colliders;
-pub(crate) use contact::{Clearance, Obstacles};
-pub use contact::{ContactReport, Contacts};
-pub use frame::{BodyFrame, BodyState, Interval};
 pub use hold::{Handle, Hold, Pin, Window};
 pub use kinematics::{Kinematics, KinematicsError};
 pub use motion::{Key, Motion, MotionError, Pose};
-pub use samples::{SampleCells, surface_points};
+pub(crate) use selection::direction;
 pub use selection::{Selection, SelectionError};
-pub use shape::{Shape, SignedDistance};

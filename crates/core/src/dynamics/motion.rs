@@ -7,7 +7,7 @@ use super::angles::euler_degrees;
 
 /// One key of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Key {
     /// Time in seconds from the start of the simulation; keys are in strictly increasing order.
     pub time: f64,
@@ -21,7 +21,7 @@ pub struct Key {
 ///
 /// The angles are interpolated and not the rotations: from 0 to 720 degrees is two full turns.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     keys: Vec<Key>,
 }

@@ -209,7 +209,7 @@ fn finite(name: &'static str, values: &[f64]) -> Result<(), SelectionError> {
 }
 
 /// The unit vector along `v`, whatever its length; none if it is zero or not finite.
-pub(super) fn direction(v: [f64; 3]) -> Option<Vector3<f64>> {
+pub(crate) fn direction(v: [f64; 3]) -> Option<Vector3<f64>> {
     let greatest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if !(greatest > 0.0 && greatest.is_finite()) {
         return None;

@@ -8,7 +8,7 @@ use super::Lattice;
 use super::locate::{locate, nearest};
 use super::run_tree::RunTree;
 use super::trilinear;
-use crate::padded::{Padded, padded};
+use crate::simd::padded::{Padded, padded};
 
 /// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
 ///

@@ -12,6 +12,8 @@ mod error;
 mod flood;
 mod grid;
 mod join;
+pub(crate) mod layout;
+pub(crate) mod links;
 mod locate;
 mod memory;
 mod options;

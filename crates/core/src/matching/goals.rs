@@ -13,7 +13,7 @@ use super::rotation::{columns, newton};
 use crate::dynamics::energy::RegionSums;
 use crate::dynamics::momentum::Components;
 use crate::dynamics::momentum::sums::{self, Fields, Sums};
-use crate::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
+use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 
 /// The sums of a region as means.
 pub(crate) struct Means<V> {

@@ -2,8 +2,6 @@
 
 pub(crate) mod cascade;
 pub(crate) mod goals;
-pub(crate) mod layout;
-mod links;
 pub(crate) mod regions;
 pub(crate) mod rotation;
 pub(crate) mod windows;
@@ -13,12 +11,12 @@ use std::sync::atomic::AtomicUsize;
 use crate::body::State;
 use crate::dynamics::energy::RegionSums;
 use crate::dynamics::momentum::Bookkeeper;
-use crate::lanes::Lanes;
 use crate::lattice::Lattice;
+use crate::lattice::layout::Layout;
 use crate::parallel::Executor;
+use crate::simd::lanes::Lanes;
 use cascade::{Cascade, Purpose};
 use goals::{Accelerate, FitRotations, WriteGoals};
-use layout::Layout;
 use regions::Regions;
 use windows::Weighted;
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::layout::Layout;
-use crate::lanes::{LANES, Lanes};
 use crate::lattice::Lattice;
+use crate::lattice::layout::Layout;
+use crate::simd::lanes::{LANES, Lanes};
 
 /// The regions of a lattice: one around each vertex, of half-width w.
 ///

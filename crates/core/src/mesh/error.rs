@@ -56,8 +56,4 @@ pub enum MeshError {
     /// The factor of [`Mesh::scaled`](super::Mesh::scaled) is not a finite number above 0.
     #[error("a scale of {0} is not possible: it must be finite and greater than 0")]
     Scale(f64),
-    /// A file that cannot be read as an OBJ model.
-    #[cfg(feature = "obj")]
-    #[error(transparent)]
-    Obj(#[from] crate::obj::ObjError),
 }

@@ -77,12 +77,24 @@ impl Mesh {
         Self::from_flat(vertices.into_iter().map(Point3::from).collect(), offsets, corners)
     }
 
-    /// As [`Mesh::new`], from faces that lie one after another in `corners`, bounded by `offsets`.
-    pub(crate) fn from_flat(
+    /// As [`Mesh::new`], from faces one after another: the corners of face `f` are
+    /// `corners[offsets[f]..offsets[f + 1]]`.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`].
+    ///
+    /// # Panics
+    /// If `offsets` does not begin with 0, grow, and end with the number of corners.
+    pub fn from_flat(
         vertices: Vec<Point3<f64>>,
         offsets: Vec<u32>,
         corners: Vec<u32>,
     ) -> Result<Self, MeshError> {
+        let in_order = offsets.first() == Some(&0) && offsets.is_sorted();
+        assert!(
+            in_order && offsets.last().is_some_and(|&end| end as usize == corners.len()),
+            "offsets of faces"
+        );
         countable("vertices", vertices.len())?;
         check_finite(&vertices)?;
         check_indices(&offsets, &corners, vertices.len())?;

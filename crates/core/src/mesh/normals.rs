@@ -4,9 +4,9 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 
 use super::Mesh;
 use super::rings::{CHUNK, EightRings, Layout, NO_NORMAL, Rings};
-use crate::padded::{Eight, Padded, padded, spread, squares, store, turned};
-use crate::parallel::level;
-use crate::tile::{Tile, with_tiles};
+use crate::simd::level;
+use crate::simd::padded::{Eight, Padded, padded, spread, squares, store, turned};
+use crate::simd::tile::{Tile, with_tiles};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
 ///

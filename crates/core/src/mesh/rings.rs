@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::walks::Walks;
-use crate::tile::{ROWS, offset};
+use crate::simd::tile::{ROWS, offset};
 
 /// Vertices in a chunk: what one thread works on at a time, and enough to find eight whose rings are of one length.
 pub(crate) const CHUNK: usize = 512;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Clock, Simulation};
 use crate::body::{Body, in_range};
-use crate::dynamics::{Collider, Colliders};
+use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
 

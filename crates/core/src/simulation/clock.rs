@@ -1,10 +1,10 @@
 //! Time: counted steps, never a running sum.
 
-use crate::dynamics::Interval;
+use crate::state::Interval;
 
 /// Steps and the time that they make up: since step `first`, which started at `since`, each took `dt` seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Clock {
     steps: u64,
     dt: f64,
@@ -54,7 +54,6 @@ impl Clock {
     }
 
     /// Whether the numbers make sense, as those read from a file may not.
-    #[cfg(feature = "scene")]
     pub(crate) fn is_whole(&self) -> bool {
         self.first <= self.steps && self.dt > 0.0 && self.dt.is_finite() && self.since.is_finite()
     }

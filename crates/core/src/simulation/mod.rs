@@ -2,11 +2,9 @@
 
 mod builder;
 mod clock;
-#[cfg(feature = "scene")]
 mod state;
 
 pub use builder::SimulationBuilder;
-#[cfg(feature = "scene")]
 pub use state::SimulationState;
 
 use std::sync::Arc;
@@ -14,7 +12,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::body::{Body, Surroundings, World, in_range};
-use crate::dynamics::{Collider, Colliders};
+use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::plan::Plan;
@@ -119,9 +117,8 @@ impl Simulation {
         self.substeps
     }
 
-    /// Who works.
-    #[cfg(feature = "scene")]
-    pub(crate) fn executor(&self) -> &Executor {
+    /// The threads that steps and displays run on.
+    pub fn executor(&self) -> &Executor {
         &self.executor
     }
 

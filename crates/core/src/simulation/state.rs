@@ -6,7 +6,8 @@ use crate::error::Error;
 
 /// All of a simulation that steps and users change: positions, velocities, rotations, origins, momenta, pins and
 /// handles with what they captured, time, gravity. It fits any simulation that was built alike.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
     clock: Clock,
     gravity: [f64; 3],

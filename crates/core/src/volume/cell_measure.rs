@@ -4,7 +4,8 @@ use fearless_simd::{Simd, dispatch};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
 use super::sums::{ChunkedSum, DETERMINANTS, group_by_component};
-use crate::parallel::{Executor, level};
+use crate::parallel::Executor;
+use crate::simd::level;
 
 /// Sum over the faces of occupied cells that no other occupied cell shares; what inner faces add cancels.
 ///

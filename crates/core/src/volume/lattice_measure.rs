@@ -4,7 +4,8 @@ use fearless_simd::{Simd, dispatch};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
 use super::sums::{ChunkedSum, DETERMINANTS, group_by_component};
-use crate::parallel::{Executor, level};
+use crate::parallel::Executor;
+use crate::simd::level;
 
 /// Sum over the vertices of `det[dx, dy, dz]`, with `da` half the difference of the two neighbours along axis `a`.
 ///

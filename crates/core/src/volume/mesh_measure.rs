@@ -5,7 +5,8 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8};
 use super::line::{Arm, Determinants, Line, Moving, load};
 use super::patch::Patch;
 use super::sums::{ChunkedSum, DETERMINANTS};
-use crate::parallel::{Executor, level};
+use crate::parallel::Executor;
+use crate::simd::level;
 
 /// Surface points in a batch: what one thread carries at a time.
 const BATCH: usize = 1024;

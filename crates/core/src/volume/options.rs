@@ -6,7 +6,7 @@ use super::FieldKind;
 
 /// What is called the volume of a body. Each is an exact cubic in the scale of the correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VolumeMeasure {
     /// Takamatsu & Kanai (2009): summed over lattice vertices, from their six neighbours. Cheap and approximate: the
@@ -37,7 +37,7 @@ impl fmt::Display for VolumeMeasure {
 
 /// Whether a body's volume is kept, and by which measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preservation {
     /// No correction: the surface follows the dynamics. Costs nothing.
     Off,
@@ -71,7 +71,7 @@ pub(super) fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'
 
 /// Where a body's volume is given back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum VolumeScope {
     /// Everywhere alike: one scale for each component, as in Takamatsu & Kanai (2009).
     #[default]
@@ -92,7 +92,7 @@ impl VolumeScope {
 
 /// How a body's volume is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VolumeOptions {
     /// Whether, and by which measure. Default: [`Preservation::Auto`].
     pub measure: Preservation,

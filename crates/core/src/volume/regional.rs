@@ -10,7 +10,8 @@ use fearless_simd::{Simd, dispatch};
 use super::adjacency::Adjacency;
 use super::lattice_measure::differences;
 use super::line::{Moving, value_and_slope};
-use crate::parallel::{Executor, level};
+use crate::parallel::Executor;
+use crate::simd::level;
 
 /// How often: the first time moves most, the second mends where it moved too far.
 const PASSES: usize = 2;

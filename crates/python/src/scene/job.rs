@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use supple::frames::Format;
-use supple::run::{Flow, Input, Job, Observer, Outcome, Progress, RunReport};
-use supple::scene::Scene;
+use supple_io::frames::Format;
+use supple_io::run::{Flow, Input, Job, Observer, Outcome, Progress, RunReport};
+use supple_io::scene::Scene;
 
 use super::load::live;
 use super::{of_run, open};

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use supple::run::{Input, prepare};
-use supple::scene::{BodyData, Scene};
 use supple::{Damping, Reach, Resolution, Stiffness};
+use supple_io::run::{Input, prepare};
+use supple_io::scene::{BodyData, Scene};
 
 use super::{of_run, open};
 use crate::body::{Body, World, volume_settings};

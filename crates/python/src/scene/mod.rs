@@ -7,8 +7,8 @@ pub(crate) use job::run;
 pub(crate) use load::load_scene;
 
 use pyo3::prelude::*;
-use supple::run::RunError;
-use supple::scene::{Scene, SceneError, Up};
+use supple_io::run::RunError;
+use supple_io::scene::{Scene, SceneError, Up};
 
 use crate::argument;
 use crate::error::{self, Exception};
@@ -31,7 +31,7 @@ fn open(path: &Bound<'_, PyAny>, overrides: &[String]) -> PyResult<Scene> {
 fn of_scene(error: SceneError) -> PyErr {
     match error {
         SceneError::Read { path, source } => error::of_file(&path, &source),
-        SceneError::Mesh(error) => error::of_mesh(error),
+        SceneError::Mesh(error) => error::of_obj(error),
         error => Exception::Scene.with(error.to_string()),
     }
 }
@@ -42,7 +42,7 @@ fn of_run(error: RunError) -> PyErr {
     match error {
         RunError::Scene(error) => of_scene(error),
         RunError::MeshFile { path, source, .. } => error::of_file(&path, &source),
-        RunError::Mesh(error) => error::of_mesh(error),
+        RunError::Mesh(error) => error::of_obj(error),
         RunError::Body { source: supple::Error::Mesh(_), .. } => Exception::Mesh.with(message),
         RunError::Body { source: supple::Error::Lattice(_), .. } => Exception::Lattice.with(message),
         error if error.is_input() && !matches!(error, RunError::NotAFolder { .. }) => {

@@ -5,10 +5,10 @@
 mod stages;
 
 use nalgebra::Vector3;
-use supple::dynamics::Interval;
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
-use supple::scene::{BodyData, Scene};
+use supple::state::Interval;
 use supple::{Body, Error};
+use supple_io::scene::{BodyData, Scene};
 
 use stages::Stages;
 

@@ -1,11 +1,11 @@
 //! Pins, handles and contacts beside the naive sums: the core's own stages.
 
 use nalgebra::{Point3, Vector3};
-use supple::dynamics::{
-    BodyFrame, BodyState, Colliders, Contacts, Hold, Interval, Kinematics, KinematicsError, SampleCells,
-};
-use supple::scene::{BodyData, Scene};
+use supple::contact::{Colliders, Contacts, SampleCells};
+use supple::dynamics::{Hold, Kinematics, KinematicsError};
+use supple::state::{BodyFrame, BodyState, Interval};
 use supple::{Body, Error, Lanes};
+use supple_io::scene::{BodyData, Scene};
 
 /// Slots in a block of [`Lanes`].
 const SLOTS: usize = 8;

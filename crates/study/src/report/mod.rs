@@ -12,7 +12,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use supple::run::RunError;
+use supple_io::run::RunError;
 
 use crate::error::StudyError;
 use crate::front;

@@ -13,10 +13,11 @@ pub(crate) use rigid::{Momentum, RigidVelocity};
 use fearless_simd::dispatch;
 use nalgebra::Vector3;
 
-use crate::lanes::{LANES, Lanes};
 use crate::lattice::Lattice;
-use crate::matching::layout::Layout;
-use crate::parallel::{Executor, level};
+use crate::lattice::layout::Layout;
+use crate::parallel::Executor;
+use crate::simd::lanes::{LANES, Lanes};
+use crate::simd::level;
 use rigid::RigidState;
 use sums::{Fields, Sums};
 

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// The momenta of one component: masses in full cells, lengths in cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Momentum {
     /// Σ m v, in cell masses times cells/s.
     pub(crate) linear: [f64; 3],

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Components;
 use super::rigid::{Momentum, RigidState};
-use crate::lanes::{Block, LANES, load};
+use crate::simd::lanes::{Block, LANES, load};
 
 /// Sums over a component, in f64: Σ m v, Σ m x, Σ m x x v, Σ m (xx, yy, zz, xy, xz, yz).
 #[derive(Clone, Copy, Debug, Default)]

@@ -6,9 +6,9 @@ use fearless_simd::Simd;
 
 use super::VertexUpdate;
 use super::plane::Scratch;
-use crate::lanes::{Block, Row};
-use crate::matching::layout::Layout;
+use crate::lattice::layout::Layout;
 use crate::matching::windows::{Source, Window};
+use crate::simd::lanes::{Block, Row};
 
 /// Blocks that are updated at a time, while they are in the cache.
 const BATCH: usize = 32;

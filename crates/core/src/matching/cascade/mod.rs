@@ -27,10 +27,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use fearless_simd::{Simd, dispatch};
 
-use super::layout::Layout;
 use super::windows::{self, Slide, Weighted, Window};
-use crate::lanes::{Block, Lanes};
-use crate::parallel::{CHUNK, Executor, level};
+use crate::lattice::layout::Layout;
+use crate::parallel::{CHUNK, Executor};
+use crate::simd::lanes::{Block, Lanes};
+use crate::simd::level;
 use home::HomePass;
 use plane::{PlanePasses, Scratch};
 

@@ -9,9 +9,9 @@ use std::ops::Range;
 use fearless_simd::Simd;
 
 use super::{Purpose, RegionTransform};
-use crate::lanes::{Block, Lanes};
-use crate::matching::layout::Layout;
+use crate::lattice::layout::Layout;
 use crate::matching::windows::{Carry, Source, Weighted, Window};
+use crate::simd::lanes::{Block, Lanes};
 
 /// Blocks in a strip, where the windows do not ask for more: what all passes hold of three fits a second-level cache.
 const STRIP: usize = 64;

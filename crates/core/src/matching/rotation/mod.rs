@@ -13,8 +13,8 @@ pub(crate) mod newton;
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x16};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
-use crate::lanes::{Block, LANES, Row};
-use crate::parallel::level;
+use crate::simd::lanes::{Block, LANES, Row};
+use crate::simd::level;
 
 /// The columns of rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
 #[inline(always)]

@@ -12,7 +12,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
 use super::{columns, eigen};
-use crate::lanes::LANES;
+use crate::simd::lanes::LANES;
 
 /// Steps before the lanes that are left go through the eigenvalue problem. A warm start needs one or two.
 const STEPS: usize = 4;

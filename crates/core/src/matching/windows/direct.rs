@@ -4,8 +4,8 @@ use fearless_simd::{Simd, f32x8};
 
 use super::NARROW_ACROSS;
 use super::terms::Terms;
-use crate::lanes::LANES;
-use crate::matching::links::Neighbours;
+use crate::lattice::links::Neighbours;
+use crate::simd::lanes::LANES;
 
 /// The windows of a block along an axis across the lanes.
 #[inline(always)]

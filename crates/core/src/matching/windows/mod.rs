@@ -15,8 +15,8 @@ use std::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
-use super::links::AxisLinks;
-use crate::lanes::{Block, Row, load};
+use crate::lattice::links::AxisLinks;
+use crate::simd::lanes::{Block, Row, load};
 use running::Trail;
 use terms::{Carried, Gathered, Returned, Scattered, Windows};
 use wide::{BlockSums, WideWindows};

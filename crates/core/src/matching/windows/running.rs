@@ -12,8 +12,8 @@ use fearless_simd::{Simd, f32x8};
 
 use super::terms::Carried;
 use super::{NARROW_ACROSS, direct};
-use crate::lanes::{Block, Lanes};
-use crate::matching::links::{AxisLinks, Neighbours};
+use crate::lattice::links::{AxisLinks, Neighbours};
+use crate::simd::lanes::{Block, Lanes};
 
 /// What enters and leaves the windows of a block, seen from those of the block before it.
 #[derive(Clone, Copy, Debug)]

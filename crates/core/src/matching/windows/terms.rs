@@ -3,7 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use super::wide::{BlockSums, WideWindows};
-use crate::lanes::{Row, store};
+use crate::simd::lanes::{Row, store};
 
 /// What a pass leaves.
 pub(super) trait Windows<S: Simd>: Terms<S> {

@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
-use crate::lanes::LANES;
+use crate::simd::lanes::LANES;
 
 /// Linked vertices along the lanes: the blocks from `first` to `last`, in these the lanes in the bits of `head` and
 /// `tail`.

@@ -19,7 +19,7 @@ use crate::lattice::Lattice;
 /// How the deformation field is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "scene", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FieldKind {
     /// As in Takamatsu & Kanai (2009): unit normals at boundary vertices, from the neighbours that exist; inwards,
     /// layer by layer, the mean direction of the layer before, at a length that falls from 1 to 0 at the centre.

@@ -1,0 +1,185 @@
+//! Storage in blocks of eight lattice vertices along one axis: an array of structures of eight lanes.
+//!
+//! Kernels load and store whole rows. They are written as plain loops: a closure handed to `map` or `from_fn` may
+//! be compiled as a function of its own, without the SIMD level of its caller.
+
+use std::ops::{Deref, DerefMut};
+
+use fearless_simd::{Simd, SimdBase, f32x8, f32x16};
+
+/// Lattice vertices in a block: the lanes of one `f32x8`.
+pub(crate) const LANES: usize = 8;
+
+/// A number for each of eight lattice vertices, aligned so that it never straddles two lines of the cache.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct Row([f32; LANES]);
+
+impl Row {
+    /// Eight zeros.
+    pub(crate) const ZERO: Self = Self::all(0.0);
+
+    /// Eight equal numbers.
+    pub(crate) const fn all(value: f32) -> Self {
+        Self([value; LANES])
+    }
+}
+
+impl Deref for Row {
+    type Target = [f32; LANES];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f32; LANES] {
+        &self.0
+    }
+}
+
+impl DerefMut for Row {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f32; LANES] {
+        &mut self.0
+    }
+}
+
+/// `N` numbers for each of eight lattice vertices.
+pub(crate) type Block<const N: usize> = [Row; N];
+
+/// `N` numbers for each lattice vertex, stored as blocks of `N` rows of eight lanes.
+///
+/// A *slot* is `8 * block + lane`; which slot a lattice vertex has is known to its layout.
+///
+/// ```text
+/// block 0: [c0 of slots 0..8] [c1 of slots 0..8] ... [c(N-1) of slots 0..8]
+/// block 1: [c0 of slots 8..16] ...
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lanes<const N: usize> {
+    blocks: Vec<[Row; N]>,
+}
+
+impl<const N: usize> Lanes<N> {
+    /// Zeros in `blocks` blocks.
+    pub fn zeros(blocks: usize) -> Self {
+        Self::filled(blocks, [Row::ZERO; N])
+    }
+
+    /// `blocks` blocks alike.
+    pub fn filled(blocks: usize, block: [Row; N]) -> Self {
+        Self { blocks: vec![block; blocks] }
+    }
+
+    /// Becomes the same as `other`, in the room that there is.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.blocks.clone_from(&other.blocks);
+    }
+
+    /// The numbers of one slot.
+    #[inline]
+    pub fn get(&self, slot: u32) -> [f32; N] {
+        let (block, lane) = split(slot);
+        let block = &self.blocks[block];
+        std::array::from_fn(|c| block[c][lane])
+    }
+
+    /// Sets the numbers of one slot.
+    #[inline]
+    pub fn set(&mut self, slot: u32, value: [f32; N]) {
+        let (block, lane) = split(slot);
+        let block = &mut self.blocks[block];
+        for (row, value) in block.iter_mut().zip(value) {
+            row[lane] = value;
+        }
+    }
+
+    /// Memory that they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.blocks())
+    }
+
+    /// The blocks in storage order.
+    #[inline]
+    pub fn blocks(&self) -> &[[Row; N]] {
+        &self.blocks
+    }
+
+    /// The blocks in storage order, to write to.
+    #[inline]
+    pub fn blocks_mut(&mut self) -> &mut [[Row; N]] {
+        &mut self.blocks
+    }
+}
+
+/// The first `N` rows of a block.
+#[inline(always)]
+pub(crate) fn load<S: Simd, const N: usize, const M: usize>(simd: S, block: &Block<M>) -> [f32x8<S>; N] {
+    let mut rows = [f32x8::splat(simd, 0.0); N];
+    for c in 0..N {
+        rows[c] = f32x8::load_array_ref(simd, &block[c]);
+    }
+    rows
+}
+
+/// Writes rows.
+#[inline(always)]
+pub(crate) fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [Row]) {
+    for c in 0..N {
+        values[c].store_array(&mut rows[c]);
+    }
+}
+
+/// The first `N` rows of two blocks, side by side: twice the work at once where one block waits for itself.
+#[inline(always)]
+pub(crate) fn load_two<S: Simd, const N: usize, const M: usize>(
+    simd: S,
+    blocks: [&Block<M>; 2],
+) -> [f32x16<S>; N] {
+    let mut rows = [f32x16::splat(simd, 0.0); N];
+    for c in 0..N {
+        let [a, b] = blocks;
+        let (a, b) = (f32x8::load_array_ref(simd, &a[c]), f32x8::load_array_ref(simd, &b[c]));
+        rows[c] = simd.combine_f32x8(a, b);
+    }
+    rows
+}
+
+/// The rows of two blocks.
+#[inline(always)]
+pub(crate) fn split_two<S: Simd, const N: usize>(simd: S, values: [f32x16<S>; N]) -> [[f32x8<S>; N]; 2] {
+    let mut blocks = [[f32x8::splat(simd, 0.0); N]; 2];
+    for c in 0..N {
+        (blocks[0][c], blocks[1][c]) = simd.split_f32x16(values[c]);
+    }
+    blocks
+}
+
+#[inline]
+fn split(slot: u32) -> (usize, usize) {
+    (slot as usize / LANES, slot as usize % LANES)
+}
+
+/// As the bytes of its numbers, little endian: exact, compact and quick for a checkpoint.
+#[cfg(feature = "serde")]
+impl<const N: usize> serde::Serialize for Lanes<N> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let numbers = self.blocks.as_flattened().iter().flat_map(|row| row.0);
+        let bytes: Vec<u8> = numbers.flat_map(f32::to_le_bytes).collect();
+        serde::Serialize::serialize(&bytes, serializer)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de, const N: usize> serde::Deserialize<'de> for Lanes<N> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let bytes = <Vec<u8> as serde::Deserialize>::deserialize(deserializer)?;
+        let (words, rest) = bytes.as_chunks::<4>();
+        let (rows, odd) = words.as_chunks::<LANES>();
+        let (blocks, left) = rows.as_chunks::<N>();
+        if !(rest.is_empty() && odd.is_empty() && left.is_empty()) {
+            return Err(serde::de::Error::custom("not a whole number of blocks"));
+        }
+        let number = |word: &[u8; 4]| f32::from_le_bytes(*word);
+        Ok(Self {
+            blocks: blocks.iter().map(|block| block.map(|row| Row(row.map(|word| number(&word))))).collect(),
+        })
+    }
+}

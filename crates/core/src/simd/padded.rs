@@ -1,0 +1,97 @@
+//! Points padded to four numbers, `(x, y, z, x)`, for kernels that take points one by one.
+//!
+//! Such a point is one load. Turned by one lane its first three lanes are `(y, z, x)`, which a cross product takes.
+
+use fearless_simd::{Select, Simd, SimdBase, f32x8, u8x32};
+
+/// A point, or what is linear in points: `(x, y, z, x)`.
+pub(crate) type Padded = [f32; 4];
+
+/// Two of them in a register.
+pub(crate) type Pair = [f32; 8];
+
+/// Eight of them, two in each register.
+pub(crate) type Eight = [Pair; 4];
+
+/// A point, padded.
+#[inline(always)]
+pub(crate) fn padded([x, y, z]: [f32; 3]) -> Padded {
+    [x, y, z, x]
+}
+
+/// Each of two points turned by one lane: `(y, z, x, x)`.
+#[inline(always)]
+pub(crate) fn turned<S: Simd>(simd: S, pair: f32x8<S>) -> f32x8<S> {
+    simd.slide_within_blocks_f32x8::<1>(pair, pair)
+}
+
+/// Writes eight points.
+#[inline(always)]
+pub(crate) fn store<S: Simd>(eight: [f32x8<S>; 4], out: &mut Eight) {
+    for k in 0..4 {
+        eight[k].store_array(&mut out[k]);
+    }
+}
+
+/// Each number of two points to all four lanes of its own: first those of lane 0, then those of lane 1, and so on.
+#[inline(always)]
+pub(crate) fn spread<S: Simd>(simd: S, pair: f32x8<S>) -> [f32x8<S>; 4] {
+    let mut spread = [pair; 4];
+    for lane in 0..4 {
+        let mut bytes = [0; 32];
+        for i in 0..32 {
+            bytes[i] = (4 * lane + i % 4) as u8;
+        }
+        spread[lane] = simd.swizzle_dyn_within_blocks_f32x8(pair, u8x32::load_array(simd, bytes));
+    }
+    spread
+}
+
+/// The square of the length of the first three numbers of each: of the two of register `k` in lane `k` of each half.
+#[inline(always)]
+pub(crate) fn squares<S: Simd>(simd: S, eight: [f32x8<S>; 4]) -> f32x8<S> {
+    let lanes = f32x8::load_array(simd, [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]);
+    let mut squares = f32x8::splat(simd, 0.0);
+    for k in 0..4 {
+        let t = eight[k] * eight[k];
+        let once = simd.slide_within_blocks_f32x8::<1>(t, t);
+        let twice = simd.slide_within_blocks_f32x8::<2>(t, t);
+        let thrice = simd.slide_within_blocks_f32x8::<3>(t, t);
+        // Each puts the three numbers that count into lane k.
+        let sum = match k {
+            0 => t + once + twice,
+            1 => thrice + t + once,
+            2 => twice + thrice + t,
+            _ => once + twice + thrice,
+        };
+        squares = lanes.simd_eq(k as f32).select(sum, squares);
+    }
+    squares
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::*;
+    use crate::simd::level;
+
+    #[test]
+    fn squares_of_lengths_and_back() {
+        let points: [Padded; 8] =
+            std::array::from_fn(|k| padded([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
+        let pairs: &[Pair] = points.as_flattened().as_chunks().0;
+        let (mut squared, mut back) = ([0.0; 8], [[0.0; 8]; 4]);
+        dispatch!(level(), simd => {
+            let pair = |k: usize| f32x8::load_array_ref(simd, &pairs[k]);
+            let squares = squares(simd, [pair(0), pair(1), pair(2), pair(3)]);
+            squares.store_array(&mut squared);
+            store(spread(simd, squares), &mut back);
+        });
+        for (k, point) in points.iter().enumerate() {
+            let expected = point[..3].iter().map(|x| x * x).sum();
+            assert_eq!(squared[4 * (k % 2) + k / 2], expected);
+            assert_eq!(back.as_flattened()[4 * k..][..4], [expected; 4]);
+        }
+    }
+}

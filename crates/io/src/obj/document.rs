@@ -1,0 +1,178 @@
+//! An OBJ file as it was read: its bytes, and where in them everything stands.
+
+use std::path::{Path, PathBuf};
+
+use super::clean::{self, NO_NORMAL, Parsed};
+use super::error::{At, ObjError, ObjProblem};
+use super::part::Part;
+use super::scan::{self, IgnoredStatement, Numbers, Scan};
+use super::{Group, Library, library};
+use supple::Mesh;
+
+/// An OBJ file: its text kept byte for byte, its surface, and the names of its objects and groups.
+///
+/// Texture coordinates, materials, lines, points and free-form statements are not interpreted, only kept.
+#[derive(Debug)]
+pub struct Document {
+    path: PathBuf,
+    raw: Vec<u8>,
+    scan: Scan,
+    parsed: Parsed,
+}
+
+impl Document {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no OBJ, no faces, an index out of range, a number that is malformed or not
+    /// finite. The error names the file and, where there is one, the line.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, ObjError> {
+        let path = path.as_ref();
+        let raw = std::fs::read(path).map_err(|source| ObjError {
+            path: path.into(),
+            line: None,
+            problem: ObjProblem::Read(source),
+        })?;
+        Self::from_bytes(path, raw)
+    }
+
+    /// As [`Document::read`], from bytes that are already there. `path` appears in errors, and is where `mtllib`
+    /// paths start from.
+    ///
+    /// # Errors
+    /// As [`Document::read`].
+    pub fn from_bytes(path: impl Into<PathBuf>, raw: Vec<u8>) -> Result<Self, ObjError> {
+        let path = path.into();
+        match analyse(&raw) {
+            Ok((scan, parsed)) => Ok(Self { path, raw, scan, parsed }),
+            Err((line, problem)) => Err(ObjError { path, line, problem }),
+        }
+    }
+
+    /// The mesh of the whole file (its vertices are all `v` of the file, in order), or of one object or group (its
+    /// vertices are those that its faces use, in order).
+    ///
+    /// # Errors
+    /// A name that no `o` or `g` with faces has (the error lists those there are); a surface without extent.
+    pub fn mesh(&self, object: Option<&str>) -> Result<Mesh, ObjError> {
+        Ok(self.part(object)?.into_mesh())
+    }
+
+    /// As [`Document::mesh`], together with what is needed to write the file back.
+    ///
+    /// # Errors
+    /// As [`Document::mesh`].
+    pub fn part(&self, object: Option<&str>) -> Result<Part, ObjError> {
+        Part::new(self, object)
+    }
+
+    /// The file as it was given.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The bytes of the file.
+    pub fn bytes(&self) -> &[u8] {
+        &self.raw
+    }
+
+    /// How many `v` there are.
+    pub fn vertex_count(&self) -> usize {
+        self.parsed.positions.len()
+    }
+
+    /// How many `vn` there are.
+    pub fn normal_count(&self) -> usize {
+        self.parsed.normals.len()
+    }
+
+    /// How many faces with three corners or more there are.
+    pub fn face_count(&self) -> usize {
+        self.parsed.offsets.len() - 1
+    }
+
+    /// How many lines the file has.
+    pub fn line_count(&self) -> usize {
+        self.scan.lines
+    }
+
+    /// Faces with fewer than three corners, which are left out of the mesh, and the line of the first.
+    pub fn short_faces(&self) -> (usize, Option<usize>) {
+        (self.scan.short_faces, self.scan.first_short_face)
+    }
+
+    /// Names given by `o` and `g` statements that have faces, in order.
+    pub fn groups(&self) -> impl Iterator<Item = &Group> {
+        self.scan.groups.iter().filter(|group| !group.is_alias)
+    }
+
+    /// Statements that are not used: unknown ones, lines, points, free-form curves and surfaces.
+    pub fn ignored_statements(&self) -> &[IgnoredStatement] {
+        &self.scan.ignored
+    }
+
+    /// The material libraries that `mtllib` statements name, in order.
+    pub fn libraries(&self) -> Vec<Library> {
+        let statements = self.scan.libraries.iter().cloned();
+        statements.flat_map(|names| library::split(&self.raw, names, self.directory())).collect()
+    }
+
+    /// The directory that `mtllib` paths start from.
+    pub(crate) fn directory(&self) -> &Path {
+        match self.path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        }
+    }
+
+    /// The positions of all `v`.
+    pub(crate) fn positions(&self) -> &[[f32; 3]] {
+        &self.parsed.positions
+    }
+
+    /// The numbers of all `vn`.
+    pub(crate) fn normals(&self) -> &[[f32; 3]] {
+        &self.parsed.normals
+    }
+
+    /// Where the numbers of all `v` stand.
+    pub(crate) fn vertex_numbers(&self) -> &[Numbers] {
+        &self.scan.vertices
+    }
+
+    /// Where the numbers of all `vn` stand.
+    pub(crate) fn normal_numbers(&self) -> &[Numbers] {
+        &self.scan.normals
+    }
+
+    /// The `v` of the corners of a face.
+    pub(crate) fn face(&self, face: u32) -> &[u32] {
+        &self.parsed.corners[self.corners_of(face)]
+    }
+
+    /// The `vn` of the corners of a face; none if one lacks it.
+    pub(crate) fn face_normals(&self, face: u32) -> Option<&[u32]> {
+        let normals = self.parsed.corner_normals.get(self.corners_of(face))?;
+        normals.first().is_some_and(|&normal| normal != NO_NORMAL).then_some(normals)
+    }
+
+    pub(super) fn all_groups(&self) -> &[Group] {
+        &self.scan.groups
+    }
+
+    /// An error about this file as a whole.
+    pub(super) fn error(&self, problem: ObjProblem) -> ObjError {
+        ObjError { path: self.path.clone(), line: None, problem }
+    }
+
+    fn corners_of(&self, face: u32) -> std::ops::Range<usize> {
+        let offsets = &self.parsed.offsets;
+        offsets[face as usize] as usize..offsets[face as usize + 1] as usize
+    }
+}
+
+fn analyse(raw: &[u8]) -> Result<(Scan, Parsed), At<ObjProblem>> {
+    let mut scan = scan::scan(raw)?;
+    let parsed = clean::parse(raw, &mut scan)?;
+    Ok((scan, parsed))
+}

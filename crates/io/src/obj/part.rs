@@ -1,0 +1,108 @@
+//! The faces of a file that one body is made of.
+
+use nalgebra::Point3;
+
+use super::Document;
+use super::ObjError;
+use super::error::ObjProblem;
+use supple::Mesh;
+
+/// The mesh of a whole OBJ file or of one of its objects, and which `v` and faces of the file it is made of.
+#[derive(Clone, Debug)]
+pub struct Part {
+    mesh: Mesh,
+    /// For each vertex of the mesh its `v`, from 0; none if they are the same.
+    vertices: Option<Vec<u32>>,
+    /// The faces of the file, from 0, in order; none if they are all.
+    faces: Option<Vec<u32>>,
+}
+
+const UNUSED: u32 = u32::MAX;
+
+impl Part {
+    pub(super) fn new(document: &Document, object: Option<&str>) -> Result<Self, ObjError> {
+        let Some(name) = object else {
+            let mesh = build(document, 0..document.face_count() as u32, None)?;
+            return Ok(Self { mesh, vertices: None, faces: None });
+        };
+        let faces = faces_of(document, name)?;
+        let mut number = vec![UNUSED; document.vertex_count()];
+        for &face in &faces {
+            for &vertex in document.face(face) {
+                number[vertex as usize] = 0;
+            }
+        }
+        let mut vertices = Vec::new();
+        for (vertex, number) in number.iter_mut().enumerate().filter(|(_, number)| **number != UNUSED) {
+            *number = vertices.len() as u32;
+            vertices.push(vertex as u32);
+        }
+        let mesh = build(document, faces.iter().copied(), Some((&vertices, &number)))?;
+        Ok(Self { mesh, vertices: Some(vertices), faces: Some(faces) })
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The mesh.
+    pub fn into_mesh(self) -> Mesh {
+        self.mesh
+    }
+
+    /// The `v`, from 0, that each vertex of the mesh was read from.
+    pub fn vertices(&self) -> impl ExactSizeIterator<Item = u32> {
+        let same = |vertex: usize| vertex as u32;
+        (0..self.mesh.vertices().len())
+            .map(move |vertex| self.vertices.as_ref().map_or_else(|| same(vertex), |map| map[vertex]))
+    }
+
+    /// The faces of the file, from 0, that the faces of the mesh were read from.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = u32> {
+        (0..self.mesh.face_count()).map(move |face| self.faces.as_ref().map_or(face as u32, |map| map[face]))
+    }
+}
+
+/// The faces under a name, whether `o` or `g` gave it, each once, in order.
+fn faces_of(document: &Document, name: &str) -> Result<Vec<u32>, ObjError> {
+    let named = || document.all_groups().iter().filter(|group| group.name == name);
+    if named().next().is_none() {
+        let mut known: Vec<String> = Vec::new();
+        for group in document.groups().filter(|group| !group.name.is_empty()) {
+            if !known.contains(&group.name) {
+                known.push(group.name.clone());
+            }
+        }
+        return Err(document.error(ObjProblem::UnknownObject { name: name.to_owned(), known }));
+    }
+    let mut faces: Vec<u32> = named().flat_map(|group| group.faces.iter().cloned().flatten()).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    Ok(faces)
+}
+
+/// A mesh of some faces of a file; `map` lists the used vertices, and for each vertex of the file its number in them.
+fn build(
+    document: &Document,
+    faces: impl Iterator<Item = u32> + Clone,
+    map: Option<(&[u32], &[u32])>,
+) -> Result<Mesh, ObjError> {
+    let wide = |position: [f32; 3]| Point3::from(position.map(f64::from));
+    let positions = document.positions();
+    let vertices = match map {
+        None => positions.iter().copied().map(wide).collect(),
+        Some((used, _)) => used.iter().map(|&vertex| wide(positions[vertex as usize])).collect(),
+    };
+    let mut offsets = vec![0];
+    let mut corners = Vec::new();
+    for face in faces {
+        let face = document.face(face);
+        match map {
+            None => corners.extend_from_slice(face),
+            Some((_, number)) => corners.extend(face.iter().map(|&vertex| number[vertex as usize])),
+        }
+        offsets.push(corners.len() as u32);
+    }
+    Mesh::from_flat(vertices, offsets, corners).map_err(|error| document.error(ObjProblem::Mesh(error)))
+}

@@ -1,0 +1,164 @@
+//! Frame after frame: steps, a look, what is written, a checkpoint now and then.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::checkpoint::Checkpoint;
+use super::error::RunError;
+use super::job::Job;
+use super::observer::{Flow, Observer, Progress};
+use super::prepare::{Input, Prepared};
+use super::report::{BodyReport, Outcome, RunReport};
+use super::row::{Row, Times};
+use super::sinks::Sinks;
+use super::stats::Stats;
+use supple::Simulation;
+
+/// A job under way.
+pub(super) struct Running<'a> {
+    job: &'a Job,
+    /// Shared with the observer, and locked while a frame is worked on.
+    simulation: Arc<Mutex<Simulation>>,
+    substeps: u32,
+    inputs: Vec<Input>,
+    sinks: Sinks,
+    stats: Option<Stats>,
+    fingerprint: String,
+    /// The frame after which this run goes on.
+    after: Option<u32>,
+    /// Steps since the last row of statistics.
+    stepping: Duration,
+    written: u32,
+    /// One per mesh vertex of the body that is being written.
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+impl<'a> Running<'a> {
+    pub(super) fn new(
+        job: &'a Job,
+        prepared: Prepared,
+        sinks: Sinks,
+        stats: Option<Stats>,
+        fingerprint: String,
+        after: Option<u32>,
+    ) -> Self {
+        let Prepared { simulation, substeps, inputs } = prepared;
+        Self {
+            job,
+            simulation: Arc::new(Mutex::new(simulation)),
+            substeps,
+            inputs,
+            sinks,
+            stats,
+            fingerprint,
+            after,
+            stepping: Duration::ZERO,
+            written: 0,
+            positions: Vec::new(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// Runs to the last frame, or until the observer asks to stop.
+    pub(super) fn run(mut self, begun: Instant, observer: &mut dyn Observer) -> Result<RunReport, RunError> {
+        let last = self.job.scene.simulation.frames;
+        let first = self.after.map_or(0, |frame| frame + 1);
+        let shared = self.simulation.clone();
+        observer.built(&shared, &self.inputs);
+        observer.started(first, last);
+        let started = Instant::now();
+        let mut saved = Instant::now();
+        for frame in first..=last {
+            let mut simulation = locked(&shared);
+            if frame > 0 {
+                let stepping = Instant::now();
+                simulation.steps(u64::from(self.substeps));
+                self.stepping += stepping.elapsed();
+            }
+            if self.job.keeps(frame) {
+                self.look(&simulation, frame)?;
+            }
+            let time = simulation.time();
+            drop(simulation);
+            let progress = Progress { frame, last, time, elapsed: started.elapsed() };
+            let stop = observer.frame(&progress) == Flow::Stop;
+            let simulation = locked(&shared);
+            if stop || frame == last {
+                std::mem::take(&mut self.sinks).finish()?;
+                self.save(&simulation, frame)?;
+                let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
+                return Ok(self.report(&simulation, outcome, first, frame, begun));
+            }
+            if saved.elapsed() >= self.job.checkpoint_interval {
+                self.save(&simulation, frame)?;
+                saved = Instant::now();
+            }
+        }
+        // Only a job that goes on after its last frame comes here, and such a job is not begun.
+        Ok(self.report(&locked(&shared), Outcome::AlreadyFinished, first, last, begun))
+    }
+
+    /// Writes a frame of every body, and its statistics.
+    fn look(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
+        let stepping = std::mem::take(&mut self.stepping);
+        let number = self.job.number(frame);
+        let mut rows = Vec::new();
+        for (index, body) in simulation.bodies().iter().enumerate() {
+            let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
+            let needs_normals = self.sinks.needs_normals(index);
+            self.positions.resize(vertices, [0.0; 3]);
+            self.normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
+            let normals = needs_normals.then_some(&mut self.normals[..]);
+            let times = body.surface_into(&mut self.positions, normals);
+            let writing = Instant::now();
+            self.sinks.write(index, number, &self.positions, &self.normals)?;
+            if self.stats.is_some() {
+                let write = writing.elapsed();
+                let step = stepping.div_f64(simulation.bodies().len() as f64);
+                rows.push(Row::of(number, simulation.time(), body, Times { step, write, look: times }));
+            }
+        }
+        self.written += 1;
+        match &mut self.stats {
+            Some(stats) => stats.push(&rows),
+            None => Ok(()),
+        }
+    }
+
+    fn save(&self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
+        let checkpoint = Checkpoint {
+            fingerprint: self.fingerprint.clone(),
+            level: supple::simd_level().to_string(),
+            frame,
+            state: simulation.state(),
+        };
+        checkpoint.write(&self.job.directory)
+    }
+
+    fn report(
+        &self,
+        simulation: &Simulation,
+        outcome: Outcome,
+        first: u32,
+        last: u32,
+        begun: Instant,
+    ) -> RunReport {
+        RunReport {
+            directory: self.job.directory.clone(),
+            outcome,
+            resumed_after: self.after,
+            last,
+            simulated: (last + 1).saturating_sub(first),
+            written: self.written,
+            substeps: self.substeps,
+            elapsed: begun.elapsed(),
+            bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
+        }
+    }
+}
+
+/// Whatever panicked with the lock in hand left a simulation as whole as any.
+fn locked(simulation: &Mutex<Simulation>) -> MutexGuard<'_, Simulation> {
+    simulation.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,125 @@
+//! From a scene to what runs: meshes read, lattices built, pins checked. Nothing is written.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use nalgebra::{Point3, Rotation3, Vector3};
+
+use super::error::RunError;
+use super::substeps::{Placed, substeps};
+use crate::frames::Source;
+use crate::obj::{Document, Part};
+use crate::scene::{BodyData, Scene, Substeps};
+use supple::Simulation;
+use supple::dynamics::euler_degrees;
+use supple::{Body, Placement};
+
+/// A scene, ready to run: the simulation at time zero, and the files that its bodies were read from.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The bodies and the colliders, at time zero.
+    pub simulation: Simulation,
+    /// Steps in a frame, at least 1.
+    pub substeps: u32,
+    /// Where each body was read from.
+    pub inputs: Vec<Input>,
+}
+
+/// Where a body was read from.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// The OBJ file; bodies of one file share it.
+    pub document: Arc<Document>,
+    /// What of it makes up the body.
+    pub part: Part,
+}
+
+impl Input {
+    /// What a frame writer needs to know of it.
+    pub fn source(&self) -> Source<'_> {
+        Source::Document(&self.document, &self.part)
+    }
+}
+
+/// Builds the simulation that a scene describes.
+///
+/// # Errors
+///
+/// A mesh that cannot be read or is not usable, a lattice that does not fit in memory, a pin or a
+/// handle that takes nothing, a correction that a mesh cannot have.
+pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
+    let mut documents: Vec<(PathBuf, Arc<Document>)> = Vec::new();
+    let mut bodies = Vec::new();
+    let mut inputs = Vec::new();
+    let mut placed = Vec::new();
+    for data in &scene.bodies {
+        let document = read(&mut documents, &scene.resolve(&data.mesh))?;
+        let part = document.part(data.object.as_deref())?;
+        let body = build(data, &part)?;
+        placed.push(place(data, &body));
+        bodies.push(body);
+        inputs.push(Input { document, part });
+    }
+    let substeps = match scene.simulation.substeps {
+        Substeps::Fixed(steps) => steps,
+        Substeps::Auto => substeps(scene, &placed),
+    };
+    let mut builder = Simulation::builder()
+        .gravity(scene.simulation.gravity)
+        .dt(1.0 / (scene.simulation.fps * f64::from(substeps)))
+        .substeps(u64::from(substeps))
+        .threads(scene.simulation.threads);
+    for body in bodies {
+        builder = builder.body(body);
+    }
+    for collider in &scene.colliders {
+        builder = builder.collider(collider.clone());
+    }
+    let simulation = builder.build().map_err(RunError::Simulation)?;
+    Ok(Prepared { simulation, substeps, inputs })
+}
+
+/// Reads a file once, however many bodies are made of it.
+fn read(documents: &mut Vec<(PathBuf, Arc<Document>)>, path: &Path) -> Result<Arc<Document>, RunError> {
+    if let Some((_, document)) = documents.iter().find(|(known, _)| known == path) {
+        return Ok(document.clone());
+    }
+    let document = Arc::new(Document::read(path)?);
+    documents.push((path.to_owned(), document.clone()));
+    Ok(document)
+}
+
+fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
+    let key = format!("body.{}", data.name);
+    let failed = |source| RunError::Body { key: key.clone(), source };
+    let mut body = Body::builder(part.mesh().clone())
+        .name(&data.name)
+        .scale(data.scale)
+        .resolution(data.resolution)
+        .join(data.join)
+        .material(data.material)
+        .placement(data.placement)
+        .volume(data.volume)
+        .build()
+        .map_err(failed)?;
+    for (index, pin) in data.pins.iter().enumerate() {
+        let failed = |source| RunError::Body { key: format!("{key}.pin.{index}"), source };
+        body.pin(pin).map_err(failed)?;
+    }
+    for (index, handle) in data.handles.iter().enumerate() {
+        let failed = |source| RunError::Body { key: format!("{key}.handle.{index}"), source };
+        body.handle(handle).map_err(failed)?;
+    }
+    Ok(body)
+}
+
+/// The box around a placed body: that of its turned mesh's box.
+fn place(data: &BodyData, body: &Body) -> Placed {
+    let Placement { rotate, translate, .. } = data.placement;
+    let rotation = Rotation3::from_matrix_unchecked(euler_degrees(rotate));
+    let (low, high) = body.mesh().map_or_else(Default::default, |mesh| mesh.bounds());
+    let half = (high - low) / 2.0;
+    let reach: Vector3<f64> = rotation.matrix().abs() * half;
+    let centre: Point3<f64> = rotation * nalgebra::center(&low, &high) + Vector3::from(translate);
+    Placed { low: centre - reach, high: centre + reach, cell_size: body.lattice().cell_size() }
+}

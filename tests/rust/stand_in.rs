@@ -1,0 +1,223 @@
+//! A box of cells under global shape matching (Mueller et al. 2005): all that contacts need of a body.
+
+#![allow(dead_code, reason = "each test takes what it needs")]
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use supple::Lanes;
+use supple::contact::{Colliders, ContactReport, Contacts, SampleCells};
+use supple::state::{BodyFrame, BodyState, Interval};
+
+/// A body of `size` cells with its samples.
+pub(crate) struct Block {
+    pub(crate) rest: Vec<Vector3<f64>>,
+    pub(crate) corners: Vec<[u32; 8]>,
+    pub(crate) slots: Vec<u32>,
+    pub(crate) positions: Lanes<3>,
+    pub(crate) velocities: Lanes<3>,
+    pub(crate) frame: BodyFrame,
+    pub(crate) contacts: Contacts,
+    pub(crate) samples: Vec<(u32, [f32; 3])>,
+    pub(crate) gravity: [f64; 3],
+    /// Part of the velocities relative to the body's rigid motion that a step takes.
+    pub(crate) damping: f64,
+    pub(crate) steps: u64,
+}
+
+impl Block {
+    /// Samples as (cell, place in it); `None`: every boundary vertex, and the middle of every boundary face.
+    pub(crate) fn new(size: [u32; 3], cell_size: f64, samples: Option<Vec<(u32, [f32; 3])>>) -> Self {
+        let n = size.map(|s| s + 1);
+        let vertex = |i: [u32; 3]| (i[2] * n[1] + i[1]) * n[0] + i[0];
+        let grid = |n: [u32; 3]| {
+            (0..n[2]).flat_map(move |z| (0..n[1]).flat_map(move |y| (0..n[0]).map(move |x| [x, y, z])))
+        };
+        let rest: Vec<_> = grid(n).map(|i| Vector3::from(i.map(f64::from))).collect();
+        let corners: Vec<[u32; 8]> = grid(size)
+            .map(|i| std::array::from_fn(|k| vertex(std::array::from_fn(|a| i[a] + (k as u32 >> a & 1)))))
+            .collect();
+        let samples = samples.unwrap_or_else(|| surface(grid(size), size));
+        // Slots in an order of their own, with holes, as a layout in blocks has them.
+        let slots: Vec<u32> = (0..rest.len() as u32).map(|v| 3 + 2 * (rest.len() as u32 - 1 - v)).collect();
+        let blocks = (2 * rest.len() + 3).div_ceil(8);
+        let (cells, local): (Vec<u32>, Vec<[f32; 3]>) = samples.iter().copied().unzip();
+        let contacts = Contacts::new(SampleCells::new(&cells, &local, |c| corners[c as usize], &slots));
+        let frame = BodyFrame { origin: Point3::new(10.0, -3.0, 0.7), cell_size };
+        let mut block = Self {
+            positions: Lanes::zeros(blocks),
+            velocities: Lanes::zeros(blocks),
+            rest,
+            corners,
+            slots,
+            frame,
+            contacts,
+            samples,
+            gravity: [0.0, -9.81, 0.0],
+            damping: 0.1,
+            steps: 0,
+        };
+        block.place(&Matrix3::identity(), Point3::origin());
+        block
+    }
+
+    /// Puts the rest shape, turned by `rotation` about its corner, with that corner at a world point; at rest.
+    pub(crate) fn place(&mut self, rotation: &Matrix3<f64>, corner: Point3<f64>) {
+        for (v, rest) in self.rest.iter().enumerate() {
+            let world = corner + rotation * rest * self.frame.cell_size;
+            self.positions.set(self.slots[v], self.frame.to_local(&world).map(|x| x as f32).into());
+        }
+    }
+
+    pub(crate) fn set_velocity(&mut self, world: Vector3<f64>) {
+        for &slot in &self.slots {
+            self.velocities.set(slot, (world / self.frame.cell_size).map(|c| c as f32).into());
+        }
+    }
+
+    pub(crate) fn state(&mut self) -> (BodyState<'_>, &mut Contacts) {
+        let state = BodyState {
+            positions: &mut self.positions,
+            carry: None,
+            velocities: &mut self.velocities,
+            frame: self.frame,
+        };
+        (state, &mut self.contacts)
+    }
+
+    pub(crate) fn position(&self, v: usize) -> Vector3<f64> {
+        Vector3::from(self.positions.get(self.slots[v]).map(f64::from))
+    }
+
+    pub(crate) fn velocity(&self, v: usize) -> Vector3<f64> {
+        Vector3::from(self.velocities.get(self.slots[v]).map(f64::from))
+    }
+
+    /// Local position of a sample.
+    pub(crate) fn sample(&self, index: usize) -> Vector3<f64> {
+        self.blend(index, |v| self.position(v))
+    }
+
+    pub(crate) fn sample_velocity(&self, index: usize) -> Vector3<f64> {
+        self.blend(index, |v| self.velocity(v))
+    }
+
+    fn blend(&self, index: usize, of: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
+        let (cell, local) = self.samples[index];
+        (0..8).fold(Vector3::zeros(), |sum, k| {
+            let weight: f64 =
+                (0..3).map(|a| f64::from(if k >> a & 1 == 1 { local[a] } else { 1.0 - local[a] })).product();
+            sum + of(self.corners[cell as usize][k] as usize) * weight
+        })
+    }
+
+    /// World positions of all samples.
+    pub(crate) fn surface(&self) -> Vec<Point3<f64>> {
+        (0..self.samples.len()).map(|i| self.frame.origin + self.sample(i) * self.frame.cell_size).collect()
+    }
+
+    pub(crate) fn centre(&self) -> Point3<f64> {
+        let sum: Vector3<f64> = (0..self.rest.len()).map(|v| self.position(v)).sum();
+        self.frame.origin + sum / self.rest.len() as f64 * self.frame.cell_size
+    }
+
+    pub(crate) fn mean_velocity(&self) -> Vector3<f64> {
+        let sum: Vector3<f64> = (0..self.rest.len()).map(|v| self.velocity(v)).sum();
+        sum / self.rest.len() as f64 * self.frame.cell_size
+    }
+
+    /// Contacts alone, no time passes but that of the interval.
+    pub(crate) fn resolve(&mut self, colliders: &Colliders, step: Interval) -> ContactReport {
+        self.contacts.begin(&self.velocities);
+        self.finish(colliders, step)
+    }
+
+    fn finish(&mut self, colliders: &Colliders, step: Interval) -> ContactReport {
+        let gravity = self.gravity;
+        let (mut state, contacts) = self.state();
+        contacts.resolve(&mut state, colliders, step, gravity)
+    }
+
+    /// One whole step of length `dt` with stiffness `alpha`; 0 = the vertices do not know each other.
+    pub(crate) fn step(&mut self, colliders: &Colliders, dt: f64, alpha: f64) -> ContactReport {
+        self.contacts.begin(&self.velocities);
+        let goals = if alpha > 0.0 { self.goals() } else { Vec::new() };
+        let gravity = Vector3::from(self.gravity) / self.frame.cell_size;
+        let before: Vec<_> = (0..self.rest.len()).map(|v| self.position(v)).collect();
+        let mut velocities: Vec<_> = (0..self.rest.len()).map(|v| self.velocity(v) + gravity * dt).collect();
+        for (v, goal) in goals.iter().enumerate() {
+            velocities[v] += (goal - before[v]) * (alpha / dt);
+        }
+        if alpha > 0.0 {
+            damp(&before, &mut velocities, self.damping);
+        }
+        for (v, velocity) in velocities.iter().enumerate() {
+            self.velocities.set(self.slots[v], velocity.map(|c| c as f32).into());
+            self.positions.set(self.slots[v], (before[v] + velocity * dt).map(|c| c as f32).into());
+        }
+        let report = self.finish(colliders, Interval::of_step(self.steps, dt));
+        self.steps += 1;
+        report
+    }
+
+    /// Several steps at stiffness 1.
+    pub(crate) fn run(&mut self, count: usize, colliders: &Colliders, dt: f64) {
+        for _ in 0..count {
+            self.step(colliders, dt, 1.0);
+        }
+    }
+
+    fn goals(&self) -> Vec<Vector3<f64>> {
+        let count = self.rest.len() as f64;
+        let centre = (0..self.rest.len()).map(|v| self.position(v)).sum::<Vector3<f64>>() / count;
+        let rest_centre = self.rest.iter().sum::<Vector3<f64>>() / count;
+        let moment = (0..self.rest.len()).fold(Matrix3::zeros(), |sum, v| {
+            sum + (self.position(v) - centre) * (self.rest[v] - rest_centre).transpose()
+        });
+        let svd = moment.svd(true, true);
+        let (u, v_t) = (svd.u.unwrap(), svd.v_t.unwrap());
+        let sign = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
+        let rotation = u * sign * v_t;
+        self.rest.iter().map(|rest| centre + rotation * (rest - rest_centre)).collect()
+    }
+}
+
+/// Draws velocities towards the rigid motion that has their momenta (Mueller et al. 2007, section 3.5).
+fn damp(positions: &[Vector3<f64>], velocities: &mut [Vector3<f64>], part: f64) {
+    let count = positions.len() as f64;
+    let centre = positions.iter().sum::<Vector3<f64>>() / count;
+    let mean = velocities.iter().sum::<Vector3<f64>>() / count;
+    let (mut spin, mut inertia) = (Vector3::zeros(), Matrix3::zeros());
+    for (x, v) in positions.iter().zip(velocities.iter()) {
+        let r = x - centre;
+        spin += r.cross(v);
+        inertia += Matrix3::identity() * r.norm_squared() - r * r.transpose();
+    }
+    let Some(inverse) = inertia.try_inverse() else { return };
+    let turn = inverse * spin;
+    for (x, v) in positions.iter().zip(velocities) {
+        *v += (mean + turn.cross(&(x - centre)) - *v) * part;
+    }
+}
+
+/// The boundary vertices and the middles of the boundary faces of a box of cells.
+fn surface(cells: impl Iterator<Item = [u32; 3]>, size: [u32; 3]) -> Vec<(u32, [f32; 3])> {
+    let mut seen = std::collections::BTreeSet::new();
+    let mut samples = Vec::new();
+    for (cell, i) in (0u32..).zip(cells) {
+        for z in 0..3 {
+            for y in 0..3 {
+                for x in 0..3 {
+                    let half = [x, y, z];
+                    let corner = half.iter().all(|h| h % 2 == 0);
+                    let face = half.iter().filter(|&&h| h != 1).count() == 1;
+                    let on_border =
+                        (0..3).any(|a| (half[a] == 0 && i[a] == 0) || (half[a] == 2 && i[a] + 1 == size[a]));
+                    let place: [u32; 3] = std::array::from_fn(|a| 2 * i[a] + half[a]);
+                    if (corner || face) && on_border && seen.insert(place) {
+                        samples.push((cell, half.map(|h| h as f32 / 2.0)));
+                    }
+                }
+            }
+        }
+    }
+    samples
+}
