@@ -1,10 +1,11 @@
-//! What can go wrong, stage by stage.
+//! All errors of the crate: one enum for each stage, wrapped by [`Error`].
 
-use crate::body::{ArrayError, RangeError};
+use crate::body::{ArrayError, StateError};
 use crate::contact::ColliderError;
-use crate::dynamics::{KinematicsError, SelectionError};
+use crate::dynamics::{ConstraintError, SelectionError};
 use crate::lattice::LatticeError;
 use crate::mesh::MeshError;
+use crate::range::RangeError;
 use crate::volume::VolumeError;
 
 /// Any error of this crate.
@@ -14,7 +15,7 @@ pub enum Error {
     /// A simulation of no bodies.
     #[error("a simulation needs at least one body")]
     NoBody,
-    /// A mesh, or its file.
+    /// A mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The lattice.
@@ -26,19 +27,19 @@ pub enum Error {
     /// An array that does not fit.
     #[error(transparent)]
     Array(#[from] ArrayError),
-    /// What a pin, a handle or a force takes.
+    /// The selection of a pin, a handle or a force.
     #[error(transparent)]
     Selection(#[from] SelectionError),
     /// A pin or a handle.
     #[error(transparent)]
-    Kinematics(#[from] KinematicsError),
+    Constraint(#[from] ConstraintError),
     /// The volume correction.
     #[error(transparent)]
     Volume(#[from] VolumeError),
     /// A collider.
     #[error(transparent)]
     Collider(#[from] ColliderError),
-    /// A state that is not of these bodies.
+    /// A state of other bodies.
     #[error("the state does not fit: {0}")]
-    State(String),
+    State(#[from] StateError),
 }

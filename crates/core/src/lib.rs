@@ -82,6 +82,7 @@ mod matching;
 pub mod mesh;
 mod parallel;
 mod plan;
+mod range;
 pub mod reference;
 pub(crate) mod simd;
 mod simulation;
@@ -90,21 +91,25 @@ pub mod state;
 pub mod volume;
 
 pub use body::{
-    ArrayError, Body, BodyBuilder, BodySnapshot, Damping, Material, Placement, RangeError, Reach,
-    ShownSurface, Stiffness, ViewTimes,
+    ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, ShownSurface,
+    StateError,
 };
 pub use contact::{Collider, Shape};
-pub use dynamics::{Handle, Key, Pin, Selection, Window};
+pub use dynamics::{
+    Damping, Handle, Key, Material, Pin, RegionSize, Selection, Stiffness, Window,
+};
 pub use error::Error;
 pub use lattice::{
     CellPoints, Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport,
     Resolution,
 };
-pub use matching::rotation::rotations;
+pub use matching::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
+pub use range::RangeError;
 pub use simd::lanes::Lanes;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
+pub use state::Placement;
 pub use simulation::{Simulation, SimulationBuilder, SimulationState};
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};

@@ -1,68 +1,68 @@
-//! A scene compiled: which stages run, in which order, and what they cost in memory.
+//! The plan of a simulation: which stages run, in which order, and the memory that they hold.
 //!
-//! A stage that a scene does not need is not there at all: its struct is `None`, its buffers do not exist, and it
-//! is named here under "left out".
+//! A stage that a scene does not need does not exist: it takes no time and no memory, and is named under "left out".
 
 use std::fmt;
 
-/// What a [`Simulation`](crate::Simulation) does: for each body the stages of a step and of a look.
+/// The stages of a [`Simulation`](crate::Simulation), for each body.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Plan {
     /// Length of a step in seconds.
     pub dt: f64,
     /// Steps per frame.
     pub substeps: u64,
-    /// Threads that work.
+    /// Number of threads.
     pub threads: usize,
     /// One for each body.
     pub bodies: Vec<BodyPlan>,
 }
 
-/// What is done for one body.
+/// The stages of one body.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BodyPlan {
     /// The body's name.
     pub name: String,
+    /// Memory of the lattice.
+    pub lattice_bytes: usize,
+    /// Memory of positions, velocities and rotations.
+    pub state_bytes: usize,
     /// In the order in which they run.
     pub stages: Vec<PlannedStage>,
-    /// What this body does not need.
+    /// The stages that this body does not need.
     pub left_out: Vec<&'static str>,
 }
 
 /// One stage.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlannedStage {
     /// When it runs.
     pub when: When,
-    /// What it does.
+    /// Its name.
     pub name: &'static str,
     /// Its parameters.
     pub detail: String,
-    /// Memory that it holds.
+    /// Memory that it holds now.
     pub bytes: usize,
 }
 
 /// When a stage runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum When {
     /// In every step.
     Step,
-    /// Only where somebody looks: on a written frame.
-    Look,
+    /// Where the body is shown: on a written frame.
+    Display,
 }
 
 impl BodyPlan {
-    /// Adds a stage, or says that it is left out.
-    pub(crate) fn stage(&mut self, when: When, name: &'static str, detail: Option<String>, bytes: usize) {
-        match detail {
-            Some(detail) => self.stages.push(PlannedStage { when, name, detail, bytes }),
-            None => self.left_out.push(name),
-        }
-    }
-
-    /// Memory of all stages.
+    /// Memory of the body: lattice, state and stages.
     pub fn bytes(&self) -> usize {
-        self.stages.iter().map(|stage| stage.bytes).sum()
+        let stages: usize = self.stages.iter().map(|stage| stage.bytes).sum();
+        self.lattice_bytes + self.state_bytes + stages
     }
 }
 
@@ -75,7 +75,7 @@ impl fmt::Display for Plan {
             for stage in &body.stages {
                 let when = match stage.when {
                     When::Step => "step",
-                    When::Look => "look",
+                    When::Display => "show",
                 };
                 let kilobytes = stage.bytes as f64 / 1e3;
                 writeln!(f, "  {when}  {:<18} {:<52} {kilobytes:>10.1} kB", stage.name, stage.detail)?;

@@ -1,20 +1,18 @@
 //! From what a user asks for to a body.
 
-use std::sync::Mutex;
+use std::sync::OnceLock;
 
-use super::state::State;
-use super::surroundings::Surroundings;
-use super::view::View;
-use super::{Body, Damping, FARTHEST, Material, Placement, Reach, Stiffness, Surface};
-use crate::dynamics::damping::RegionDamping;
-use crate::dynamics::momentum::Bookkeeper;
-use crate::dynamics::{Handle, Pin};
+use super::{Body, FARTHEST, Surface};
+use crate::dynamics::{
+    Damping, Handle, Material, MomentumTracker, Pin, RegionDamping, RegionSize, Stiffness,
+};
 use crate::error::Error;
 use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution};
 use crate::matching::Matching;
-use crate::matching::cascade::Cascade;
 use crate::mesh::Mesh;
-use crate::volume::VolumeOptions;
+use crate::skin::Skin;
+use crate::state::{Placement, State};
+use crate::volume::{Correction, VolumeOptions};
 
 /// What a [`Body`] is built from. Every setting has the name, the unit, the range and the default that it has in a
 /// scene file; [`build`](Self::build) checks them.
@@ -69,13 +67,13 @@ impl BodyBuilder {
 
     /// Half-width of the regions in cells, at least 1; default 2. Larger is stiffer; so is a coarser lattice.
     pub fn half_width(mut self, cells: usize) -> Self {
-        self.material.reach = Reach::Cells(cells);
+        self.material.region_size = RegionSize::Cells(cells);
         self
     }
 
     /// Half-width of the regions as a length, > 0: it stays when the resolution changes.
     pub fn stiffness_radius(mut self, radius: f64) -> Self {
-        self.material.reach = Reach::Radius(radius);
+        self.material.region_size = RegionSize::Radius(radius);
         self
     }
 
@@ -215,34 +213,34 @@ impl BodyBuilder {
                 let mesh = if self.scale == 1.0 { mesh } else { mesh.scaled(self.scale)? };
                 let lattice = Lattice::from_mesh(&mesh, &self.options)?;
                 let embedding = Embedding::new(&lattice, mesh.vertices());
-                (lattice, Some(Surface { mesh, embedding }))
+                (lattice, Some(Surface { mesh, embedding, skin: Skin::default() }))
             }
         };
         self.placement.within(FARTHEST * lattice.cell_size())?;
         let half_width = self.material.half_width(lattice.cell_size(), extent(&lattice));
         let matching = Matching::new(&lattice, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
-        let view = View::new(&lattice, surface.as_ref(), &self.volume, state.frame)?;
         state.set_in_motion(&lattice, &matching.layout, &self.placement);
-        let cascade = Cascade::new(&matching.layout, half_width);
+        let borrowed = surface.as_ref().map(Surface::borrowed);
         let mut body = Body {
             name: self.name,
-            damping: self.material.is_damped().then(|| RegionDamping::new(&matching)),
-            bookkeeper: Bookkeeper::new(&lattice, &matching.layout, cascade.tasks()),
-            energy: None,
-            unsettled: 0,
-            cascade: Mutex::new(cascade),
             material: self.material,
+            volume: self.volume,
+            correction: Correction::new(&lattice, borrowed, &self.volume)?,
+            measures: OnceLock::new(),
+            placed: self.placement.isometry(),
+            state,
+            workspace: matching.cascade.workspace(&matching.layout),
+            momentum: MomentumTracker::new(&lattice, &matching.layout, matching.cascade.tasks()),
+            energy: None,
+            damping: self.material.is_damped().then(|| RegionDamping::new(&matching)),
+            forces: None,
+            contacts: None,
+            constraints: None,
+            unsettled: 0,
             lattice,
             surface,
             matching,
-            kinematics: None,
-            contacts: None,
-            forces: None,
-            state,
-            placed: self.placement.isometry(),
-            view: Mutex::new(view),
-            surroundings: Surroundings::none(),
         };
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;

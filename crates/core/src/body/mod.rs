@@ -1,79 +1,75 @@
-//! A soft body: a lattice, what holds and touches it, and the mesh that is shown.
+//! A soft body: lattice, state and stages, and the mesh that is shown.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `builder` | from a mesh or a lattice and settings to a body |
+//! | `step` | the stages of a step, in order |
+//! | `plan` | the same stages as a report |
+//! | `settings` | what a user changes between steps: material, volume, pins, handles, forces |
+//! | `snapshot` | the state to save and restore |
+//! | `display` | what is shown: the volume correction and the mesh update |
 
 mod builder;
-mod force;
-mod hold;
-mod look;
-mod material;
-mod place;
+mod display;
 mod plan;
-mod retune;
+mod settings;
 mod snapshot;
-mod state;
 mod step;
-mod surroundings;
-mod view;
 
 pub use builder::BodyBuilder;
-pub use look::ShownSurface;
-pub(crate) use material::in_range;
-pub use material::{Damping, Material, RangeError, Reach, Stiffness};
-pub use place::Placement;
-pub use snapshot::BodySnapshot;
-pub(crate) use state::State;
+pub(crate) use display::Scene;
+pub use display::{BodyRef, Display, DisplayTimes, Displayed, ShownSurface};
+pub use snapshot::{BodySnapshot, StateError};
 pub(crate) use step::World;
-pub(crate) use surroundings::Surroundings;
-pub use view::ViewTimes;
 
-use std::sync::Mutex;
+use std::sync::OnceLock;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
-use crate::contact::Contacts;
-use crate::dynamics::Kinematics;
-use crate::dynamics::damping::RegionDamping;
-use crate::dynamics::energy::EnergyGuard;
-use crate::dynamics::momentum::Bookkeeper;
+use crate::contact::{Colliders, Contacts, SampleCells};
+use crate::dynamics::{Constraints, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamping};
 use crate::lattice::{Embedding, Lattice};
-use crate::matching::Matching;
-use crate::matching::cascade::Cascade;
+use crate::matching::{Matching, Purpose, Workspace};
 use crate::mesh::Mesh;
-use crate::volume;
-use force::Forces;
-use look::unlocked;
-use view::View;
+use crate::parallel::Executor;
+use crate::skin::Skin;
+use crate::state::State;
+use crate::volume::{self, Correction, VolumeMeasures, VolumeOptions};
 
-/// The greatest coordinate in cells, and speed in cells/s, that is taken: beyond it, f64 does not tell neighbouring
-/// lattice vertices apart.
+/// The greatest coordinate in cells, and speed in cells/s, that is accepted: beyond it, f64 does not separate
+/// neighbouring lattice vertices.
 const FARTHEST: f64 = 1e15;
 
 /// A soft body.
 ///
-/// Its lattice vertices are the bodies of the dynamics; arrays are "one per vertex", in the order of
-/// [`Lattice::indices`], in the units of the scene and the axes of the world.
+/// Its lattice vertices are the particles of the dynamics; arrays have one entry per lattice vertex, in the order of
+/// [`Lattice::indices`], in scene units and the axes of the world.
 #[derive(Debug)]
 pub struct Body {
     name: String,
     material: Material,
     lattice: Lattice,
     surface: Option<Surface>,
-    matching: Matching,
-    /// Scratch of the sums, shared by all stages that sum and by those who look.
-    cascade: Mutex<Cascade>,
-    damping: Option<RegionDamping>,
-    bookkeeper: Bookkeeper,
-    /// Built when a region first has two best rotations.
-    energy: Option<EnergyGuard>,
-    /// Rotations that Newton's method left to the robust path.
-    unsettled: usize,
-    kinematics: Option<Kinematics>,
-    contacts: Option<Contacts>,
-    forces: Option<Forces>,
-    state: State,
+    volume: VolumeOptions,
+    correction: Option<Correction>,
+    /// Built for the first report.
+    measures: OnceLock<VolumeMeasures>,
     /// From the model's frame to the world at frame 0.
     placed: Isometry3<f64>,
-    surroundings: Surroundings,
-    view: Mutex<View>,
+    state: State,
+
+    // The stages: see `step`.
+    matching: Matching,
+    workspace: Workspace,
+    momentum: MomentumTracker,
+    /// Built when a region first has two best rotations.
+    energy: Option<EnergyLimiter>,
+    damping: Option<RegionDamping>,
+    forces: Option<Forces>,
+    contacts: Option<Contacts>,
+    constraints: Option<Constraints>,
+    /// Rotations that Newton's method left to the robust path.
+    unsettled: usize,
 }
 
 impl Body {
@@ -102,7 +98,7 @@ impl Body {
         self.surface.as_ref().map(|surface| &surface.mesh)
     }
 
-    /// What the body is made of.
+    /// The material.
     pub fn material(&self) -> &Material {
         &self.material
     }
@@ -157,10 +153,41 @@ impl Body {
         (0..self.lattice.len() as u32).map(|vertex| self.mass(vertex)).collect()
     }
 
-    /// The mass of a lattice vertex.
     fn mass(&self, vertex: u32) -> f64 {
-        let cell = self.material.density * self.lattice.cell_size().powi(3);
-        cell * f64::from(self.lattice.occupied_cells()[vertex as usize]) / 8.0
+        mass(&self.material, &self.lattice, vertex)
+    }
+
+    /// Creates or removes the contact stage: a body among colliders has one.
+    pub(crate) fn meet(&mut self, colliders: &Colliders) {
+        if colliders.is_empty() {
+            self.contacts = None;
+        } else if self.contacts.is_none() {
+            self.contacts = Some(Contacts::new(self.samples()));
+        }
+    }
+
+    /// The points on which contacts act: of the visible surface, or of the boundary of a bare lattice.
+    fn samples(&self) -> SampleCells {
+        let slots = self.matching.layout.slots();
+        match &self.surface {
+            Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots),
+            None => SampleCells::of_lattice(&self.lattice, slots),
+        }
+    }
+
+    /// The goal positions of the current positions, shape `(n, 3)`. No time passes.
+    pub fn goals(&self) -> Vec<Point3<f64>> {
+        let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
+        let mut rotations = self.state.rotations.clone();
+        let fitted = (&self.state.positions, &mut rotations);
+        self.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Adjoint);
+        let goals = self.matching.goals(&workspace, &executor);
+        self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
+    }
+
+    /// The volume correction as it was asked for.
+    pub fn volume_options(&self) -> VolumeOptions {
+        self.volume
     }
 
     /// Rotations in all steps so far that Newton's method left to the robust path.
@@ -173,7 +200,7 @@ impl Body {
         self.matching.layout.slots().iter().copied().map(value).collect()
     }
 
-    /// The greatest coordinate that is taken, in scene units.
+    /// The greatest coordinate that is accepted, in scene units.
     fn farthest(&self) -> f64 {
         FARTHEST * self.lattice.cell_size()
     }
@@ -200,22 +227,29 @@ impl Body {
     }
 }
 
-/// The mesh that is shown, and where it lies in the lattice.
+/// The mass of a lattice vertex: density x cell_size³ x occupied cells / 8.
+fn mass(material: &Material, lattice: &Lattice, vertex: u32) -> f64 {
+    let cell = material.density * lattice.cell_size().powi(3);
+    cell * f64::from(lattice.occupied_cells()[vertex as usize]) / 8.0
+}
+
+/// The mesh that is shown, and its position in the lattice.
 #[derive(Debug)]
-pub(crate) struct Surface {
-    pub(crate) mesh: Mesh,
-    pub(crate) embedding: Embedding,
+struct Surface {
+    mesh: Mesh,
+    embedding: Embedding,
+    skin: Skin,
 }
 
 impl Surface {
-    /// As the volume measures take it.
-    pub(crate) fn borrowed(&self) -> volume::Surface<'_> {
+    fn borrowed(&self) -> volume::Surface<'_> {
         volume::Surface { mesh: &self.mesh, embedding: &self.embedding }
     }
 }
 
 /// An array that does not fit the body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ArrayError {
     /// A wrong number of entries.
     #[error("{name} has {count} entries; the body has {expected} lattice vertices")]
@@ -234,19 +268,19 @@ pub enum ArrayError {
         name: &'static str,
         /// The entry.
         index: usize,
-        /// What it is.
+        /// Its value.
         value: [f64; 3],
     },
-    /// A number so large that neighbouring vertices could not be told apart.
+    /// A number so large that f64 does not separate neighbouring vertices.
     #[error("{name}[{index}] = {value:?} is too large: the limit is {limit:.3e}, 10^15 cells")]
     TooFar {
         /// The array.
         name: &'static str,
         /// The entry.
         index: usize,
-        /// What it is.
+        /// Its value.
         value: [f64; 3],
-        /// The greatest magnitude that is taken.
+        /// The greatest magnitude that is accepted.
         limit: f64,
     },
 }

@@ -1,60 +1,109 @@
-//! What is done for a body, from the stages that it has.
+//! The plan of a body: what each stage is called, does and holds.
 
-use super::{Body, Damping};
-use crate::plan::{BodyPlan, When};
+use super::Body;
+use super::step::{STEP, Stage};
+use crate::dynamics::Damping;
+use crate::plan::{BodyPlan, PlannedStage, When};
 
 impl Body {
-    /// Memory that the body takes: its lattice, and what its stages hold. What a first look needs is not in it before.
+    /// Memory that the body takes: lattice, embedded mesh, state and stages. The buffers of a
+    /// [`Display`](crate::Display) are its own.
     pub fn memory(&self) -> usize {
-        self.lattice.memory() + self.plan().bytes()
+        self.plan().bytes()
     }
 
-    /// The stages of a step and of a look, in order.
+    /// The stages of a step and of a display, in order.
     pub(crate) fn plan(&self) -> BodyPlan {
-        let mut plan = BodyPlan { name: self.name.clone(), stages: Vec::new(), left_out: Vec::new() };
-        let width = self.half_width();
-        let vertices = self.lattice.len();
-
-        let holds = self.kinematics.as_ref().map(|kinematics| {
-            let held: usize = kinematics.holds().iter().map(|hold| hold.vertices().len()).sum();
-            (kinematics.holds().len(), held)
+        let mut plan = BodyPlan {
+            name: self.name.clone(),
+            lattice_bytes: self.lattice.memory(),
+            state_bytes: self.state.bytes(),
+            stages: Vec::new(),
+            left_out: Vec::new(),
+        };
+        for stage in STEP {
+            if self.has(stage) {
+                plan.stages.push(self.describe(stage));
+            } else if stage.is_main() {
+                plan.left_out.push(stage.name());
+            }
+        }
+        let correction = self.correction.as_ref().map(|correction| PlannedStage {
+            when: When::Display,
+            name: "volume correction",
+            detail: format!("measure {}", correction.measure()),
+            bytes: correction.bytes(),
         });
-        let detail = holds.map(|(count, held)| format!("{count}, of {held} lattice vertices"));
-        plan.stage(When::Step, "pins and handles", detail, holds.map_or(0, |(_, held)| 28 * held + vertices));
-        let components = self.state.books.len();
-        let books = format!("f64, components: {components}");
-        plan.stage(When::Step, "momentum books", Some(books), self.bookkeeper.bytes());
-        let energy = self.energy.as_ref();
-        let guarded = energy.map(|_| "f64, near two best rotations of a region".to_owned());
-        plan.stage(When::Step, "energy book", guarded, energy.map_or(0, |guard| guard.bytes()));
-        let sums = format!("half-width {width}, x y z, blocks: {}", self.matching.layout.blocks());
-        let cascade = super::look::locked(&self.cascade).bytes();
-        plan.stage(When::Step, "region sums", Some(sums), self.matching.bytes() + cascade);
-        let state = format!("{vertices} lattice vertices, f32");
-        plan.stage(When::Step, "rotations, goals", Some(state), self.state.bytes());
-        let damping = self.damping.as_ref();
-        let rate = damping.map(|_| match self.material.damping {
-            Damping::PerStep(share) => format!("{share} a step"),
-            Damping::Rate(rate) => format!("{rate} a second"),
+        let update = self.surface.as_ref().map(|surface| PlannedStage {
+            when: When::Display,
+            name: "mesh update",
+            detail: format!("{} mesh vertices", surface.mesh.vertices().len()),
+            bytes: surface.embedding.memory() + surface.skin.bytes(),
         });
-        plan.stage(When::Step, "region damping", rate, damping.map_or(0, |damping| damping.bytes()));
-        plan.stage(When::Step, "integration", Some("corrected to the books".to_owned()), 0);
-        let samples = self.contacts.as_ref().map(|contacts| contacts.samples().len());
-        plan.stage(
-            When::Step,
-            "contacts",
-            samples.map(|count| format!("{count} samples")),
-            samples.map_or(0, |n| 12 * n),
-        );
-
-        let view = super::look::locked(&self.view);
-        let measure = view.measure();
-        let detail = measure.map(|measure| format!("measure {measure}, turned with the positions shown"));
-        plan.stage(When::Look, "volume correction", detail, view.correction_bytes());
-        let surface = self.surface.as_ref();
-        let mesh = surface.map(|surface| format!("{} mesh vertices", surface.mesh.vertices().len()));
-        let bytes = surface.map_or(0, |surface| surface.embedding.memory() + view.update_bytes());
-        plan.stage(When::Look, "mesh update", mesh, bytes);
+        for (name, stage) in [("volume correction", correction), ("mesh update", update)] {
+            match stage {
+                Some(stage) => plan.stages.push(stage),
+                None => plan.left_out.push(name),
+            }
+        }
         plan
+    }
+
+    fn describe(&self, stage: Stage) -> PlannedStage {
+        let (detail, bytes) = match stage {
+            Stage::BeginConstraints => ("capture positions".to_owned(), 0),
+            Stage::Constraints => self.constraints.as_ref().map_or_else(Default::default, |constraints| {
+                let list = constraints.list();
+                let held: usize = list.iter().map(|constraint| constraint.vertices().len()).sum();
+                (format!("{}, of {held} lattice vertices", list.len()), constraints.bytes())
+            }),
+            Stage::Forces => {
+                ("for one step".to_owned(), self.forces.as_ref().map_or(0, |forces| forces.bytes()))
+            }
+            Stage::Momentum => {
+                (format!("f64, components: {}", self.state.momenta.len()), self.momentum.bytes())
+            }
+            Stage::RegionDamping => {
+                let rate = match self.material.damping {
+                    Damping::PerStep(share) => format!("{share} a step"),
+                    Damping::Rate(rate) => format!("{rate} a second"),
+                };
+                (rate, self.damping.as_ref().map_or(0, |damping| damping.bytes()))
+            }
+            Stage::BeginContacts => ("velocities before the matching".to_owned(), 0),
+            Stage::Matching => {
+                let limiter = self.energy.as_ref();
+                let limited = if limiter.is_some() { ", energy limited" } else { "" };
+                let (width, blocks) = (self.half_width(), self.matching.layout.blocks());
+                let bytes = self.matching.bytes() + self.workspace.bytes() + limiter.map_or(0, |l| l.bytes());
+                (format!("half-width {width}, x y z, blocks: {blocks}{limited}"), bytes)
+            }
+            Stage::Integration => (format!("{} lattice vertices, f32", self.lattice.len()), 0),
+            Stage::Contacts => self.contacts.as_ref().map_or_else(Default::default, |contacts| {
+                (format!("{} samples", contacts.samples().len()), contacts.bytes())
+            }),
+        };
+        PlannedStage { when: When::Step, name: stage.name(), detail, bytes }
+    }
+}
+
+impl Stage {
+    fn name(self) -> &'static str {
+        match self {
+            Self::BeginConstraints => "begin pins, handles",
+            Self::Forces => "external forces",
+            Self::Momentum => "momentum tracker",
+            Self::RegionDamping => "region damping",
+            Self::BeginContacts => "begin contacts",
+            Self::Matching => "shape matching",
+            Self::Integration => "integration",
+            Self::Contacts => "contacts",
+            Self::Constraints => "pins and handles",
+        }
+    }
+
+    /// Whether it is not the first half of another stage.
+    fn is_main(self) -> bool {
+        !matches!(self, Self::BeginConstraints | Self::BeginContacts)
     }
 }

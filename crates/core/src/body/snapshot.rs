@@ -1,9 +1,9 @@
-//! The state of a body: what a checkpoint holds, and what a user changed since it was built.
+//! The state of a body to save and restore: what steps and users change.
 
-use super::force::Forces;
-use super::{Body, Damping, Material, Reach, State, Stiffness, Surface};
-use crate::dynamics::Kinematics;
+use super::{Body, Surface};
+use crate::dynamics::{Constraints, Damping, Forces, Material, RegionSize, Stiffness};
 use crate::error::Error;
+use crate::state::State;
 use crate::volume::{Correction, VolumeOptions};
 
 /// All of a body that steps and users change. It fits any body that was built alike.
@@ -11,8 +11,8 @@ use crate::volume::{Correction, VolumeOptions};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodySnapshot {
     state: State,
-    kinematics: Option<Kinematics>,
-    reach: Reach,
+    constraints: Option<Constraints>,
+    region_size: RegionSize,
     stiffness: Stiffness,
     damping: Damping,
     volume: VolumeOptions,
@@ -21,42 +21,95 @@ pub struct BodySnapshot {
     pushes: Vec<[f32; 3]>,
 }
 
+/// A state that does not fit.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StateError {
+    /// The state of another number of bodies.
+    #[error("the simulation has {bodies} bodies, the state {found}")]
+    Bodies {
+        /// Bodies of the simulation.
+        bodies: usize,
+        /// Bodies of the state.
+        found: usize,
+    },
+    /// The time makes no sense.
+    #[error("the state has no time")]
+    Time,
+    /// Cells of another size.
+    #[error("body {body:?} has cells of {cell_size}, the state of {found}")]
+    CellSize {
+        /// The body.
+        body: String,
+        /// Its cell size.
+        cell_size: f64,
+        /// The cell size of the state.
+        found: f64,
+    },
+    /// Another lattice.
+    #[error("body {body:?} has {blocks} blocks of lattice vertices, the state {found}")]
+    Lattice {
+        /// The body.
+        body: String,
+        /// Its blocks.
+        blocks: usize,
+        /// The blocks of the state.
+        found: usize,
+    },
+    /// Pins, handles or forces on vertices that the body does not have.
+    #[error("body {body:?}: the state has {what} of another body")]
+    Vertices {
+        /// The body.
+        body: String,
+        /// `pins and handles` or `forces`.
+        what: &'static str,
+    },
+    /// Settings that the body cannot have.
+    #[error("body {body:?}: {source}")]
+    Settings {
+        /// The body.
+        body: String,
+        /// Why not.
+        source: Box<Error>,
+    },
+}
+
 impl Body {
     /// The state as it is.
     pub fn snapshot(&self) -> BodySnapshot {
         BodySnapshot {
             state: self.state.clone(),
-            kinematics: self.kinematics.clone(),
-            reach: self.material.reach,
+            constraints: self.constraints.clone(),
+            region_size: self.material.region_size,
             stiffness: self.material.stiffness,
             damping: self.material.damping,
-            volume: self.volume(),
+            volume: self.volume,
             forces: self.forces.clone(),
             pushes: self.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.all_pushes().to_vec()),
         }
     }
 
-    /// Goes back, or on, to a state of a body that was built like this one.
+    /// Restores a state of a body that was built like this one.
     ///
     /// # Errors
     ///
     /// A state of another body; nothing is changed then.
     pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.fits(snapshot).map_err(Error::State)?;
+        self.fits(snapshot)?;
         self.adopt(snapshot)
     }
 
-    /// Goes to a state that [`fits`](Self::fits).
+    /// Restores a state that [`fits`](Self::fits).
     pub(crate) fn adopt(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.set_reach(snapshot.reach)?;
+        self.set_region_size(snapshot.region_size)?;
         self.set_stiffness(snapshot.stiffness)?;
         self.set_damping(snapshot.damping)?;
-        if snapshot.volume != self.volume() {
+        if snapshot.volume != self.volume {
             self.set_volume(snapshot.volume)?;
         }
         self.state = snapshot.state.clone();
-        self.kinematics = snapshot.kinematics.clone();
-        self.book_holds();
+        self.constraints = snapshot.constraints.clone();
+        self.track_constraints();
         self.forces = snapshot.forces.clone();
         if let Some(contacts) = &mut self.contacts {
             contacts.set_pushes(&snapshot.pushes);
@@ -64,35 +117,32 @@ impl Body {
         Ok(())
     }
 
-    /// Whether a snapshot is of a body like this one.
-    pub(crate) fn fits(&self, snapshot: &BodySnapshot) -> Result<(), String> {
-        let (size, other_size) = (self.state.frame.cell_size(), snapshot.state.frame.cell_size());
-        if size != other_size {
-            return Err(format!("body {:?} has cells of {size}, the state of {other_size}", self.name));
+    /// Checks that a snapshot is of a body like this one.
+    pub(crate) fn fits(&self, snapshot: &BodySnapshot) -> Result<(), StateError> {
+        let body = || self.name.clone();
+        let (cell_size, found) = (self.state.frame.cell_size(), snapshot.state.frame.cell_size());
+        if cell_size != found {
+            return Err(StateError::CellSize { body: body(), cell_size, found });
         }
-        let (own, other) = (self.state.positions.blocks().len(), snapshot.state.positions.blocks().len());
-        if !(own == other && snapshot.state.is_whole(own, self.state.books.len())) {
-            return Err(format!(
-                "body {:?} has {own} blocks of lattice vertices, the state {other}",
-                self.name
-            ));
+        let (blocks, found) = (self.state.positions.blocks().len(), snapshot.state.positions.blocks().len());
+        if !(blocks == found && snapshot.state.is_whole(blocks, self.state.momenta.len())) {
+            return Err(StateError::Lattice { body: body(), blocks, found });
         }
         let vertices = self.lattice.len();
-        if !snapshot.kinematics.as_ref().is_none_or(|kinematics| kinematics.is_whole(vertices)) {
-            return Err(format!("body {:?}: the state has pins and handles of another body", self.name));
+        if !snapshot.constraints.as_ref().is_none_or(|constraints| constraints.is_whole(vertices)) {
+            return Err(StateError::Vertices { body: body(), what: "pins and handles" });
         }
-        self.takes(snapshot).map_err(|error| format!("body {:?}: {error}", self.name))?;
         if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_whole(vertices)) {
-            return Err(format!("body {:?}: the state has forces of another body", self.name));
+            return Err(StateError::Vertices { body: body(), what: "forces" });
         }
-        Ok(())
+        let settings = |source| StateError::Settings { body: body(), source: Box::new(source) };
+        self.check_settings(snapshot).map_err(settings)
     }
 
-    /// Whether what a user changed can be set here too.
-    fn takes(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        let &BodySnapshot { reach, stiffness, damping, volume, .. } = snapshot;
-        Material { reach, stiffness, damping, ..self.material }.validate()?;
-        if volume != self.volume() {
+    fn check_settings(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
+        let &BodySnapshot { region_size, stiffness, damping, volume, .. } = snapshot;
+        Material { region_size, stiffness, damping, ..self.material }.validate()?;
+        if volume != self.volume {
             Correction::new(&self.lattice, self.surface.as_ref().map(Surface::borrowed), &volume)?;
         }
         Ok(())

@@ -1,170 +1,250 @@
-//! One step of a body: the page that reads like the papers.
+//! One step of a body.
 
 use nalgebra::Vector3;
 
-use super::{Body, unlocked};
-use crate::dynamics::Kinematics;
-use crate::dynamics::energy::EnergyGuard;
-use crate::dynamics::integrate::Advance;
+use super::Body;
+use crate::contact::Colliders;
+use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter};
+use crate::matching::Purpose;
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
 /// What acts on all bodies in a step.
-pub(crate) struct World {
+pub(crate) struct World<'a> {
     /// Scene units per second squared.
     pub(crate) gravity: Vector3<f64>,
     pub(crate) interval: Interval,
     /// Whether this is the first step of a frame.
     pub(crate) opens_frame: bool,
+    pub(crate) colliders: &'a Colliders,
 }
 
+/// A stage of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    BeginConstraints,
+    Forces,
+    Momentum,
+    RegionDamping,
+    BeginContacts,
+    Matching,
+    Integration,
+    Contacts,
+    Constraints,
+}
+
+/// The stages in the order in which they run. This list is the program: [`Body::step`] runs it, the plan prints it, and
+/// the reported memory is the sum over it.
+pub(super) const STEP: [Stage; 9] = [
+    Stage::BeginConstraints,
+    Stage::Forces,
+    Stage::Momentum,
+    Stage::RegionDamping,
+    Stage::BeginContacts,
+    Stage::Matching,
+    Stage::Integration,
+    Stage::Contacts,
+    Stage::Constraints,
+];
+
 impl Body {
-    /// Whether a step cannot be shared out among threads.
+    /// One step: the stages that the body has, in the order of [`STEP`].
+    pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
+        self.meet(world.colliders);
+        for stage in STEP {
+            if self.has(stage) {
+                self.run(stage, world, executor);
+            }
+        }
+    }
+
+    /// Whether the body has a stage. One that it lacks takes no time and no memory.
+    pub(super) fn has(&self, stage: Stage) -> bool {
+        match stage {
+            Stage::BeginConstraints | Stage::Constraints => self.constraints.is_some(),
+            Stage::Forces => self.forces.is_some(),
+            Stage::RegionDamping => self.damping.is_some(),
+            Stage::BeginContacts | Stage::Contacts => self.contacts.is_some(),
+            Stage::Momentum | Stage::Matching | Stage::Integration => true,
+        }
+    }
+
+    /// With h the length of the step, f external forces, a gravity, and g the goal position of a vertex at x:
+    fn run(&mut self, stage: Stage, world: &World, executor: &Executor) {
+        match stage {
+            // Pins and handles that become active capture the positions of their vertices.
+            Stage::BeginConstraints => self.begin_constraints(world),
+            // v += h f/m
+            Stage::Forces => self.apply_external_forces(world),
+            // Momenta that are not known are measured; the frame stays near the body.
+            Stage::Momentum => self.track_momentum(executor),
+            // v += share (v̄ - v), with v̄ the mean of the rigid velocities of the regions that hold the vertex.
+            Stage::RegionDamping => self.damp(world, executor),
+            // The velocities before the matching are those with which the surface meets a collider.
+            Stage::BeginContacts => self.begin_contacts(),
+            // v += alpha (g - x)/h + h a
+            Stage::Matching => self.accelerate(world, executor),
+            // x += h v
+            Stage::Integration => self.integrate(world, executor),
+            // Impulses on the visible surface.
+            Stage::Contacts => self.resolve_contacts(world),
+            // Held vertices follow their pins and handles.
+            Stage::Constraints => self.apply_constraints(world),
+        }
+    }
+
+    /// Whether a step is not divided among threads: its tasks would be too small.
     pub(crate) fn is_one_task(&self) -> bool {
         self.matching.layout.blocks() <= CHUNK
     }
 
-    /// One step: forces, damping, goal positions, integration, contacts, pins and handles.
-    pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
-        self.begin_holds(world);
-        self.pull(world.interval.dt, world.opens_frame);
-        self.open_books(executor);
-        let gain = self.fall(world);
-        self.damp(world, executor);
+    /// Whether neither constraints nor contacts act on the body.
+    fn is_free(&self) -> bool {
+        self.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
+    }
+
+    fn begin_constraints(&mut self, world: &World) {
+        let Self { constraints: Some(constraints), matching, state, .. } = self else { return };
+        if constraints.begin(world.interval, &state.shared(), matching.layout.slots()) {
+            self.track_constraints();
+        }
+    }
+
+    /// The momenta of components with held vertices are not conserved.
+    pub(super) fn track_constraints(&mut self) {
+        let Self { constraints, matching, momentum, state, .. } = self;
+        match constraints {
+            Some(constraints) => {
+                momentum.constrain(matching.layout.slots(), constraints.held(), &mut state.momenta);
+            }
+            None => momentum.release(),
+        }
+    }
+
+    fn apply_external_forces(&mut self, world: &World) {
+        let Self { forces: Some(forces), lattice, matching, material, state, .. } = self else { return };
+        let mass = |vertex| super::mass(material, lattice, vertex);
+        let when = (world.interval, world.opens_frame);
+        forces.apply(when, (lattice, matching.layout.slots()), mass, state);
+    }
+
+    /// The frame of a free body moves with it, so that f32 velocities and positions stay small.
+    fn track_momentum(&mut self, executor: &Executor) {
+        let is_free = self.is_free();
+        let Self { matching, momentum, state, .. } = self;
+        let slots = matching.layout.slots();
+        if !is_free {
+            state.set_origin_velocity(slots, Vector3::zeros());
+        }
+        if !is_free || state.momenta.contains(&None) {
+            state.energy_limit = None;
+        }
+        let (strayed, unknown) = (state.strayed(slots[0]), momentum.any_unknown(&state.momenta));
+        if !strayed && !unknown {
+            return;
+        }
+        let (bounds, shares) = (matching.cascade.bounds(), &matching.regions.shares);
+        momentum.measure(executor, bounds, shares, &state.positions, &state.velocities);
+        if strayed {
+            state.rebase(slots, momentum.centre());
+        }
+        if unknown && is_free {
+            state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
+            momentum.measure(executor, bounds, shares, &state.positions, &state.velocities);
+        }
+        momentum.adopt(&mut state.momenta);
+    }
+
+    /// Region damping comes before the matching: after it, held vertices would pass on the acceleration that they do
+    /// not follow.
+    fn damp(&mut self, world: &World, executor: &Executor) {
+        let Self { damping: Some(damping), matching, workspace, material, state, .. } = self else { return };
+        if !state.fitted {
+            let fitted = (&state.positions, &mut state.rotations);
+            matching.fit(workspace, executor, fitted, None, Purpose::Transform);
+        }
+        let share = material.damping_share(world.interval.dt);
+        damping.apply(matching, workspace, executor, state, share as f32);
+    }
+
+    fn begin_contacts(&mut self) {
         if let Some(contacts) = &mut self.contacts {
             contacts.begin(&self.state.velocities);
         }
-        self.match_shape(world, gain, executor);
-        self.advance(world, executor);
-        self.touch(world);
-        self.hold(world);
-        self.surroundings.time = world.interval.end;
     }
 
-    /// Pins and handles that begin now capture what they hold.
-    fn begin_holds(&mut self, world: &World) {
-        let Self { kinematics, matching, state, .. } = self;
-        let Some(kinematics) = kinematics else { return };
-        if kinematics.begin(world.interval, &state.shared(), matching.layout.slots()) {
-            self.book_holds();
-        }
-    }
-
-    /// Whether nothing holds the body and nothing can touch it.
-    fn flies(&self) -> bool {
-        self.contacts.is_none() && !self.kinematics.as_ref().is_some_and(Kinematics::holds_any)
-    }
-
-    /// Measures the momenta that no book has, and keeps the origin with the body: near it, and flying with it.
-    fn open_books(&mut self, executor: &Executor) {
-        let flies = self.flies();
-        let Self { matching, bookkeeper, state, .. } = self;
-        let slots = matching.layout.slots();
-        if !flies {
-            state.set_origin_velocity(slots, Vector3::zeros());
-        }
-        if !flies || state.books.contains(&None) {
-            state.energy = None;
-        }
-        let (strayed, to_open) = (state.strayed(slots[0]), bookkeeper.any_to_open(&state.books));
-        if !strayed && !to_open {
-            return;
-        }
-        let shares = &matching.regions.shares;
-        let bounds = unlocked(&mut self.cascade).bounds();
-        bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
-        if strayed {
-            state.rebase(slots, bookkeeper.centre());
-        }
-        if to_open && flies {
-            state.set_origin_velocity(slots, state.frame.velocity() + bookkeeper.velocity());
-            bookkeeper.measure(executor, bounds, shares, &state.positions, &state.velocities);
-        }
-        bookkeeper.open(&mut state.books);
-    }
-
-    /// Gravity: the origin of a body that flies falls as a whole. Returns what the vertices gain beside it, in
-    /// cells/s.
-    fn fall(&mut self, world: &World) -> Vector3<f64> {
-        let dt = world.interval.dt;
-        let gain = world.gravity * (dt / self.lattice.cell_size());
-        if !self.flies() {
-            return gain;
-        }
-        self.state.frame.fly(gain, dt);
-        Vector3::zeros()
-    }
-
-    /// Region damping, where the material has any: of the velocities that contacts, pins and handles left. After the
-    /// matching, held vertices would hand on the pull that they do not follow.
-    fn damp(&mut self, world: &World, executor: &Executor) {
-        let Some(damping) = &self.damping else { return };
-        let (state, cascade) = (&mut self.state, unlocked(&mut self.cascade));
-        if !state.fitted {
-            self.matching.fit(cascade, executor, &state.positions, &mut state.rotations);
-        }
-        let share = self.material.damping_share(world.interval.dt);
-        damping.apply(&self.matching, cascade, executor, state, share as f32);
-    }
-
-    /// Goal positions by shape matching, and the velocities that they and `gain` give.
+    /// v += alpha (g - x)/h + h a. Gravity acts on the frame of a free body, and on the vertices of others.
     ///
-    /// Near two best rotations of a region the body is held to its energy: then the sums are made twice.
-    fn match_shape(&mut self, world: &World, gain: Vector3<f64>, executor: &Executor) {
-        let flies = self.flies();
-        let Self { matching, bookkeeper, state, energy, .. } = self;
-        let cascade = unlocked(&mut self.cascade);
+    /// Near two best rotations of a region the energy of a free body is limited: the sums are then made twice.
+    fn accelerate(&mut self, world: &World, executor: &Executor) {
+        let is_free = self.is_free();
+        let Self { matching, workspace, momentum, energy, material, lattice, state, .. } = self;
         let dt = world.interval.dt;
-        let pull = self.material.alpha(dt) / dt;
-        let unsettled = matching.fit(cascade, executor, &state.positions, &mut state.rotations);
+        let mut gain = world.gravity * (dt / lattice.cell_size());
+        if is_free {
+            state.frame.fly(gain, dt);
+            gain = Vector3::zeros();
+        }
+
+        let fitted = (&state.positions, &mut state.rotations);
+        let unsettled = matching.fit(workspace, executor, fitted, None, Purpose::Adjoint);
         self.unsettled += unsettled;
         state.fitted = true;
-        let guard =
-            (flies && unsettled > 0).then(|| energy.get_or_insert_with(|| EnergyGuard::new(matching)));
-        if let Some(guard) = &guard {
-            let (positions, rotations) = (&state.positions, &mut state.rotations);
-            matching.fit_summing(cascade, executor, positions, rotations, Some(guard.matched()));
+        let limiter = (is_free && unsettled > 0)
+            .then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
+        if let Some(limiter) = &limiter {
+            let fitted = (&state.positions, &mut state.rotations);
+            matching.fit(workspace, executor, fitted, Some(limiter.potential()), Purpose::Adjoint);
         }
-        let guard = guard.map(|guard| {
-            guard.begin(&state.velocities);
-            &*guard
+        let limiter = limiter.map(|limiter| {
+            limiter.begin(&state.velocities);
+            &*limiter
         });
-        let drift = gain.map(|g| g as f32).into();
-        matching.accelerate(cascade, executor, state, (pull as f32, drift), bookkeeper);
-        if let Some(guard) = guard {
-            guard.hold((pull, dt), &matching.regions.shares, state, bookkeeper);
+
+        let stiffness_rate = material.alpha(dt) / dt;
+        let (shares, track) = (&matching.regions.shares, momentum.any_free());
+        let (components, sums) = momentum.begin_sums();
+        let update = Accelerate {
+            shares,
+            positions: &state.positions,
+            stiffness_rate: stiffness_rate as f32,
+            gain: gain.map(|v| v as f32).into(),
+            components: track.then_some(components),
+        };
+        let (layout, velocities) = (&matching.layout, state.velocities.blocks_mut());
+        matching.cascade.adjoint(layout, executor, workspace, &update, velocities, sums);
+        momentum.finish_sums();
+
+        if let Some(limiter) = limiter {
+            limiter.apply((stiffness_rate, dt), shares, state, momentum);
         }
-        bookkeeper.enter(&mut state.books, gain);
+        momentum.add_impulse(&mut state.momenta, gain);
     }
 
-    /// Velocities corrected to the books, positions moved.
-    fn advance(&mut self, world: &World, executor: &Executor) {
-        let Self { matching, bookkeeper, state, .. } = self;
+    /// x += h v, with the velocities corrected to the known momenta.
+    fn integrate(&mut self, world: &World, executor: &Executor) {
+        let Self { matching, momentum, state, .. } = self;
+        let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
-        let (components, corrections) = bookkeeper.corrections(&state.books);
         let advance = Advance { occupied, components, corrections, dt: world.interval.dt };
         advance.run(executor, &mut state.positions, &mut state.carry, &mut state.velocities);
     }
 
-    /// Contacts of the visible surface. What they do to the momenta is measured, not booked.
-    fn touch(&mut self, world: &World) {
-        let (Some(contacts), Some(colliders)) = (&mut self.contacts, &self.surroundings.colliders) else {
-            return;
-        };
+    /// The momenta of touched components are measured anew.
+    fn resolve_contacts(&mut self, world: &World) {
+        let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
         if world.opens_frame {
             contacts.clear_pushes();
         }
-        let mut state = self.state.shared();
-        contacts.resolve(&mut state, colliders, world.interval, world.gravity.into());
+        contacts.resolve(&mut state.shared(), world.colliders, world.interval, world.gravity.into());
         for vertex in contacts.touched() {
-            self.state.shut_book(&self.lattice, vertex);
+            state.invalidate_momentum(lattice, vertex);
         }
     }
 
-    /// Held vertices go where their pins and handles have them.
-    fn hold(&mut self, world: &World) {
-        if let Some(kinematics) = &self.kinematics {
-            kinematics.apply(world.interval, &mut self.state.shared(), self.matching.layout.slots());
+    fn apply_constraints(&mut self, world: &World) {
+        if let Some(constraints) = &self.constraints {
+            constraints.apply(world.interval, &mut self.state.shared(), self.matching.layout.slots());
         }
     }
 }
@@ -173,10 +253,15 @@ impl Body {
 mod tests {
     use nalgebra::Point3;
 
-    use crate::{Body, Collider, Lattice, Selection, Simulation};
+    use super::*;
+    use crate::{Collider, Lattice, Selection, Simulation};
+
+    fn known(simulation: &Simulation) -> Vec<bool> {
+        simulation.bodies()[0].state.momenta.iter().map(Option::is_some).collect()
+    }
 
     #[test]
-    fn only_the_books_of_what_is_touched_or_pulled_are_shut() {
+    fn contacts_and_forces_invalidate_the_momenta_of_their_components_only() {
         let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0], [8, 0, 0]], 1.0, Point3::origin(), false);
         let mut body = Body::from_lattice(lattice.unwrap()).build().unwrap();
         body.apply_forces(&[(2, [1.0, 0.0, 0.0])]).unwrap();
@@ -184,13 +269,12 @@ mod tests {
         let mut simulation =
             Simulation::builder().body(body).collider(ball).gravity([0.0; 3]).build().unwrap();
         simulation.step();
-        let open = |simulation: &Simulation| {
-            simulation.body(0).state.books.iter().map(Option::is_some).collect::<Vec<_>>()
-        };
-        assert_eq!(open(&simulation), [true, true, false]);
+        assert_eq!(known(&simulation), [true, true, false]);
         let body = simulation.body_mut(0);
         body.apply_force([1.0; 3], &Selection::Vertices(vec![2])).unwrap();
-        body.pull(1.0, true);
-        assert_eq!(open(&simulation), [true, false, false]);
+        let (gravity, interval) = (Vector3::zeros(), Interval::of_step(1, 1.0));
+        let colliders = &Colliders::new(&[]).unwrap();
+        body.apply_external_forces(&World { gravity, interval, opens_frame: true, colliders });
+        assert_eq!(known(&simulation), [true, false, false]);
     }
 }

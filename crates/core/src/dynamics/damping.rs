@@ -1,4 +1,4 @@
-//! Region damping: each region's rigid velocity, averaged, pulls the velocities of its vertices.
+//! Region damping: moves the velocities towards the averaged rigid velocities of the regions.
 //!
 //! Rivers & James (2007, section 5) average the rigid velocities of the regions with the matching's weights. Here
 //! the same moment cascade sums the velocities against the window's lattice offsets, so nothing cancels far from
@@ -6,17 +6,14 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
-use crate::body::State;
-use crate::matching::Matching;
-use crate::matching::cascade::{Cascade, Purpose, RegionTransform, VertexUpdate};
-use crate::matching::goals::Means;
-use crate::matching::regions::Regions;
-use crate::matching::rotation::columns;
-use crate::matching::windows::Weighted;
+use crate::matching::{
+    Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted, Workspace, columns,
+};
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
+use crate::state::State;
 
-/// The stage: what it needs to know of the regions.
+/// The stage: the rest inertia of the regions.
 #[derive(Clone, Debug)]
 pub(crate) struct RegionDamping {
     inverse_inertia: Lanes<6>,
@@ -33,25 +30,27 @@ impl RegionDamping {
         self.inverse_inertia.bytes()
     }
 
-    /// Pulls velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
+    /// Moves the velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
     /// The rotations are those of the last fit; `share` is in (0, 1].
     pub(crate) fn apply(
         &self,
         matching: &Matching,
-        cascade: &mut Cascade,
+        workspace: &mut Workspace,
         executor: &Executor,
         state: &mut State,
         share: f32,
     ) {
-        let Matching { layout, regions, .. } = matching;
+        let Matching { layout, regions, cascade } = matching;
         let State { rotations, velocities, .. } = state;
         let Regions { constants, shares, .. } = regions;
         let field = Weighted { shares: shares.blocks(), vectors: velocities.blocks() };
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
-        // A vector of nothing takes no memory.
-        cascade.gather(layout, executor, field, (&fit, &mut vec![(); layout.blocks()]), Purpose::Scatter);
-        cascade.scatter(layout, executor, &Pull { shares, share }, velocities.blocks_mut(), &mut []);
+        // A vector of units allocates nothing.
+        let memory = &mut vec![(); layout.blocks()];
+        cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Adjoint);
+        let update = Damp { shares, share };
+        cascade.adjoint(layout, executor, workspace, &update, velocities.blocks_mut(), &mut []);
     }
 }
 
@@ -110,12 +109,12 @@ impl FitVelocities<'_> {
 }
 
 /// v += share (v̄ - v).
-struct Pull<'a> {
+struct Damp<'a> {
     shares: &'a Lanes<2>,
     share: f32,
 }
 
-impl VertexUpdate for Pull<'_> {
+impl VertexUpdate for Damp<'_> {
     type Memory = Block<3>;
     type Tally = ();
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use thiserror::Error;
 
-use super::angles::euler_degrees;
+use crate::state::euler_degrees;
 
 /// One key of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

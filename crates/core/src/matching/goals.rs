@@ -4,15 +4,12 @@
 //! the mean over the regions that hold it (Mueller et al. 2005, eq. 3 to 7; Rivers & James 2007, eq. 5 and 6).
 //! Positions are in cells, so that the rest offsets are the whole numbers that the window sums count.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
 use super::cascade::{RegionTransform, VertexUpdate};
 use super::rotation::{columns, newton};
-use crate::dynamics::energy::RegionSums;
-use crate::dynamics::momentum::Components;
-use crate::dynamics::momentum::sums::{self, Fields, Sums};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 
 /// The sums of a region as means.
@@ -45,16 +42,16 @@ impl<V> Means<V> {
     }
 }
 
-/// The rigid motion that fits each region best. Its memory is the region's rotation: the warm start, replaced.
+/// Fits a rigid motion to each region. Its memory is the rotation of the region: the warm start, then the result.
 pub(crate) struct FitRotations<'a> {
     pub(crate) constants: &'a Lanes<4>,
     pub(crate) occupied: &'a [u8],
     /// The half-width of the regions in cells.
-    pub(crate) reach: f32,
-    /// Counts the rotations that Newton's method left to the robust path.
+    pub(crate) half_width: f32,
+    /// Counts the rotations that Newton's method leaves to the robust path.
     pub(crate) unsettled: &'a AtomicUsize,
-    /// Where what the potential is summed from goes, if it is asked for.
-    pub(crate) matched: Option<&'a RegionSums>,
+    /// Receives the elastic potential, where it is needed.
+    pub(crate) potential: Option<&'a PotentialSums>,
 }
 
 impl RegionTransform for FitRotations<'_> {
@@ -63,7 +60,7 @@ impl RegionTransform for FitRotations<'_> {
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], quaternions: &mut [Block<4>]) {
         for at in (0..sums.len()).step_by(2) {
-            // An odd block is fitted beside itself.
+            // The last of an odd number of blocks is fitted twice.
             let both = [at, (at + 1).min(sums.len() - 1)];
             self.fit(simd, both.map(|at| first + at), both, sums, quaternions);
         }
@@ -86,9 +83,9 @@ impl FitRotations<'_> {
         let moments = load_two(simd, [&sums[at[0]], &sums[at[1]]]);
         let warm = load_two(simd, [&quaternions[at[0]], &quaternions[at[1]]]);
         let Means { mean, central: a, d } = Means::new(constants, moments);
-        // What the rounding of the sums alone may leave of a region that is collapsed to a point has no rotation.
+        // Moments at rounding level: a region that is collapsed to a point has no rotation.
         let noise = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
-            * (8.0 * f32::EPSILON * self.reach).powi(2);
+            * (8.0 * f32::EPSILON * self.half_width).powi(2);
         let mut size = [a[0] * a[0], a[1] * a[1], a[2] * a[2]];
         for i in 3..9 {
             size[i % 3] = a[i].mul_add(a[i], size[i % 3]);
@@ -101,9 +98,9 @@ impl FitRotations<'_> {
             self.unsettled.fetch_add(left.count_ones() as usize, Ordering::Relaxed);
         }
         let r = columns(simd, q);
-        if let Some(matched) = self.matched {
+        if let Some(potential) = self.potential {
             let occupied = blocks.map(|block| self.occupied[block]);
-            matched.take(blocks, occupied, constants[0], mean, [&a, &r]);
+            potential.store(blocks, occupied, constants[0], mean, [&a, &r]);
         }
         let mut b = d;
         for row in 0..3 {
@@ -111,7 +108,7 @@ impl FitRotations<'_> {
         }
         let motions = [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]];
         let (motions, q) = (split_two(simd, motions), split_two(simd, q));
-        // The first last: it is the one that was asked for where both are the same.
+        // The first block last: it is the valid one where both are the same.
         for half in [1, 0] {
             store(motions[half], &mut sums[at[half]]);
             store(q[half], &mut quaternions[at[half]]);
@@ -119,7 +116,7 @@ impl FitRotations<'_> {
     }
 }
 
-/// Writes the goal positions down.
+/// Writes the goal positions.
 pub(crate) struct WriteGoals<'a> {
     pub(crate) shares: &'a Lanes<2>,
 }
@@ -145,49 +142,52 @@ impl VertexUpdate for WriteGoals<'_> {
     }
 }
 
-/// Accelerates each vertex towards its goal: v += alpha (g - x)/dt + a dt (Mueller et al. 2005, eq. 9).
-pub(crate) struct Accelerate<'a> {
-    pub(crate) shares: &'a Lanes<2>,
-    pub(crate) positions: &'a Lanes<3>,
-    /// alpha/dt, in 1/s.
-    pub(crate) pull: f32,
-    /// What each vertex gains by forces that act on all alike, in cells/s.
-    pub(crate) gain: [f32; 3],
-    /// Which component each vertex belongs to, whose momenta are summed; `None` to sum nothing.
-    pub(crate) components: Option<&'a Components>,
-}
+/// The part of the elastic potential that depends on the positions, in f64 by block of regions. Each number is
+/// written by one thread.
+#[derive(Debug)]
+pub(crate) struct PotentialSums(Vec<AtomicU64>);
 
-impl VertexUpdate for Accelerate<'_> {
-    type Memory = Block<3>;
-    type Tally = Sums;
+impl PotentialSums {
+    /// For this many blocks.
+    pub(crate) fn new(blocks: usize) -> Self {
+        Self((0..blocks).map(|_| AtomicU64::new(0)).collect())
+    }
 
+    /// Memory that they take.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self.0.as_slice())
+    }
+
+    /// Stores Σ M (c² + 2 tr(Rᵀ A)) of the regions of two blocks in the lanes that hold a vertex, given by bits.
     #[inline(always)]
-    fn apply<S: Simd>(
+    fn store<S: Simd>(
         &self,
-        simd: S,
-        first: usize,
-        gathered: &[Block<3>],
-        velocities: &mut [Block<3>],
-        sums: &mut [Sums],
+        blocks: [usize; 2],
+        occupied: [u8; 2],
+        inverse_mass: f32x16<S>,
+        mean: [f32x16<S>; 3],
+        [a, r]: [&[f32x16<S>; 9]; 2],
     ) {
-        let blocks = first..first + velocities.len();
-        let (shares, positions) = (&self.shares.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
-        let zero = f32x8::splat(simd, 0.0);
-        let vertices = shares.iter().zip(positions).zip(gathered).zip(&mut *velocities);
-        for (((shares, positions), gathered), velocities) in vertices {
-            let [_, share] = load(simd, shares);
-            let held = share.simd_gt(zero);
-            let (x, gathered): ([f32x8<S>; 3], [f32x8<S>; 3]) = (load(simd, positions), load(simd, gathered));
-            let mut v: [f32x8<S>; 3] = load(simd, velocities);
-            for c in 0..3 {
-                let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
-                let residual = gathered[c].mul_add(share, -x[c]);
-                v[c] = residual.mul_add(self.pull, v[c] + gain);
+        let mut trace = r[0] * a[0];
+        for i in 1..9 {
+            trace = r[i].mul_add(a[i], trace);
+        }
+        let square = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]));
+        let values = (square + (trace + trace)).to_array();
+        let inverse_masses = inverse_mass.to_array();
+        // The first block last: it is the valid one where both are the same.
+        for half in [1, 0] {
+            let mut sum = 0.0;
+            for lane in (0..LANES).filter(|lane| occupied[half] >> lane & 1 != 0) {
+                let at = half * LANES + lane;
+                sum += f64::from(values[at]) / f64::from(inverse_masses[at]);
             }
-            store(v, velocities);
+            self.0[blocks[half]].store(sum.to_bits(), Ordering::Relaxed);
         }
-        if let Some(components) = self.components {
-            sums::add(simd, components, first, Fields { shares, positions, velocities }, sums);
-        }
+    }
+
+    /// The sum over all blocks.
+    pub(crate) fn sum(&self) -> f64 {
+        self.0.iter().map(|sum| f64::from_bits(sum.load(Ordering::Relaxed))).sum()
     }
 }

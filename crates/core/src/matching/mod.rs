@@ -1,134 +1,95 @@
-//! Lattice shape matching: windows, the moment cascade and its adjoint, rotations, goal positions.
+//! Lattice shape matching: regions, window sums, the moment cascade and its adjoint, rotations, goal positions.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `regions` | the weights m/n, the masses and rest centroids of the regions |
+//! | `windows` | plain and offset-weighted sums over the windows of one axis |
+//! | `cascade` | sums over all regions by three passes, and their adjoint |
+//! | `rotation` | the rotation of a region: Newton's method, its eigenvalue test, the robust path |
+//! | `goals` | the rigid motion of each region, and the goal positions |
 
-pub(crate) mod cascade;
-pub(crate) mod goals;
-pub(crate) mod regions;
-pub(crate) mod rotation;
-pub(crate) mod windows;
+mod cascade;
+mod goals;
+mod regions;
+mod rotation;
+mod windows;
+
+pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace};
+pub(crate) use goals::{Means, PotentialSums};
+pub(crate) use regions::Regions;
+pub(crate) use rotation::columns;
+pub use rotation::rotations;
+pub(crate) use windows::Weighted;
 
 use std::sync::atomic::AtomicUsize;
 
-use crate::body::State;
-use crate::dynamics::energy::RegionSums;
-use crate::dynamics::momentum::Bookkeeper;
 use crate::lattice::Lattice;
 use crate::lattice::layout::Layout;
 use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
-use cascade::{Cascade, Purpose};
-use goals::{Accelerate, FitRotations, WriteGoals};
-use regions::Regions;
-use windows::Weighted;
+use goals::{FitRotations, WriteGoals};
 
-/// The matching stage: the regions of a lattice. Its buffers are a [`Cascade`], which other stages use as well.
-#[derive(Debug)]
+/// Shape matching on a lattice: its regions, and the sums over them. The buffers are a [`Workspace`].
+#[derive(Clone, Debug)]
 pub(crate) struct Matching {
     pub(crate) layout: Layout,
     pub(crate) regions: Regions,
+    pub(crate) cascade: Cascade,
 }
 
 impl Matching {
     /// Shape matching on a lattice, with regions of half-width `half_width` in cells, at least 1.
     pub(crate) fn new(lattice: &Lattice, half_width: usize) -> Self {
-        let layout = Layout::new(lattice);
-        let regions = Regions::new(lattice, &layout, half_width);
-        Self { layout, regions }
+        Self::with_layout(lattice, Layout::new(lattice), half_width)
     }
 
     /// Gives the regions another half-width, on the same lattice.
     pub(crate) fn set_half_width(&mut self, lattice: &Lattice, half_width: usize) {
-        self.regions = Regions::new(lattice, &self.layout, half_width);
+        *self = Self::with_layout(lattice, self.layout.clone(), half_width);
     }
 
-    /// Fits a rigid motion to each region at `positions`. `rotations` are the warm start, and are replaced. Returns
-    /// how many of them Newton's method left to the robust path.
+    fn with_layout(lattice: &Lattice, layout: Layout, half_width: usize) -> Self {
+        let regions = Regions::new(lattice, &layout, half_width);
+        let cascade = Cascade::new(&layout, half_width);
+        Self { layout, regions, cascade }
+    }
+
+    /// Fits a rigid motion to each region at `positions`. `rotations` holds the warm start and receives the result.
+    /// With [`Purpose::Adjoint`] goals can be gathered afterwards. `potential` receives the elastic potential.
+    ///
+    /// Returns the number of rotations that Newton's method left to the robust path.
     pub(crate) fn fit(
         &self,
-        cascade: &mut Cascade,
+        workspace: &mut Workspace,
         executor: &Executor,
-        positions: &Lanes<3>,
-        rotations: &mut Lanes<4>,
-    ) -> usize {
-        self.fit_summing(cascade, executor, positions, rotations, None)
-    }
-
-    /// As [`Matching::fit`]; leaves with `matched` what the potential is summed from.
-    pub(crate) fn fit_summing(
-        &self,
-        cascade: &mut Cascade,
-        executor: &Executor,
-        positions: &Lanes<3>,
-        rotations: &mut Lanes<4>,
-        matched: Option<&RegionSums>,
+        (positions, rotations): (&Lanes<3>, &mut Lanes<4>),
+        potential: Option<&PotentialSums>,
+        purpose: Purpose,
     ) -> usize {
         let unsettled = AtomicUsize::new(0);
-        let (field, transform) = self.fitting(positions, &unsettled);
-        let transform = FitRotations { matched, ..transform };
-        cascade.gather(&self.layout, executor, field, (&transform, rotations.blocks_mut()), Purpose::Scatter);
+        let field = Weighted { shares: self.regions.shares.blocks(), vectors: positions.blocks() };
+        let fit = FitRotations {
+            constants: &self.regions.constants,
+            occupied: self.layout.occupied(),
+            half_width: self.regions.half_width() as f32,
+            unsettled: &unsettled,
+            potential,
+        };
+        let memory = rotations.blocks_mut();
+        self.cascade.forward(&self.layout, executor, workspace, field, (&fit, memory), purpose);
         unsettled.into_inner()
     }
 
-    /// As [`Matching::fit`], for the rotations alone: no goals can be had from it.
-    pub(crate) fn turn(
-        &self,
-        cascade: &mut Cascade,
-        executor: &Executor,
-        positions: &Lanes<3>,
-        rotations: &mut Lanes<4>,
-    ) {
-        let unsettled = AtomicUsize::new(0);
-        let (field, transform) = self.fitting(positions, &unsettled);
-        cascade.gather(
-            &self.layout,
-            executor,
-            field,
-            (&transform, rotations.blocks_mut()),
-            Purpose::Remember,
-        );
-    }
-
-    fn fitting<'a>(
-        &'a self,
-        positions: &'a Lanes<3>,
-        unsettled: &'a AtomicUsize,
-    ) -> (Weighted<'a>, FitRotations<'a>) {
-        let constants = &self.regions.constants;
-        let (occupied, reach) = (self.layout.occupied(), self.regions.half_width() as f32);
-        (
-            Weighted { shares: self.regions.shares.blocks(), vectors: positions.blocks() },
-            FitRotations { constants, occupied, reach, unsettled, matched: None },
-        )
-    }
-
-    /// Accelerates each vertex towards the goal that the motions last fitted give it.
-    ///
-    /// `pull` is alpha/dt in 1/s; `gain` is what each vertex gains by forces that act on all alike, in cells/s.
-    /// The momenta are left with the bookkeeper.
-    pub(crate) fn accelerate(
-        &self,
-        cascade: &Cascade,
-        executor: &Executor,
-        state: &mut State,
-        (pull, gain): (f32, [f32; 3]),
-        bookkeeper: &mut Bookkeeper,
-    ) {
-        let (shares, positions) = (&self.regions.shares, &state.positions);
-        let free = bookkeeper.any_free();
-        let (components, sums) = bookkeeper.open_sums();
-        let components = free.then_some(components);
-        let update = Accelerate { shares, positions, pull, gain, components };
-        cascade.scatter(&self.layout, executor, &update, state.velocities.blocks_mut(), sums);
-        bookkeeper.close_sums();
-    }
-
-    /// The goal positions that the motions last fitted give.
-    pub(crate) fn goals(&self, cascade: &Cascade, executor: &Executor, goals: &mut Lanes<3>) {
+    /// The goal positions of the motions fitted last.
+    pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
+        let mut goals = Lanes::zeros(self.layout.blocks());
         let update = WriteGoals { shares: &self.regions.shares };
-        cascade.scatter(&self.layout, executor, &update, goals.blocks_mut(), &mut []);
+        self.cascade.adjoint(&self.layout, executor, workspace, &update, goals.blocks_mut(), &mut []);
+        goals
     }
 
-    /// Memory that the regions and their layout take.
+    /// Memory that the regions and their tables take.
     pub(crate) fn bytes(&self) -> usize {
-        self.layout.bytes() + self.regions.bytes()
+        self.layout.bytes() + self.regions.bytes() + self.cascade.bytes()
     }
 }

@@ -1,14 +1,13 @@
 //! From bodies and numbers to a simulation.
 
-use std::sync::Arc;
-
 use super::{Clock, Simulation};
-use crate::body::{Body, in_range};
+use crate::body::Body;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
+use crate::range::in_range;
 
-/// More threads than any machine makes use of here, and fewer than one chokes on.
+/// More threads than a simulation can use, and few enough to start.
 const MOST_THREADS: usize = 1024;
 
 /// What a [`Simulation`] is built from.
@@ -89,25 +88,24 @@ impl SimulationBuilder {
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
-        let mut simulation = Simulation {
-            bodies: self.bodies,
+        let mut bodies = self.bodies;
+        bodies.iter_mut().for_each(|body| body.meet(&colliders));
+        Ok(Simulation {
+            bodies,
             gravity: self.gravity.into(),
             clock: Clock::new(self.dt),
-            colliders: colliders.map(Arc::new),
+            colliders,
             substeps: self.substeps,
             executor: Executor::new(self.threads),
-        };
-        simulation.lend();
-        Ok(simulation)
+        })
     }
 
-    /// Whether [`SimulationBuilder::build`] will have nothing to object to but a lack of bodies; what bodies will
-    /// meet.
+    /// Checks all but the bodies, and returns the colliders.
     ///
     /// # Errors
     ///
     /// A number out of its range, a collider that makes no sense.
-    pub fn validate(&self) -> Result<Option<Colliders>, Error> {
+    pub fn validate(&self) -> Result<Colliders, Error> {
         check_dt(self.dt)?;
         check_threads(self.threads)?;
         in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;

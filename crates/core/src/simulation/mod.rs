@@ -1,4 +1,4 @@
-//! Bodies and time.
+//! The simulation: bodies, colliders and time.
 
 mod builder;
 mod clock;
@@ -7,19 +7,18 @@ mod state;
 pub use builder::SimulationBuilder;
 pub use state::SimulationState;
 
-use std::sync::Arc;
-
 use nalgebra::Vector3;
 
-use crate::body::{Body, Surroundings, World, in_range};
+use crate::body::{Body, BodyRef, Scene, World};
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::plan::Plan;
+use crate::range::in_range;
 use builder::{check_dt, check_gravity, check_threads};
 use clock::Clock;
 
-/// Bodies that move through time, each by itself, among colliders. Contact between bodies is not simulated.
+/// Bodies among colliders, and time. Contact between bodies is not simulated.
 ///
 /// The result has the same bits for any number of threads.
 #[derive(Debug)]
@@ -27,13 +26,13 @@ pub struct Simulation {
     bodies: Vec<Body>,
     gravity: Vector3<f64>,
     clock: Clock,
-    colliders: Option<Arc<Colliders>>,
+    colliders: Colliders,
     substeps: u64,
     executor: Executor,
 }
 
 impl Simulation {
-    /// A simulation of nothing yet.
+    /// A builder without bodies.
     pub fn builder() -> SimulationBuilder {
         SimulationBuilder::default()
     }
@@ -62,12 +61,13 @@ impl Simulation {
             gravity: self.gravity,
             interval: self.clock.interval(),
             opens_frame: self.clock.steps().is_multiple_of(self.substeps),
+            colliders: &self.colliders,
         };
         executor.each(&mut self.bodies, |body| body.step(&world, executor));
         self.clock.tick();
     }
 
-    /// What is done in a step and in a look.
+    /// The stages of a step and of a display.
     pub fn plan(&self) -> Plan {
         let bodies = self.bodies.iter().map(Body::plan).collect();
         Plan { dt: self.dt(), substeps: self.substeps, threads: self.threads(), bodies }
@@ -86,7 +86,6 @@ impl Simulation {
     pub fn set_dt(&mut self, dt: f64) -> Result<(), Error> {
         check_dt(dt)?;
         self.clock.set_dt(dt);
-        self.lend();
         Ok(())
     }
 
@@ -103,7 +102,6 @@ impl Simulation {
     pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         in_range("time", time, true, "finite")?;
         self.clock.set_time(time);
-        self.lend();
         Ok(())
     }
 
@@ -122,7 +120,7 @@ impl Simulation {
         &self.executor
     }
 
-    /// Threads that work.
+    /// The number of threads.
     pub fn threads(&self) -> usize {
         self.executor.threads()
     }
@@ -135,24 +133,13 @@ impl Simulation {
     pub fn set_threads(&mut self, threads: usize) -> Result<(), Error> {
         check_threads(threads)?;
         self.executor = Executor::new(threads);
-        self.lend();
         Ok(())
     }
 
-    /// Forgets the threads, as a process must that was forked: they are not in it. Works alone from then on.
+    /// Abandons the threads: in a forked process they do not exist. Steps run on the calling thread from then on.
     pub fn abandon_threads(&mut self) {
-        // To let them go would mean to wake them.
+        // To drop the pool would wait for its threads.
         self.executor.abandon();
-        self.lend();
-    }
-
-    /// Bodies know what those who look at them must know.
-    fn lend(&mut self) {
-        let (time, dt) = (self.time(), self.dt());
-        for body in &mut self.bodies {
-            let (colliders, executor) = (self.colliders.clone(), self.executor.clone());
-            body.lend(Surroundings { colliders, time, dt, executor });
-        }
     }
 
     /// Sets the colliders, from the next step on.
@@ -161,8 +148,8 @@ impl Simulation {
     ///
     /// A collider that makes no sense; nothing is changed then.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
-        self.colliders = Colliders::new(colliders)?.map(Arc::new);
-        self.lend();
+        self.colliders = Colliders::new(colliders)?;
+        self.bodies.iter_mut().for_each(|body| body.meet(&self.colliders));
         Ok(())
     }
 
@@ -192,20 +179,22 @@ impl Simulation {
         &mut self.bodies
     }
 
-    /// One body.
+    /// One body, with what is needed to show it.
     ///
     /// # Panics
     ///
-    /// If there are not so many.
-    pub fn body(&self, index: usize) -> &Body {
-        &self.bodies[index]
+    /// If there is no body of this index.
+    pub fn body(&self, index: usize) -> BodyRef<'_> {
+        let (time, dt) = (self.time(), self.dt());
+        let scene = Scene { colliders: &self.colliders, time, dt, executor: &self.executor };
+        BodyRef::new(&self.bodies[index], scene)
     }
 
     /// One body, to change.
     ///
     /// # Panics
     ///
-    /// If there are not so many.
+    /// If there is no body of this index.
     pub fn body_mut(&mut self, index: usize) -> &mut Body {
         &mut self.bodies[index]
     }

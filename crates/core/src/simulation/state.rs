@@ -1,7 +1,7 @@
 //! The state of a simulation: what a checkpoint holds, and all that is needed to go on bit for bit.
 
 use super::{Clock, Simulation};
-use crate::body::BodySnapshot;
+use crate::body::{BodySnapshot, StateError};
 use crate::error::Error;
 
 /// All of a simulation that steps and users change: positions, velocities, rotations, origins, momenta, pins and
@@ -38,21 +38,19 @@ impl Simulation {
     /// A state of other bodies than these; nothing is changed then.
     pub fn restore(&mut self, state: &SimulationState) -> Result<(), Error> {
         if state.bodies.len() != self.bodies.len() {
-            let (own, other) = (self.bodies.len(), state.bodies.len());
-            return Err(Error::State(format!("the simulation has {own} bodies, the state {other}")));
+            return Err(StateError::Bodies { bodies: self.bodies.len(), found: state.bodies.len() }.into());
         }
         if !state.clock.is_whole() {
-            return Err(Error::State("the state has no time".to_owned()));
+            return Err(StateError::Time.into());
         }
         for (body, snapshot) in self.bodies.iter().zip(&state.bodies) {
-            body.fits(snapshot).map_err(Error::State)?;
+            body.fits(snapshot)?;
         }
         self.set_gravity(state.gravity)?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.adopt(snapshot)?;
         }
         self.clock = state.clock;
-        self.lend();
         Ok(())
     }
 }

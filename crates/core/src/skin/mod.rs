@@ -9,21 +9,34 @@ mod sorted;
 mod turning;
 mod write;
 
+use std::sync::OnceLock;
+
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
-use crate::simd::padded::Padded;
+use crate::simd::padded::{Padded, Pair};
 use crate::state::BodyFrame;
 use bare::Bare;
 use sorted::Sorted;
 use turning::Turning;
 
-/// An embedded mesh prepared for many frames. What a kind of look needs is built when it is first asked for.
+/// The tables of an embedded mesh, each built when it is first needed. Its buffers are [`SkinBuffers`].
 #[derive(Debug, Default)]
-pub(crate) struct MeshUpdate {
-    bare: Option<Bare>,
-    turning: Option<InOrder>,
+pub(crate) struct Skin {
+    bare: OnceLock<Bare>,
+    turning: OnceLock<InOrder>,
+}
+
+/// The buffers of a mesh update. Every use overwrites them.
+#[derive(Debug, Default)]
+pub(crate) struct SkinBuffers(Vec<Pair>);
+
+impl SkinBuffers {
+    /// Memory that they take.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.0)
+    }
 }
 
 /// Vertices in the order of the input, if that keeps neighbours together, or in one that does.
@@ -52,15 +65,15 @@ pub(crate) struct Asked<'a, P, N> {
     pub(crate) normals: Option<&'a mut [[N; 3]]>,
 }
 
-impl MeshUpdate {
+impl Skin {
     /// Memory that it takes.
     pub(crate) fn bytes(&self) -> usize {
-        let turning = match &self.turning {
+        let turning = match self.turning.get() {
             None => 0,
             Some(InOrder::Own(turning)) => turning.bytes(),
             Some(InOrder::Sorted(sorted)) => sorted.bytes(),
         };
-        self.bare.as_ref().map_or(0, Bare::bytes) + turning
+        self.bare.get().map_or(0, Bare::bytes) + turning
     }
 
     /// Moves the mesh with the lattice, and writes what is asked for.
@@ -69,10 +82,11 @@ impl MeshUpdate {
     ///
     /// If there is another number of positions or normals than of mesh vertices.
     pub(crate) fn show<P: Coordinate, N: Coordinate>(
-        &mut self,
+        &self,
         executor: &Executor,
         shown: Shown,
         asked: Asked<P, N>,
+        buffers: &mut SkinBuffers,
     ) {
         let Asked { positions, normals } = asked;
         let lengths = [positions.as_ref().map(|p| p.len()), normals.as_ref().map(|n| n.len())];
@@ -82,11 +96,11 @@ impl MeshUpdate {
         match (positions, normals) {
             (None, None) => {}
             (Some(positions), None) => {
-                self.bare.get_or_insert_with(|| Bare::new(shown.embedding)).show(executor, shown, positions);
+                self.bare.get_or_init(|| Bare::new(shown.embedding)).show(executor, shown, positions);
             }
-            (positions, Some(normals)) => match self.turning.get_or_insert_with(|| InOrder::new(shown)) {
+            (positions, Some(normals)) => match self.turning.get_or_init(|| InOrder::new(shown)) {
                 InOrder::Own(turning) => turning.show(executor, shown, positions, normals),
-                InOrder::Sorted(sorted) => sorted.show(executor, shown, positions, normals),
+                InOrder::Sorted(sorted) => sorted.show(executor, shown, positions, normals, &mut buffers.0),
             },
         }
     }

@@ -26,8 +26,7 @@ pub(super) struct Sorted {
     turning: Turning,
     /// Where each vertex is among them.
     slots: Vec<u32>,
-    /// What each of them is shown with: its position in cells, `(x, y, z, x)`, and its normal, `(z, x, y, z)`.
-    records: Vec<Pair>,
+    count: usize,
 }
 
 impl Sorted {
@@ -48,23 +47,26 @@ impl Sorted {
             mesh.triangles().iter().map(|t| t.map(|corner| slots[corner as usize])).collect();
         let (own, count) = ((0..points.len() as u32).collect::<Vec<_>>(), points.len());
         let turning = Turning::new(&triangles, &own, embedding, points);
-        Self { turning, slots, records: vec![[0.0; 8]; count] }
+        Self { turning, slots, count }
     }
 
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        self.turning.bytes() + size_of_val(&*self.slots) + size_of_val(&*self.records)
+        self.turning.bytes() + size_of_val(&*self.slots)
     }
 
-    /// Writes the positions in the world, if they are asked for, and the unit normals.
+    /// Writes the positions in the world, if they are asked for, and the unit normals. `records` receives the position
+    /// in cells, `(x, y, z, x)`, and the normal, `(z, x, y, z)`, of each sorted vertex.
     pub(super) fn show<P: Coordinate, N: Coordinate>(
-        &mut self,
+        &self,
         executor: &Executor,
         shown: Shown,
         positions: Option<&mut [[P; 3]]>,
         normals: &mut [[N; 3]],
+        records: &mut Vec<Pair>,
     ) {
-        let Self { turning, slots, records } = self;
+        let Self { turning, slots, count } = self;
+        records.resize(*count, [0.0; 8]);
         executor.share(records.chunks_mut(CHUNK).enumerate(), |(chunk, records)| {
             turning.turn(chunk, shown, |near, normals, places| {
                 for (record, place) in records.iter_mut().zip(places) {

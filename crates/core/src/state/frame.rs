@@ -1,8 +1,69 @@
-//! The body-local frame of the running state, and the time interval of a step.
+//! The frame in which the state of a body is stored, and the time interval of a step.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::Lanes;
+
+/// The frame of a body's state: world = `base` + `cell_size` (`shift` + x).
+///
+/// The origin of a free body flies with it: what all vertices have in common is kept in f64, so that neither
+/// distance nor speed costs accuracy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Frame {
+    pub(super) base: [f64; 3],
+    /// In cells.
+    pub(super) shift: [f64; 3],
+    /// Velocity of the origin, in cells/s; velocities are relative to it.
+    pub(super) velocity: [f64; 3],
+    pub(super) cell_size: f64,
+    /// A power of two, at least the body's extent at rest, in cells.
+    pub(super) quantum: f64,
+}
+
+impl Frame {
+    /// A position of the world in cells from the body's origin.
+    pub(crate) fn to_local(self, world: Point3<f64>) -> Vector3<f64> {
+        (world - Point3::from(self.base)) / self.cell_size - Vector3::from(self.shift)
+    }
+
+    /// A position in cells from the body's origin in the world.
+    pub(crate) fn to_world(self, local: Vector3<f64>) -> Point3<f64> {
+        Point3::from(self.base) + (Vector3::from(self.shift) + local) * self.cell_size
+    }
+
+    /// The body's origin in the world, and its unit.
+    pub(crate) fn body_frame(self) -> BodyFrame {
+        BodyFrame { origin: self.to_world(Vector3::zeros()), cell_size: self.cell_size }
+    }
+
+    /// Edge of a cell in scene units.
+    pub(crate) fn cell_size(self) -> f64 {
+        self.cell_size
+    }
+
+    /// The velocity of the origin, in cells/s.
+    pub(crate) fn velocity(self) -> Vector3<f64> {
+        self.velocity.into()
+    }
+
+    /// The velocity of the world in scene units per second of one in cells/s relative to the origin.
+    pub(crate) fn velocity_to_world(self, local: [f32; 3]) -> Vector3<f64> {
+        (self.velocity() + Vector3::from(local.map(f64::from))) * self.cell_size
+    }
+
+    /// Lets the origin fly on: it gains `gain` in cells/s, then moves.
+    pub(crate) fn fly(&mut self, gain: Vector3<f64>, dt: f64) {
+        let velocity = self.velocity() + gain;
+        self.velocity = velocity.into();
+        self.shift = (Vector3::from(self.shift) + velocity * dt).into();
+    }
+
+    /// The whole multiple of the quantum nearest to a point given in cells from the origin.
+    pub(super) fn nearest(self, local: Vector3<f64>) -> Vector3<f64> {
+        local.map(|x| if x.is_finite() { (x / self.quantum).round() * self.quantum } else { 0.0 })
+    }
+}
 
 /// Where the running state of a body lies in the world: `world = origin + cell_size * local`.
 ///

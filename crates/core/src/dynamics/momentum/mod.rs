@@ -1,14 +1,13 @@
-//! Momentum book-keeping: what f32 loses of a free body's momenta is given back each step.
+//! The momentum tracker: keeps the momenta of free components, which f32 alone loses.
 //!
-//! The rounding of g - x is a constant force that is integrated twice: without a book a free body drifts, and one
-//! whose drift alone is removed spins itself up. So for each component on which nothing pulls, linear and angular
-//! momentum are kept in f64, changed only by known outside impulses, and the velocities are corrected by the rigid
-//! velocity that they miss.
+//! The rounding of g - x is a constant force that is integrated twice: an uncorrected body drifts, and one whose
+//! drift alone is removed begins to spin. So for each component without constraints and contacts, linear and angular
+//! momentum are kept in f64 and changed by known external impulses only, and each step adds the rigid velocity that
+//! the velocities lack.
 
-mod rigid;
-pub(crate) mod sums;
+mod sums;
 
-pub(crate) use rigid::{Momentum, RigidVelocity};
+pub(crate) use sums::{Fields, RigidVelocity, Sums, add};
 
 use fearless_simd::dispatch;
 use nalgebra::Vector3;
@@ -18,8 +17,8 @@ use crate::lattice::layout::Layout;
 use crate::parallel::Executor;
 use crate::simd::lanes::{LANES, Lanes};
 use crate::simd::level;
-use rigid::RigidState;
-use sums::{Fields, Sums};
+use crate::state::Momentum;
+use sums::RigidState;
 
 /// Which component each lattice vertex belongs to.
 #[derive(Clone, Debug)]
@@ -41,21 +40,21 @@ impl Components {
     }
 }
 
-/// Sums momenta; its buffers.
+/// The stage: sums the momenta of the components, and owns the buffers of these sums.
 #[derive(Clone, Debug)]
-pub(crate) struct Bookkeeper {
+pub(crate) struct MomentumTracker {
     components: Components,
     /// Of each component, in full cells.
     masses: Vec<f64>,
     partial: Vec<Sums>,
     states: Vec<RigidState>,
     corrections: Vec<RigidVelocity>,
-    /// Components that something holds: their momenta are not their own.
-    pulled: Vec<bool>,
+    /// The components with a held vertex, whose momenta are not conserved.
+    constrained: Vec<bool>,
 }
 
-impl Bookkeeper {
-    /// For a lattice stored by `layout`, with so many tasks in a step.
+impl MomentumTracker {
+    /// For a lattice stored by `layout`, with `tasks` tasks in a step.
     pub(crate) fn new(lattice: &Lattice, layout: &Layout, tasks: usize) -> Self {
         let count = lattice.components().count;
         let mut masses = vec![0.0; count];
@@ -77,41 +76,41 @@ impl Bookkeeper {
             states: masses.iter().map(|&mass| Sums::default().rigid_state(mass)).collect(),
             masses,
             corrections: vec![RigidVelocity::default(); count],
-            pulled: vec![false; count],
+            constrained: vec![false; count],
         }
     }
 
-    /// Shuts the books of the components of which a vertex is held; `held` by lattice vertex.
-    pub(crate) fn pull(&mut self, slots: &[u32], held: &[bool], books: &mut [Option<Momentum>]) {
-        self.pulled.fill(false);
+    /// Invalidates the momenta of the components with a held vertex; `held` by lattice vertex.
+    pub(crate) fn constrain(&mut self, slots: &[u32], held: &[bool], momenta: &mut [Option<Momentum>]) {
+        self.constrained.fill(false);
         for (&slot, _) in slots.iter().zip(held).filter(|(_, held)| **held) {
-            self.pulled[self.components.of(slot)] = true;
+            self.constrained[self.components.of(slot)] = true;
         }
-        for (book, _) in books.iter_mut().zip(&self.pulled).filter(|(_, pulled)| **pulled) {
-            *book = None;
+        for (momentum, _) in momenta.iter_mut().zip(&self.constrained).filter(|(_, constrained)| **constrained) {
+            *momentum = None;
         }
     }
 
-    /// Says that nothing is held.
-    pub(crate) fn free(&mut self) {
-        self.pulled.fill(false);
+    /// No vertex is held any more.
+    pub(crate) fn release(&mut self) {
+        self.constrained.fill(false);
     }
 
-    /// Whether a book is to be opened: its component is free, and its momenta are not known.
-    pub(crate) fn any_to_open(&self, books: &[Option<Momentum>]) -> bool {
-        books.iter().zip(&self.pulled).any(|(book, pulled)| book.is_none() && !pulled)
+    /// Whether the momenta of a free component are unknown.
+    pub(crate) fn any_unknown(&self, momenta: &[Option<Momentum>]) -> bool {
+        momenta.iter().zip(&self.constrained).any(|(momentum, constrained)| momentum.is_none() && !constrained)
     }
 
-    /// Opens the books of free components with the momenta measured last.
-    pub(crate) fn open(&self, books: &mut [Option<Momentum>]) {
-        for ((book, state), pulled) in books.iter_mut().zip(&self.states).zip(&self.pulled) {
-            if book.is_none() && !pulled {
-                *book = Some(state.momentum);
+    /// Takes the unknown momenta of free components from the last measurement.
+    pub(crate) fn adopt(&self, momenta: &mut [Option<Momentum>]) {
+        for ((momentum, state), constrained) in momenta.iter_mut().zip(&self.states).zip(&self.constrained) {
+            if momentum.is_none() && !constrained {
+                *momentum = Some(state.momentum);
             }
         }
     }
 
-    /// Measures mass, centre and momenta of each component; `bounds` of blocks part the tasks.
+    /// Measures mass, centre and momenta of each component; `bounds` are the first blocks of the tasks, and the end.
     pub(crate) fn measure(
         &mut self,
         executor: &Executor,
@@ -120,7 +119,7 @@ impl Bookkeeper {
         positions: &Lanes<3>,
         velocities: &Lanes<3>,
     ) {
-        let (components, partial) = self.open_sums();
+        let (components, partial) = self.begin_sums();
         executor.tasks(bounds, (&mut [], &mut [], partial), |task, _: &mut [()], _: &mut [()], sums| {
             let blocks = bounds[task]..bounds[task + 1];
             let fields = Fields {
@@ -128,19 +127,19 @@ impl Bookkeeper {
                 positions: &positions.blocks()[blocks.clone()],
                 velocities: &velocities.blocks()[blocks.clone()],
             };
-            dispatch!(level(), simd => sums::add(simd, components, blocks.start, fields, sums));
+            dispatch!(level(), simd => add(simd, components, blocks.start, fields, sums));
         });
-        self.close_sums();
+        self.finish_sums();
     }
 
-    /// The sums of each task, equally many, at zero; one for each component.
-    pub(crate) fn open_sums(&mut self) -> (&Components, &mut [Sums]) {
+    /// The sums of all tasks, one for each component of each task, set to zero.
+    pub(crate) fn begin_sums(&mut self) -> (&Components, &mut [Sums]) {
         self.partial.fill(Sums::default());
         (&self.components, &mut self.partial)
     }
 
     /// Mass, centre and momenta of each component, from the sums of the tasks.
-    pub(crate) fn close_sums(&mut self) {
+    pub(crate) fn finish_sums(&mut self) {
         let count = self.states.len();
         for (component, state) in self.states.iter_mut().enumerate() {
             let mut total = Sums::default();
@@ -151,11 +150,11 @@ impl Bookkeeper {
         }
     }
 
-    /// Enters in the open books that each vertex has gained `gain`, in cells/s.
-    pub(crate) fn enter(&self, books: &mut [Option<Momentum>], gain: Vector3<f64>) {
-        for (book, mass) in books.iter_mut().zip(&self.masses) {
-            if let Some(book) = book {
-                book.linear = (Vector3::from(book.linear) + gain * *mass).into();
+    /// Adds the impulse of a velocity `gain`, in cells/s, that all vertices receive.
+    pub(crate) fn add_impulse(&self, momenta: &mut [Option<Momentum>], gain: Vector3<f64>) {
+        for (momentum, mass) in momenta.iter_mut().zip(&self.masses) {
+            if let Some(momentum) = momentum {
+                momentum.linear = (Vector3::from(momentum.linear) + gain * *mass).into();
             }
         }
     }
@@ -165,8 +164,8 @@ impl Bookkeeper {
         self.states.iter().map(RigidState::rigid_energy).sum()
     }
 
-    /// Says that all velocities have been multiplied by `scale` since the last measurement.
-    pub(crate) fn slow(&mut self, scale: f64) {
+    /// Scales the momenta measured last with the velocities.
+    pub(crate) fn scale(&mut self, scale: f64) {
         for momentum in self.states.iter_mut().map(|state| &mut state.momentum) {
             momentum.linear = momentum.linear.map(|p| p * scale);
             momentum.angular = momentum.angular.map(|l| l * scale);
@@ -182,9 +181,9 @@ impl Bookkeeper {
         of_slots + size_of_val(self.partial.as_slice())
     }
 
-    /// Whether any component is free, so that its momenta are its own.
+    /// Whether any component is free.
     pub(crate) fn any_free(&self) -> bool {
-        self.pulled.contains(&false)
+        self.constrained.contains(&false)
     }
 
     /// The centre of mass of the body in the last measurement, in cells.
@@ -202,10 +201,11 @@ impl Bookkeeper {
         self.states.iter().map(|state| state.mass).sum()
     }
 
-    /// The rigid velocity that each component, as measured last, misses of its book; none where that is shut.
-    pub(crate) fn corrections(&mut self, books: &[Option<Momentum>]) -> (&Components, &[RigidVelocity]) {
-        for ((state, book), correction) in self.states.iter().zip(books).zip(&mut self.corrections) {
-            *correction = book.map_or_else(RigidVelocity::default, |book| state.missing(book));
+    /// The rigid velocity that each component lacks: from the momenta measured last to the known ones. Zero where
+    /// these are unknown.
+    pub(crate) fn corrections(&mut self, momenta: &[Option<Momentum>]) -> (&Components, &[RigidVelocity]) {
+        for ((state, momentum), correction) in self.states.iter().zip(momenta).zip(&mut self.corrections) {
+            *correction = momentum.map_or_else(RigidVelocity::default, |target| state.missing(target));
         }
         (&self.components, &self.corrections)
     }

@@ -1,11 +1,11 @@
-//! Sums of mass, momentum and inertia over the vertices of a component, in f64 and in a fixed order.
+//! Mass, momentum and inertia of a component in f64, summed in a fixed order, and the rigid velocity that it lacks.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
 use super::Components;
-use super::rigid::{Momentum, RigidState};
 use crate::simd::lanes::{Block, LANES, load};
+use crate::state::Momentum;
 
 /// Sums over a component, in f64: Σ m v, Σ m x, Σ m x x v, Σ m (xx, yy, zz, xy, xz, yz).
 #[derive(Clone, Copy, Debug, Default)]
@@ -119,4 +119,57 @@ fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [S
             }
         }
     }
+}
+
+/// A rigid velocity field v + ω x x, about the body's origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RigidVelocity {
+    pub(crate) linear: [f32; 3],
+    pub(crate) angular: [f32; 3],
+}
+
+/// A component's mass, centre and momenta as its vertices have them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RigidState {
+    pub(crate) mass: f64,
+    pub(crate) centre: Vector3<f64>,
+    pub(crate) momentum: Momentum,
+    inertia: Matrix3<f64>,
+}
+
+impl RigidState {
+    /// The kinetic energy of a rigid body with these momenta.
+    pub(super) fn rigid_energy(&self) -> f64 {
+        let (linear, angular) = (Vector3::from(self.momentum.linear), Vector3::from(self.momentum.angular));
+        0.5 * (linear.norm_squared() / self.mass + angular_velocity(&self.inertia, angular).dot(&angular))
+    }
+
+    /// The rigid velocity that brings the momenta to `target`.
+    pub(super) fn missing(&self, target: Momentum) -> RigidVelocity {
+        let linear = (Vector3::from(target.linear) - Vector3::from(self.momentum.linear)) / self.mass;
+        let angular = Vector3::from(target.angular) - Vector3::from(self.momentum.angular);
+        let omega = angular_velocity(&self.inertia, angular);
+        let at_origin = linear - omega.cross(&self.centre);
+        let finite = at_origin.iter().chain(omega.iter()).all(|x| x.is_finite());
+        if !finite {
+            return RigidVelocity::default();
+        }
+        RigidVelocity { linear: at_origin.map(|v| v as f32).into(), angular: omega.map(|v| v as f32).into() }
+    }
+}
+
+/// ω with I ω = l. Axes without inertia are left out: points on a line carry no spin about it.
+fn angular_velocity(inertia: &Matrix3<f64>, angular: Vector3<f64>) -> Vector3<f64> {
+    let scale = inertia.trace();
+    if scale <= 0.0 || !scale.is_finite() {
+        return Vector3::zeros();
+    }
+    let eigen = (inertia / scale).symmetric_eigen();
+    let mut omega = Vector3::zeros();
+    for (value, axis) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > 1e-9 {
+            omega += axis * (axis.dot(&angular) / (value * scale));
+        }
+    }
+    omega
 }

@@ -20,7 +20,7 @@
 //! Only the passes along x lead from plane to plane. So all from the first to the last but one run plane by plane
 //! in scratch that stays in the cache ([`plane`]), and one array of six numbers is all that is kept between.
 
-mod home;
+mod adjoint_x;
 mod plane;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -32,10 +32,10 @@ use crate::lattice::layout::Layout;
 use crate::parallel::{CHUNK, Executor};
 use crate::simd::lanes::{Block, Lanes};
 use crate::simd::level;
-use home::HomePass;
+use adjoint_x::AdjointX;
 use plane::{PlanePasses, Scratch};
 
-/// What is done with the sums of regions.
+/// A function of the sums of each region.
 pub(crate) trait RegionTransform: Sync {
     /// What the transform keeps for a block of regions.
     type Memory: Send;
@@ -43,7 +43,7 @@ pub(crate) trait RegionTransform: Sync {
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], memory: &mut [Self::Memory]);
 }
 
-/// What is done with the values that vertices gather from their regions.
+/// A function of the values that each vertex gathers from its regions.
 pub(crate) trait VertexUpdate: Sync {
     /// What the update writes for a block of vertices.
     type Memory: Send;
@@ -66,31 +66,50 @@ fn planes_of_a_run(half_width: usize) -> usize {
     if half_width < 8 { 4 } else { 8 }
 }
 
-/// What sums are gathered for.
+/// How far [`Cascade::forward`] goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// To be scattered.
-    Scatter,
-    /// For what the transform remembers.
-    Remember,
+    /// On to the adjoint z and y passes.
+    Adjoint,
+    /// Up to the transform, whose memory is the result.
+    Transform,
 }
 
-/// The buffers of the cascade.
-#[derive(Debug)]
+/// The window sums over the regions of one half-width: how they are cut into tasks. Its buffers are a
+/// [`Workspace`].
+#[derive(Clone, Debug)]
 pub(crate) struct Cascade {
     half_width: usize,
-    /// Of running sums: what slides into them and out of them, along x and along the axis across a plane's lines.
+    /// Of running sums: the terms that enter and leave, along x and along the axis across the lines of a plane.
     slides: [Option<Vec<Slide>>; 2],
     /// Tasks are whole planes: the first of each, and the end.
     tasks: Vec<usize>,
     /// The first block of each task, and the end.
     bounds: Vec<usize>,
-    /// What the way back has left after y, by block.
-    returned: Lanes<6>,
-    /// One for each thread.
-    scratch: Vec<Mutex<Scratch>>,
     /// The most blocks in a plane.
     largest_plane: usize,
+}
+
+/// The buffers of one cascade; empty ones are filled at the first use. Every use overwrites them.
+#[derive(Debug, Default)]
+pub(crate) struct Workspace {
+    /// The fields of the regions after the adjoint y pass, by block.
+    adjoint_y: Lanes<6>,
+    /// One for each thread.
+    scratch: Vec<Mutex<Scratch>>,
+}
+
+impl Workspace {
+    /// Memory that the buffers take.
+    pub(crate) fn bytes(&self) -> usize {
+        let scratch = self.scratch.iter().map(|scratch| locked(scratch).bytes());
+        self.adjoint_y.bytes() + scratch.sum::<usize>()
+    }
+
+    /// The scratch of the calling thread.
+    fn scratch(&self, executor: &Executor) -> MutexGuard<'_, Scratch> {
+        locked(&self.scratch[executor.worker() % self.scratch.len()])
+    }
 }
 
 impl Cascade {
@@ -121,21 +140,25 @@ impl Cascade {
                 bounds.push(blocks.end);
             }
         }
-        let returned = Lanes::zeros(layout.blocks());
-        let mut cascade =
-            Self { half_width, slides, tasks, bounds, returned, scratch: Vec::new(), largest_plane };
-        cascade.make_room(layout, 1);
-        cascade
+        Self { half_width, slides, tasks, bounds, largest_plane }
     }
 
-    /// Makes scratch for so many threads.
-    fn make_room(&mut self, layout: &Layout, threads: usize) {
-        if self.scratch.len() < threads {
+    /// Buffers of all passes, for one thread.
+    pub(crate) fn workspace(&self, layout: &Layout) -> Workspace {
+        let mut workspace = Workspace::default();
+        self.reserve(&mut workspace, layout, Purpose::Adjoint, 1);
+        workspace
+    }
+
+    /// Makes the buffers that are missing.
+    fn reserve(&self, workspace: &mut Workspace, layout: &Layout, purpose: Purpose, threads: usize) {
+        let Workspace { adjoint_y, scratch } = workspace;
+        if purpose == Purpose::Adjoint && adjoint_y.blocks().is_empty() {
+            *adjoint_y = Lanes::zeros(layout.blocks());
+        }
+        if scratch.len() < threads {
             let windows = self.windows(layout);
-            let room: Vec<_> = (self.scratch.len()..threads)
-                .map(|_| Mutex::new(Scratch::new(&windows, self.largest_plane)))
-                .collect();
-            self.scratch.extend(room);
+            scratch.resize_with(threads, || Mutex::new(Scratch::new(&windows, self.largest_plane)));
         }
     }
 
@@ -149,14 +172,12 @@ impl Cascade {
         })
     }
 
-    /// Memory that the buffers take.
+    /// Memory that the tables take.
     pub(crate) fn bytes(&self) -> usize {
-        let slides = self.slides.iter().flatten().map(|slides| size_of_val(slides.as_slice()));
-        let scratch = self.scratch.iter().map(|scratch| unlocked(scratch).bytes());
-        self.returned.bytes() + slides.sum::<usize>() + scratch.sum::<usize>()
+        self.slides.iter().flatten().map(|slides| size_of_val(slides.as_slice())).sum()
     }
 
-    /// Number of tasks.
+    /// The number of tasks.
     pub(crate) fn tasks(&self) -> usize {
         self.tasks.len() - 1
     }
@@ -166,57 +187,55 @@ impl Cascade {
         &self.bounds
     }
 
-    /// Sums `field` over each region and transforms the sums: for [`Cascade::scatter`] to gather, or for what the
-    /// transform remembers alone.
-    pub(crate) fn gather<T: RegionTransform>(
-        &mut self,
+    /// Sums `field` over each region and transforms the sums. With [`Purpose::Adjoint`] the adjoint passes z and y
+    /// follow, for [`Cascade::adjoint`] to complete.
+    pub(crate) fn forward<T: RegionTransform>(
+        &self,
         layout: &Layout,
         executor: &Executor,
+        workspace: &mut Workspace,
         field: Weighted,
         (transform, memory): (&T, &mut [T::Memory]),
         purpose: Purpose,
     ) {
-        self.make_room(layout, executor.threads());
-        let mut returned = std::mem::take(&mut self.returned);
+        self.reserve(workspace, layout, purpose, executor.threads());
+        let mut adjoint_y = std::mem::take(&mut workspace.adjoint_y);
         let passes = PlanePasses { layout, windows: self.windows(layout), field, transform, purpose };
-        executor.tasks(
-            &self.bounds,
-            (returned.blocks_mut(), memory, &mut []),
-            |task, out, memory, _: &mut [()]| {
-                let mut scratch = self.scratch(executor);
-                let planes = self.tasks[task]..self.tasks[task + 1];
-                dispatch!(level(), simd => passes.run(simd, planes, &mut scratch, memory, out));
-            },
-        );
-        self.returned = returned;
+        let out = match purpose {
+            Purpose::Adjoint => adjoint_y.blocks_mut(),
+            Purpose::Transform => &mut [],
+        };
+        executor.tasks(&self.bounds, (out, memory, &mut []), |task, out, memory, _: &mut [()]| {
+            let mut scratch = workspace.scratch(executor);
+            let planes = self.tasks[task]..self.tasks[task + 1];
+            dispatch!(level(), simd => passes.run(simd, planes, &mut scratch, memory, out));
+        });
+        workspace.adjoint_y = adjoint_y;
     }
 
-    /// The scratch of the thread that asks.
-    fn scratch(&self, executor: &Executor) -> MutexGuard<'_, Scratch> {
-        unlocked(&self.scratch[executor.worker() % self.scratch.len()])
-    }
-
-    /// Gathers at each vertex what [`Cascade::gather`] left on the regions that hold it. `tallies`: equally many for
-    /// each task.
-    pub(crate) fn scatter<U: VertexUpdate>(
+    /// The adjoint x pass: each vertex gathers the fields of the regions that hold it, and is updated. `tallies`:
+    /// equally many for each task.
+    pub(crate) fn adjoint<U: VertexUpdate>(
         &self,
         layout: &Layout,
         executor: &Executor,
+        workspace: &Workspace,
         update: &U,
         memory: &mut [U::Memory],
         tallies: &mut [U::Tally],
     ) {
-        let home = HomePass { layout, x: self.windows(layout)[0], source: self.returned.blocks(), update };
+        let source = workspace.adjoint_y.blocks();
+        let pass = AdjointX { layout, x: self.windows(layout)[0], source, update };
         executor.tasks(&self.bounds, (memory, &mut [], tallies), |task, memory, _: &mut [()], tallies| {
-            let mut scratch = self.scratch(executor);
+            let mut scratch = workspace.scratch(executor);
             let planes = self.tasks[task]..self.tasks[task + 1];
-            dispatch!(level(), simd => home.run(simd, planes, &mut scratch, memory, tallies));
+            dispatch!(level(), simd => pass.run(simd, planes, &mut scratch, memory, tallies));
         });
     }
 }
 
-/// A lock on scratch, which is as good as new whatever happened to those who held it.
-fn unlocked(scratch: &Mutex<Scratch>) -> MutexGuard<'_, Scratch> {
+/// Ignores poisoning: every use overwrites the scratch.
+fn locked(scratch: &Mutex<Scratch>) -> MutexGuard<'_, Scratch> {
     scratch.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

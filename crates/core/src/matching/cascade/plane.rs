@@ -26,12 +26,12 @@ pub(super) struct Scratch {
     after_y: Lanes<9>,
     /// Transformed as soon as it is there.
     after_z: Lanes<12>,
-    returned_z: Lanes<9>,
-    /// Of the passes x, y, z, and back.
+    adjoint_z: Lanes<9>,
+    /// Of the passes x, y, z, and of the adjoint ones.
     carries: (Carry<6>, Carry<9>, Carry<12>),
-    carries_back: (Carry<12>, Carry<9>),
-    /// Of the last pass, x.
-    pub(super) carry_home: Carry<6>,
+    carries_adjoint: (Carry<12>, Carry<9>),
+    /// Of the adjoint x pass.
+    pub(super) carry_adjoint_x: Carry<6>,
     /// The first block of each strip, and the end.
     strips: Vec<usize>,
 }
@@ -45,12 +45,12 @@ impl Scratch {
                 Carry::new(y, blocks, false),
                 Carry::new(z, blocks, false),
             ),
-            carries_back: (Carry::new(z, blocks, false), Carry::new(y, blocks, false)),
-            carry_home: Carry::new(x, blocks, true),
+            carries_adjoint: (Carry::new(z, blocks, false), Carry::new(y, blocks, false)),
+            carry_adjoint_x: Carry::new(x, blocks, true),
             after_x: Lanes::zeros(blocks),
             after_y: Lanes::zeros(blocks),
             after_z: Lanes::zeros(blocks),
-            returned_z: Lanes::zeros(blocks),
+            adjoint_z: Lanes::zeros(blocks),
             strips: Vec::with_capacity(blocks + 1),
         }
     }
@@ -58,12 +58,12 @@ impl Scratch {
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
         let (x, y, z) = &self.carries;
-        let (back_z, back_y) = &self.carries_back;
+        let (adjoint_z, adjoint_y) = &self.carries_adjoint;
         self.after_x.bytes()
             + self.after_y.bytes()
             + self.after_z.bytes()
-            + self.returned_z.bytes()
-            + (x.bytes() + y.bytes() + z.bytes() + back_z.bytes() + back_y.bytes() + self.carry_home.bytes())
+            + self.adjoint_z.bytes()
+            + (x.bytes() + y.bytes() + z.bytes() + adjoint_z.bytes() + adjoint_y.bytes() + self.carry_adjoint_x.bytes())
             + self.strips.capacity() * size_of::<usize>()
     }
 
@@ -72,8 +72,8 @@ impl Scratch {
         self.carries.0.enter(first);
         self.carries.1.enter(first);
         self.carries.2.enter(first);
-        self.carries_back.0.enter(first);
-        self.carries_back.1.enter(first);
+        self.carries_adjoint.0.enter(first);
+        self.carries_adjoint.1.enter(first);
     }
 
     /// Cuts a plane into strips of at least `lines` lines; the last may have fewer.
@@ -97,7 +97,7 @@ impl Scratch {
     }
 }
 
-/// From a field to what the way back has left after y.
+/// All passes but the last: from a field to the adjoint y pass.
 pub(super) struct PlanePasses<'a, T> {
     pub(super) layout: &'a Layout,
     /// x, y, z.
@@ -121,43 +121,43 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
         let [x, y, z] = self.windows;
         let first = self.layout.blocks_of(planes.clone()).start;
         // How many strips each pass is behind the first: one more with each pass across lines.
-        let [behind_y, behind_z, behind_back_z, behind_back_y] =
+        let [behind_y, behind_z, behind_adjoint_z, behind_adjoint_y] =
             if self.layout.lane_axis() == 1 { [0, 1, 2, 2] } else { [1, 1, 1, 2] };
         for plane in planes {
             scratch.cut(self.layout, plane, x.half_width);
             let base = scratch.strips[0];
             scratch.enter(base);
             for wave in 0..scratch.strips.len() + 1 {
-                let Scratch { after_x, after_y, after_z, returned_z, carries, carries_back, strips, .. } =
+                let Scratch { after_x, after_y, after_z, adjoint_z, carries, carries_adjoint, strips, .. } =
                     &mut *scratch;
-                let ((carry_x, carry_y, carry_z), (carry_back_z, carry_back_y)) = (carries, carries_back);
+                let ((carry_x, carry_y, carry_z), (carry_adjoint_z, carry_adjoint_y)) = (carries, carries_adjoint);
                 let strip = |behind: usize| {
                     let at = wave.checked_sub(behind)?;
                     Some(*strips.get(at)?..*strips.get(at + 1)?)
                 };
                 if let Some(blocks) = strip(0) {
-                    x.weigh(simd, blocks.clone(), self.field, carry_x, part(after_x, blocks, base));
+                    x.weighted(simd, blocks.clone(), self.field, carry_x, part(after_x, blocks, base));
                 }
                 if let Some(blocks) = strip(behind_y) {
                     let out = part(after_y, blocks.clone(), base);
-                    y.gather(simd, blocks, all(after_x, base), carry_y, out);
+                    y.forward(simd, blocks, all(after_x, base), carry_y, out);
                 }
                 if let Some(blocks) = strip(behind_z) {
                     let memory = &mut memory[blocks.start - first..blocks.end - first];
                     let sums = part(after_z, blocks.clone(), base);
-                    z.gather(simd, blocks.clone(), all(after_y, base), carry_z, sums);
+                    z.forward(simd, blocks.clone(), all(after_y, base), carry_z, sums);
                     self.transform.apply(simd, blocks.start, sums, memory);
                 }
-                if self.purpose == Purpose::Remember {
+                if self.purpose == Purpose::Transform {
                     continue;
                 }
-                if let Some(blocks) = strip(behind_back_z) {
-                    let out = part(returned_z, blocks.clone(), base);
-                    z.scatter(simd, blocks, all(after_z, base), carry_back_z, out);
+                if let Some(blocks) = strip(behind_adjoint_z) {
+                    let out = part(adjoint_z, blocks.clone(), base);
+                    z.adjoint(simd, blocks, all(after_z, base), carry_adjoint_z, out);
                 }
-                if let Some(blocks) = strip(behind_back_y) {
+                if let Some(blocks) = strip(behind_adjoint_y) {
                     let out = &mut out[blocks.start - first..blocks.end - first];
-                    y.scatter(simd, blocks, all(returned_z, base), carry_back_y, out);
+                    y.adjoint(simd, blocks, all(adjoint_z, base), carry_adjoint_y, out);
                 }
             }
         }

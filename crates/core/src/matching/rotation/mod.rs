@@ -57,6 +57,3 @@ pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
     }
     out
 }
-
-/// Eight identities, as rows x, y, z, w.
-pub(crate) const IDENTITIES: Block<4> = [Row::ZERO, Row::ZERO, Row::ZERO, Row::all(1.0)];

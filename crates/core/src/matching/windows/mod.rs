@@ -18,7 +18,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 use crate::lattice::links::AxisLinks;
 use crate::simd::lanes::{Block, Row, load};
 use running::Trail;
-use terms::{Carried, Gathered, Returned, Scattered, Windows};
+use terms::{Carried, Forward, RunningAdjoint, Adjoint, Windows};
 use wide::{BlockSums, WideWindows};
 
 /// The widest windows that are summed vertex by vertex, across the lanes and along them.
@@ -101,7 +101,7 @@ impl Weighted<'_> {
 impl Window<'_> {
     /// The first pass of the cascade, 3 → 6.
     #[inline(always)]
-    pub(super) fn weigh<S: Simd>(
+    pub(super) fn weighted<S: Simd>(
         self,
         simd: S,
         blocks: Range<usize>,
@@ -112,7 +112,7 @@ impl Window<'_> {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.each::<S, Gathered<S, 3>, Gathered<S, 3>, 6, 6>(
+                self.each::<S, Forward<S, 3>, Forward<S, 3>, 6, 6>(
                     simd,
                     blocks,
                     #[inline(always)]
@@ -124,9 +124,9 @@ impl Window<'_> {
         );
     }
 
-    /// A pass on the way to the regions: W of all `N` components, and W' of the first three; `M = N + 3`.
+    /// A forward pass: W of all `N` components, and W' of the first three; `M = N + 3`.
     #[inline(always)]
-    pub(super) fn gather<S: Simd, const N: usize, const M: usize>(
+    pub(super) fn forward<S: Simd, const N: usize, const M: usize>(
         self,
         simd: S,
         blocks: Range<usize>,
@@ -137,7 +137,7 @@ impl Window<'_> {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.each::<S, Gathered<S, N>, Gathered<S, N>, M, M>(
+                self.each::<S, Forward<S, N>, Forward<S, N>, M, M>(
                     simd,
                     blocks,
                     #[inline(always)]
@@ -149,10 +149,10 @@ impl Window<'_> {
         );
     }
 
-    /// A pass on the way back, the adjoint: W of the first `M` of `N = M + 3` components, less W' of the last three
+    /// An adjoint pass: W of the first `M` of `N = M + 3` components, less W' of the last three
     /// in the first three.
     #[inline(always)]
-    pub(super) fn scatter<S: Simd, const N: usize, const M: usize>(
+    pub(super) fn adjoint<S: Simd, const N: usize, const M: usize>(
         self,
         simd: S,
         blocks: Range<usize>,
@@ -163,7 +163,7 @@ impl Window<'_> {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.each::<S, Scattered<S, N, M>, Returned<S, N, M>, N, M>(
+                self.each::<S, Adjoint<S, N, M>, RunningAdjoint<S, N, M>, N, M>(
                     simd,
                     blocks,
                     #[inline(always)]

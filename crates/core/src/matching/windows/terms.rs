@@ -51,35 +51,35 @@ pub(super) trait Carried<S: Simd>: Terms<S> {
     fn recentred(self) -> Self;
 }
 
-/// A pass on the way to the regions: W of all `N` components, and W' of the first three.
+/// A forward pass: W of all `N` components, and W' of the first three.
 #[derive(Clone, Copy)]
-pub(super) struct Gathered<S: Simd, const N: usize> {
+pub(super) struct Forward<S: Simd, const N: usize> {
     pub(super) plain: [f32x8<S>; N],
     pub(super) weighted: [f32x8<S>; 3],
 }
 
-/// A pass on the way back, the adjoint: W of the first `OUT` of `IN = OUT + 3` components, less W' of the last three
+/// An adjoint pass: W of the first `OUT` of `IN = OUT + 3` components, less W' of the last three
 /// in the first three. Seen from the vertex, its offset from the region is the opposite of the region's from it.
 #[derive(Clone, Copy)]
-pub(super) struct Scattered<S: Simd, const IN: usize, const OUT: usize> {
+pub(super) struct Adjoint<S: Simd, const IN: usize, const OUT: usize> {
     pub(super) sums: [f32x8<S>; OUT],
 }
 
 /// The same with what a running sum needs besides: W of the last three components.
 #[derive(Clone, Copy)]
-pub(super) struct Returned<S: Simd, const IN: usize, const OUT: usize> {
-    pub(super) scattered: Scattered<S, IN, OUT>,
+pub(super) struct RunningAdjoint<S: Simd, const IN: usize, const OUT: usize> {
+    pub(super) adjoint: Adjoint<S, IN, OUT>,
     last: [f32x8<S>; 3],
 }
 
-impl<S: Simd, const IN: usize, const OUT: usize> From<Returned<S, IN, OUT>> for Scattered<S, IN, OUT> {
+impl<S: Simd, const IN: usize, const OUT: usize> From<RunningAdjoint<S, IN, OUT>> for Adjoint<S, IN, OUT> {
     #[inline(always)]
-    fn from(returned: Returned<S, IN, OUT>) -> Self {
-        returned.scattered
+    fn from(running: RunningAdjoint<S, IN, OUT>) -> Self {
+        running.adjoint
     }
 }
 
-impl<S: Simd, const N: usize> Terms<S> for Gathered<S, N> {
+impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
     #[inline(always)]
     fn centre(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let zero = f32x8::splat(simd, 0.0);
@@ -110,7 +110,7 @@ impl<S: Simd, const N: usize> Terms<S> for Gathered<S, N> {
     }
 }
 
-impl<S: Simd, const N: usize> Carried<S> for Gathered<S, N> {
+impl<S: Simd, const N: usize> Carried<S> for Forward<S, N> {
     #[inline(always)]
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let mut sums = Self::centre(simd, &row);
@@ -129,7 +129,7 @@ impl<S: Simd, const N: usize> Carried<S> for Gathered<S, N> {
     }
 }
 
-impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Scattered<S, IN, OUT> {
+impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT> {
     #[inline(always)]
     fn centre(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let mut sums = [f32x8::splat(simd, 0.0); OUT];
@@ -158,14 +158,14 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Scattered<S, IN, O
     }
 }
 
-impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Returned<S, IN, OUT> {
+impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for RunningAdjoint<S, IN, OUT> {
     #[inline(always)]
     fn centre(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let mut last = [f32x8::splat(simd, 0.0); 3];
         for c in 0..3 {
             last[c] = row(IN - 3 + c);
         }
-        Self { scattered: Scattered::centre(simd, row), last }
+        Self { adjoint: Adjoint::centre(simd, row), last }
     }
 
     #[inline(always)]
@@ -174,17 +174,17 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Returned<S, IN, OU
         for c in 0..3 {
             self.last[c] += mask.select(row(IN - 3 + c), zero);
         }
-        self.scattered.add(simd, reach, offset, row);
+        self.adjoint.add(simd, reach, offset, row);
     }
 
     #[inline(always)]
     fn store(self, rows: &mut [Row]) {
-        store(self.scattered.sums, rows);
+        store(self.adjoint.sums, rows);
         store(self.last, &mut rows[OUT..]);
     }
 }
 
-impl<S: Simd, const IN: usize, const OUT: usize> Carried<S> for Returned<S, IN, OUT> {
+impl<S: Simd, const IN: usize, const OUT: usize> Carried<S> for RunningAdjoint<S, IN, OUT> {
     #[inline(always)]
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         Self::centre(simd, row)
@@ -193,13 +193,13 @@ impl<S: Simd, const IN: usize, const OUT: usize> Carried<S> for Returned<S, IN, 
     #[inline(always)]
     fn recentred(mut self) -> Self {
         for c in 0..3 {
-            self.scattered.sums[c] += self.last[c];
+            self.adjoint.sums[c] += self.last[c];
         }
         self
     }
 }
 
-impl<S: Simd, const N: usize> Windows<S> for Gathered<S, N> {
+impl<S: Simd, const N: usize> Windows<S> for Forward<S, N> {
     #[inline(always)]
     fn wide(
         simd: S,
@@ -218,7 +218,7 @@ impl<S: Simd, const N: usize> Windows<S> for Gathered<S, N> {
     }
 }
 
-impl<S: Simd, const IN: usize, const OUT: usize> Windows<S> for Scattered<S, IN, OUT> {
+impl<S: Simd, const IN: usize, const OUT: usize> Windows<S> for Adjoint<S, IN, OUT> {
     #[inline(always)]
     fn wide(
         simd: S,

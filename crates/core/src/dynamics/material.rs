@@ -1,18 +1,19 @@
-//! How a body behaves, as its user says it: per step, or in physical terms that do not change with the step.
+//! The material of a body: per step, or in physical terms that do not change with the step.
 
-use crate::dynamics::sin_cos_degrees;
+use crate::range::{RangeError, in_range};
+use crate::state::sin_cos_degrees;
 
-/// How far a region reaches.
+/// The size of the regions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Reach {
+pub enum RegionSize {
     /// Half-width of a region in cells, at least 1. Larger is stiffer; so is a coarser lattice.
     Cells(usize),
     /// Half-width as a length in scene units, > 0: rounded to whole cells, at least one.
     Radius(f64),
 }
 
-/// How strongly vertices are drawn to their goals.
+/// How strongly vertices are pulled towards their goal positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Stiffness {
@@ -23,7 +24,7 @@ pub enum Stiffness {
     Frequency(f64),
 }
 
-/// How much of the motion within a region is taken out.
+/// Region damping: how much of the motion within a region is removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Damping {
@@ -33,12 +34,12 @@ pub enum Damping {
     Rate(f64),
 }
 
-/// What a body is made of.
+/// The material of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// How far a region reaches; default 2 cells.
-    pub reach: Reach,
-    /// How strongly vertices are drawn to their goals; default 1 per step.
+    /// The size of the regions; default 2 cells.
+    pub region_size: RegionSize,
+    /// How strongly vertices are pulled towards their goal positions; default 1 per step.
     pub stiffness: Stiffness,
     /// Region damping; default none.
     pub damping: Damping,
@@ -49,7 +50,7 @@ pub struct Material {
 impl Default for Material {
     fn default() -> Self {
         Self {
-            reach: Reach::Cells(2),
+            region_size: RegionSize::Cells(2),
             stiffness: Stiffness::PerStep(1.0),
             damping: Damping::PerStep(0.0),
             density: 1000.0,
@@ -57,45 +58,18 @@ impl Default for Material {
     }
 }
 
-/// A number out of its range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{name} = {} is out of range: it must be {range}", short(*.value))]
-pub struct RangeError {
-    /// The name of the number, as in a scene file.
-    pub name: &'static str,
-    /// What was given.
-    pub value: f64,
-    /// What is taken.
-    pub range: &'static str,
-}
-
-/// A number as a person would write it.
-fn short(value: f64) -> String {
-    if value.abs() >= 1e15 { format!("{value:e}") } else { value.to_string() }
-}
-
-/// `value` if it is finite and `inside`.
-pub(crate) fn in_range(
-    name: &'static str,
-    value: f64,
-    inside: bool,
-    range: &'static str,
-) -> Result<f64, RangeError> {
-    if value.is_finite() && inside { Ok(value) } else { Err(RangeError { name, value, range }) }
-}
-
 impl Material {
-    /// Whether the numbers make sense.
+    /// Checks the ranges.
     ///
     /// # Errors
     ///
     /// A number out of its range.
     pub fn validate(&self) -> Result<(), RangeError> {
-        match self.reach {
-            Reach::Cells(w) => {
+        match self.region_size {
+            RegionSize::Cells(w) => {
                 in_range("half_width", w as f64, w >= 1, "a whole number of cells, at least 1")
             }
-            Reach::Radius(r) => in_range("stiffness_radius", r, r > 0.0, "a length > 0"),
+            RegionSize::Radius(r) => in_range("stiffness_radius", r, r > 0.0, "a length > 0"),
         }?;
         match self.stiffness {
             Stiffness::PerStep(a) => in_range("stiffness", a, a > 0.0 && a <= 1.0, "in (0, 1]"),
@@ -110,9 +84,9 @@ impl Material {
 
     /// The half-width of the regions in cells, on a lattice that spans `extent` cells.
     pub(crate) fn half_width(&self, cell_size: f64, extent: usize) -> usize {
-        let cells = match self.reach {
-            Reach::Cells(cells) => cells,
-            Reach::Radius(radius) => (radius / cell_size).round() as usize,
+        let cells = match self.region_size {
+            RegionSize::Cells(cells) => cells,
+            RegionSize::Radius(radius) => (radius / cell_size).round() as usize,
         };
         cells.clamp(1, extent.max(1))
     }

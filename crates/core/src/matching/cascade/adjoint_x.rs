@@ -1,4 +1,4 @@
-//! The last pass of the cascade, along x, and what is done with the values that the vertices gather.
+//! The adjoint x pass, the last of the cascade, and the update of the vertices.
 
 use std::ops::Range;
 
@@ -13,15 +13,15 @@ use crate::simd::lanes::{Block, Row};
 /// Blocks that are updated at a time, while they are in the cache.
 const BATCH: usize = 32;
 
-/// From what the way back has left after y to the vertices.
-pub(super) struct HomePass<'a, U> {
+/// From the adjoint y pass to the vertices.
+pub(super) struct AdjointX<'a, U> {
     pub(super) layout: &'a Layout,
     pub(super) x: Window<'a>,
     pub(super) source: &'a [Block<6>],
     pub(super) update: &'a U,
 }
 
-impl<U: VertexUpdate> HomePass<'_, U> {
+impl<U: VertexUpdate> AdjointX<'_, U> {
     /// x, 6 → 3, and the update of the vertices of some planes. `memory` is by block from the first of these on.
     #[inline(always)]
     pub(super) fn run<S: Simd>(
@@ -37,11 +37,11 @@ impl<U: VertexUpdate> HomePass<'_, U> {
         let mut gathered = [[Row::ZERO; 3]; BATCH];
         for plane in planes {
             let blocks = self.layout.blocks_of(plane..plane + 1);
-            scratch.carry_home.enter(blocks.start);
+            scratch.carry_adjoint_x.enter(blocks.start);
             for first in blocks.clone().step_by(BATCH) {
                 let batch = first..blocks.end.min(first + BATCH);
                 let gathered = &mut gathered[..batch.len()];
-                self.x.scatter(simd, batch.clone(), source, &mut scratch.carry_home, gathered);
+                self.x.adjoint(simd, batch.clone(), source, &mut scratch.carry_adjoint_x, gathered);
                 let memory = &mut memory[batch.start - base..batch.end - base];
                 self.update.apply(simd, first, gathered, memory, tallies);
             }

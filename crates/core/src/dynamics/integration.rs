@@ -1,16 +1,64 @@
-//! The end of a step: velocities corrected to the books, positions moved.
+//! Integration: v += alpha (g - x)/h + h a, then x += h v (Mueller et al. 2005, eq. 9).
 //!
 //! A step moves a slow body by less than an ulp of its f32 positions, so each position carries the part that was
 //! rounded away to the next step (Kahan 1965): a position is `positions` + `carry`.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
 
-use super::momentum::{Components, RigidVelocity};
+use super::momentum::{self, Components, Fields, RigidVelocity, Sums};
+use crate::matching::VertexUpdate;
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::simd::level;
 
-/// v += the correction of the vertex's component; x += dt v.
+/// v += alpha (g - x)/h + h a: the goal position g of a vertex is (1/n) Σ over its regions, which the adjoint gathers.
+pub(crate) struct Accelerate<'a> {
+    pub(crate) shares: &'a Lanes<2>,
+    pub(crate) positions: &'a Lanes<3>,
+    /// alpha/h, in 1/s.
+    pub(crate) stiffness_rate: f32,
+    /// h a, of the acceleration that all vertices share, in cells/s.
+    pub(crate) gain: [f32; 3],
+    /// The components whose momenta are summed; `None` sums nothing.
+    pub(crate) components: Option<&'a Components>,
+}
+
+impl VertexUpdate for Accelerate<'_> {
+    type Memory = Block<3>;
+    type Tally = Sums;
+
+    #[inline(always)]
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        gathered: &[Block<3>],
+        velocities: &mut [Block<3>],
+        sums: &mut [Sums],
+    ) {
+        let blocks = first..first + velocities.len();
+        let (shares, positions) = (&self.shares.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
+        let zero = f32x8::splat(simd, 0.0);
+        let vertices = shares.iter().zip(positions).zip(gathered).zip(&mut *velocities);
+        for (((shares, positions), gathered), velocities) in vertices {
+            let [_, share] = load(simd, shares);
+            let held = share.simd_gt(zero);
+            let (x, gathered): ([f32x8<S>; 3], [f32x8<S>; 3]) = (load(simd, positions), load(simd, gathered));
+            let mut v: [f32x8<S>; 3] = load(simd, velocities);
+            for c in 0..3 {
+                let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
+                let residual = gathered[c].mul_add(share, -x[c]);
+                v[c] = residual.mul_add(self.stiffness_rate, v[c] + gain);
+            }
+            store(v, velocities);
+        }
+        if let Some(components) = self.components {
+            momentum::add(simd, components, first, Fields { shares, positions, velocities }, sums);
+        }
+    }
+}
+
+/// x += h v, after v += the rigid velocity that the component of the vertex lacks.
 pub(crate) struct Advance<'a> {
     /// The lanes of each block that hold a vertex, as bits.
     pub(crate) occupied: &'a [u8],

@@ -1,9 +1,9 @@
-//! Where a body starts: turned, moved, and in motion.
+//! Where a body starts, and how it moves there.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::{RangeError, in_range};
-use crate::dynamics::euler_degrees;
+use super::angles::euler_degrees;
+use crate::range::{RangeError, in_range};
 
 /// How the model is placed in the world, after its scale; and how it moves at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,7 +29,7 @@ impl Placement {
         Isometry3::from_parts(Vector3::from(self.translate).into(), self.rotation())
     }
 
-    /// Whether lengths and speeds are no greater than `limit`; a spin is that of a body as long as it likes.
+    /// Checks that lengths and speeds are at most `limit`, and the spin at most 1e12 rad/s.
     pub(crate) fn within(&self, limit: f64) -> Result<(), RangeError> {
         let Self { translate, velocity, spin, .. } = *self;
         for (name, values) in [("translate", translate), ("velocity", velocity), ("spin", spin)] {
@@ -41,7 +41,7 @@ impl Placement {
         Ok(())
     }
 
-    /// Whether the numbers make sense.
+    /// Checks that all numbers are finite.
     ///
     /// # Errors
     ///

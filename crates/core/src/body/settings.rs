@@ -1,0 +1,204 @@
+//! What a user changes between steps: material, volume correction, pins, handles, forces.
+
+use nalgebra::Point3;
+
+use super::builder::extent;
+use super::{Body, Surface};
+use crate::dynamics::{
+    Constraint, ConstraintError, Constraints, Damping, Handle, Key, Material, Motion, MomentumTracker, Pin,
+    RegionDamping, RegionSize, Selection, SelectionError, Stiffness, Window,
+};
+use crate::error::Error;
+use crate::matching::Matching;
+use crate::range::{RangeError, in_range};
+use crate::volume::{Correction, VolumeError, VolumeOptions};
+
+impl Body {
+    /// Sets the size of the regions, from the next step on. Takes as long as building the regions does; positions,
+    /// velocities and momenta stay.
+    ///
+    /// # Errors
+    ///
+    /// A number out of its range.
+    pub fn set_region_size(&mut self, region_size: RegionSize) -> Result<(), RangeError> {
+        let material = Material { region_size, ..self.material };
+        material.validate()?;
+        self.material = material;
+        let half_width = material.half_width(self.lattice.cell_size(), extent(&self.lattice));
+        if half_width == self.half_width() {
+            return Ok(());
+        }
+        self.matching.set_half_width(&self.lattice, half_width);
+        let Matching { layout, cascade, .. } = &self.matching;
+        self.workspace = cascade.workspace(layout);
+        // Another half-width divides the sums into other tasks.
+        self.momentum = MomentumTracker::new(&self.lattice, layout, cascade.tasks());
+        self.state.fitted = false;
+        (self.energy, self.state.energy_limit) = (None, None);
+        self.damping = material.is_damped().then(|| RegionDamping::new(&self.matching));
+        self.track_constraints();
+        Ok(())
+    }
+
+    /// Sets the volume correction of what is shown. Takes as long as building the correction does.
+    ///
+    /// # Errors
+    ///
+    /// A number out of its range, or a correction that the mesh does not allow; nothing is changed then.
+    pub fn set_volume(&mut self, volume: impl Into<VolumeOptions>) -> Result<(), VolumeError> {
+        let options = volume.into();
+        let surface = self.surface.as_ref().map(Surface::borrowed);
+        self.correction = Correction::new(&self.lattice, surface, &options)?;
+        self.volume = options;
+        Ok(())
+    }
+
+    /// Sets how strongly vertices are pulled towards their goals, from the next step on.
+    ///
+    /// # Errors
+    ///
+    /// A number out of its range.
+    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), RangeError> {
+        let material = Material { stiffness, ..self.material };
+        material.validate()?;
+        self.material = material;
+        Ok(())
+    }
+
+    /// Sets the region damping, from the next step on; none leaves the stage out.
+    ///
+    /// # Errors
+    ///
+    /// A number out of its range.
+    pub fn set_damping(&mut self, damping: Damping) -> Result<(), RangeError> {
+        let material = Material { damping, ..self.material };
+        material.validate()?;
+        self.material = material;
+        self.damping = match self.damping.take() {
+            _ if !material.is_damped() => None,
+            Some(stage) => Some(stage),
+            None => Some(RegionDamping::new(&self.matching)),
+        };
+        Ok(())
+    }
+
+    /// Releases a pin or a handle: the `index`-th of all in the order in which they were added.
+    ///
+    /// # Errors
+    ///
+    /// An index out of range.
+    pub fn release(&mut self, index: usize) -> Result<(), ConstraintError> {
+        self.constraints_mut(index)?.release(index)
+    }
+
+    /// Gives a handle other keys, relative to the pose that it captured when it began.
+    ///
+    /// # Errors
+    ///
+    /// An index out of range, or keys that are no motion or move further than 10^15 cells.
+    pub fn set_keys(&mut self, index: usize, keys: &[Key]) -> Result<(), ConstraintError> {
+        let limit = self.farthest();
+        let constraints = self.constraints_mut(index)?;
+        let motion = Motion::new(keys.to_vec())?;
+        motion.within(limit)?;
+        constraints.set_motion(index, motion)
+    }
+
+    /// The number of pins and handles so far, released ones included.
+    pub fn constraint_count(&self) -> usize {
+        self.constraints.as_ref().map_or(0, |constraints| constraints.list().len())
+    }
+
+    fn constraints_mut(&mut self, index: usize) -> Result<&mut Constraints, ConstraintError> {
+        self.constraints.as_mut().ok_or(ConstraintError::NoSuchConstraint { index, count: 0 })
+    }
+
+    /// Holds a part of the body as it is when the pin begins. Shapes are tested at frame 0, where the body is placed.
+    ///
+    /// # Errors
+    ///
+    /// A selection that is empty or makes no sense, or an empty window of time.
+    pub fn pin(&mut self, pin: &Pin) -> Result<(), Error> {
+        self.constrain(&pin.selection, pin.window, None)
+    }
+
+    /// Moves a part of the body along keys, from the pose that it has when the handle begins.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Body::pin`], or keys that are no motion or move further than 10^15 cells.
+    pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
+        self.constrain(&handle.selection, handle.window, Some(&handle.keys))
+    }
+
+    fn constrain(
+        &mut self,
+        selection: &Selection,
+        window: Window,
+        keys: Option<&[Key]>,
+    ) -> Result<(), Error> {
+        let constraint = Constraint::new(self.select(selection)?, window, keys)?;
+        constraint.within(self.farthest()).map_err(ConstraintError::from)?;
+        let vertices = self.lattice.len();
+        self.constraints.get_or_insert_with(|| Constraints::new(vertices, Vec::new())).add(constraint);
+        Ok(())
+    }
+
+    /// The lattice vertices of a selection, in increasing order: those of the cells of the mesh vertices
+    /// inside; of a bare lattice the vertices inside. Tested where the body is placed at frame 0.
+    ///
+    /// # Errors
+    ///
+    /// An empty selection, with the distance to the nearest vertex, or one that makes no sense.
+    pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
+        let (count, placed) = (self.lattice.len(), |p: Point3<f64>| self.placed * p);
+        match &self.surface {
+            Some(surface) => {
+                let points = surface.mesh.vertices().iter().copied().map(placed);
+                let owned = |point: u32| surface.embedding.corners(point as usize);
+                selection.lattice_vertices(points, count, owned)
+            }
+            None => {
+                let points = (0..count as u32).map(|vertex| placed(self.lattice.rest_position(vertex)));
+                selection.lattice_vertices(points, count, |vertex| [vertex])
+            }
+        }
+    }
+
+    /// Applies a force to a part of the body in the next step, shared by its lattice vertices by mass. Forces add up.
+    ///
+    /// * `force`: the whole force, kg x length / s^2.
+    ///
+    /// # Errors
+    ///
+    /// A number that is not finite, or that accelerates by more than 10^15 cells/s^2, or an empty selection.
+    pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
+        let vertices = self.select(selection)?;
+        let whole: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
+        let share = |vertex: u32| force.map(|f| f * (self.mass(vertex) / whole));
+        let shares: Vec<_> = vertices.iter().map(|&vertex| (vertex, share(vertex))).collect();
+        self.apply_forces(&shares)
+    }
+
+    /// Applies forces to single lattice vertices in the next step: pairs of vertex and force, kg x length / s^2. Forces
+    /// add up.
+    ///
+    /// # Errors
+    ///
+    /// A vertex that does not exist, a number that is not finite, or one that accelerates its vertex by more than 10^15
+    /// cells/s^2; nothing is applied then.
+    pub fn apply_forces(&mut self, forces: &[(u32, [f64; 3])]) -> Result<(), Error> {
+        let count = self.lattice.len();
+        for &(vertex, force) in forces {
+            if vertex as usize >= count {
+                return Err(SelectionError::VertexOutOfRange { vertex, count }.into());
+            }
+            let limit = self.farthest() * self.mass(vertex);
+            for f in force {
+                in_range("force", f, f.abs() <= limit, "finite, and accelerate by at most 1e15 cells/s^2")?;
+            }
+        }
+        self.forces.get_or_insert_default().add(forces);
+        Ok(())
+    }
+}
