@@ -148,14 +148,12 @@ impl Body {
 
     /// Contacts of the visible surface. What they do to the momenta is measured, not booked.
     fn touch(&mut self, world: &World) {
-        let (Some(contacts), Some(colliders)) = (&mut self.contacts, &self.surroundings.colliders) else {
-            return;
-        };
+        let Some(contacts) = &mut self.contacts else { return };
         if world.opens_frame {
             contacts.clear_pushes();
         }
         let mut state = self.state.shared();
-        contacts.resolve(&mut state, colliders, world.interval, world.gravity.into());
+        contacts.resolve(&mut state, &self.surroundings.colliders, world.interval, world.gravity.into());
         for vertex in contacts.touched() {
             self.state.shut_book(&self.lattice, vertex);
         }

@@ -10,7 +10,7 @@ use crate::parallel::Executor;
 #[derive(Clone, Debug)]
 pub(crate) struct Surroundings {
     /// What bodies cannot enter.
-    pub(crate) colliders: Option<Arc<Colliders>>,
+    pub(crate) colliders: Arc<Colliders>,
     /// Time in seconds.
     pub(crate) time: f64,
     /// Length of the simulation's steps in seconds; zero before there is one.
@@ -22,14 +22,14 @@ pub(crate) struct Surroundings {
 impl Surroundings {
     /// Of a body that belongs to no simulation yet.
     pub(super) fn none() -> Self {
-        Self { colliders: None, time: 0.0, dt: 0.0, executor: Executor::sequential() }
+        Self { colliders: Arc::default(), time: 0.0, dt: 0.0, executor: Executor::sequential() }
     }
 }
 
 impl Body {
     /// Makes these the surroundings; where there are colliders, contacts are among the stages.
     pub(crate) fn lend(&mut self, surroundings: Surroundings) {
-        if surroundings.colliders.is_none() {
+        if surroundings.colliders.is_empty() {
             self.contacts = None;
         } else if self.contacts.is_none() {
             self.contacts = Some(Contacts::new(self.samples()));

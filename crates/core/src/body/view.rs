@@ -133,7 +133,8 @@ impl View {
         self.pushes.extend(body.pushes());
         self.corrected.resize(slots.len(), [0.0; 3]);
         correction.solve(executor, &self.deformed, &self.rotations, &self.pushes);
-        if let (Some(contacts), Some(colliders)) = (&body.contacts, &body.surroundings.colliders) {
+        if let Some(contacts) = &body.contacts {
+            let colliders = &body.surroundings.colliders;
             let (time, frame) = (body.surroundings.time, self.frame.body_frame());
             self.keep_out(executor, contacts.samples(), &Obstacles { colliders, time, frame });
         }

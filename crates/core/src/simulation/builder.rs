@@ -85,7 +85,7 @@ impl SimulationBuilder {
     ///
     /// No body, a number out of its range, a collider that makes no sense.
     pub fn build(self) -> Result<Simulation, Error> {
-        let colliders = self.validate()?;
+        let colliders = self.checked_colliders()?;
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
@@ -93,7 +93,7 @@ impl SimulationBuilder {
             bodies: self.bodies,
             gravity: self.gravity.into(),
             clock: Clock::new(self.dt),
-            colliders: colliders.map(Arc::new),
+            colliders: Arc::new(colliders),
             substeps: self.substeps,
             executor: Executor::new(self.threads),
         };
@@ -101,13 +101,16 @@ impl SimulationBuilder {
         Ok(simulation)
     }
 
-    /// Whether [`SimulationBuilder::build`] will have nothing to object to but a lack of bodies; what bodies will
-    /// meet.
+    /// Checks everything that [`build`](Self::build) checks, except that there is a body.
     ///
     /// # Errors
     ///
-    /// A number out of its range, a collider that makes no sense.
-    pub fn validate(&self) -> Result<Option<Colliders>, Error> {
+    /// A number out of its range, an invalid collider.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.checked_colliders().map(drop)
+    }
+
+    fn checked_colliders(&self) -> Result<Colliders, Error> {
         check_dt(self.dt)?;
         check_threads(self.threads)?;
         in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;

@@ -27,7 +27,7 @@ pub struct Simulation {
     bodies: Vec<Body>,
     gravity: Vector3<f64>,
     clock: Clock,
-    colliders: Option<Arc<Colliders>>,
+    colliders: Arc<Colliders>,
     substeps: u64,
     executor: Executor,
 }
@@ -161,7 +161,7 @@ impl Simulation {
     ///
     /// A collider that makes no sense; nothing is changed then.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
-        self.colliders = Colliders::new(colliders)?.map(Arc::new);
+        self.colliders = Arc::new(Colliders::new(colliders)?);
         self.lend();
         Ok(())
     }
