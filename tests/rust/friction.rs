@@ -9,7 +9,7 @@ const DT: f64 = 1.0 / 60.0;
 const CELL: f64 = 0.3;
 
 fn colliders(list: &[Collider]) -> Colliders {
-    Colliders::new(list).unwrap().unwrap()
+    Colliders::new(list).unwrap()
 }
 
 fn ground() -> Collider {

@@ -7,8 +7,8 @@ use super::{Collider, ColliderError, Shape};
 use crate::dynamics::{Motion, Pose};
 use crate::state::{BodyFrame, Interval};
 
-/// The checked colliders of a scene, shared by its bodies.
-#[derive(Clone, Debug)]
+/// The checked colliders of a scene, shared by its bodies; an empty set touches nothing.
+#[derive(Clone, Debug, Default)]
 pub struct Colliders {
     colliders: Vec<Checked>,
 }
@@ -22,11 +22,11 @@ struct Checked {
 }
 
 impl Colliders {
-    /// The colliders, in an order that results depend on to rounding where they overlap; `None` without any.
+    /// Checks colliders. Their order changes results at rounding level where they overlap.
     ///
     /// # Errors
     /// Numbers out of range and keys that are no motion, by the index of the collider.
-    pub fn new(colliders: &[Collider]) -> Result<Option<Self>, ColliderError> {
+    pub fn new(colliders: &[Collider]) -> Result<Self, ColliderError> {
         let mut checked = Vec::with_capacity(colliders.len());
         for (index, collider) in colliders.iter().enumerate() {
             collider.validate(index)?;
@@ -44,13 +44,17 @@ impl Colliders {
                 restitution: collider.restitution,
             });
         }
-        Ok((!checked.is_empty()).then_some(Self { colliders: checked }))
+        Ok(Self { colliders: checked })
     }
 
-    /// How many there are; at least one.
-    #[allow(clippy::len_without_is_empty, reason = "a set without colliders does not exist")]
+    /// Number of colliders.
     pub fn len(&self) -> usize {
         self.colliders.len()
+    }
+
+    /// Whether there is no collider.
+    pub fn is_empty(&self) -> bool {
+        self.colliders.is_empty()
     }
 
     /// Each collider's shape at a time in seconds, as a body sees it.

@@ -35,7 +35,7 @@ impl Stages {
             holds.push(held(Hold::new(vertices(&handle.selection)?, handle.window, Some(&handle.keys)))?);
         }
         let colliders = Colliders::new(&scene.colliders)?;
-        if holds.is_empty() && colliders.is_none() {
+        if holds.is_empty() && colliders.is_empty() {
             return Ok(None);
         }
         let slots: Vec<u32> = (0..lattice.len() as u32).collect();
@@ -46,7 +46,7 @@ impl Stages {
         let blocks = lattice.len().div_ceil(SLOTS);
         Ok(Some(Self {
             kinematics: Kinematics::new(lattice.len(), holds),
-            contacts: colliders.map(|colliders| (Contacts::new(samples()), colliders)),
+            contacts: (!colliders.is_empty()).then(|| (Contacts::new(samples()), colliders)),
             frame: BodyFrame { origin: middle(&body.positions()), cell_size: lattice.cell_size() },
             positions: Lanes::zeros(blocks),
             carry: Lanes::zeros(blocks),
