@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra::Point3;
 
 use super::{Body, Surface};
-use crate::contact::{Clearance, Colliders, Obstacles};
+use crate::contact::{Clearance, Colliders, Obstacles, SampleCells};
 use crate::matching::{Purpose, Workspace};
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
@@ -14,7 +14,7 @@ use crate::simd::lanes::Lanes;
 use crate::simd::padded::{Padded, padded};
 use crate::skin::{Asked, Shown, SkinBuffers};
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, Push, VolumeMeasures, VolumeReport, keep_out,
+    ComponentReport, Correction, CorrectionWorkspace, Push, VolumeMeasures, VolumeReport,
 };
 
 /// A body together with its simulation: what is shown depends on the colliders, the time and the threads.
@@ -294,5 +294,40 @@ impl Body {
         contacts
             .chain(forces)
             .map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
+    }
+}
+
+/// How often limits are looked for.
+const ROUNDS: usize = 16;
+
+/// How much farther than vertices go limits are looked for, so that it need not be done again where they go farther.
+const MARGIN: f64 = 1.25;
+
+fn keep_out(
+    executor: &Executor,
+    (correction, workspace): (&Correction, &mut CorrectionWorkspace),
+    clearance: &mut Clearance,
+    (samples, obstacles): (&SampleCells, &Obstacles<'_>),
+    (deformed, corrected): (&[[f32; 3]], &mut [[f32; 3]]),
+) {
+    let mut searched = 0.0;
+    let curved = obstacles.are_curved();
+    for _ in 0..ROUNDS {
+        let reach = correction.reach(workspace);
+        if reach > searched {
+            searched = MARGIN * reach;
+            clearance.find(samples, deformed, obstacles, searched);
+            if clearance.limits().is_empty() {
+                return;
+            }
+        } else if searched > 0.0 && curved {
+            correction.write(workspace, deformed, corrected);
+            if !clearance.cut(samples, corrected, obstacles) {
+                return;
+            }
+        } else {
+            return;
+        }
+        correction.limit(workspace, executor, clearance.limits());
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::posed::PosedShape;
-use crate::dynamics::{Pose, direction, euler_degrees};
-use crate::state::BodyFrame;
+use crate::dynamics::{Pose, direction};
+use crate::state::{BodyFrame, euler_degrees};
 
 /// The shape of a collider, in world space at time 0, lengths in scene units.
 #[derive(Clone, Debug, PartialEq)]

@@ -18,13 +18,9 @@ pub use placement::Placement;
 
 use nalgebra::{Point3, Vector3};
 
-use super::Placement;
-use crate::dynamics::energy::EnergyBook;
-use crate::dynamics::momentum::Momentum;
 use crate::lattice::Lattice;
 use crate::lattice::layout::Layout;
 use crate::simd::lanes::{Block, Lanes, Row};
-use crate::state::{BodyFrame, BodyState};
 
 /// Positions, velocities and rotations of a body's lattice vertices, in storage order.
 ///

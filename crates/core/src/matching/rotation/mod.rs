@@ -7,13 +7,13 @@
 //! Two blocks of eight at a time go through Newton's method on the quaternion ([`newton`]); the lanes that it does not settle go
 //! through an eigenvalue problem in f64 ([`eigen`]).
 
-pub(crate) mod eigen;
-pub(crate) mod newton;
+mod eigen;
+pub(super) mod newton;
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x16};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
-use crate::simd::lanes::{Block, LANES, Row};
+use crate::simd::lanes::LANES;
 use crate::simd::level;
 
 /// The columns of rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
