@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use supple::volume::Preservation;
-use supple::{Body, Simulation, VolumeMeasure, VolumeOptions};
+use supple::{Body, Display, Simulation, VolumeMeasure, VolumeOptions};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Statue, deform};
 
@@ -16,6 +16,7 @@ pub(crate) const LATTICE_VERTICES: usize = 1000;
 /// A simulation that is looked at, and what it is shown in.
 pub(crate) struct Shown {
     simulation: Simulation,
+    display: Display,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
 }
@@ -69,6 +70,7 @@ impl Shown {
         let count = body.mesh().map_or(0, |mesh| mesh.vertices().len());
         let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(2);
         Self {
+            display: Display::new(),
             simulation: simulation.build().expect("numbers in range"),
             positions: vec![[0.0; 3]; count],
             normals: vec![[0.0; 3]; count],
@@ -81,9 +83,10 @@ impl Shown {
         let whole = timed(|| {
             for _ in 0..count {
                 parts[0] += steps(&mut self.simulation, 1);
-                let look = self.simulation.body(0).surface_into(&mut self.positions, Some(&mut self.normals));
-                parts[1] += look.volume;
-                parts[2] += look.embed;
+                let mut shown = self.display.evaluate(self.simulation.body(0));
+                shown.surface_into(&mut self.positions, Some(&mut self.normals));
+                parts[1] += shown.times().volume;
+                parts[2] += shown.times().embed;
             }
         });
         [whole, parts[0], parts[1], parts[2]]

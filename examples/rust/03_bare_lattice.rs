@@ -33,9 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The pulls cancel: with nothing outside, the centre of mass stays where it is.
     let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 60.0).build()?;
-    let before = centre(simulation.body(0));
+    let before = centre(&simulation.body(0));
     simulation.steps(600);
-    let moved = (centre(simulation.body(0)) - before).norm();
+    let moved = (centre(&simulation.body(0)) - before).norm();
     println!("centre of mass after {} steps: moved by {moved:.1e}", simulation.step_count());
     Ok(())
 }

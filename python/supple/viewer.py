@@ -107,7 +107,7 @@ class _Panel:
         self._imgui, self._body = imgui, body
         # Names must differ, and polyscope takes no "#" in them.
         self._label = f"{body.name} [{index}]".replace("#", "-")
-        self._kept = body.volume
+        self._kept = body.volume_options
         points = self._points()
         self.low, self.high = points.min(axis=0), points.max(axis=0)
         if body.mesh is None:
@@ -139,7 +139,7 @@ class _Panel:
         moved, half_width = imgui.SliderInt("half-width [cells]", body.half_width, v_min=1, v_max=_WIDEST)
         if moved:
             body.half_width = max(half_width, 1)
-        keeps = body.volume["measure"] != "off"
+        keeps = body.volume_options["measure"] != "off"
         moved, keep = imgui.Checkbox("keep the volume", keeps)
         if moved and keep != keeps:
             self._switch(keep)
@@ -147,10 +147,10 @@ class _Panel:
     def _switch(self, keep: bool) -> None:
         """Switches the correction off, or on as it was before."""
         if keep:
-            self._body.volume = self._kept if self._kept["measure"] != "off" else "auto"
+            self._body.volume_options = self._kept if self._kept["measure"] != "off" else "auto"
         else:
-            self._kept = self._body.volume
-            self._body.volume = "off"
+            self._kept = self._body.volume_options
+            self._body.volume_options = "off"
 
     def _points(self) -> Any:
         return self._body.corrected_positions() if self._body.mesh is None else self._body.surface()

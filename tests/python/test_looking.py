@@ -199,10 +199,10 @@ def test_a_window_shows_and_changes_a_simulation(cube, block, polyscope, tmp_pat
         polyscope.frame_tick()
     assert sim.time == pytest.approx(20 * 2 / 120)
     assert (body.stiffness, other.frequency) == (0.25, 5.0)
-    assert body.volume["measure"] == "off"
+    assert body.volume_options["measure"] == "off"
     hands.moves = {"half-width [cells]": 3, "keep the volume": True, "run": False}
     polyscope.frame_tick()
-    assert (body.half_width, body.volume["measure"], viewer.running) == (3, "auto", False)
+    assert (body.half_width, body.volume_options["measure"], viewer.running) == (3, "auto", False)
     after = _picture(polyscope, tmp_path / "after.png")
     assert before.std() > 0.01
     assert np.abs(after - before).max() > 0.1

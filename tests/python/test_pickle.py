@@ -32,7 +32,7 @@ def _busy(cube):
     sim.dt = 1 / 120
     body.stiffness = 0.7
     body.half_width = 3
-    block.volume = "lattice"
+    block.volume_options = "lattice"
     block.damping_rate = 2
     hold.set_keys([(0,), (1, (0.1, 0, 0))])
     sim.step(20)

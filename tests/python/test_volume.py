@@ -57,22 +57,22 @@ def test_off_keeps_nothing(cube):
 
 def test_it_can_be_changed_between_steps(cube):
     body = supple.Body(cube, lattice_vertices=200)
-    assert body.volume == {"measure": "auto", "scope": "global", "field": "surface", "max_correction": 1.0}
+    assert body.volume_options == {"measure": "auto", "scope": "global", "field": "surface", "max_correction": 1.0}
     kept = _stretched(body)
-    body.volume = "off"
-    assert body.volume["measure"] == "off"
+    body.volume_options = "off"
+    assert body.volume_options["measure"] == "off"
     plain = body.volume_report()
     assert plain.after == plain.before == kept.before
     with pytest.raises(ValueError, match="volume is"):
-        body.volume = "mass"
+        body.volume_options = "mass"
     with pytest.raises(TypeError, match="volume must be"):
-        body.volume = None
-    assert body.volume["measure"] == "off"
-    body.volume = {"measure": "cells", "scope": "regional"}
+        body.volume_options = None
+    assert body.volume_options["measure"] == "off"
+    body.volume_options = {"measure": "cells", "scope": "regional"}
     again = pickle.loads(pickle.dumps(body))
-    assert again.volume == body.volume == {**body.volume, "measure": "cells", "scope": "regional"}
+    assert again.volume_options == body.volume_options == {**body.volume_options, "measure": "cells", "scope": "regional"}
     assert again.volume_report() == body.volume_report()
-    body.volume = "auto"
+    body.volume_options = "auto"
     assert body.volume_report() == kept
 
 

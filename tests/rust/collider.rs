@@ -3,7 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use supple::contact::{Collider, Colliders, Shape};
-use supple::dynamics::{Key, euler_degrees};
+use supple::dynamics::Key;
+use supple::state::euler_degrees;
 
 fn distance(shape: &Shape, point: [f64; 3]) -> f64 {
     shape.signed_distance(point).distance

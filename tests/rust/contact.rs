@@ -4,8 +4,8 @@ use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
 use proptest::prelude::*;
 use supple::contact::{Collider, Colliders};
-use supple::dynamics::euler_degrees;
 use supple::state::Interval;
+use supple::state::euler_degrees;
 
 const DT: f64 = 1.0 / 60.0;
 const CELL: f64 = 0.3;

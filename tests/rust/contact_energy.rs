@@ -50,13 +50,13 @@ fn shapes() -> [(&'static str, BodyBuilder); 3] {
 fn keeps_its_energy(name: &str, body: BodyBuilder, stiffness: f64, ground: Collider) {
     let (restitution, friction) = (ground.restitution, ground.friction);
     let mut sim = drop(body.stiffness(stiffness).damping(0.0), ground, 3.0);
-    let level = lowest(sim.body(0)) - 3.0;
-    let start = energy(sim.body(0), level);
+    let level = lowest(&sim.body(0)) - 3.0;
+    let start = energy(&sim.body(0), level);
     // What is conserved has beside this the deformation between two steps, at least -stiffness/4 of the kinetic part.
     let limit = start / (1.0 - stiffness / 4.0) * (1.0 + 1e-4);
     for step in 0..600 {
         sim.step();
-        let now = energy(sim.body(0), level);
+        let now = energy(&sim.body(0), level);
         assert!(
             now <= limit,
             "{name}, stiffness {stiffness}, restitution {restitution}, friction {friction}: {} at step {step}",
@@ -113,11 +113,11 @@ fn a_perfect_bounce_keeps_more_than_a_dull_one() {
         let risen = |restitution| {
             let ground = Collider { restitution, friction: 0.0, ..Collider::plane([0.0; 3], [1.0; 3]) };
             let mut sim = drop(body.clone().half_width(2).stiffness(0.5), ground, 3.0);
-            let start = centre(sim.body(0)).y;
+            let start = centre(&sim.body(0)).y;
             let mut heights = Vec::new();
             for _ in 0..200 {
                 sim.step();
-                heights.push(centre(sim.body(0)).y - start);
+                heights.push(centre(&sim.body(0)).y - start);
             }
             let turn = (1..200).find(|&k| heights[k] > heights[k - 1]).unwrap();
             heights[turn..].iter().copied().fold(f64::NEG_INFINITY, f64::max)
@@ -134,14 +134,14 @@ fn bodies_come_to_rest_on_the_ground() {
             let ground = Collider { restitution, ..Collider::plane([0.0; 3], [1.0; 3]) };
             let mut sim = drop(body.clone().stiffness(0.5).damping(0.1), ground, 1.0);
             let cell = sim.body(0).lattice().cell_size();
-            let level = lowest(sim.body(0)) - 1.0;
+            let level = lowest(&sim.body(0)) - 1.0;
             sim.steps(60 * 60);
-            let (mut low, mut high) = (centre(sim.body(0)), centre(sim.body(0)));
+            let (mut low, mut high) = (centre(&sim.body(0)), centre(&sim.body(0)));
             for _ in 0..120 {
                 sim.step();
-                let centre = centre(sim.body(0));
+                let centre = centre(&sim.body(0));
                 (low, high) = (low.inf(&centre), high.sup(&centre));
-                let above = (lowest(sim.body(0)) - level) / cell;
+                let above = (lowest(&sim.body(0)) - level) / cell;
                 assert!(
                     (-1e-3..5e-3).contains(&above),
                     "{name}, {restitution}: {above} cells above the ground"

@@ -4,7 +4,8 @@
 use crate::common::{alone, half_cells, momentum};
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, Damping, Handle, Key, Reach, Selection, Simulation, Stiffness, VolumeMeasure, VolumeOptions, Window,
+    Body, Damping, Handle, Key, RegionSize, Selection, Simulation, Stiffness, VolumeMeasure, VolumeOptions,
+    Window,
 };
 
 #[test]
@@ -13,7 +14,7 @@ fn what_is_set_later_is_as_what_was_built() {
     let mut later = build().build().unwrap();
     later.set_stiffness(Stiffness::Frequency(3.0)).unwrap();
     later.set_damping(Damping::Rate(2.0)).unwrap();
-    later.set_reach(Reach::Radius(1.6)).unwrap();
+    later.set_region_size(RegionSize::Radius(1.6)).unwrap();
     assert_eq!(later.half_width(), 3);
     let given = build().frequency(3.0).damping_rate(2.0).half_width(3).build().unwrap();
     let run = |body: Body| {
@@ -32,7 +33,7 @@ fn out_of_range_changes_nothing() {
     let mut body = Body::from_lattice(half_cells()).build().unwrap();
     assert!(body.set_stiffness(Stiffness::PerStep(1.5)).is_err());
     assert!(body.set_damping(Damping::Rate(-1.0)).is_err());
-    assert!(body.set_reach(Reach::Cells(0)).is_err());
+    assert!(body.set_region_size(RegionSize::Cells(0)).is_err());
     assert!(body.set_volume(VolumeMeasure::Mesh).is_err());
     assert_eq!(body.volume(), VolumeOptions::default());
     assert_eq!(*body.material(), supple::Material::default());
@@ -46,16 +47,19 @@ fn regions_of_another_half_width_keep_positions_velocities_and_momentum() {
     simulation.body_mut(0).apply_force([300.0, 0.0, 0.0], &Selection::Vertices(vec![0])).unwrap();
     simulation.steps(20);
     let before = (simulation.body(0).positions(), simulation.body(0).velocities());
-    let momentum_before = momentum(simulation.body(0));
+    let momentum_before = momentum(&simulation.body(0));
     for cells in [1, 4, 2] {
-        simulation.body_mut(0).set_reach(Reach::Cells(cells)).unwrap();
+        simulation.body_mut(0).set_region_size(RegionSize::Cells(cells)).unwrap();
         let body = simulation.body(0);
-        assert_eq!((body.half_width(), body.material().reach), (cells.min(4), Reach::Cells(cells)));
+        assert_eq!(
+            (body.half_width(), body.material().region_size),
+            (cells.min(4), RegionSize::Cells(cells))
+        );
         if cells == 1 {
             assert_eq!((body.positions(), body.velocities()), before);
         }
         simulation.steps(50);
-        let error = momentum(simulation.body(0)) - momentum_before;
+        let error = momentum(&simulation.body(0)) - momentum_before;
         assert!(error.norm() < 1e-5 * momentum_before.norm(), "{error}");
     }
 }
@@ -69,7 +73,7 @@ fn regions_that_are_set_are_those_that_were_built_also_for_a_body_turned_inside_
     changed.body_mut(0).set_positions(&inside_out).unwrap();
     changed.steps(30);
     assert!(changed.body(0).unsettled_rotations() > 0);
-    changed.body_mut(0).set_reach(Reach::Cells(1)).unwrap();
+    changed.body_mut(0).set_region_size(RegionSize::Cells(1)).unwrap();
     let mut built = build(1);
     built.restore(&changed.state()).unwrap();
     for steps in [1, 100] {
@@ -184,7 +188,7 @@ fn a_state_keeps_what_a_user_changed() {
     let body = one.body_mut(0);
     body.set_stiffness(Stiffness::PerStep(0.6)).unwrap();
     body.set_damping(Damping::PerStep(0.1)).unwrap();
-    body.set_reach(Reach::Cells(3)).unwrap();
+    body.set_region_size(RegionSize::Cells(3)).unwrap();
     body.set_volume(VolumeMeasure::Lattice).unwrap();
     let pin = supple::Pin { selection: Selection::Vertices(vec![0, 1]), window: Window::default() };
     body.pin(&pin).unwrap();

@@ -40,10 +40,10 @@ fn a_body_that_is_turned_inside_out_again_and_again_gains_no_energy() {
         [("shuffled", 1, shuffled(&lattice, 1, 1)), ("collapsed", 4, collapsed(&lattice, 4))]
     {
         let naive = Naive::new(&lattice, half_width, Regions::Staircase).listed();
-        let start = energy(&naive, sim.body(0));
+        let start = energy(&naive, &sim.body(0));
         for _ in 0..40 {
             sim.steps(50);
-            let now = energy(&naive, sim.body(0));
+            let now = energy(&naive, &sim.body(0));
             assert!(now < 1.02 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
             assert!(now > 0.5 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
         }

@@ -3,9 +3,9 @@
 use nalgebra::{Point3, Vector3};
 use supple::Lanes;
 use supple::dynamics::{
-    Hold, Key, Kinematics, KinematicsError, Motion, MotionError, Selection, SelectionError, Window,
-    euler_degrees,
+    Constraint, ConstraintError, Constraints, Key, Motion, MotionError, Selection, SelectionError, Window,
 };
+use supple::state::euler_degrees;
 use supple::state::{BodyFrame, BodyState, Interval};
 
 const DT: f64 = 1.0 / 60.0;
@@ -145,7 +145,7 @@ impl Body {
     }
 
     /// A step in which everything is thrown about before the kinematics.
-    fn step(&mut self, kinematics: &mut Kinematics, count: u64) {
+    fn step(&mut self, kinematics: &mut Constraints, count: u64) {
         let step = Interval::of_step(count, DT);
         let slots = self.slots.clone();
         kinematics.begin(step, &self.state(), &slots);
@@ -167,8 +167,8 @@ fn window(from: f64, until: f64) -> Window {
 fn a_pin_holds_what_it_finds_at_from_and_lets_go_at_until() {
     let mut body = Body::new();
     // Limits that are multiples of the step only to rounding.
-    let hold = Hold::new(vec![0, 3], window(0.1, 0.3), None).unwrap();
-    let mut kinematics = Kinematics::new(8, vec![hold]);
+    let hold = Constraint::new(vec![0, 3], window(0.1, 0.3), None).unwrap();
+    let mut kinematics = Constraints::new(8, vec![hold]);
     let (mut found, mut first) = (Vec::new(), Vec::new());
     for count in 0..30 {
         let before = [0, 3].map(|v: usize| body.local(v));
@@ -201,7 +201,7 @@ fn a_handle_follows_its_keys_about_the_captured_centre() {
     let start: Vec<_> = (0..4).map(|v| body.world(v)).collect();
     let centre = Point3::from(start.iter().map(|p| p.coords).sum::<Vector3<f64>>() / 4.0);
     let mut kinematics =
-        Kinematics::new(8, vec![Hold::new(vec![0, 1, 2, 3], Window::default(), Some(&keys)).unwrap()]);
+        Constraints::new(8, vec![Constraint::new(vec![0, 1, 2, 3], Window::default(), Some(&keys)).unwrap()]);
     let cell = body.frame.cell_size;
     for count in 0..90 {
         body.step(&mut kinematics, count);
@@ -223,8 +223,8 @@ fn a_handle_follows_its_keys_about_the_captured_centre() {
 fn keys_are_relative_to_the_pose_captured_at_from() {
     let keys = [key(0.5, [0.0; 3], [0.0; 3]), key(1.0, [1.0, 0.0, 0.0], [0.0; 3])];
     let mut body = Body::new();
-    let hold = Hold::new(vec![5], window(0.5, 2.0), Some(&keys)).unwrap();
-    let mut kinematics = Kinematics::new(8, vec![hold]);
+    let hold = Constraint::new(vec![5], window(0.5, 2.0), Some(&keys)).unwrap();
+    let mut kinematics = Constraints::new(8, vec![hold]);
     (0..30).for_each(|count| body.step(&mut kinematics, count));
     let captured = body.world(5);
     (30..60).for_each(|count| body.step(&mut kinematics, count));
@@ -237,8 +237,8 @@ fn the_later_hold_wins_where_two_overlap() {
     let mut body = Body::new();
     let start: Vec<_> = (0..8).map(|v| body.world(v)).collect();
     let mut kinematics =
-        Kinematics::new(8, vec![Hold::new(vec![0, 1], Window::default(), Some(&up)).unwrap()]);
-    kinematics.add(Hold::new(vec![1, 2], window(0.0, 0.5), None).unwrap());
+        Constraints::new(8, vec![Constraint::new(vec![0, 1], Window::default(), Some(&up)).unwrap()]);
+    kinematics.add(Constraint::new(vec![1, 2], window(0.0, 0.5), None).unwrap());
     let rise = |body: &Body, v: usize| (body.world(v) - start[v]).y;
     (0..30).for_each(|count| body.step(&mut kinematics, count));
     assert!(
@@ -255,14 +255,14 @@ fn the_later_hold_wins_where_two_overlap() {
 fn what_was_captured_can_be_saved_and_put_back() {
     let keys = [key(0.0, [0.0; 3], [0.0; 3]), key(1.0, [0.0, 0.0, 2.0], [90.0, 0.0, 0.0])];
     let holds = vec![
-        Hold::new(vec![0, 1], Window::default(), Some(&keys)).unwrap(),
-        Hold::new(vec![6], window(0.4, 9.0), None).unwrap(),
+        Constraint::new(vec![0, 1], Window::default(), Some(&keys)).unwrap(),
+        Constraint::new(vec![6], window(0.4, 9.0), None).unwrap(),
     ];
-    let (mut one, mut first) = (Body::new(), Kinematics::new(8, holds));
+    let (mut one, mut first) = (Body::new(), Constraints::new(8, holds));
     (0..20).for_each(|count| one.step(&mut first, count));
 
     // What a checkpoint does: one hold has captured, the other is yet to.
-    let mut second: Kinematics = postcard::from_bytes(&postcard::to_stdvec(&first).unwrap()).unwrap();
+    let mut second: Constraints = postcard::from_bytes(&postcard::to_stdvec(&first).unwrap()).unwrap();
     assert_eq!(second, first);
     let mut two = Body::new();
     two.positions = one.positions.clone();
@@ -279,7 +279,7 @@ fn what_was_captured_can_be_saved_and_put_back() {
 #[test]
 fn windows_that_are_empty_are_refused() {
     for (from, until) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (f64::INFINITY, 1.0)] {
-        let error = Hold::new(vec![0], window(from, until), None).unwrap_err();
-        assert!(matches!(error, KinematicsError::Window { .. }), "{error}");
+        let error = Constraint::new(vec![0], window(from, until), None).unwrap_err();
+        assert!(matches!(error, ConstraintError::Window { .. }), "{error}");
     }
 }

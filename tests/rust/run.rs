@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use nalgebra::Point3;
-use supple::{Reach, Selection, Simulation, VolumeMeasure};
+use supple::{RegionSize, Selection, Simulation, VolumeMeasure};
 use supple_io::run::substeps::{Placed, substeps};
 use supple_io::run::{
     CHECKPOINT, Flow, Input, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare,
@@ -104,7 +104,7 @@ impl Observer for Driver {
         assert_eq!(simulation.time(), progress.time);
         if progress.frame == 2 {
             simulation.set_gravity([0.0, 2.0, 0.0]).unwrap();
-            simulation.body_mut(0).set_reach(Reach::Cells(1)).unwrap();
+            simulation.body_mut(0).set_region_size(RegionSize::Cells(1)).unwrap();
             simulation.body_mut(0).set_volume(VolumeMeasure::Lattice).unwrap();
         }
         let top = Selection::Plane { point: [0.0, 0.9, 0.0], normal: [0.0, 1.0, 0.0] };

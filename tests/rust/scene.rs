@@ -5,7 +5,7 @@ use std::path::Path;
 use supple::contact::Shape;
 use supple::dynamics::Selection;
 use supple::volume::{FieldKind, Preservation, VolumeMeasure, VolumeScope};
-use supple::{Damping, Reach, Resolution, Stiffness};
+use supple::{Damping, RegionSize, Resolution, Stiffness};
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Substeps};
 
@@ -97,8 +97,8 @@ fn every_key_is_read() {
     );
     assert_eq!((body.resolution, body.join), (Resolution::CellSize(0.1), false));
     assert_eq!(
-        (body.material.reach, body.material.stiffness, body.material.damping),
-        (Reach::Radius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
+        (body.material.region_size, body.material.stiffness, body.material.damping),
+        (RegionSize::Radius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
     );
     assert_eq!(
         (body.volume.measure, body.volume.scope, body.volume.field, body.volume.max_correction),
@@ -116,7 +116,10 @@ fn every_key_is_read() {
     assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
 
     let ball = &scene.bodies[1];
-    assert_eq!((ball.resolution, ball.material.reach), (Resolution::Vertices(1000), Reach::Cells(2)));
+    assert_eq!(
+        (ball.resolution, ball.material.region_size),
+        (Resolution::Vertices(1000), RegionSize::Cells(2))
+    );
     assert_eq!(
         (ball.material.stiffness, ball.material.damping),
         (Stiffness::PerStep(1.0), Damping::PerStep(0.0))

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::Reach;
+use supple::RegionSize;
 use supple::contact::Shape;
 use supple::volume::Preservation;
 use supple_io::frames::Format;
@@ -58,7 +58,7 @@ fn overrides_change_the_scene() {
     assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2));
     assert_eq!(scene.output.directory, Path::new("else where"));
     // The override takes the place of `stiffness_radius`, which said the same.
-    assert_eq!(scene.bodies[0].material.reach, Reach::Cells(3));
+    assert_eq!(scene.bodies[0].material.region_size, RegionSize::Cells(3));
     assert_eq!(
         (scene.bodies[1].material.density, scene.bodies[1].placement.translate),
         (10.0, [0.0, 5.0, 0.0])

@@ -48,7 +48,7 @@ fn inverted_cells(body: &Body) -> usize {
 #[test]
 fn a_stretched_head_keeps_its_volume_and_comes_to_rest() {
     let (scene, mut prepared) = scene("stretch_and_drop.toml", &[]);
-    let (rest, low, high) = shown(prepared.simulation.body(0));
+    let (rest, low, high) = shown(&prepared.simulation.body(0));
     let height = high[1] - low[1];
     let (mut stretch, mut boxes) = (0.0_f32, Vec::new());
     for frame in 0..=scene.simulation.frames {
@@ -56,9 +56,9 @@ fn a_stretched_head_keeps_its_volume_and_comes_to_rest() {
             prepared.simulation.steps(u64::from(prepared.substeps));
         }
         let body = prepared.simulation.body(0);
-        let (volume, low, high) = shown(body);
+        let (volume, low, high) = shown(&body);
         assert!((volume / rest - 1.0).abs() < 1e-5, "frame {frame}: {volume} of {rest}");
-        assert_eq!(inverted_cells(body), 0, "frame {frame}");
+        assert_eq!(inverted_cells(&body), 0, "frame {frame}");
         stretch = stretch.max((high[1] - low[1]) / height);
         boxes.push((low, high));
     }
@@ -78,10 +78,10 @@ fn a_stretched_head_keeps_its_volume_and_comes_to_rest() {
 #[test]
 fn without_correction_it_swells() {
     let (_, mut prepared) = scene("stretch_and_drop.toml", &["body.bust.volume=off"]);
-    let rest = shown(prepared.simulation.body(0)).0;
+    let rest = shown(&prepared.simulation.body(0)).0;
     // Full stretch: 1.5 s.
     prepared.simulation.steps(45 * u64::from(prepared.substeps));
-    let swollen = shown(prepared.simulation.body(0)).0 / rest;
+    let swollen = shown(&prepared.simulation.body(0)).0 / rest;
     assert!(swollen > 1.25, "{swollen}");
 }
 

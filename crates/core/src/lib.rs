@@ -95,9 +95,7 @@ pub use body::{
     StateError,
 };
 pub use contact::{Collider, Shape};
-pub use dynamics::{
-    Damping, Handle, Key, Material, Pin, RegionSize, Selection, Stiffness, Window,
-};
+pub use dynamics::{Damping, Handle, Key, Material, Pin, RegionSize, Selection, Stiffness, Window};
 pub use error::Error;
 pub use lattice::{
     CellPoints, Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport,
@@ -110,6 +108,6 @@ pub use plan::{BodyPlan, Plan, PlannedStage, When};
 pub use range::RangeError;
 pub use simd::lanes::Lanes;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
-pub use state::Placement;
 pub use simulation::{Simulation, SimulationBuilder, SimulationState};
+pub use state::Placement;
 pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};

@@ -1,10 +1,10 @@
 //! The volumes of single cells.
 
 use nalgebra::Vector3;
-use supple::Body;
+use supple::BodyRef;
 
 /// The relative error of the volume of each cell, as it is shown.
-pub(crate) fn errors(body: &Body) -> impl Iterator<Item = f64> {
+pub(crate) fn errors(body: BodyRef<'_>) -> impl Iterator<Item = f64> {
     let (lattice, positions) = (body.lattice(), body.corrected_positions());
     let rest = lattice.cell_size().powi(3);
     (0..lattice.cells().len() as u32).map(move |cell| {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use nalgebra::Point3;
-use supple::{Body, VolumeMeasure};
+use supple::{Body, Display, VolumeMeasure};
 use supple_io::run::Prepared;
 
 use crate::cells;
@@ -51,8 +51,9 @@ pub(crate) fn run(
     let (mut watch, mut count, mut squares) = (Watch::new(model), 0, 0.0);
     for frame in 1..=frames {
         watch.frame(&mut motion)?;
-        let (bodies, mut capped) = (motion.simulation.bodies(), false);
-        for body in bodies {
+        let (simulation, mut capped) = (&motion.simulation, false);
+        let bodies = || (0..simulation.bodies().len()).map(|index| simulation.body(index));
+        for body in bodies() {
             let report = body.volume_report();
             let error =
                 |measure| report.by(measure).map(|volumes| (volumes.after / volumes.rest - 1.0).abs());
@@ -62,8 +63,8 @@ pub(crate) fn run(
         }
         shown.capped += u32::from(capped);
         if is_moment(frame, frames, MOMENTS) {
-            shown.surfaces.push(bodies.iter().map(|body| body.surface().positions).collect());
-            for body in bodies {
+            shown.surfaces.push(bodies().map(|body| body.surface().positions).collect());
+            for body in bodies() {
                 squares += cells::errors(body).map(|error| error * error).sum::<f64>();
                 count += body.lattice().cells().len();
             }
@@ -103,7 +104,7 @@ pub(crate) fn time(
 /// Adds up the times of frames.
 struct Watch {
     /// One for each body: positions and normals as a frame writer takes them.
-    buffers: Vec<[Vec<[f32; 3]>; 2]>,
+    buffers: Vec<(Display, [Vec<[f32; 3]>; 2])>,
     step: Duration,
     correction: Duration,
     update: Duration,
@@ -112,7 +113,7 @@ struct Watch {
 impl Watch {
     fn new(prepared: &Prepared) -> Self {
         let vertices = |body: &Body| body.mesh().map_or(0, |mesh| mesh.vertices().len());
-        let buffer = |body| [vec![[0.0; 3]; vertices(body)], vec![[0.0; 3]; vertices(body)]];
+        let buffer = |body| (Display::new(), [(); 2].map(|()| vec![[0.0; 3]; vertices(body)]));
         let buffers = prepared.simulation.bodies().iter().map(buffer).collect();
         Self { buffers, step: Duration::ZERO, correction: Duration::ZERO, update: Duration::ZERO }
     }
@@ -124,8 +125,10 @@ impl Watch {
     /// Steps a frame and shows it.
     fn frame(&mut self, motion: &mut Motion<'_>) -> Result<(), Halt> {
         self.step += motion.frame()?;
-        for (body, [positions, normals]) in motion.simulation.bodies().iter().zip(&mut self.buffers) {
-            let times = body.surface_into(positions, Some(normals));
+        for (index, (display, [positions, normals])) in self.buffers.iter_mut().enumerate() {
+            let mut shown = display.evaluate(motion.simulation.body(index));
+            shown.surface_into(positions, Some(normals));
+            let times = shown.times();
             self.correction += times.volume;
             self.update += times.embed;
         }

@@ -1,7 +1,7 @@
 //! A scene in physical terms, so that lattice and steps can change and the material stays.
 
 use supple::volume::{Preservation, VolumeOptions};
-use supple::{Body, Damping, Material, Reach, Resolution, Stiffness, VolumeMeasure};
+use supple::{Body, Damping, Material, RegionSize, Resolution, Stiffness, VolumeMeasure};
 use supple_io::run::{Prepared, RunError, prepare};
 use supple_io::scene::{Scene, Substeps};
 
@@ -153,7 +153,7 @@ impl Physical {
                 let cell_size = grid.cell_size * grid.half_width as f64 / refined as f64;
                 data.resolution = Resolution::CellSize(cell_size);
             }
-            data.material.reach = Reach::Cells(width);
+            data.material.region_size = RegionSize::Cells(width);
             data.volume = VolumeOptions { measure: method.measure, scope: method.scope, ..data.volume };
         }
         prepare(&scene)

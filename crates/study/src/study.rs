@@ -57,7 +57,7 @@ impl Study {
         let bodies = physical.as_it_is()?;
         let threads = bodies.simulation.threads();
         let methods = usable(bodies.simulation.bodies());
-        let method = physical.method(bodies.simulation.body(0), &methods);
+        let method = physical.method(&bodies.simulation.body(0), &methods);
         let matrix = Matrix::new(&physical, method, &methods, self.quick);
         let mut report = match self.earlier(&fingerprint, threads)? {
             Some(report) if report.complete => return Ok((report, Outcome::AlreadyFinished)),

@@ -7,15 +7,15 @@ use nalgebra::Point3;
 
 use super::{Body, Surface};
 use crate::contact::{Clearance, Colliders, Obstacles, SampleCells};
+use crate::lattice::Lattice;
 use crate::matching::{Purpose, Workspace};
+use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
 use crate::simd::padded::{Padded, padded};
 use crate::skin::{Asked, Shown, SkinBuffers};
-use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, Push, VolumeMeasures, VolumeReport,
-};
+use crate::volume::{ComponentReport, Correction, CorrectionWorkspace, Push, VolumeMeasures, VolumeReport};
 
 /// A body together with its simulation: what is shown depends on the colliders, the time and the threads.
 ///
@@ -56,6 +56,16 @@ impl<'a> BodyRef<'a> {
         self.body
     }
 
+    /// The mesh in the model's frame; `None` for a bare lattice.
+    pub fn mesh(self) -> Option<&'a Mesh> {
+        self.body.mesh()
+    }
+
+    /// The lattice, in the model's frame.
+    pub fn lattice(self) -> &'a Lattice {
+        self.body.lattice()
+    }
+
     /// The mesh as it is shown: moved by the lattice after the volume correction. A [`Display`] that is kept evaluates
     /// many frames faster.
     pub fn surface(self) -> ShownSurface {
@@ -79,30 +89,17 @@ impl<'a> BodyRef<'a> {
     }
 }
 
-/// Shown alone, a body has no colliders that limit the volume correction. See [`BodyRef`] for a body in a simulation.
+/// A body by itself.
+impl<'a> From<&'a Body> for BodyRef<'a> {
+    fn from(body: &'a Body) -> Self {
+        Self { body, scene: None }
+    }
+}
+
 impl Body {
-    fn alone(&self) -> BodyRef<'_> {
-        BodyRef { body: self, scene: None }
-    }
-
-    /// As [`BodyRef::surface`].
-    pub fn surface(&self) -> ShownSurface {
-        self.alone().surface()
-    }
-
-    /// As [`BodyRef::corrected_positions`].
-    pub fn corrected_positions(&self) -> Vec<Point3<f64>> {
-        self.alone().corrected_positions()
-    }
-
-    /// As [`BodyRef::volume_report`].
-    pub fn volume_report(&self) -> VolumeReport {
-        self.alone().volume_report()
-    }
-
-    /// As [`BodyRef::volume`].
-    pub fn volume(&self) -> f64 {
-        self.alone().volume()
+    /// The body by itself, to show it without a simulation: no collider limits its volume correction.
+    pub fn alone(&self) -> BodyRef<'_> {
+        self.into()
     }
 }
 
@@ -154,7 +151,8 @@ impl Display {
     }
 
     /// Corrects the volume of a body as it is now: P~ = P^ + lambda V (Takamatsu & Kanai 2009, eq. 1).
-    pub fn evaluate<'a>(&'a mut self, body: BodyRef<'a>) -> Displayed<'a> {
+    pub fn evaluate<'a>(&'a mut self, body: impl Into<BodyRef<'a>>) -> Displayed<'a> {
+        let body = body.into();
         let start = Instant::now();
         let executor = body.scene.map_or_else(Executor::sequential, |scene| scene.executor.clone());
         let Body { state, matching, correction, .. } = body.body;
@@ -184,7 +182,13 @@ impl Display {
         if let (Some(contacts), Some(Scene { colliders, time, .. })) = (&body.contacts, body.scene) {
             let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
             let samples = contacts.samples();
-            keep_out(executor, (correction, workspace), clearance, (samples, &obstacles), (deformed, corrected));
+            keep_out(
+                executor,
+                (correction, workspace),
+                clearance,
+                (samples, &obstacles),
+                (deformed, corrected),
+            );
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
@@ -192,7 +196,8 @@ impl Display {
 
     /// Memory of the buffers.
     pub fn bytes(&self) -> usize {
-        let lattice = size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.shown);
+        let lattice =
+            size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.shown);
         let correction = self.correction.bytes() + self.clearance.bytes() + size_of_val(&*self.pushes);
         let rotations = self.sums.bytes() + self.turned.bytes() + size_of_val(&*self.rotations);
         lattice + correction + rotations + self.skin.bytes()
@@ -291,9 +296,7 @@ impl Body {
         let scale = (1.0 / self.material.alpha(dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());
         let forces = self.forces.iter().flat_map(|forces| forces.pushes());
-        contacts
-            .chain(forces)
-            .map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
+        contacts.chain(forces).map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
     }
 }
 

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::builder::extent;
 use super::{Body, Surface};
 use crate::dynamics::{
-    Constraint, ConstraintError, Constraints, Damping, Handle, Key, Material, Motion, MomentumTracker, Pin,
+    Constraint, ConstraintError, Constraints, Damping, Handle, Key, Material, MomentumTracker, Motion, Pin,
     RegionDamping, RegionSize, Selection, SelectionError, Stiffness, Window,
 };
 use crate::error::Error;

@@ -190,8 +190,8 @@ impl Body {
         let unsettled = matching.fit(workspace, executor, fitted, None, Purpose::Adjoint);
         self.unsettled += unsettled;
         state.fitted = true;
-        let limiter = (is_free && unsettled > 0)
-            .then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
+        let limiter =
+            (is_free && unsettled > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {
             let fitted = (&state.positions, &mut state.rotations);
             matching.fit(workspace, executor, fitted, Some(limiter.potential()), Purpose::Adjoint);
@@ -257,7 +257,7 @@ mod tests {
     use crate::{Collider, Lattice, Selection, Simulation};
 
     fn known(simulation: &Simulation) -> Vec<bool> {
-        simulation.bodies()[0].state.momenta.iter().map(Option::is_some).collect()
+        simulation.body(0).state.momenta.iter().map(Option::is_some).collect()
     }
 
     #[test]

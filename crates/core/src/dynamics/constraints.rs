@@ -250,7 +250,9 @@ impl Constraints {
         }
         if changed {
             self.held.fill(false);
-            for &vertex in self.constraints.iter().filter(|constraint| constraint.active).flat_map(Constraint::vertices) {
+            for &vertex in
+                self.constraints.iter().filter(|constraint| constraint.active).flat_map(Constraint::vertices)
+            {
                 self.held[vertex as usize] = true;
             }
         }

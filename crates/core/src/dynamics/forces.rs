@@ -60,7 +60,8 @@ impl Forces {
 
     /// Memory that they take.
     pub(crate) fn bytes(&self) -> usize {
-        self.next.capacity() * size_of::<(u32, [f64; 3])>() + self.pushes.capacity() * size_of::<(u32, [f32; 3])>()
+        self.next.capacity() * size_of::<(u32, [f64; 3])>()
+            + self.pushes.capacity() * size_of::<(u32, [f32; 3])>()
     }
 
     /// Whether all are of a lattice of `vertices` vertices: deserialised data may not be.

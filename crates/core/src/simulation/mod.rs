@@ -169,7 +169,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The bodies, in the order in which they were added.
+    /// The bodies, in the order in which they were added. [`Simulation::body`] gives one to show.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -185,9 +185,12 @@ impl Simulation {
     ///
     /// If there is no body of this index.
     pub fn body(&self, index: usize) -> BodyRef<'_> {
-        let (time, dt) = (self.time(), self.dt());
-        let scene = Scene { colliders: &self.colliders, time, dt, executor: &self.executor };
-        BodyRef::new(&self.bodies[index], scene)
+        BodyRef::new(&self.bodies[index], self.scene())
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        let Self { colliders, executor, .. } = self;
+        Scene { colliders, time: self.time(), dt: self.dt(), executor }
     }
 
     /// One body, to change.

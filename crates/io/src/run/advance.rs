@@ -1,4 +1,4 @@
-//! Frame after frame: steps, a look, what is written, a checkpoint now and then.
+//! Frame after frame: steps, a display of each body, the files written, a checkpoint now and then.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use super::report::{BodyReport, Outcome, RunReport};
 use super::row::{Row, Times};
 use super::sinks::Sinks;
 use super::stats::Stats;
-use supple::Simulation;
+use supple::{Display, Simulation};
 
 /// A job under way.
 pub(super) struct Running<'a> {
@@ -29,6 +29,8 @@ pub(super) struct Running<'a> {
     /// Steps since the last row of statistics.
     stepping: Duration,
     written: u32,
+    /// One per body.
+    displays: Vec<Display>,
     /// One per mesh vertex of the body that is being written.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -55,6 +57,7 @@ impl<'a> Running<'a> {
             after,
             stepping: Duration::ZERO,
             written: 0,
+            displays: Vec::new(),
             positions: Vec::new(),
             normals: Vec::new(),
         }
@@ -77,7 +80,7 @@ impl<'a> Running<'a> {
                 self.stepping += stepping.elapsed();
             }
             if self.job.keeps(frame) {
-                self.look(&simulation, frame)?;
+                self.write_frame(&simulation, frame)?;
             }
             let time = simulation.time();
             drop(simulation);
@@ -100,23 +103,27 @@ impl<'a> Running<'a> {
     }
 
     /// Writes a frame of every body, and its statistics.
-    fn look(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
+    fn write_frame(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
         let stepping = std::mem::take(&mut self.stepping);
         let number = self.job.number(frame);
         let mut rows = Vec::new();
-        for (index, body) in simulation.bodies().iter().enumerate() {
+        self.displays.resize_with(simulation.bodies().len(), Display::new);
+        for (index, display) in self.displays.iter_mut().enumerate() {
+            let body = simulation.body(index);
             let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
             let needs_normals = self.sinks.needs_normals(index);
             self.positions.resize(vertices, [0.0; 3]);
             self.normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
             let normals = needs_normals.then_some(&mut self.normals[..]);
-            let times = body.surface_into(&mut self.positions, normals);
+            let mut shown = display.evaluate(body);
+            shown.surface_into(&mut self.positions, normals);
             let writing = Instant::now();
             self.sinks.write(index, number, &self.positions, &self.normals)?;
             if self.stats.is_some() {
                 let write = writing.elapsed();
                 let step = stepping.div_f64(simulation.bodies().len() as f64);
-                rows.push(Row::of(number, simulation.time(), body, Times { step, write, look: times }));
+                let times = Times { step, write, display: shown.times() };
+                rows.push(Row::of(number, simulation.time(), &body, &shown.volume_report(), times));
             }
         }
         self.written += 1;
@@ -153,7 +160,9 @@ impl<'a> Running<'a> {
             written: self.written,
             substeps: self.substeps,
             elapsed: begun.elapsed(),
-            bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
+            bodies: (0..simulation.bodies().len())
+                .map(|body| BodyReport::of(simulation.body(body)))
+                .collect(),
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::frames::Source;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, Scene, Substeps};
 use supple::Simulation;
-use supple::dynamics::euler_degrees;
+use supple::state::euler_degrees;
 use supple::{Body, Placement};
 
 /// A scene, ready to run: the simulation at time zero, and the files that its bodies were read from.

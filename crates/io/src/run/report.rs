@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use supple::Body;
+use supple::BodyRef;
 use supple::volume::VolumeReport;
 
 /// How a job ended.
@@ -52,7 +52,7 @@ pub struct BodyReport {
 }
 
 impl BodyReport {
-    pub(super) fn of(body: &Body) -> Self {
+    pub(super) fn of(body: BodyRef<'_>) -> Self {
         Self {
             name: body.name().to_owned(),
             lattice_vertices: body.lattice().len(),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use supple::{Body, ViewTimes};
+use supple::{Body, DisplayTimes, VolumeReport};
 
 /// What one frame of one body took and came to. Times are milliseconds of wall clock for the frame,
 /// volumes cubic lengths.
@@ -46,16 +46,15 @@ pub(super) struct Times {
     /// The steps since the frame before.
     pub(super) step: Duration,
     /// Volume correction and mesh update.
-    pub(super) look: ViewTimes,
+    pub(super) display: DisplayTimes,
     /// Writing.
     pub(super) write: Duration,
 }
 
 impl Row {
     /// The row of a body as it is now.
-    pub(super) fn of(frame: u64, time: f64, body: &Body, times: Times) -> Self {
+    pub(super) fn of(frame: u64, time: f64, body: &Body, volume: &VolumeReport, times: Times) -> Self {
         let milliseconds = |duration: Duration| duration.as_secs_f64() * 1e3;
-        let volume = body.volume_report();
         let masses = body.masses();
         let squares: Vec<f64> = body.velocities().iter().map(|velocity| velocity.norm_squared()).collect();
         Self {
@@ -63,8 +62,8 @@ impl Row {
             time,
             body: body.name().to_owned(),
             ms_step: milliseconds(times.step),
-            ms_volume: milliseconds(times.look.volume),
-            ms_embed: milliseconds(times.look.embed),
+            ms_volume: milliseconds(times.display.volume),
+            ms_embed: milliseconds(times.display.embed),
             ms_write: milliseconds(times.write),
             volume_rest: volume.rest,
             volume_before: volume.before,

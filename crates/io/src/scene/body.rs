@@ -9,7 +9,7 @@ use super::motion;
 use super::range::Range;
 use supple::Resolution;
 use supple::volume::{FieldKind, Preservation, VolumeOptions, VolumeScope};
-use supple::{Damping, Material, Placement, Reach, Stiffness};
+use supple::{Damping, Material, Placement, RegionSize, Stiffness};
 
 const KEYS: [&str; 21] = [
     "name",
@@ -111,8 +111,10 @@ fn read_resolution(fields: &Fields<'_>) -> Result<Option<Resolution>, SceneError
 fn read_material(fields: &Fields<'_>) -> Result<Material, SceneError> {
     let mut material = Material::default();
     match fields.one_of(&["half_width", "stiffness_radius"])? {
-        Some((0, field)) => material.reach = Reach::Cells(field.count(1, MAX_HALF_WIDTH)? as usize),
-        Some((_, field)) => material.reach = Reach::Radius(field.number(Range::Positive)?),
+        Some((0, field)) => {
+            material.region_size = RegionSize::Cells(field.count(1, MAX_HALF_WIDTH)? as usize)
+        }
+        Some((_, field)) => material.region_size = RegionSize::Radius(field.number(Range::Positive)?),
         None => {}
     }
     match fields.one_of(&["stiffness", "frequency"])? {

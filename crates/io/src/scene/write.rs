@@ -8,7 +8,7 @@ use supple::Resolution;
 use supple::contact::Shape;
 use supple::dynamics::{Key, Selection, Window};
 use supple::volume::VolumeOptions;
-use supple::{Damping, Reach, Stiffness};
+use supple::{Damping, RegionSize, Stiffness};
 
 impl Scene {
     /// The scene as TOML, with every key that has a value, defaults too. [`Scene::base`] is not in it.
@@ -75,9 +75,9 @@ impl Writer {
             Resolution::CellSize(size) => self.key("cell_size", number(size)),
         }
         self.key("join", body.join);
-        match body.material.reach {
-            Reach::Cells(cells) => self.key("half_width", cells),
-            Reach::Radius(length) => self.key("stiffness_radius", number(length)),
+        match body.material.region_size {
+            RegionSize::Cells(cells) => self.key("half_width", cells),
+            RegionSize::Radius(length) => self.key("stiffness_radius", number(length)),
         }
         match body.material.stiffness {
             Stiffness::PerStep(alpha) => self.key("stiffness", number(alpha)),

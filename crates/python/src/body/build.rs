@@ -4,7 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::volume::{FieldKind, Preservation, VolumeScope};
-use supple::{BodyBuilder, Damping, Material, Placement, Reach, Stiffness, VolumeOptions};
+use supple::{BodyBuilder, Damping, Material, Placement, RegionSize, Stiffness, VolumeOptions};
 
 use crate::argument::{self, wrong_type};
 use crate::error;
@@ -107,10 +107,10 @@ fn material(settings: &Settings<'_>) -> PyResult<Material> {
     settings.exclusive("stiffness", "frequency")?;
     settings.exclusive("damping", "damping_rate")?;
     if let Some(cells) = settings.count("half_width", 1)? {
-        material.reach = Reach::Cells(cells);
+        material.region_size = RegionSize::Cells(cells);
     }
     if let Some(radius) = settings.number("stiffness_radius")? {
-        material.reach = Reach::Radius(radius);
+        material.region_size = RegionSize::Radius(radius);
     }
     if let Some(alpha) = settings.number("stiffness")? {
         material.stiffness = Stiffness::PerStep(alpha);

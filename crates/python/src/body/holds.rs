@@ -89,7 +89,7 @@ impl Hold {
         body: &Bound<'_, Body>,
         add: impl FnOnce(&mut supple::Body) -> Result<(), supple::Error> + Send,
     ) -> PyResult<Self> {
-        let index = body.get().with(body.py(), |body| add(body).map(|()| body.hold_count() - 1))?;
+        let index = body.get().with(body.py(), |body| add(body).map(|()| body.constraint_count() - 1))?;
         Ok(Self { body: body.clone().unbind(), index: index.map_err(error::of)? })
     }
 }

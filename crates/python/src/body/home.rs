@@ -1,10 +1,12 @@
 //! Where a body lives: alone, or in a simulation that all its bodies share.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyWeakrefMethods, PyWeakrefReference};
+
+use supple::BodyRef;
 
 use super::Body;
 use crate::forked::{Forked, Owner};
@@ -99,13 +101,36 @@ impl Body {
         Ok(done?)
     }
 
-    /// As [`Body::with`], to look at.
+    /// Lets `work` have the body as it is shown, without the GIL.
+    pub(crate) fn shown<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut supple::Displayed<'_>) -> R + Send,
+    ) -> PyResult<R> {
+        let evaluate = |body: BodyRef<'_>| {
+            let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
+            work(&mut display.evaluate(body))
+        };
+        let done = py.detach(|| {
+            let home = self.home()?;
+            let (world, index) = match &*home {
+                Home::Alone(body) => return Ok(evaluate(body.alone())),
+                Home::In(world, index) => (world.clone(), *index),
+                Home::Moving => unreachable!("a body moves under its lock"),
+            };
+            drop(home);
+            world.lock().map(|simulation| evaluate(simulation.body(index)))
+        });
+        Ok(done?)
+    }
+
+    /// As [`Body::with`], to read.
     pub(crate) fn read<R: Send>(
         &self,
         py: Python<'_>,
-        look: impl FnOnce(&supple::Body) -> R + Send,
+        read: impl FnOnce(&supple::Body) -> R + Send,
     ) -> PyResult<R> {
-        self.with(py, |body| look(body))
+        self.with(py, |body| read(body))
     }
 
     /// The simulation that the body lives in, and its index there.

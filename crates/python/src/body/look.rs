@@ -1,4 +1,4 @@
-//! Looking at a body: goals, the corrected lattice, the surface, reports. Nothing here changes what follows.
+//! What is shown of a body: goals, the corrected lattice, the surface, reports. Nothing here changes what follows.
 
 use numpy::{Element, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -20,7 +20,7 @@ impl Body {
     /// (n, 3) float64: the lattice after the volume correction, in the precision that is shown (float32,
     /// from the body's own origin); without a correction the positions.
     fn corrected_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let positions = self.read(py, supple::Body::corrected_positions)?;
+        let positions = self.shown(py, |shown| shown.positions().collect::<Vec<_>>())?;
         Ok(arrays::of_points(py, positions))
     }
 
@@ -56,9 +56,16 @@ impl Body {
         }
     }
 
+    /// The volume as it is shown, in cubed scene units: by the measure that is kept, or with the correction off by the best
+    /// measure of the body. Never negative.
+    #[getter]
+    fn volume(&self, py: Python<'_>) -> PyResult<f64> {
+        self.shown(py, |shown| shown.volume_report().after)
+    }
+
     /// The volume by each measure at rest, now, and after the correction: a VolumeReport.
     fn volume_report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let volume = self.read(py, supple::Body::volume_report)?;
+        let volume = self.shown(py, |shown| shown.volume_report())?;
         report::of_volume(py, &volume)
     }
 
@@ -94,7 +101,7 @@ impl Body {
         array: Bound<'py, PyArray2<T>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = array.py();
-        fill(&array, T::zero(), |rows| self.read(py, |body| body.surface_into(rows, None)).map(drop))?;
+        fill(&array, T::zero(), |rows| self.shown(py, |shown| shown.surface_into(rows, None)))?;
         Ok(array.into_any())
     }
 
@@ -103,7 +110,7 @@ impl Body {
         array: Bound<'py, PyArray2<T>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = array.py();
-        fill(&array, T::zero(), |rows| self.read(py, |body| body.normals_into(rows)))?;
+        fill(&array, T::zero(), |rows| self.shown(py, |shown| shown.normals_into(rows)))?;
         Ok(array.into_any())
     }
 }

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple::{Damping, Reach, Stiffness};
+use supple::{Damping, RegionSize, Stiffness};
 
 use super::Body;
 use super::build::{read_volume, volume_settings};
@@ -21,22 +21,22 @@ impl Body {
     #[setter]
     fn set_half_width(&self, py: Python<'_>, half_width: &Bound<'_, PyAny>) -> PyResult<()> {
         let cells = count(half_width, "half_width", 1)?;
-        self.with(py, |body| body.set_reach(Reach::Cells(cells)))?.map_err(error::value)
+        self.with(py, |body| body.set_region_size(RegionSize::Cells(cells)))?.map_err(error::value)
     }
 
     /// Half-width of the regions as a length, > 0; None where it is set in cells. Can be set, which replaces that.
     #[getter]
     fn stiffness_radius(&self, py: Python<'_>) -> PyResult<Option<f64>> {
-        self.read(py, |body| match body.material().reach {
-            Reach::Cells(_) => None,
-            Reach::Radius(radius) => Some(radius),
+        self.read(py, |body| match body.material().region_size {
+            RegionSize::Cells(_) => None,
+            RegionSize::Radius(radius) => Some(radius),
         })
     }
 
     #[setter]
     fn set_stiffness_radius(&self, py: Python<'_>, radius: &Bound<'_, PyAny>) -> PyResult<()> {
         let radius = number(radius, "stiffness_radius")?;
-        self.with(py, |body| body.set_reach(Reach::Radius(radius)))?.map_err(error::value)
+        self.with(py, |body| body.set_region_size(RegionSize::Radius(radius)))?.map_err(error::value)
     }
 
     /// alpha per step, in (0, 1]; None where a frequency is set. Can be set, which replaces a frequency.
@@ -102,13 +102,13 @@ impl Body {
     /// How the volume is kept in what is shown: a dict with measure, scope, field, max_correction. Can be set to such a
     /// dict, or to the name of a measure, or to "off"; takes as long as building the correction does.
     #[getter]
-    fn volume<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let options = self.read(py, supple::Body::volume)?;
+    fn volume_options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let options = self.read(py, supple::Body::volume_options)?;
         volume_settings(py, &options)
     }
 
     #[setter]
-    fn set_volume(&self, py: Python<'_>, volume: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_volume_options(&self, py: Python<'_>, volume: &Bound<'_, PyAny>) -> PyResult<()> {
         let options = read_volume(volume)?;
         self.with(py, |body| body.set_volume(options))?.map_err(error::value)
     }

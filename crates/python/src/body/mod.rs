@@ -60,6 +60,8 @@ use crate::settings::Settings;
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Body {
     home: Mutex<Home>,
+    /// Locked by whoever has locked the home or the world.
+    display: Mutex<supple::Display>,
     owner: Owner,
     /// What the body was made of: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
@@ -75,6 +77,7 @@ impl Body {
         let home = Mutex::new(Home::In(world, index));
         Self {
             home,
+            display: Mutex::default(),
             owner: Owner::new(),
             shape,
             settings,
@@ -105,6 +108,7 @@ impl Body {
         }
         Ok(Self {
             home: Mutex::new(Home::Alone(Box::new(body))),
+            display: Mutex::default(),
             owner: Owner::new(),
             shape: shape.unbind(),
             settings: settings.unbind(),

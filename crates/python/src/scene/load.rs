@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use supple::{Damping, Reach, Resolution, Stiffness};
+use supple::{Damping, RegionSize, Resolution, Stiffness};
 use supple_io::run::{Input, prepare};
 use supple_io::scene::{BodyData, Scene};
 
@@ -70,9 +70,9 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
         Resolution::Vertices(vertices) => settings.set_item("lattice_vertices", vertices)?,
         Resolution::CellSize(cell_size) => settings.set_item("cell_size", cell_size)?,
     }
-    match data.material.reach {
-        Reach::Cells(cells) => settings.set_item("half_width", cells)?,
-        Reach::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
+    match data.material.region_size {
+        RegionSize::Cells(cells) => settings.set_item("half_width", cells)?,
+        RegionSize::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
     }
     match data.material.stiffness {
         Stiffness::PerStep(alpha) => settings.set_item("stiffness", alpha)?,

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::contact::{Colliders, Contacts, SampleCells};
-use supple::dynamics::{Hold, Kinematics, KinematicsError};
+use supple::dynamics::{Constraint, ConstraintError, Constraints};
 use supple::state::{BodyFrame, BodyState, Interval};
 use supple::{Body, Error, Lanes};
 use supple_io::scene::{BodyData, Scene};
@@ -12,7 +12,7 @@ const SLOTS: usize = 8;
 
 /// Pins, handles and contacts. They work on f32 with what was rounded away beside it: 48 bits of the positions.
 pub(super) struct Stages {
-    kinematics: Kinematics,
+    kinematics: Constraints,
     contacts: Option<(Contacts, Colliders)>,
     slots: Vec<u32>,
     frame: BodyFrame,
@@ -26,13 +26,17 @@ impl Stages {
     pub(super) fn new(body: &Body, data: &BodyData, scene: &Scene) -> Result<Option<Self>, Error> {
         let lattice = body.lattice();
         let vertices = |selection| -> Result<_, Error> { Ok(body.select(selection)?) };
-        let held = |hold: Result<Hold, KinematicsError>| -> Result<_, Error> { Ok(hold?) };
+        let held = |hold: Result<Constraint, ConstraintError>| -> Result<_, Error> { Ok(hold?) };
         let mut holds = Vec::new();
         for pin in &data.pins {
-            holds.push(held(Hold::new(vertices(&pin.selection)?, pin.window, None))?);
+            holds.push(held(Constraint::new(vertices(&pin.selection)?, pin.window, None))?);
         }
         for handle in &data.handles {
-            holds.push(held(Hold::new(vertices(&handle.selection)?, handle.window, Some(&handle.keys)))?);
+            holds.push(held(Constraint::new(
+                vertices(&handle.selection)?,
+                handle.window,
+                Some(&handle.keys),
+            ))?);
         }
         let colliders = Colliders::new(&scene.colliders)?;
         if holds.is_empty() && colliders.is_empty() {
@@ -45,7 +49,7 @@ impl Stages {
         };
         let blocks = lattice.len().div_ceil(SLOTS);
         Ok(Some(Self {
-            kinematics: Kinematics::new(lattice.len(), holds),
+            kinematics: Constraints::new(lattice.len(), holds),
             contacts: (!colliders.is_empty()).then(|| (Contacts::new(samples()), colliders)),
             frame: BodyFrame { origin: middle(&body.positions()), cell_size: lattice.cell_size() },
             positions: Lanes::zeros(blocks),

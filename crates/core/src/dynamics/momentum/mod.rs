@@ -86,7 +86,9 @@ impl MomentumTracker {
         for (&slot, _) in slots.iter().zip(held).filter(|(_, held)| **held) {
             self.constrained[self.components.of(slot)] = true;
         }
-        for (momentum, _) in momenta.iter_mut().zip(&self.constrained).filter(|(_, constrained)| **constrained) {
+        for (momentum, _) in
+            momenta.iter_mut().zip(&self.constrained).filter(|(_, constrained)| **constrained)
+        {
             *momentum = None;
         }
     }
@@ -98,7 +100,10 @@ impl MomentumTracker {
 
     /// Whether the momenta of a free component are unknown.
     pub(crate) fn any_unknown(&self, momenta: &[Option<Momentum>]) -> bool {
-        momenta.iter().zip(&self.constrained).any(|(momentum, constrained)| momentum.is_none() && !constrained)
+        momenta
+            .iter()
+            .zip(&self.constrained)
+            .any(|(momentum, constrained)| momentum.is_none() && !constrained)
     }
 
     /// Takes the unknown momenta of free components from the last measurement.

@@ -63,7 +63,12 @@ impl Scratch {
             + self.after_y.bytes()
             + self.after_z.bytes()
             + self.adjoint_z.bytes()
-            + (x.bytes() + y.bytes() + z.bytes() + adjoint_z.bytes() + adjoint_y.bytes() + self.carry_adjoint_x.bytes())
+            + (x.bytes()
+                + y.bytes()
+                + z.bytes()
+                + adjoint_z.bytes()
+                + adjoint_y.bytes()
+                + self.carry_adjoint_x.bytes())
             + self.strips.capacity() * size_of::<usize>()
     }
 
@@ -128,9 +133,11 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
             let base = scratch.strips[0];
             scratch.enter(base);
             for wave in 0..scratch.strips.len() + 1 {
-                let Scratch { after_x, after_y, after_z, adjoint_z, carries, carries_adjoint, strips, .. } =
-                    &mut *scratch;
-                let ((carry_x, carry_y, carry_z), (carry_adjoint_z, carry_adjoint_y)) = (carries, carries_adjoint);
+                let Scratch {
+                    after_x, after_y, after_z, adjoint_z, carries, carries_adjoint, strips, ..
+                } = &mut *scratch;
+                let ((carry_x, carry_y, carry_z), (carry_adjoint_z, carry_adjoint_y)) =
+                    (carries, carries_adjoint);
                 let strip = |behind: usize| {
                     let at = wave.checked_sub(behind)?;
                     Some(*strips.get(at)?..*strips.get(at + 1)?)

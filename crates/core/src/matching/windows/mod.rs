@@ -18,7 +18,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 use crate::lattice::links::AxisLinks;
 use crate::simd::lanes::{Block, Row, load};
 use running::Trail;
-use terms::{Carried, Forward, RunningAdjoint, Adjoint, Windows};
+use terms::{Adjoint, Carried, Forward, RunningAdjoint, Windows};
 use wide::{BlockSums, WideWindows};
 
 /// The widest windows that are summed vertex by vertex, across the lanes and along them.
