@@ -91,7 +91,7 @@ impl Body {
     }
 
     /// The lattice vertices that pins and handles hold now.
-    pub(super) fn held(&self) -> impl Iterator<Item = u32> {
+    pub(super) fn held(&self) -> impl Iterator<Item = u32> + Clone {
         let held = self.kinematics.as_ref().map_or(&[][..], |kinematics| kinematics.held());
         (0..).zip(held).filter(|(_, held)| **held).map(|(vertex, _)| vertex)
     }

@@ -15,8 +15,8 @@ use crate::simd::lanes::Lanes;
 use crate::simd::padded::{Padded, padded};
 use crate::skin::{Asked, MeshUpdate, Shown};
 use crate::volume::{
-    self, ComponentReport, Correction, Push, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions,
-    VolumeReport,
+    self, ComponentReport, Correction, CorrectionWorkspace, Push, VolumeError, VolumeMeasure, VolumeMeasures,
+    VolumeOptions, VolumeReport,
 };
 
 /// How often limits are looked for: the first time, where others then go farther, and where the corrected surface enters
@@ -32,13 +32,13 @@ const MARGIN: f64 = 1.25;
 pub(crate) struct View {
     options: VolumeOptions,
     correction: Option<Correction>,
+    workspace: CorrectionWorkspace,
     /// All measures; built when a report is first asked for.
     measures: Option<VolumeMeasures>,
     mesh: MeshUpdate,
     turned: Lanes<4>,
     deformed: Vec<[f32; 3]>,
     rotations: Vec<[f32; 4]>,
-    held: Vec<u32>,
     pushes: Vec<Push>,
     clearance: Clearance,
     corrected: Vec<[f32; 3]>,
@@ -74,12 +74,12 @@ impl View {
         Ok(Self {
             options: *volume,
             correction: Correction::new(lattice, borrowed, volume)?,
+            workspace: CorrectionWorkspace::default(),
             measures: None,
             mesh: MeshUpdate::default(),
             turned: Lanes::default(),
             deformed: Vec::new(),
             rotations: Vec::new(),
-            held: Vec::new(),
             pushes: Vec::new(),
             clearance: Clearance::default(),
             corrected: Vec::new(),
@@ -103,8 +103,9 @@ impl View {
     ) -> Result<(), VolumeError> {
         self.correction = Correction::new(lattice, surface, options)?;
         self.options = *options;
-        // A new correction holds nothing yet, and none at all needs no room.
-        (self.held, self.pushes, self.components) = (Vec::new(), Vec::new(), Vec::new());
+        // No correction needs no memory.
+        (self.workspace, self.pushes, self.components) =
+            (CorrectionWorkspace::default(), Vec::new(), Vec::new());
         (self.rotations, self.corrected) = (Vec::new(), Vec::new());
         (self.turned, self.clearance) = (Lanes::default(), Clearance::default());
         Ok(())
@@ -118,39 +119,39 @@ impl View {
         self.frame = body.state.frame;
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| body.state.positions.get(slot)));
-        let Some(correction) = &mut self.correction else { return };
+        let Some(correction) = &self.correction else { return };
         // The field turns with the positions shown, which are a step ahead of the state's rotations.
         self.turned.copy_from(&body.state.rotations);
         body.matching.turn(cascade, executor, &body.state.positions, &mut self.turned);
         self.rotations.clear();
         self.rotations.extend(slots.iter().map(|&slot| self.turned.get(slot)));
-        if !body.held().eq(self.held.iter().copied()) {
-            self.held.clear();
-            self.held.extend(body.held());
-            correction.hold(&self.held);
-        }
+        correction.hold(&mut self.workspace, body.held());
         self.pushes.clear();
         self.pushes.extend(body.pushes());
         self.corrected.resize(slots.len(), [0.0; 3]);
-        correction.solve(executor, &self.deformed, &self.rotations, &self.pushes);
+        correction.solve(&mut self.workspace, executor, &self.deformed, &self.rotations, &self.pushes);
         if let (Some(contacts), Some(colliders)) = (&body.contacts, &body.surroundings.colliders) {
             let (time, frame) = (body.surroundings.time, self.frame.body_frame());
             self.keep_out(executor, contacts.samples(), &Obstacles { colliders, time, frame });
         }
         self.components.clear();
-        if let Some(correction) = &mut self.correction {
-            self.components.extend_from_slice(correction.write(&self.deformed, &mut self.corrected));
+        if let Some(correction) = &self.correction {
+            let components = correction.write(&self.workspace, &self.deformed, &mut self.corrected);
+            self.components.extend_from_slice(components);
         }
         self.times.volume = start.elapsed();
     }
 
     /// What would enter a collider by the correction stops before it.
     fn keep_out(&mut self, executor: &Executor, samples: &SampleCells, obstacles: &Obstacles<'_>) {
-        let Self { correction: Some(correction), clearance, deformed, corrected, .. } = self else { return };
+        let Self { correction: Some(correction), workspace, clearance, deformed, corrected, .. } = self
+        else {
+            return;
+        };
         let mut searched = 0.0;
         let curved = obstacles.are_curved();
         for _ in 0..ROUNDS {
-            let reach = correction.reach();
+            let reach = correction.reach(workspace);
             if reach > searched {
                 searched = MARGIN * reach;
                 clearance.find(samples, deformed, obstacles, searched);
@@ -158,14 +159,14 @@ impl View {
                     return;
                 }
             } else if searched > 0.0 && curved {
-                correction.write(deformed, corrected);
+                correction.write(workspace, deformed, corrected);
                 if !clearance.cut(samples, corrected, obstacles) {
                     return;
                 }
             } else {
                 return;
             }
-            correction.limit(executor, clearance.limits());
+            correction.limit(workspace, executor, clearance.limits());
         }
     }
 
@@ -219,7 +220,7 @@ impl View {
     pub(super) fn correction_bytes(&self) -> usize {
         let Self { turned, deformed, rotations, pushes, clearance, corrected, .. } = self;
         let lattice = size_of_val(&**deformed) + size_of_val(&**rotations) + size_of_val(&**corrected);
-        let correction = self.correction.as_ref().map_or(0, Correction::bytes);
+        let correction = self.correction.as_ref().map_or(0, Correction::bytes) + self.workspace.bytes();
         correction + turned.bytes() + lattice + size_of_val(&**pushes) + clearance.bytes()
     }
 

@@ -3,6 +3,7 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
+use super::measure::Scratch;
 use super::sums::{ChunkedSum, DETERMINANTS, group_by_component};
 use crate::parallel::Executor;
 use crate::simd::level;
@@ -28,13 +29,15 @@ impl CellMeasure {
         size_of_val(&*self.faces)
     }
 
-    /// Adds the coefficients of each component to `out`.
-    pub(super) fn add_coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
+    /// Adds the coefficients of each component to those of `scratch`.
+    pub(super) fn add_coefficients(&self, executor: &Executor, scratch: &mut Scratch) {
+        let Scratch { points, sums, coefficients, .. } = scratch;
         let faces = &self.faces;
         self.sums.add_to(
             executor,
             1.0 / 24.0,
-            out,
+            sums,
+            coefficients,
             |range| dispatch!(level(), simd => sum(simd, &faces[range], points)),
         );
     }

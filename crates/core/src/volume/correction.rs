@@ -1,14 +1,15 @@
 //! The volume-preserving correction of a deformed lattice.
 
+use std::sync::{Arc, Weak};
+
 use super::adjacency::Adjacency;
-use super::centre::Centres;
 use super::constraints::{self, Push};
 use super::cubic::smallest_root;
 use super::field::{Field, turned};
 use super::limits::{Limit, Limits};
 use super::line::Moving;
-use super::measure::{self, Measure};
-use super::regional::Regional;
+use super::measure::{self, Measure, Scratch};
+use super::regional::{Regional, RegionalScratch};
 use super::surface::Surface;
 use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 use crate::lattice::Lattice;
@@ -25,27 +26,56 @@ const LIMITED_PASSES: usize = 8;
 /// Takamatsu & Kanai (2009), `vol(P^ + lambda V) = vol(P)`. With the scope `regional` they first move by a scale of
 /// their own each.
 ///
-/// It owns its parameters and its scratch, and is a function of what it is given: no call leaves a trace in the next.
+/// Holds what is fixed once it is built. What an evaluation needs besides is a [`CorrectionWorkspace`], so that one
+/// correction serves several threads.
 #[derive(Clone, Debug)]
 pub struct Correction {
     measure: Measure,
     field: Field,
-    adjacency: Adjacency,
+    /// Shared with the workspaces whose ramps were made for it.
+    adjacency: Arc<Adjacency>,
     cell_size: f64,
     ramp_links: u32,
     /// Of each component: volume at rest in cells, and the cap on `lambda` in cells.
     rest: Vec<f64>,
     caps: Vec<f64>,
-    /// What held vertices leave of the field; none if nothing is held.
-    ramp: Option<Vec<f32>>,
     regional: Option<Regional>,
-    centres: Centres,
-    points: Vec<Moving>,
-    coefficients: Vec<[f64; 4]>,
+}
+
+/// The buffers of a [`Correction`], and its results. May serve several corrections one after the other; allocates
+/// nothing once it has the size that the largest needs.
+#[derive(Clone, Debug, Default)]
+pub struct CorrectionWorkspace {
+    ramp: Option<Ramp>,
+    scratch: Scratch,
+    regional: RegionalScratch,
+    /// Pushes by vertex.
     order: Vec<(u32, u32)>,
     limits: Limits,
     lambdas: Vec<f64>,
     reports: Vec<ComponentReport>,
+}
+
+/// What held vertices leave of the field.
+#[derive(Clone, Debug)]
+struct Ramp {
+    adjacency: Weak<Adjacency>,
+    held: Vec<u32>,
+    shares: Vec<f32>,
+}
+
+impl Ramp {
+    fn is_of(&self, adjacency: &Arc<Adjacency>) -> bool {
+        self.adjacency.as_ptr() == Arc::as_ptr(adjacency)
+    }
+}
+
+impl CorrectionWorkspace {
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        let ramp = self.ramp.as_ref().map_or(0, |ramp| size_of_val(&*ramp.held) + size_of_val(&*ramp.shares));
+        ramp + self.scratch.bytes() + self.regional.bytes() + size_of_val(&*self.order) + self.limits.bytes()
+    }
 }
 
 impl Correction {
@@ -66,21 +96,18 @@ impl Correction {
             return Err(VolumeError::MaxCorrection(most));
         }
         let adjacency = measure::adjacency(lattice);
-        let Some(mut measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
+        let Some(measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
             return Ok(None);
         };
         let field = Field::new(options.field, lattice, surface, &adjacency);
-        let components = adjacency.components();
-        let mut centres = Centres::new(components);
-        let mut points = vec![Moving::default(); lattice.len()];
-        let mut coefficients = vec![[0.0; 4]; components];
-        centres.at_rest(lattice.indices(), adjacency.of_vertex(), &mut points);
-        measure.coefficients(&Executor::sequential(), &points, &mut coefficients);
+        let mut scratch = Scratch::default();
+        scratch.place_at_rest(lattice, &adjacency);
+        measure.evaluate(&Executor::sequential(), &mut scratch);
         let regional = (options.scope == VolumeScope::Regional).then(|| {
-            for (point, direction) in points.iter_mut().zip(&field.directions) {
+            for (point, direction) in scratch.points.iter_mut().zip(&field.directions) {
                 point.set_direction(*direction);
             }
-            Regional::new(&adjacency, &points)
+            Regional::new(&adjacency, &scratch.points)
         });
         Ok(Some(Self {
             measure,
@@ -88,18 +115,10 @@ impl Correction {
             cell_size: lattice.cell_size(),
             ramp_links: field.thickness.iter().fold(2.0, |links: f64, depth| links.max((depth / 2.0).ceil()))
                 as u32,
-            rest: coefficients.iter().map(|c| c[0]).collect(),
+            rest: scratch.coefficients.iter().map(|c| c[0]).collect(),
             caps: field.thickness.iter().map(|thickness| thickness * most).collect(),
-            ramp: None,
-            centres,
-            points,
-            coefficients,
-            order: Vec::new(),
-            limits: Limits::default(),
-            lambdas: vec![0.0; components],
-            reports: vec![ComponentReport::default(); components],
             field,
-            adjacency,
+            adjacency: Arc::new(adjacency),
         }))
     }
 
@@ -108,23 +127,27 @@ impl Correction {
         self.measure.kind()
     }
 
-    /// Memory that it takes: the field, the measure, the links, and its scratch.
+    /// Memory that it takes: the field, the measure, the links.
     pub fn bytes(&self) -> usize {
-        let ramp = self.ramp.as_deref().map_or(0, size_of_val);
-        let field = size_of_val(&*self.field.directions) + ramp;
         let regional = self.regional.as_ref().map_or(0, Regional::bytes);
-        let scratch = size_of_val(&*self.points) + self.limits.bytes();
-        scratch + field + self.measure.bytes() + regional + self.adjacency.bytes()
+        size_of_val(&*self.field.directions) + self.measure.bytes() + regional + self.adjacency.bytes()
     }
 
-    /// Says which lattice vertices are held by pins and handles from now on: the correction leaves them in place, and
-    /// fades in beside them. To be called when they change; allocates.
-    pub fn hold(&mut self, held: &[u32]) {
-        self.ramp = (!held.is_empty()).then(|| constraints::ramp(&self.adjacency, held, self.ramp_links));
+    /// Sets which lattice vertices pins and handles hold: the correction leaves them in place, and fades in beside them.
+    /// Kept by the workspace until it serves the correction of another lattice. Allocates where the vertices change.
+    pub fn hold(&self, workspace: &mut CorrectionWorkspace, held: impl Iterator<Item = u32> + Clone) {
+        let ramp = workspace.ramp.as_ref().filter(|ramp| ramp.is_of(&self.adjacency));
+        if !ramp.map_or(&[][..], |ramp| &ramp.held).iter().copied().eq(held.clone()) {
+            let held: Vec<u32> = held.collect();
+            workspace.ramp = (!held.is_empty()).then(|| Ramp {
+                adjacency: Arc::downgrade(&self.adjacency),
+                shares: constraints::ramp(&self.adjacency, &held, self.ramp_links),
+                held,
+            });
+        }
     }
 
-    /// Corrects a deformed lattice: `corrected = deformed + lambda V`. Allocates nothing, once the room for as many
-    /// pushes has been made.
+    /// Corrects a deformed lattice: `corrected = deformed + lambda V`.
     ///
     /// * `deformed`, `corrected`: (n, 3), lattice vertices in cells, body-local; any distance from the origin.
     /// * `rotations`: (n, 4), quaternions (x, y, z, w) that turn the model's frame to that of `deformed`; for the
@@ -135,80 +158,92 @@ impl Correction {
     ///
     /// # Panics
     /// If the lengths differ from the lattice's, or a push names a vertex that it does not have.
-    pub fn apply(
-        &mut self,
+    pub fn apply<'w>(
+        &self,
+        workspace: &'w mut CorrectionWorkspace,
         deformed: &[[f32; 3]],
         rotations: &[[f32; 4]],
         pushes: &[Push],
         corrected: &mut [[f32; 3]],
-    ) -> &[ComponentReport] {
-        self.solve(&Executor::sequential(), deformed, rotations, pushes);
-        self.write(deformed, corrected)
+    ) -> &'w [ComponentReport] {
+        self.solve(workspace, &Executor::sequential(), deformed, rotations, pushes);
+        self.write(workspace, deformed, corrected)
     }
 
     /// Finds how far each vertex is to move; arguments as those of [`Correction::apply`].
     pub(crate) fn solve(
-        &mut self,
+        &self,
+        workspace: &mut CorrectionWorkspace,
         executor: &Executor,
         deformed: &[[f32; 3]],
         rotations: &[[f32; 4]],
         pushes: &[Push],
     ) {
-        let n = self.points.len();
+        let n = self.adjacency.len();
         assert!(
             deformed.len() == n && rotations.len() == n,
             "{n} lattice vertices, but {} positions and {} rotations",
             deformed.len(),
             rotations.len(),
         );
-        self.limits.clear();
-        self.centres.centred(deformed, self.adjacency.of_vertex(), &mut self.points);
-        self.turn_field(rotations);
-        constraints::take_out_pushes(pushes, &mut self.order, &mut self.points);
-        if let Some(regional) = &mut self.regional {
-            regional.give_back(executor, &self.adjacency, &self.caps, &mut self.points);
+        workspace.lambdas.resize(self.rest.len(), 0.0);
+        workspace.reports.resize(self.rest.len(), ComponentReport::default());
+        workspace.limits.clear();
+        workspace.scratch.place(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        self.turn_field(workspace, rotations);
+        let CorrectionWorkspace { scratch, order, regional: scales, .. } = workspace;
+        constraints::take_out_pushes(pushes, order, &mut scratch.points);
+        if let Some(regional) = &self.regional {
+            regional.give_back(scales, executor, &self.adjacency, &self.caps, &mut scratch.points);
         }
-        self.solve_cubics(executor);
+        self.solve_cubics(workspace, executor);
         let unit = self.cell_size.powi(3);
-        for (report, c) in self.reports.iter_mut().zip(&self.coefficients) {
+        for (report, c) in workspace.reports.iter_mut().zip(&workspace.scratch.coefficients) {
             report.before = c[0] * unit;
         }
     }
 
     /// The farthest that a vertex is to move, in cells.
-    pub(crate) fn reach(&self) -> f64 {
-        let lambda = of_vertex(&self.lambdas, &self.adjacency);
-        let scales = self.regional.as_ref().map(Regional::scales);
+    pub(crate) fn reach(&self, workspace: &CorrectionWorkspace) -> f64 {
+        let lambda = of_vertex(&workspace.lambdas, &self.adjacency);
+        let scales = self.scales(&workspace.regional);
         let way = |(i, point): (usize, &Moving)| {
             let scale = lambda(i as u32) + scales.map_or(0.0, |s| f64::from(s[i]));
             let square: f64 = point.direction().iter().map(|&v| f64::from(v).powi(2)).sum();
             scale.abs() * square.sqrt()
         };
-        self.points.iter().enumerate().map(way).fold(0.0, f64::max)
+        workspace.scratch.points.iter().enumerate().map(way).fold(0.0, f64::max)
     }
 
-    /// Solves again with these limits: who would pass one goes along it at the end of its room, and the others make
-    /// good for that. An active set, in which the volume stays an exact cubic.
-    pub(crate) fn limit(&mut self, executor: &Executor, limits: &[Limit]) {
-        self.limits.begin(limits, &mut self.points, self.regional.as_ref().map(Regional::scales));
+    /// Solves again with these limits: a vertex at its limit slides along the obstacle, and the others take up the
+    /// volume. An active set, in which the volume stays an exact cubic.
+    pub(crate) fn limit(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
+        let scales = self.scales(&workspace.regional);
+        workspace.limits.begin(limits, &mut workspace.scratch.points, scales);
         for _ in 0..LIMITED_PASSES {
-            if !self.limits.divert(of_vertex(&self.lambdas, &self.adjacency), &mut self.points) {
+            if !self.divert(workspace) {
                 return;
             }
-            self.solve_cubics(executor);
+            self.solve_cubics(workspace, executor);
         }
-        self.settle(executor);
+        self.divert(workspace);
+        self.settle(workspace, executor);
+    }
+
+    /// Gives limited vertices their ways near `lambda`. Returns whether any has changed.
+    fn divert(&self, workspace: &mut CorrectionWorkspace) -> bool {
+        let CorrectionWorkspace { limits, lambdas, scratch, .. } = workspace;
+        limits.divert(of_vertex(lambdas, &self.adjacency), &mut scratch.points)
     }
 
     /// Leaves `lambda` as it is and measures what it gives.
-    fn settle(&mut self, executor: &Executor) {
-        self.limits.divert(of_vertex(&self.lambdas, &self.adjacency), &mut self.points);
-        self.measure.coefficients(executor, &self.points, &mut self.coefficients);
+    fn settle(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
+        self.measure.evaluate(executor, &mut workspace.scratch);
         for component in 0..self.rest.len() {
-            let [c0, c1, c2, c3] = self.coefficients[component];
-            let lambda = self.lambdas[component];
+            let [c0, c1, c2, c3] = workspace.scratch.coefficients[component];
+            let lambda = workspace.lambdas[component];
             let volume = c0 + lambda * (c1 + lambda * (c2 + lambda * c3));
-            self.report(component, volume - self.rest[component]);
+            self.report(workspace, component, volume - self.rest[component]);
         }
     }
 
@@ -216,55 +251,69 @@ impl Correction {
     ///
     /// # Panics
     /// If the lengths differ from the lattice's.
-    pub(crate) fn write(&mut self, deformed: &[[f32; 3]], corrected: &mut [[f32; 3]]) -> &[ComponentReport] {
-        let n = self.points.len();
+    pub(crate) fn write<'w>(
+        &self,
+        workspace: &'w CorrectionWorkspace,
+        deformed: &[[f32; 3]],
+        corrected: &mut [[f32; 3]],
+    ) -> &'w [ComponentReport] {
+        let n = self.adjacency.len();
         assert!(
             deformed.len() == n && corrected.len() == n,
             "{n} lattice vertices, but {} positions and room for {}",
             deformed.len(),
             corrected.len()
         );
-        let scales = self.regional.as_ref().map(Regional::scales);
-        let lambda = of_vertex(&self.lambdas, &self.adjacency);
-        for (i, (corrected, deformed)) in corrected.iter_mut().zip(deformed).enumerate() {
+        let scales = self.scales(&workspace.regional);
+        let lambda = of_vertex(&workspace.lambdas, &self.adjacency);
+        let points = deformed.iter().zip(&workspace.scratch.points);
+        for (i, (corrected, (deformed, point))) in corrected.iter_mut().zip(points).enumerate() {
             let scale = lambda(i as u32) as f32 + scales.map_or(0.0, |scales| scales[i]);
-            let v = self.points[i].direction();
+            let v = point.direction();
             *corrected = std::array::from_fn(|k| deformed[k] + scale * v[k]);
         }
-        self.limits.write(&lambda, deformed, corrected);
-        &self.reports
+        workspace.limits.write(&lambda, deformed, corrected);
+        &workspace.reports
     }
 
-    fn turn_field(&mut self, rotations: &[[f32; 4]]) {
-        let turned = rotations.iter().zip(&self.field.directions).map(|(q, v)| turned(q, v));
-        for (point, direction) in self.points.iter_mut().zip(turned) {
-            point.set_direction(direction);
+    /// The scale of each vertex, with the scope `regional`.
+    fn scales<'w>(&self, regional: &'w RegionalScratch) -> Option<&'w [f32]> {
+        self.regional.as_ref().map(|_| &*regional.scales)
+    }
+
+    fn turn_field(&self, workspace: &mut CorrectionWorkspace, rotations: &[[f32; 4]]) {
+        for (point, (q, v)) in
+            workspace.scratch.points.iter_mut().zip(rotations.iter().zip(&self.field.directions))
+        {
+            point.set_direction(turned(q, v));
         }
-        for (point, share) in self.points.iter_mut().zip(self.ramp.iter().flatten()) {
-            point.set_direction(point.direction().map(|v| v * share));
+        if let Some(ramp) = workspace.ramp.as_ref().filter(|ramp| ramp.is_of(&self.adjacency)) {
+            for (point, share) in workspace.scratch.points.iter_mut().zip(&ramp.shares) {
+                point.set_direction(point.direction().map(|v| v * share));
+            }
         }
     }
 
     /// One cubic for each component.
-    fn solve_cubics(&mut self, executor: &Executor) {
-        self.measure.coefficients(executor, &self.points, &mut self.coefficients);
+    fn solve_cubics(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
+        self.measure.evaluate(executor, &mut workspace.scratch);
         for component in 0..self.rest.len() {
-            let c = self.coefficients[component];
+            let c = workspace.scratch.coefficients[component];
             let root = smallest_root([c[0] - self.rest[component], c[1], c[2], c[3]], self.caps[component]);
-            self.lambdas[component] = root.lambda;
-            self.report(component, root.residual);
+            workspace.lambdas[component] = root.lambda;
+            self.report(workspace, component, root.residual);
         }
     }
 
-    /// Says by how much, in cubed cells, the volume of a component is then off.
-    fn report(&mut self, component: usize, left: f64) {
+    /// Reports by how much, in cubed cells, the volume of a component is then off.
+    fn report(&self, workspace: &mut CorrectionWorkspace, component: usize, left: f64) {
         let (unit, rest) = (self.cell_size.powi(3), self.rest[component]);
         let residual = left / rest;
-        self.reports[component] = ComponentReport {
+        workspace.reports[component] = ComponentReport {
             rest: rest * unit,
-            before: self.reports[component].before,
+            before: workspace.reports[component].before,
             after: (rest + left) * unit,
-            lambda: self.lambdas[component] * self.cell_size,
+            lambda: workspace.lambdas[component] * self.cell_size,
             residual,
             capped: residual.abs() > KEPT,
         };

@@ -3,6 +3,7 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
+use super::measure::Scratch;
 use super::sums::{ChunkedSum, DETERMINANTS, group_by_component};
 use crate::parallel::Executor;
 use crate::simd::level;
@@ -30,13 +31,15 @@ impl LatticeMeasure {
         size_of_val(&*self.neighbours)
     }
 
-    /// Adds the coefficients of each component to `out`.
-    pub(super) fn add_coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
+    /// Adds the coefficients of each component to those of `scratch`.
+    pub(super) fn add_coefficients(&self, executor: &Executor, scratch: &mut Scratch) {
+        let Scratch { points, sums, coefficients, .. } = scratch;
         let rows = &self.neighbours;
         self.sums.add_to(
             executor,
             1.0 / 8.0,
-            out,
+            sums,
+            coefficients,
             |range| dispatch!(level(), simd => sum(simd, &rows[range], points)),
         );
     }

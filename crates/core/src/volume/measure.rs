@@ -65,14 +65,67 @@ impl Measure {
         }
     }
 
-    /// The coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
-    pub(super) fn coefficients(&mut self, executor: &Executor, points: &[Moving], out: &mut [[f64; 4]]) {
-        out.fill([0.0; 4]);
+    /// Sets the coefficients of `scratch` to those of its points.
+    pub(super) fn evaluate(&self, executor: &Executor, scratch: &mut Scratch) {
+        scratch.coefficients.fill([0.0; 4]);
         match self {
-            Self::Lattice(measure) => measure.add_coefficients(executor, points, out),
-            Self::Cells(measure) => measure.add_coefficients(executor, points, out),
-            Self::Mesh(measure) => measure.add_coefficients(executor, points, out),
+            Self::Lattice(measure) => measure.add_coefficients(executor, scratch),
+            Self::Cells(measure) => measure.add_coefficients(executor, scratch),
+            Self::Mesh(measure) => measure.add_coefficients(executor, scratch),
         }
+    }
+}
+
+/// Beyond this a position is cut off, so that differences of positions stay finite.
+const FARTHEST: f64 = 1e37;
+
+/// Input, output and buffers of an evaluation. Grows to the size of the lattice once, and keeps its capacity.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    /// Lattice vertices, relative to a center near their component, where single precision is fine enough for
+    /// determinants.
+    pub(super) points: Vec<Moving>,
+    /// The coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
+    pub(super) coefficients: Vec<[f64; 4]>,
+    /// Surface points, and sums over chunks.
+    pub(super) carried: Vec<Moving>,
+    pub(super) sums: Vec<[f64; 4]>,
+    /// Of each component: the sum of its positions, their number, and the center.
+    centers: Vec<([f64; 3], f64, [f64; 3])>,
+}
+
+impl Scratch {
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.points) + size_of_val(&*self.carried) + size_of_val(&*self.sums)
+    }
+
+    /// The places become `positions[i]` less the mean of the component; the directions are left as they are.
+    pub(super) fn place(&mut self, positions: impl Iterator<Item = [f64; 3]> + Clone, adjacency: &Adjacency) {
+        self.points.resize(adjacency.len(), Moving::default());
+        self.coefficients.resize(adjacency.components(), [0.0; 4]);
+        self.centers.clear();
+        self.centers.resize(adjacency.components(), ([0.0; 3], 0.0, [0.0; 3]));
+        for (p, &component) in positions.clone().zip(adjacency.of_vertex()) {
+            let (sum, count, _) = &mut self.centers[component as usize];
+            for (sum, p) in sum.iter_mut().zip(p) {
+                *sum += p;
+            }
+            *count += 1.0;
+        }
+        for (sum, count, center) in &mut self.centers {
+            // Whole cells: the subtraction is then exact for positions on the grid.
+            *center = sum.map(|sum| (sum / *count).round());
+        }
+        for ((p, &component), point) in positions.zip(adjacency.of_vertex()).zip(&mut self.points) {
+            let (_, _, center) = &self.centers[component as usize];
+            point.set_place(std::array::from_fn(|k| (p[k] - center[k]).clamp(-FARTHEST, FARTHEST) as f32));
+        }
+    }
+
+    /// The places become those of the lattice at rest.
+    pub(super) fn place_at_rest(&mut self, lattice: &Lattice, adjacency: &Adjacency) {
+        self.place(lattice.indices().iter().map(|index| index.map(f64::from)), adjacency);
     }
 }
 
@@ -147,42 +200,41 @@ mod tests {
         Lattice::from_cells(&cells, 1.0, Point3::origin(), true).unwrap()
     }
 
-    fn random_points(n: usize) -> Vec<Moving> {
+    fn random_points(n: usize) -> Scratch {
         let mut state = 7;
         let mut vector = || std::array::from_fn(|_| dyadic(&mut state));
-        (0..n).map(|_| Moving::new(vector(), vector())).collect()
+        let points = (0..n).map(|_| Moving::new(vector(), vector())).collect();
+        Scratch { points, coefficients: vec![[0.0; 4]], ..Scratch::default() }
     }
 
     #[test]
     fn coefficients_are_those_of_direct_evaluation() {
         let lattice = block([3, 2, 2]);
         let adjacency = adjacency(&lattice);
-        let points = random_points(lattice.len());
+        let mut scratch = random_points(lattice.len());
         let executor = Executor::sequential();
-        for mut measure in measures(&lattice, &adjacency) {
-            let (mut c, mut direct) = ([[0.0; 4]], [[0.0; 4]]);
-            measure.coefficients(&executor, &points, &mut c);
-            let [c] = c;
+        for measure in measures(&lattice, &adjacency) {
+            measure.evaluate(&executor, &mut scratch);
+            let c = scratch.coefficients[0];
             for lambda in [-3.0_f32, -1.0, -0.5, 0.0, 0.25, 1.5, 7.0] {
-                let moved: Vec<Moving> = points
-                    .iter()
-                    .map(|point| {
-                        let (p, v) = (point.place(), point.direction());
-                        Moving::new(std::array::from_fn(|k| p[k] + lambda * v[k]), [0.0; 3])
-                    })
-                    .collect();
-                measure.coefficients(&executor, &moved, &mut direct);
+                let mut moved = scratch.clone();
+                for point in &mut moved.points {
+                    let (p, v) = (point.place(), point.direction());
+                    *point = Moving::new(std::array::from_fn(|k| p[k] + lambda * v[k]), [0.0; 3]);
+                }
+                measure.evaluate(&executor, &mut moved);
+                let direct = moved.coefficients[0];
                 let x = f64::from(lambda);
                 let value = c[0] + x * (c[1] + x * (c[2] + x * c[3]));
                 let size =
                     c[0].abs() + x.abs() * (c[1].abs() + x.abs() * (c[2].abs() + x.abs() * c[3].abs()));
                 assert!(
-                    (value - direct[0][0]).abs() <= 1e-13 * size,
+                    (value - direct[0]).abs() <= 1e-13 * size,
                     "{} at {x}: {value} {}",
                     measure.kind(),
-                    direct[0][0]
+                    direct[0]
                 );
-                assert_eq!(direct[0][1..], [0.0; 3]);
+                assert_eq!(direct[1..], [0.0; 3]);
             }
         }
     }
@@ -191,13 +243,14 @@ mod tests {
     fn threads_change_no_bit() {
         let lattice = block([40, 30, 20]);
         let adjacency = adjacency(&lattice);
-        let points = random_points(lattice.len());
+        let mut scratch = random_points(lattice.len());
         let two = Executor::new(2);
-        for mut measure in measures(&lattice, &adjacency) {
-            let (mut one_thread, mut two_threads) = ([[0.0; 4]], [[0.0; 4]]);
-            measure.coefficients(&Executor::sequential(), &points, &mut one_thread);
-            measure.coefficients(&two, &points, &mut two_threads);
-            assert_eq!(one_thread.map(|c| c.map(f64::to_bits)), two_threads.map(|c| c.map(f64::to_bits)));
+        for measure in measures(&lattice, &adjacency) {
+            let mut evaluated = |executor| {
+                measure.evaluate(executor, &mut scratch);
+                scratch.coefficients[0].map(f64::to_bits)
+            };
+            assert_eq!(evaluated(&Executor::sequential()), evaluated(&two));
         }
     }
 }

@@ -3,6 +3,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
+use super::measure::Scratch;
 use super::patch::Patch;
 use super::sums::{ChunkedSum, DETERMINANTS};
 use crate::parallel::Executor;
@@ -35,7 +36,6 @@ pub(super) struct MeshMeasure {
     runs: Vec<Run>,
     ends: Vec<usize>,
     weights: Vec<[f32; 8]>,
-    carried: Vec<Moving>,
     triangles: Vec<[u32; 3]>,
     /// Of the patches, then of the triangles.
     sums: ChunkedSum,
@@ -74,7 +74,6 @@ impl MeshMeasure {
             patches,
             runs,
             ends,
-            carried: vec![Moving::default(); points.len()],
             weights: points.into_iter().map(|point| point.weights).collect(),
             triangles,
             sums: ChunkedSum::new(&patch_counts, PATCHES).then(&triangle_counts, DETERMINANTS),
@@ -83,20 +82,22 @@ impl MeshMeasure {
 
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        let points = size_of_val(&*self.weights) + size_of_val(&*self.carried);
-        size_of_val(&*self.patches) + size_of_val(&*self.runs) + points + size_of_val(&*self.triangles)
+        let points = size_of_val(&*self.weights) + size_of_val(&*self.runs);
+        size_of_val(&*self.patches) + points + size_of_val(&*self.triangles)
     }
 
-    /// Adds the coefficients of each component to `out`.
-    pub(super) fn add_coefficients(&mut self, executor: &Executor, lattice: &[Moving], out: &mut [[f64; 4]]) {
+    /// Adds the coefficients of each component to those of `scratch`.
+    pub(super) fn add_coefficients(&self, executor: &Executor, scratch: &mut Scratch) {
+        let Scratch { points: lattice, carried, sums, coefficients, .. } = scratch;
+        carried.resize(self.weights.len(), Moving::default());
         let (runs, ends) = (&self.runs, &self.ends);
-        let batches = self.carried.chunks_mut(BATCH).zip(self.weights.chunks(BATCH));
+        let batches = carried.chunks_mut(BATCH).zip(self.weights.chunks(BATCH));
         executor.share(batches.enumerate(), |(batch, (carried, weights))| {
             let first = if batch == 0 { 0 } else { ends[batch - 1] };
             dispatch!(level(), simd => carry(simd, &runs[first..ends[batch]], lattice, weights, carried));
         });
-        let (patches, carried, triangles) = (&self.patches, &self.carried, &self.triangles);
-        self.sums.add_to(executor, 1.0 / 6.0, out, |range| {
+        let (patches, carried, triangles) = (&self.patches, &*carried, &self.triangles);
+        self.sums.add_to(executor, 1.0 / 6.0, sums, coefficients, |range| {
             dispatch!(level(), simd => {
                 let mut sum = Determinants::zero(simd);
                 if range.end <= patches.len() {

@@ -19,7 +19,6 @@
 
 mod adjacency;
 mod cell_measure;
-mod centre;
 mod constraints;
 mod correction;
 mod cubic;
@@ -40,7 +39,7 @@ mod surface;
 mod volumes;
 
 pub use constraints::{HALF_PUSH, Push};
-pub use correction::Correction;
+pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use field::FieldKind;
 pub(crate) use limits::Limit;

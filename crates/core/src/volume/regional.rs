@@ -26,7 +26,7 @@ const MOST: f32 = 0.5;
 /// Vertices in a task.
 const CHUNK: usize = 4096;
 
-/// The scales of a body.
+/// A body at rest, region by region.
 #[derive(Clone, Debug)]
 pub(super) struct Regional {
     /// Of each vertex at rest: its volume in cells.
@@ -35,79 +35,83 @@ pub(super) struct Regional {
     gains: Vec<f32>,
     /// How many regions hold each vertex.
     regions: Vec<f32>,
+}
+
+/// The scales of a deformed body, and the buffers that they take.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RegionalScratch {
     /// Of each vertex, then of each region: what was lost, and what is gained per unit of `lambda`.
     lost: Buffer<2>,
     /// Of each region, then of each vertex.
     lambdas: Buffer<1>,
-    scales: Vec<f32>,
+    /// How far each point went, in units of its direction.
+    pub(super) scales: Vec<f32>,
+}
+
+impl RegionalScratch {
+    /// Memory that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        self.lost.bytes() + self.lambdas.bytes() + size_of_val(&*self.scales)
+    }
 }
 
 impl Regional {
     /// `points`: the lattice at rest, with its field.
     pub(super) fn new(adjacency: &Adjacency, points: &[Moving]) -> Self {
-        let n = adjacency.len();
-        let mut this = Self {
-            rest: vec![0.0; n],
-            gains: Vec::new(),
-            regions: Vec::new(),
-            lost: Buffer::new(n, 0.0),
-            lambdas: Buffer::new(n, 1.0),
-            scales: vec![0.0; n],
-        };
-        for (rest, row) in this.rest.iter_mut().zip(adjacency.rows()) {
-            *rest = dispatch!(level(), simd => volume(simd, row, points))[0];
-        }
         let executor = Executor::sequential();
-        this.measure(&executor, adjacency, points);
-        this.lost.sum(&executor, adjacency, [0, 1, 2]);
-        this.gains = this.lost.values.iter().map(|[_, gain]| *gain).collect();
-        this.lambdas.sum(&executor, adjacency, [2, 1, 0]);
-        this.regions = this.lambdas.values.iter().map(|[count]| *count).collect();
+        let volume = |row: &[u32; 6]| dispatch!(level(), simd => volume(simd, row, points))[0];
+        let rest = adjacency.rows().iter().map(volume).collect();
+        let mut this = Self { rest, gains: Vec::new(), regions: Vec::new() };
+        let (mut lost, mut count) = (Buffer::default(), Buffer::default());
+        this.measure(&executor, adjacency, points, &mut lost);
+        this.gains = lost.values.iter().map(|[_, gain]| *gain).collect();
+        count.resize(adjacency.len(), [1.0]);
+        count.sum(&executor, adjacency, [2, 1, 0]);
+        this.regions = count.values.iter().map(|[count]| *count).collect();
         this
     }
 
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        let at_rest = size_of_val(&*self.rest) + size_of_val(&*self.gains) + size_of_val(&*self.regions);
-        at_rest + self.lost.bytes() + self.lambdas.bytes() + size_of_val(&*self.scales)
+        size_of_val(&*self.rest) + size_of_val(&*self.gains) + size_of_val(&*self.regions)
     }
 
     /// Moves the points along their directions, by scales below `caps[component]` in all.
     pub(super) fn give_back(
-        &mut self,
+        &self,
+        scratch: &mut RegionalScratch,
         executor: &Executor,
         adjacency: &Adjacency,
         caps: &[f64],
         points: &mut [Moving],
     ) {
-        self.scales.fill(0.0);
+        let RegionalScratch { lost, lambdas, scales } = scratch;
+        lambdas.resize(points.len(), [0.0]);
+        scales.clear();
+        scales.resize(points.len(), 0.0);
         for _ in 0..PASSES {
-            self.measure(executor, adjacency, points);
-            self.lost.sum(executor, adjacency, [0, 1, 2]);
-            let regions = self.lost.values.iter().zip(&self.gains).zip(adjacency.of_vertex());
-            for ([lambda], ((lost, gain), component)) in self.lambdas.values.iter_mut().zip(regions) {
+            self.measure(executor, adjacency, points, lost);
+            let regions = lost.values.iter().zip(&self.gains).zip(adjacency.of_vertex());
+            for ([lambda], ((lost, gain), component)) in lambdas.values.iter_mut().zip(regions) {
                 *lambda = scale(*lost, *gain, caps[*component as usize] as f32);
             }
-            self.lambdas.sum(executor, adjacency, [2, 1, 0]);
-            let means = self.lambdas.values.iter().zip(&self.regions).map(|([sum], count)| sum / count);
-            for (mean, (scale, point)) in means.zip(self.scales.iter_mut().zip(&mut *points)) {
+            lambdas.sum(executor, adjacency, [2, 1, 0]);
+            let means = lambdas.values.iter().zip(&self.regions).map(|([sum], count)| sum / count);
+            for (mean, (scale, point)) in means.zip(scales.iter_mut().zip(&mut *points)) {
                 *scale += mean;
                 point.advance(mean);
             }
         }
     }
 
-    /// How far each point went, in units of its direction.
-    pub(super) fn scales(&self) -> &[f32] {
-        &self.scales
-    }
-
-    /// What each vertex's volume has lost since it was at rest, and what it gains per unit of `lambda`.
-    fn measure(&mut self, executor: &Executor, adjacency: &Adjacency, points: &[Moving]) {
+    /// What each region has lost since it was at rest, and what it gains per unit of `lambda`.
+    fn measure(&self, executor: &Executor, adjacency: &Adjacency, points: &[Moving], lost: &mut Buffer<2>) {
+        lost.resize(points.len(), [0.0; 2]);
         let rest = self.rest.chunks(CHUNK).zip(adjacency.rows().chunks(CHUNK));
-        executor.share(rest.zip(self.lost.values.chunks_mut(CHUNK)), |((rest, rows), out)| {
+        executor.share(rest.zip(lost.values.chunks_mut(CHUNK)), |((rest, rows), out)| {
             dispatch!(level(), simd => measure(simd, rows, points, rest, out));
         });
+        lost.sum(executor, adjacency, [0, 1, 2]);
     }
 }
 
@@ -138,15 +142,17 @@ fn measure<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving], rest: &[f64],
 }
 
 /// `N` numbers a vertex, summed in place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Buffer<const N: usize> {
     values: Vec<[f32; N]>,
     before: Vec<[f32; N]>,
 }
 
 impl<const N: usize> Buffer<N> {
-    fn new(len: usize, value: f32) -> Self {
-        Self { values: vec![[value; N]; len], before: vec![[value; N]; len] }
+    /// Sets the length; values beyond the one before are `value`.
+    fn resize(&mut self, len: usize, value: [f32; N]) {
+        self.values.resize(len, value);
+        self.before.resize(len, value);
     }
 
     fn bytes(&self) -> usize {

@@ -17,7 +17,6 @@ pub(super) struct ChunkedSum {
 struct Chunk {
     terms: Range<usize>,
     component: usize,
-    sum: [f64; 4],
 }
 
 impl ChunkedSum {
@@ -33,25 +32,27 @@ impl ChunkedSum {
             let end = first + count;
             while first < end {
                 let next = end.min(first + size);
-                self.chunks.push(Chunk { terms: first..next, component, sum: [0.0; 4] });
+                self.chunks.push(Chunk { terms: first..next, component });
                 first = next;
             }
         }
         self
     }
 
-    /// Adds `factor` times the sum of the terms of each component to `sums` (one per component).
+    /// Adds `factor` times the sum of the terms of each component to `out` (one per component). `sums` is scratch.
     pub(super) fn add_to(
-        &mut self,
+        &self,
         executor: &Executor,
         factor: f64,
-        sums: &mut [[f64; 4]],
+        sums: &mut Vec<[f64; 4]>,
+        out: &mut [[f64; 4]],
         terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
     ) {
-        executor.share(self.chunks.iter_mut(), |chunk| chunk.sum = terms(chunk.terms.clone()));
-        for chunk in &self.chunks {
-            for (sum, term) in sums[chunk.component].iter_mut().zip(chunk.sum) {
-                *sum += factor * term;
+        sums.resize(self.chunks.len(), [0.0; 4]);
+        executor.share(self.chunks.iter().zip(&mut *sums), |(chunk, sum)| *sum = terms(chunk.terms.clone()));
+        for (chunk, terms) in self.chunks.iter().zip(sums) {
+            for (sum, term) in out[chunk.component].iter_mut().zip(terms) {
+                *sum += factor * *term;
             }
         }
     }

@@ -1,9 +1,7 @@
 //! A body's volume by every measure, whether it is corrected or not.
 
 use super::adjacency::Adjacency;
-use super::centre::Centres;
-use super::line::Moving;
-use super::measure::{self, Measure};
+use super::measure::{self, Measure, Scratch};
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
 use crate::lattice::Lattice;
@@ -16,8 +14,6 @@ pub struct VolumeMeasures {
     measures: Vec<Measured>,
     adjacency: Adjacency,
     cell_size: f64,
-    centres: Centres,
-    points: Vec<Moving>,
 }
 
 #[derive(Clone, Debug)]
@@ -32,19 +28,13 @@ impl VolumeMeasures {
         let adjacency = measure::adjacency(lattice);
         let mesh = surface::measure(surface, lattice, &adjacency).ok().map(Measure::Mesh);
         let others = [Measure::lattice(&adjacency), Measure::cells(lattice, &adjacency)];
-        let mut this = Self {
-            measures: Vec::new(),
-            cell_size: lattice.cell_size(),
-            centres: Centres::new(adjacency.components()),
-            points: vec![Moving::default(); lattice.len()],
-            adjacency,
-        };
-        this.centres.at_rest(lattice.indices(), this.adjacency.of_vertex(), &mut this.points);
-        for mut measure in others.into_iter().chain(mesh) {
-            let rest = evaluate(&mut measure, &this.points, &this.adjacency, this.cell_size);
-            this.measures.push(Measured { measure, rest });
-        }
-        this
+        let cell_size = lattice.cell_size();
+        let mut scratch = Scratch::default();
+        scratch.place_at_rest(lattice, &adjacency);
+        let measured =
+            |measure: Measure| Measured { rest: evaluate(&measure, &mut scratch, cell_size), measure };
+        let measures = others.into_iter().chain(mesh).map(measured).collect();
+        Self { measures, adjacency, cell_size }
     }
 
     /// The measures that the body has: `lattice`, `cells`, and `mesh` where it is usable.
@@ -53,7 +43,7 @@ impl VolumeMeasures {
     }
 
     /// The report on a deformed lattice that nobody corrects. `deformed`: (n, 3), in cells, body-local.
-    pub fn report(&mut self, deformed: &[[f32; 3]]) -> VolumeReport {
+    pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
         let before = self.evaluate(deformed);
         // The last measure is the best that the body has.
         let last = before.len() - 1;
@@ -69,7 +59,7 @@ impl VolumeMeasures {
 
     /// The report on a deformed lattice and what [`Correction::apply`] made of it: `corrected` and `components`.
     pub fn report_corrected(
-        &mut self,
+        &self,
         correction: &Correction,
         components: &[ComponentReport],
         deformed: &[[f32; 3]],
@@ -88,12 +78,12 @@ impl VolumeMeasures {
     }
 
     /// For each measure the volume of each component, in cubed units of length.
-    fn evaluate(&mut self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
-        assert_eq!(positions.len(), self.points.len(), "positions and lattice vertices differ in number");
-        self.centres.centred(positions, self.adjacency.of_vertex(), &mut self.points);
-        let (points, adjacency, cell_size) = (&self.points, &self.adjacency, self.cell_size);
-        let measures = self.measures.iter_mut();
-        measures.map(|measured| evaluate(&mut measured.measure, points, adjacency, cell_size)).collect()
+    fn evaluate(&self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
+        assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
+        let mut scratch = Scratch::default();
+        scratch.place(positions.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        let measures = self.measures.iter();
+        measures.map(|measured| evaluate(&measured.measure, &mut scratch, self.cell_size)).collect()
     }
 
     fn volumes(&self, before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<(VolumeMeasure, Volumes)> {
@@ -110,8 +100,7 @@ impl VolumeMeasures {
 }
 
 /// The volume of each component, in cubed units of length, where the points are.
-fn evaluate(measure: &mut Measure, points: &[Moving], adjacency: &Adjacency, cell_size: f64) -> Vec<f64> {
-    let mut coefficients = vec![[0.0; 4]; adjacency.components()];
-    measure.coefficients(&Executor::sequential(), points, &mut coefficients);
-    coefficients.into_iter().map(|c| c[0] * cell_size.powi(3)).collect()
+fn evaluate(measure: &Measure, scratch: &mut Scratch, cell_size: f64) -> Vec<f64> {
+    measure.evaluate(&Executor::sequential(), scratch);
+    scratch.coefficients.iter().map(|c| c[0] * cell_size.powi(3)).collect()
 }
