@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use supple::{Body, Collider, Simulation};
+use supple::{Body, Collider, Display, Simulation};
 use supple_io::frames::{Format, FrameWriter, Sequence, Source};
 use supple_io::obj::Document;
 
@@ -42,12 +42,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let sequence =
         Sequence { directory, name: "model".into(), format: Format::Obj, first: 0, every: 1, last };
     let mut writer = FrameWriter::create(sequence, Source::Document(&document, &part))?;
+    let mut display = Display::new();
     let mut points = vec![[0.0; 3]; part.mesh().vertices().len()];
     for frame in 0..=last {
         if frame > 0 {
             simulation.steps(SUBSTEPS.into());
         }
-        simulation.body(0).surface_into(&mut points, None);
+        display.evaluate(simulation.body(0)).surface_into(&mut points, None);
         writer.write(frame, &points, &[])?;
     }
     writer.finish()?;

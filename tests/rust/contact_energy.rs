@@ -2,7 +2,7 @@
 
 use crate::common::{block, lattice, surface_of};
 use nalgebra::{Point3, Vector3};
-use supple::{Body, BodyBuilder, Collider, Mesh, Simulation, VolumeOptions};
+use supple::{Body, BodyBuilder, BodyRef, Collider, Mesh, Simulation, VolumeOptions};
 
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
@@ -10,14 +10,14 @@ const GRAVITY: f64 = 9.81;
 /// A body above the ground by `height`.
 fn drop(body: BodyBuilder, ground: Collider, height: f64) -> Simulation {
     let body = body.translate([0.0, 100.0, 0.0]).build().unwrap();
-    let low = lowest(&body);
+    let low = lowest(body.alone());
     let ground =
         Collider { shape: Collider::plane([0.0, low - height, 0.0], [0.0, 1.0, 0.0]).shape, ..ground };
     let world = Simulation::builder().body(body).collider(ground).gravity([0.0, -GRAVITY, 0.0]);
     world.dt(DT).threads(1).build().unwrap()
 }
 
-fn lowest(body: &Body) -> f64 {
+fn lowest(body: BodyRef<'_>) -> f64 {
     let surface = if body.mesh().is_some() { body.surface().positions } else { body.positions() };
     surface.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
 }
@@ -50,7 +50,7 @@ fn shapes() -> [(&'static str, BodyBuilder); 3] {
 fn keeps_its_energy(name: &str, body: BodyBuilder, stiffness: f64, ground: Collider) {
     let (restitution, friction) = (ground.restitution, ground.friction);
     let mut sim = drop(body.stiffness(stiffness).damping(0.0), ground, 3.0);
-    let level = lowest(&sim.body(0)) - 3.0;
+    let level = lowest(sim.body(0)) - 3.0;
     let start = energy(&sim.body(0), level);
     // What is conserved has beside this the deformation between two steps, at least -stiffness/4 of the kinetic part.
     let limit = start / (1.0 - stiffness / 4.0) * (1.0 + 1e-4);
@@ -134,14 +134,14 @@ fn bodies_come_to_rest_on_the_ground() {
             let ground = Collider { restitution, ..Collider::plane([0.0; 3], [1.0; 3]) };
             let mut sim = drop(body.clone().stiffness(0.5).damping(0.1), ground, 1.0);
             let cell = sim.body(0).lattice().cell_size();
-            let level = lowest(&sim.body(0)) - 1.0;
+            let level = lowest(sim.body(0)) - 1.0;
             sim.steps(60 * 60);
             let (mut low, mut high) = (centre(&sim.body(0)), centre(&sim.body(0)));
             for _ in 0..120 {
                 sim.step();
                 let centre = centre(&sim.body(0));
                 (low, high) = (low.inf(&centre), high.sup(&centre));
-                let above = (lowest(&sim.body(0)) - level) / cell;
+                let above = (lowest(sim.body(0)) - level) / cell;
                 assert!(
                     (-1e-3..5e-3).contains(&above),
                     "{name}, {restitution}: {above} cells above the ground"

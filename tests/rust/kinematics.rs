@@ -178,7 +178,7 @@ fn a_pin_holds_what_it_finds_at_from_and_lets_go_at_until() {
             (found, first) = (before.to_vec(), after.to_vec());
         }
         let holds = (6..18).contains(&count);
-        assert_eq!(kinematics.holds_any(), holds, "step {count}");
+        assert_eq!(kinematics.any_active(), holds, "step {count}");
         assert_eq!(kinematics.held(), [holds, false, false, holds, false, false, false, false]);
         for (k, v) in [0, 3].into_iter().enumerate() {
             if holds {

@@ -1,9 +1,9 @@
 //! The volume correction: what is measured, what is kept, what stays in place, and what cannot be mended.
 
-use crate::shapes::{UPRIGHT, apply, ball, block, lattice, of_mesh, posed, shown, within};
+use crate::shapes::{apply, apply_in, ball, block, lattice, of_mesh, posed, shown, within};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use supple::volume::{FieldKind, Push, Surface, VolumeMeasure};
-use supple::{Correction, Lattice, Resolution, VolumeMeasures, VolumeOptions};
+use supple::volume::{FieldKind, Push, Surface, VolumeMeasure, VolumeScope};
+use supple::{Correction, CorrectionWorkspace, Lattice, Resolution, VolumeMeasures, VolumeOptions};
 
 fn correction(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
     Correction::new(lattice, None, &measure.into()).expect("usable").expect("not off")
@@ -44,19 +44,16 @@ fn a_stretched_ball_keeps_the_volume_that_is_seen() {
     let mesh = ball(2.0);
     let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.4));
     let surface = Surface { mesh: &mesh, embedding: &embedding };
-    let mut correction =
-        Correction::new(&lattice, Some(surface), &VolumeOptions::default()).unwrap().unwrap();
+    let correction = Correction::new(&lattice, Some(surface), &VolumeOptions::default()).unwrap().unwrap();
     assert_eq!(correction.measure(), VolumeMeasure::Mesh);
     let stretched = posed(&lattice, |[x, y, z]| [x, 1.5 * y, z + 0.1 * y]);
-    let mut corrected = stretched.clone();
-    let components =
-        correction.apply(&stretched, &vec![UPRIGHT; lattice.len()], &[], &mut corrected).to_vec();
+    let (components, corrected) = apply_in(&mut CorrectionWorkspace::default(), &correction, &stretched, &[]);
     within(components[0].rest, mesh.volume(), 1e-6);
     within(components[0].before, 1.5 * mesh.volume(), 1e-6);
     assert!(components[0].lambda < 0.0 && !components[0].capped && components[0].residual.abs() < 1e-13);
     within(shown(&mesh, &lattice, &embedding, &corrected), mesh.volume(), 1e-6);
 
-    let mut measures = VolumeMeasures::new(&lattice, Some(surface));
+    let measures = VolumeMeasures::new(&lattice, Some(surface));
     let report = measures.report_corrected(&correction, &components, &stretched, &corrected);
     assert_eq!(report.volumes.len(), 3);
     within(report.by(VolumeMeasure::Mesh).unwrap().after, mesh.volume(), 1e-6);
@@ -71,9 +68,9 @@ fn a_stretched_ball_keeps_the_volume_that_is_seen() {
 fn every_measure_keeps_a_block() {
     let lattice = lattice(&block([0, 0, 0], [6, 4, 5]));
     let stretched = posed(&lattice, |[x, y, z]| [1.5 * x, y, z]);
-    let mut measures = VolumeMeasures::new(&lattice, None);
+    let measures = VolumeMeasures::new(&lattice, None);
     for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells] {
-        let corrected = apply(&mut correction(&lattice, measure), &stretched, &[]);
+        let corrected = apply(&correction(&lattice, measure), &stretched, &[]);
         within(measures.report(&corrected).by(measure).unwrap().after, 120.0, 1e-6);
     }
 }
@@ -91,7 +88,13 @@ fn a_turned_body_needs_no_correction() {
         for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells] {
             let mut corrected = moved.clone();
             let reports = correction(&lattice, measure)
-                .apply(&moved, &vec![rotation; moved.len()], &[], &mut corrected)
+                .apply(
+                    &mut CorrectionWorkspace::default(),
+                    &moved,
+                    &vec![rotation; moved.len()],
+                    &[],
+                    &mut corrected,
+                )
                 .to_vec();
             // Positions themselves are only known to half an ulp.
             let noise = 4.0 * f64::from(f32::EPSILON) * (away + 10.0);
@@ -104,13 +107,14 @@ fn a_turned_body_needs_no_correction() {
 fn the_field_turns_with_the_body() {
     let lattice = lattice(&block([0, 0, 0], [5, 4, 3]));
     let squeeze = |[x, y, z]: [f32; 3]| [x, 0.8 * y, z];
-    let still = apply(&mut correction(&lattice, VolumeMeasure::Cells), &posed(&lattice, squeeze), &[]);
+    let still = apply(&correction(&lattice, VolumeMeasure::Cells), &posed(&lattice, squeeze), &[]);
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -1.1, 2.0));
     let turned = |p: [f32; 3]| (turn * Vector3::from(p.map(f64::from))).map(|x| x as f32).into();
     let moved = posed(&lattice, |p| turned(squeeze(p)));
     let mut corrected = moved.clone();
     let rotation = turn.coords.map(|x| x as f32).into();
     correction(&lattice, VolumeMeasure::Cells).apply(
+        &mut CorrectionWorkspace::default(),
         &moved,
         &vec![rotation; moved.len()],
         &[],
@@ -132,8 +136,8 @@ fn a_body_between_plates_bulges_sideways_only() {
             offset: [0.0, 0.0, if index[2] == 0 { 0.2 } else { -0.2 }],
         })
         .collect();
-    let mut correction = correction(&lattice, VolumeMeasure::Cells);
-    let corrected = apply(&mut correction, &squashed, &pushes);
+    let correction = correction(&lattice, VolumeMeasure::Cells);
+    let corrected = apply(&correction, &squashed, &pushes);
     for push in &pushes {
         let v = push.vertex as usize;
         assert!((corrected[v][2] - squashed[v][2]).abs() < 1e-4, "{:?}", corrected[v]);
@@ -142,21 +146,21 @@ fn a_body_between_plates_bulges_sideways_only() {
     // The order of the pushes does not matter, nor that a push comes in two parts.
     let mut reversed = pushes.clone();
     reversed.reverse();
-    assert_eq!(apply(&mut correction, &squashed, &reversed), corrected);
+    assert_eq!(apply(&correction, &squashed, &reversed), corrected);
     // Without them the plates are passed.
-    assert!(apply(&mut correction, &squashed, &[])[0][2] < -0.1);
+    assert!(apply(&correction, &squashed, &[])[0][2] < -0.1);
 }
 
 #[test]
 fn the_contact_fades_in() {
     let lattice = lattice(&block([0, 0, 0], [4, 4, 4]));
     let squashed = posed(&lattice, |[x, y, z]| [x, y, 0.8 * z]);
-    let mut correction = correction(&lattice, VolumeMeasure::Cells);
-    let mut before = apply(&mut correction, &squashed, &[]);
+    let correction = correction(&lattice, VolumeMeasure::Cells);
+    let mut before = apply(&correction, &squashed, &[]);
     for step in 0..400 {
         let force = 1e-6 * 1.05_f32.powi(step);
         let push: Vec<Push> = (0..25).map(|vertex| Push { vertex, offset: [0.0, 0.0, force] }).collect();
-        let now = apply(&mut correction, &squashed, &push);
+        let now = apply(&correction, &squashed, &push);
         for (a, b) in now.iter().flatten().zip(before.iter().flatten()) {
             assert!((a - b).abs() < 0.02, "a pop at {force}: {a} {b}");
         }
@@ -171,9 +175,10 @@ fn what_is_held_stays_and_the_field_rises_beside_it() {
     let held: Vec<u32> = (0..25).collect();
     // The field of the paper, which is the same all along the block.
     let options = VolumeOptions { field: FieldKind::Paper, ..VolumeMeasure::Cells.into() };
-    let mut correction = Correction::new(&lattice, None, &options).unwrap().expect("not off");
-    correction.hold(&held);
-    let corrected = apply(&mut correction, &stretched, &[]);
+    let correction = Correction::new(&lattice, None, &options).unwrap().expect("not off");
+    let mut workspace = CorrectionWorkspace::default();
+    correction.hold(&mut workspace, held.iter().copied());
+    let (_, corrected) = apply_in(&mut workspace, &correction, &stretched, &[]);
     assert_eq!(corrected[..25], stretched[..25]);
     // Up an edge of the block: rising over three links, then even.
     let moved = |z: i32| {
@@ -185,8 +190,28 @@ fn what_is_held_stays_and_the_field_rises_beside_it() {
     );
     assert!((moved(3) - moved(8)).abs() < 1e-6);
     within(VolumeMeasures::new(&lattice, None).report(&corrected).after, 192.0, 1e-6);
-    correction.hold(&[]);
-    assert_ne!(apply(&mut correction, &stretched, &[])[0], stretched[0]);
+    correction.hold(&mut workspace, std::iter::empty());
+    let free = apply(&correction, &stretched, &[]);
+    assert!(free[0] != stretched[0] && free == apply_in(&mut workspace, &correction, &stretched, &[]).1);
+}
+
+/// Nothing of one correction is left in a workspace for the next one.
+#[test]
+fn a_workspace_serves_any_correction() {
+    let mut workspace = CorrectionWorkspace::default();
+    for size in [[4, 4, 4], [2, 3, 9], [4, 4, 4], [3, 2, 9]] {
+        let lattice = lattice(&block([0, 0, 0], size));
+        let stretched = posed(&lattice, |[x, y, z]| [x + 0.1 * z, y, 1.3 * z]);
+        for scope in [VolumeScope::Regional, VolumeScope::Global] {
+            let options = VolumeOptions { scope, ..VolumeMeasure::Cells.into() };
+            let correction = Correction::new(&lattice, None, &options).unwrap().expect("not off");
+            let (_, corrected) = apply_in(&mut workspace, &correction, &stretched, &[]);
+            assert_eq!(corrected, apply(&correction, &stretched, &[]), "{size:?}, {scope:?}");
+            correction.hold(&mut workspace, 0..9);
+            let (_, held) = apply_in(&mut workspace, &correction, &stretched, &[]);
+            assert!(held[..9] == stretched[..9] && held != corrected);
+        }
+    }
 }
 
 #[test]
@@ -196,15 +221,14 @@ fn a_stretched_bust_keeps_the_volume_that_is_seen() {
     let (lattice, embedding) = of_mesh(&mesh, Resolution::Vertices(1000));
     let surface = Surface { mesh: &mesh, embedding: &embedding };
     let stretched = posed(&lattice, |[x, y, z]| [x, 1.5 * y, z]);
-    let mut measures = VolumeMeasures::new(&lattice, Some(surface));
+    let measures = VolumeMeasures::new(&lattice, Some(surface));
     let mut seen = [0.0; 3];
     for (k, measure) in
         [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh].into_iter().enumerate()
     {
-        let mut correction = Correction::new(&lattice, Some(surface), &measure.into()).unwrap().unwrap();
-        let mut corrected = stretched.clone();
-        let components =
-            correction.apply(&stretched, &vec![UPRIGHT; lattice.len()], &[], &mut corrected).to_vec();
+        let correction = Correction::new(&lattice, Some(surface), &measure.into()).unwrap().unwrap();
+        let (components, corrected) =
+            apply_in(&mut CorrectionWorkspace::default(), &correction, &stretched, &[]);
         let report = measures.report_corrected(&correction, &components, &stretched, &corrected);
         within(report.by(measure).unwrap().after, report.by(measure).unwrap().rest, 1e-6);
         assert!(!report.capped && report.lambda < 0.0);

@@ -1,10 +1,10 @@
 //! The fields, judged by what is known exactly: bars that are stretched evenly, balls that are blown up.
 
 use crate::common::{block, rms, surface_of};
-use crate::shapes::{UPRIGHT, of_mesh};
+use crate::shapes::{apply_in, of_mesh};
 use nalgebra::{Rotation3, Vector3};
 use supple::volume::{FieldKind, Surface, VolumeMeasure};
-use supple::{Correction, Mesh, Resolution, VolumeOptions};
+use supple::{Correction, CorrectionWorkspace, Mesh, Resolution, VolumeOptions};
 
 const FIELDS: [FieldKind; 3] = [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface];
 
@@ -18,12 +18,11 @@ fn corrected(
     let (lattice, embedding) = of_mesh(mesh, Resolution::CellSize(cell));
     let options = VolumeOptions { field, ..VolumeMeasure::Mesh.into() };
     let surface = Surface { mesh, embedding: &embedding };
-    let mut correction = Correction::new(&lattice, Some(surface), &options).unwrap().unwrap();
+    let correction = Correction::new(&lattice, Some(surface), &options).unwrap().unwrap();
     let to_cells = |p: Vector3<f64>| ((p - lattice.origin().coords) / cell).map(|x| x as f32).into();
     let deformed: Vec<[f32; 3]> =
         (0..lattice.len() as u32).map(|i| to_cells(pose(lattice.rest_position(i).coords))).collect();
-    let mut shown = deformed.clone();
-    let report = correction.apply(&deformed, &vec![UPRIGHT; lattice.len()], &[], &mut shown);
+    let (report, shown) = apply_in(&mut CorrectionWorkspace::default(), &correction, &deformed, &[]);
     assert!(report.iter().all(|component| !component.capped && component.residual.abs() < 1e-12));
     let mut points = vec![[0.0_f32; 3]; mesh.vertices().len()];
     embedding.interpolate(&shown, &mut points);

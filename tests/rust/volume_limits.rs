@@ -1,15 +1,14 @@
 //! The volume correction where it has little or nothing to go by, and what it refuses.
 
-use crate::shapes::{UPRIGHT, ball, block, lattice, of_mesh, posed, sphere, within};
+use crate::shapes::{apply_in, ball, block, lattice, of_mesh, posed, sphere, within};
 use proptest::prelude::*;
 use supple::volume::{ComponentReport, Preservation, Surface, VolumeError, VolumeMeasure, VolumeScope};
-use supple::{Correction, Lattice, Mesh, Resolution, VolumeMeasures, VolumeOptions};
+use supple::{Correction, CorrectionWorkspace, Lattice, Mesh, Resolution, VolumeMeasures, VolumeOptions};
 
 const MEASURES: [VolumeMeasure; 2] = [VolumeMeasure::Lattice, VolumeMeasure::Cells];
 
-fn report(correction: &mut Correction, deformed: &[[f32; 3]]) -> (ComponentReport, Vec<[f32; 3]>) {
-    let mut corrected = vec![[f32::NAN; 3]; deformed.len()];
-    let components = correction.apply(deformed, &vec![UPRIGHT; deformed.len()], &[], &mut corrected);
+fn report(correction: &Correction, deformed: &[[f32; 3]]) -> (ComponentReport, Vec<[f32; 3]>) {
+    let (components, corrected) = apply_in(&mut CorrectionWorkspace::default(), correction, deformed, &[]);
     let component = components[0];
     assert!(corrected.iter().flatten().all(|x| x.is_finite()), "{component:?}");
     let c = component;
@@ -34,10 +33,10 @@ fn no_deformation_gives_nan() {
         |[x, y, z]| [f32::MAX * (x - 2.5).signum(), f32::MIN * (y - 2.0).signum(), z * 1e-30],
     ];
     for measure in MEASURES {
-        let mut correction = of_lattice(&lattice, measure);
+        let correction = of_lattice(&lattice, measure);
         for (case, map) in maps.iter().enumerate() {
             let deformed = posed(&lattice, map);
-            let (component, corrected) = report(&mut correction, &deformed);
+            let (component, corrected) = report(&correction, &deformed);
             assert!(component.capped == (component.residual.abs() > 1e-6), "{case}: {component:?}");
             assert!(component.lambda.abs() <= 1.0, "beyond the cap, {case}: {component:?}");
             let moved = corrected.iter().flatten().zip(deformed.iter().flatten()).map(|(a, b)| (a - b).abs());
@@ -50,10 +49,12 @@ fn no_deformation_gives_nan() {
 fn a_body_all_held_stays_and_says_so() {
     let lattice = lattice(&block([0, 0, 0], [3, 3, 3]));
     let all: Vec<u32> = (0..lattice.len() as u32).collect();
-    let mut correction = of_lattice(&lattice, VolumeMeasure::Cells);
-    correction.hold(&all);
+    let correction = of_lattice(&lattice, VolumeMeasure::Cells);
+    let mut workspace = CorrectionWorkspace::default();
+    correction.hold(&mut workspace, all.iter().copied());
     let stretched = posed(&lattice, |[x, y, z]| [x, y, 1.25 * z]);
-    let (component, corrected) = report(&mut correction, &stretched);
+    let (components, corrected) = apply_in(&mut workspace, &correction, &stretched, &[]);
+    let component = components[0];
     assert_eq!(corrected, stretched);
     assert!(component.capped && component.lambda == 0.0);
     within(component.residual, 0.25, 1e-12);
@@ -65,8 +66,8 @@ fn the_cap_is_a_part_of_the_thickness() {
     let huge = posed(&lattice, |p| p.map(|x| 3.0 * x));
     for max_correction in [0.0, 0.1, 0.5] {
         let options = VolumeOptions { max_correction, ..VolumeMeasure::Cells.into() };
-        let mut correction = Correction::new(&lattice, None, &options).unwrap().unwrap();
-        let (component, _) = report(&mut correction, &huge);
+        let correction = Correction::new(&lattice, None, &options).unwrap().unwrap();
+        let (component, _) = report(&correction, &huge);
         // The middle of eight cells lies four below the boundary.
         assert_eq!((component.lambda, component.capped), (-4.0 * max_correction, true));
         assert!(component.residual > 0.0 && component.after <= component.before);
@@ -80,11 +81,11 @@ fn pressed_flat_and_released() {
     for measure in MEASURES {
         for scope in [VolumeScope::Global, VolumeScope::Regional] {
             let options = VolumeOptions { scope, ..measure.into() };
-            let mut correction = Correction::new(&lattice, None, &options).unwrap().unwrap();
+            let correction = Correction::new(&lattice, None, &options).unwrap().unwrap();
             let mut before: Option<(ComponentReport, Vec<[f32; 3]>)> = None;
             for step in 0..=4000 {
                 let height = (step as f32 / 2000.0 - 1.0).abs();
-                let now = report(&mut correction, &posed(&lattice, |[x, y, z]| [x, y, height * z]));
+                let now = report(&correction, &posed(&lattice, |[x, y, z]| [x, y, height * z]));
                 let (component, corrected) = before.as_ref().unwrap_or(&now);
                 let jump = (now.0.lambda - component.lambda).abs();
                 assert!(jump < 0.02, "{measure}, {scope:?}, height {height}: {jump}");
@@ -132,9 +133,8 @@ fn components_have_a_life_of_their_own() {
     let lattice = lattice(&cells);
     // The second one flies away and is squashed.
     let deformed = posed(&lattice, |[x, y, z]| if x < 5.0 { [x, y, z] } else { [x + 500.0, 0.8 * y, z] });
-    let mut correction = of_lattice(&lattice, VolumeMeasure::Cells);
-    let mut corrected = deformed.clone();
-    let reports = correction.apply(&deformed, &vec![UPRIGHT; lattice.len()], &[], &mut corrected).to_vec();
+    let correction = of_lattice(&lattice, VolumeMeasure::Cells);
+    let (reports, corrected) = apply_in(&mut CorrectionWorkspace::default(), &correction, &deformed, &[]);
     assert_eq!(reports.len(), 2);
     assert_eq!((reports[0].lambda, reports[0].rest), (0.0, 27.0));
     assert!(reports[1].lambda > 0.05 && !reports[1].capped);
@@ -144,7 +144,7 @@ fn components_have_a_life_of_their_own() {
         assert!(a == b || of_vertex[i] == 1, "{i} is of the first");
         assert!(a != b || of_vertex[i] == 0 || inner, "{i} is at the boundary of the second");
     }
-    let mut measures = VolumeMeasures::new(&lattice, None);
+    let measures = VolumeMeasures::new(&lattice, None);
     let report = measures.report_corrected(&correction, &reports, &deformed, &corrected);
     assert_eq!((report.rest, report.lambda), (51.0, reports[1].lambda));
     // Positions 500 cells away are known to 3e-5.
@@ -229,9 +229,10 @@ proptest! {
     ) {
         let lattice = lattice(&block([0, 0, 0], [2, 2, 1]));
         for measure in MEASURES {
-            let mut corrected = positions.clone();
-            let mut correction = of_lattice(&lattice, measure);
-            let c = correction.apply(&positions, &[UPRIGHT; 18], &[], &mut corrected)[0];
+            let correction = of_lattice(&lattice, measure);
+            let (reports, corrected) =
+                apply_in(&mut CorrectionWorkspace::default(), &correction, &positions, &[]);
+            let c = reports[0];
             prop_assert!([c.before, c.after, c.lambda, c.residual].iter().all(|x| x.is_finite()), "{:?}", c);
             prop_assert!(corrected.iter().flatten().all(|x| x.is_finite()));
         }

@@ -110,4 +110,6 @@ pub use simd::lanes::Lanes;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
 pub use simulation::{Simulation, SimulationBuilder, SimulationState};
 pub use state::Placement;
-pub use volume::{Correction, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport};
+pub use volume::{
+    Correction, CorrectionWorkspace, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport,
+};

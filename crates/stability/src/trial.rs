@@ -1,7 +1,7 @@
 //! A simulation that is watched: the figures of a case are taken here.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Error, Lattice, Simulation};
+use supple::{Body, BodyRef, Error, Lattice, Simulation};
 
 use crate::energy::Energy;
 use crate::rigid::{RigidMotion, distance, mean};
@@ -169,8 +169,9 @@ impl<'a> Trial<'a> {
         let Self { simulation, figures, starts, surroundings } = self;
         let [mut speed, mut shape, mut shape_at_start, mut volume] = [0.0_f64; 4];
         let (mut energy, mut energy_at_start, mut still) = (Some(0.0), 0.0, 0.0);
-        for (body, start) in simulation.bodies().iter().zip(starts) {
-            let now = Now::of(body, simulation.dt());
+        for (index, start) in starts.into_iter().enumerate() {
+            let body = simulation.body(index);
+            let now = Now::of(&body, simulation.dt());
             let report = body.volume_report();
             let volumes = [report.rest, report.before, report.after, report.lambda, report.residual];
             figures.add(Measure::NotNumbers, not_numbers(body, &now, &volumes) as f64);
@@ -213,7 +214,7 @@ pub(crate) fn largest(a: f64, b: f64) -> f64 {
 }
 
 /// Numbers of a body and of what is shown of it that are NaN or infinite.
-fn not_numbers(body: &Body, now: &Now, volumes: &[f64]) -> usize {
+fn not_numbers(body: BodyRef<'_>, now: &Now, volumes: &[f64]) -> usize {
     let shown: Vec<_> = body.corrected_positions().iter().map(|p| p.coords).collect();
     let vectors = now.x.iter().chain(&now.v).chain(&shown).flatten();
     let rotations = body.rotations();

@@ -52,14 +52,14 @@ mod tests {
     fn all_cells_together_have_the_volume_that_the_core_measures() {
         let cells: Vec<[i32; 3]> = (0..24).map(|i| [i % 2, i / 2 % 3, i / 6]).collect();
         let lattice = Lattice::from_cells(&cells, 0.5, Point3::origin(), true).unwrap();
-        let mut body = Body::from_lattice(lattice).volume(Preservation::Off).build().unwrap();
+        let mut body = supple::Body::from_lattice(lattice).volume(Preservation::Off).build().unwrap();
         let bent = |x: &Point3<f64>| {
             Point3::new(x.x + 0.2 * (3.0 * x.y).sin(), 1.3 * x.y * x.x.cosh(), x.z + x.x * x.y)
         };
         let positions: Vec<_> = body.positions().iter().map(bent).collect();
         body.set_positions(&positions).unwrap();
-        let sum: f64 = errors(&body).map(|error| (error + 1.0) * 0.125).sum();
-        let measured = body.volume_report().by(VolumeMeasure::Cells).unwrap().after;
+        let sum: f64 = errors(body.alone()).map(|error| (error + 1.0) * 0.125).sum();
+        let measured = body.alone().volume_report().by(VolumeMeasure::Cells).unwrap().after;
         assert!((sum / measured - 1.0).abs() < 1e-6, "{sum} {measured}");
     }
 }

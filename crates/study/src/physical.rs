@@ -96,7 +96,7 @@ impl Physical {
         let measure = match measure {
             Preservation::Off => return Method::off(),
             // What `auto` has become.
-            Preservation::Auto => Preservation::By(body.volume_report().measure),
+            Preservation::Auto => Preservation::By(body.alone().volume_report().measure),
             measure => measure,
         };
         let method = Method { measure, scope };

@@ -112,7 +112,7 @@ impl Study {
 
 /// The methods that all bodies can have.
 fn usable(bodies: &[Body]) -> Vec<Method> {
-    let closed = bodies.iter().all(|body| body.volume_report().by(VolumeMeasure::Mesh).is_some());
+    let closed = bodies.iter().all(|body| body.alone().volume_report().by(VolumeMeasure::Mesh).is_some());
     let needs_mesh = |method: &Method| method.measure == Preservation::By(VolumeMeasure::Mesh);
     Method::all().into_iter().filter(|method| closed || !needs_mesh(method)).collect()
 }

@@ -4,8 +4,8 @@
 #![allow(dead_code)]
 
 use nalgebra::{Point3, Vector3};
-use supple::volume::Push;
-use supple::{Correction, Embedding, Lattice, LatticeOptions, Mesh, Resolution};
+use supple::volume::{ComponentReport, Push};
+use supple::{Correction, CorrectionWorkspace, Embedding, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// No rotation.
 pub(crate) const UPRIGHT: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
@@ -78,10 +78,21 @@ pub(crate) fn shown(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding, posit
 }
 
 /// What the correction makes of a body that has not turned.
-pub(crate) fn apply(correction: &mut Correction, deformed: &[[f32; 3]], pushes: &[Push]) -> Vec<[f32; 3]> {
+pub(crate) fn apply(correction: &Correction, deformed: &[[f32; 3]], pushes: &[Push]) -> Vec<[f32; 3]> {
+    apply_in(&mut CorrectionWorkspace::default(), correction, deformed, pushes).1
+}
+
+/// The same in a workspace of the caller's, with the reports.
+pub(crate) fn apply_in(
+    workspace: &mut CorrectionWorkspace,
+    correction: &Correction,
+    deformed: &[[f32; 3]],
+    pushes: &[Push],
+) -> (Vec<ComponentReport>, Vec<[f32; 3]>) {
     let mut corrected = vec![[f32::NAN; 3]; deformed.len()];
-    correction.apply(deformed, &vec![UPRIGHT; deformed.len()], pushes, &mut corrected);
-    corrected
+    let rotations = vec![UPRIGHT; deformed.len()];
+    let reports = correction.apply(workspace, deformed, &rotations, pushes, &mut corrected);
+    (reports.to_vec(), corrected)
 }
 
 /// Asserts that `a` is `b` to a relative accuracy.

@@ -15,8 +15,8 @@ pub(super) fn of(scene: &Scene, prepared: &Prepared, index: usize) -> BodyFacts 
     let source = input.source();
     BodyFacts {
         name: data.name.clone(),
-        mesh: mesh(scene, data, input, body),
-        lattice: lattice(body.lattice(), body),
+        mesh: mesh(scene, data, input, &body),
+        lattice: lattice(body.lattice(), &body),
         half_width: body.half_width(),
         frame_bytes: source.frame_bytes(scene.output.format),
         pc2: pc2(source.points(), scene, input),
@@ -63,7 +63,7 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts
 
 fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
     let report = lattice.report();
-    let volumes = body.volume_report();
+    let volumes = body.alone().volume_report();
     let floating = |part: &supple::FloatingPart| FloatingFacts {
         cells: part.cells,
         mesh_components: part.mesh_components.clone(),
@@ -82,7 +82,7 @@ fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
         glued: report.glued.clone(),
         bytes: lattice.memory(),
         volumes: volumes.volumes.iter().map(|(measure, v)| (measure.to_string(), v.rest)).collect(),
-        measure: (body.volume().measure != Preservation::Off).then(|| volumes.measure.to_string()),
+        measure: (body.volume_options().measure != Preservation::Off).then(|| volumes.measure.to_string()),
     }
 }
 
