@@ -1,0 +1,82 @@
+//! What is shown: a body in its simulation, displays that are kept, bodies that change simulations.
+
+use crate::common::{block, lattice};
+use nalgebra::Point3;
+use supple::{Body, BodyRef, Collider, Display, Simulation, VolumeOptions};
+
+fn cube(edge: i32) -> Body {
+    Body::from_lattice(lattice(&block([edge; 3]))).damping(0.2).build().unwrap()
+}
+
+fn falling(body: Body) -> Simulation {
+    Simulation::builder().body(body).threads(1).build().unwrap()
+}
+
+fn above_ground(body: Body, height: f64) -> Simulation {
+    let ground = Collider::plane([0.0, height, 0.0], [0.0, 1.0, 0.0]);
+    Simulation::builder().body(body).collider(ground).threads(1).build().unwrap()
+}
+
+fn lowest(body: BodyRef<'_>) -> f64 {
+    body.corrected_positions().iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn bodies_swapped_between_simulations_meet_the_colliders_of_their_new_one() {
+    let (mut free, mut grounded) = (falling(cube(3)), above_ground(cube(3), -0.5));
+    std::mem::swap(&mut free.bodies_mut()[0], &mut grounded.bodies_mut()[0]);
+    free.steps(120);
+    grounded.steps(120);
+    assert!(lowest(free.body(0)) < -5.0, "nothing stops the body that left the ground");
+    assert!(lowest(grounded.body(0)) > -0.52, "the ground stops the body that came");
+    let contacts = |simulation: &Simulation| {
+        simulation.plan().bodies[0].stages.iter().any(|stage| stage.name == "contacts")
+    };
+    assert!(contacts(&grounded) && !contacts(&free));
+}
+
+#[test]
+fn a_body_moved_into_another_simulation_continues_bit_for_bit() {
+    let run = |swap: bool| {
+        let (mut first, mut second) = (above_ground(cube(3), -0.5), above_ground(cube(3), -0.5));
+        first.steps(40);
+        if swap {
+            second.steps(40);
+            std::mem::swap(&mut first.bodies_mut()[0], &mut second.bodies_mut()[0]);
+        }
+        first.steps(40);
+        (first.body(0).positions(), first.body(0).corrected_positions())
+    };
+    assert!(run(true) == run(false));
+}
+
+#[test]
+fn a_display_that_is_kept_shows_the_same_as_a_new_one() {
+    let mut simulations = [above_ground(cube(3), -0.5), above_ground(cube(4), -1.0), falling(cube(3))];
+    simulations[1].body_mut(0).set_volume(VolumeOptions::off()).unwrap();
+    let mut kept = Display::new();
+    for _ in 0..6 {
+        for simulation in &mut simulations {
+            simulation.steps(10);
+            let shown: Vec<Point3<f64>> = kept.evaluate(simulation.body(0)).positions().collect();
+            assert!(shown == simulation.body(0).corrected_positions());
+            assert_eq!(kept.evaluate(simulation.body(0)).volume_report(), simulation.body(0).volume_report());
+        }
+    }
+}
+
+#[test]
+fn showing_changes_nothing() {
+    let run = |show: bool| {
+        let mut simulation = above_ground(cube(3), -0.5);
+        for _ in 0..20 {
+            simulation.steps(5);
+            if show {
+                simulation.body(0).surface();
+                simulation.body(0).volume_report();
+            }
+        }
+        simulation.body(0).positions()
+    };
+    assert!(run(true) == run(false));
+}
