@@ -8,7 +8,7 @@ use super::cubic::smallest_root;
 use super::field::{Field, turned};
 use super::limits::{Limit, Limits};
 use super::line::Moving;
-use super::measure::{self, Measure, Scratch};
+use super::measure::{Measure, Scratch};
 use super::regional::{Regional, RegionalScratch};
 use super::surface::Surface;
 use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
@@ -95,7 +95,7 @@ impl Correction {
         if !(most.is_finite() && most >= 0.0) {
             return Err(VolumeError::MaxCorrection(most));
         }
-        let adjacency = measure::adjacency(lattice);
+        let adjacency = Adjacency::new(lattice);
         let Some(measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
             return Ok(None);
         };

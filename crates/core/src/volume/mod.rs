@@ -18,23 +18,18 @@
 //! volume and their own `lambda`.
 
 mod adjacency;
-mod cell_measure;
 mod constraints;
 mod correction;
 mod cubic;
 mod field;
-mod inside;
-mod lattice_measure;
 mod limits;
 mod line;
 mod measure;
 mod mesh_measure;
 mod options;
-mod patch;
 mod regional;
 mod report;
 mod shells;
-mod sums;
 mod surface;
 mod volumes;
 

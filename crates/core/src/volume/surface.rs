@@ -2,8 +2,7 @@
 
 use super::VolumeError;
 use super::adjacency::Adjacency;
-use super::mesh_measure::{MeshMeasure, Parts, SurfacePoint};
-use super::patch::{self, Patch};
+use super::mesh_measure::{MeshMeasure, Parts, Patch, SurfacePoint, WORTHWHILE};
 use super::shells::{self, Shell};
 use crate::lattice::{DisjointSets, Embedding, Lattice};
 use crate::mesh::Mesh;
@@ -60,7 +59,7 @@ fn gather(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts
     let (patches, others) = (parts.patches.len(), parts.triangles.len());
     for group in triangles.chunk_by(|a, b| place(a) == place(b)) {
         let (_, leaves) = place(&group[0]);
-        if leaves || group.len() < patch::WORTHWHILE {
+        if leaves || group.len() < WORTHWHILE {
             parts.triangles.extend_from_slice(group);
         } else {
             let places = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));

@@ -1,7 +1,7 @@
 //! A body's volume by every measure, whether it is corrected or not.
 
 use super::adjacency::Adjacency;
-use super::measure::{self, Measure, Scratch};
+use super::measure::{Measure, Scratch};
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
 use crate::lattice::Lattice;
@@ -25,7 +25,7 @@ struct Measured {
 impl VolumeMeasures {
     /// `lattice`, `cells`, and `mesh` where the surface is usable as a measure.
     pub fn new(lattice: &Lattice, surface: Option<Surface<'_>>) -> Self {
-        let adjacency = measure::adjacency(lattice);
+        let adjacency = Adjacency::new(lattice);
         let mesh = surface::measure(surface, lattice, &adjacency).ok().map(Measure::Mesh);
         let others = [Measure::lattice(&adjacency), Measure::cells(lattice, &adjacency)];
         let cell_size = lattice.cell_size();
