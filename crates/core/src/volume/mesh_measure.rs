@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
 use super::measure::{ChunkedSum, DETERMINANTS, Scratch};
-use crate::lattice::polynomial;
+use crate::lattice::{Embedding, polynomial};
 use crate::parallel::Executor;
 use crate::simd::level;
 
@@ -13,15 +13,6 @@ const BATCH: usize = 1024;
 
 /// Patches in a chunk.
 const PATCHES: usize = 64;
-
-/// One mesh vertex that the measure needs: where it lies in its cell.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SurfacePoint {
-    /// Lattice vertices at the corners of the cell; corner `k` lies at `(k & 1, k >> 1 & 1, k >> 2 & 1)`.
-    pub(super) corners: [u32; 8],
-    /// The weights of these corners.
-    pub(super) weights: [f32; 8],
-}
 
 /// Sum over the triangles of `det[a, b, c] / 6`. The surface is linear in the lattice: a point on it moves along a
 /// straight line as the lattice vertices do, and the volume is an exact cubic.
@@ -46,11 +37,10 @@ pub(super) struct Parts {
     pub(super) patches: Vec<Patch>,
     /// Patches of each component.
     pub(super) patch_counts: Vec<usize>,
-    /// Other triangles, of `points`, turned outwards (inwards for a cavity).
+    /// Other triangles, turned outwards (inwards for a cavity).
     pub(super) triangles: Vec<[u32; 3]>,
     /// Other triangles of each component.
     pub(super) triangle_counts: Vec<usize>,
-    pub(super) points: Vec<SurfacePoint>,
 }
 
 /// Points in one cell.
@@ -61,19 +51,26 @@ struct Run {
 }
 
 impl MeshMeasure {
-    pub(super) fn new(parts: Parts) -> Self {
-        let Parts { patches, patch_counts, triangles, triangle_counts, points } = parts;
+    /// `points`: the mesh vertices of the triangles, whose corners are numbers among these.
+    pub(super) fn new(parts: Parts, points: &[u32], embedding: &Embedding) -> Self {
+        let Parts { patches, patch_counts, triangles, triangle_counts } = parts;
+        let cell = |point: u32| embedding.cell(point as usize);
         let (mut runs, mut ends) = (Vec::new(), Vec::new());
         for batch in points.chunks(BATCH) {
-            let cells = batch.chunk_by(|a, b| a.corners == b.corners);
-            runs.extend(cells.map(|points| Run { corners: points[0].corners, points: points.len() }));
+            let cells = batch.chunk_by(|&a, &b| cell(a) == cell(b));
+            runs.extend(
+                cells.map(|points| Run {
+                    corners: embedding.corners(points[0] as usize),
+                    points: points.len(),
+                }),
+            );
             ends.push(runs.len());
         }
         Self {
             patches,
             runs,
             ends,
-            weights: points.into_iter().map(|point| point.weights).collect(),
+            weights: points.iter().map(|&point| embedding.weights(point as usize)).collect(),
             triangles,
             sums: ChunkedSum::new(&patch_counts, PATCHES).then(&triangle_counts, DETERMINANTS),
         }
