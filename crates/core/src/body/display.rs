@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra::Point3;
 
 use super::{Body, Surface};
-use crate::contact::{Clearance, Colliders, Obstacles, SampleCells};
+use crate::contact::{Colliders, Obstacles};
 use crate::lattice::Lattice;
 use crate::matching::{Purpose, Workspace};
 use crate::mesh::Mesh;
@@ -119,7 +119,6 @@ pub struct ShownSurface {
 pub struct Display {
     sums: Workspace,
     correction: CorrectionWorkspace,
-    clearance: Clearance,
     skin: SkinBuffers,
     /// The lattice in cells from the origin of the body, in vertex order: before and after the correction, and as the
     /// mesh update reads it.
@@ -173,7 +172,7 @@ impl Display {
     }
 
     fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Self { correction: workspace, clearance, deformed, corrected, rotations, pushes, .. } = self;
+        let Self { correction: workspace, deformed, corrected, rotations, pushes, .. } = self;
         correction.hold(workspace, body.held());
         pushes.clear();
         pushes.extend(body.pushes(body.scene.map_or(0.0, |scene| scene.dt)));
@@ -181,14 +180,7 @@ impl Display {
         corrected.resize(deformed.len(), [0.0; 3]);
         if let (Some(contacts), Some(Scene { colliders, time, .. })) = (&body.contacts, body.scene) {
             let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
-            let samples = contacts.samples();
-            keep_out(
-                executor,
-                (correction, workspace),
-                clearance,
-                (samples, &obstacles),
-                (deformed, corrected),
-            );
+            correction.keep_out(workspace, executor, contacts.samples(), &obstacles, deformed, corrected);
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
@@ -198,7 +190,7 @@ impl Display {
     pub fn bytes(&self) -> usize {
         let lattice =
             size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.shown);
-        let correction = self.correction.bytes() + self.clearance.bytes() + size_of_val(&*self.pushes);
+        let correction = self.correction.bytes() + size_of_val(&*self.pushes);
         let rotations = self.sums.bytes() + self.turned.bytes() + size_of_val(&*self.rotations);
         lattice + correction + rotations + self.skin.bytes()
     }
@@ -297,40 +289,5 @@ impl Body {
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());
         let forces = self.forces.iter().flat_map(|forces| forces.pushes());
         contacts.chain(forces).map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
-    }
-}
-
-/// How often limits are looked for.
-const ROUNDS: usize = 16;
-
-/// How much farther than vertices go limits are looked for, so that it need not be done again where they go farther.
-const MARGIN: f64 = 1.25;
-
-fn keep_out(
-    executor: &Executor,
-    (correction, workspace): (&Correction, &mut CorrectionWorkspace),
-    clearance: &mut Clearance,
-    (samples, obstacles): (&SampleCells, &Obstacles<'_>),
-    (deformed, corrected): (&[[f32; 3]], &mut [[f32; 3]]),
-) {
-    let mut searched = 0.0;
-    let curved = obstacles.are_curved();
-    for _ in 0..ROUNDS {
-        let reach = correction.reach(workspace);
-        if reach > searched {
-            searched = MARGIN * reach;
-            clearance.find(samples, deformed, obstacles, searched);
-            if clearance.limits().is_empty() {
-                return;
-            }
-        } else if searched > 0.0 && curved {
-            correction.write(workspace, deformed, corrected);
-            if !clearance.cut(samples, corrected, obstacles) {
-                return;
-            }
-        } else {
-            return;
-        }
-        correction.limit(workspace, executor, clearance.limits());
     }
 }

@@ -17,6 +17,7 @@ use nalgebra::Point3;
 
 pub use components::Component;
 pub use error::MeshError;
+pub(crate) use measure::signed_volume;
 pub use normals::{VertexNormals, vertex_normals};
 pub use topology::Topology;
 

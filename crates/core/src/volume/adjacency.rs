@@ -1,8 +1,23 @@
-//! The links of a lattice as a table.
+//! The lattice as tables: its links, the faces of its cells that lie at the boundary, the cells about a vertex.
+
+use crate::lattice::Lattice;
 
 /// Steps along the axes in neighbour order.
 pub(super) const DIRECTIONS: [[i32; 3]; 6] =
     [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
+
+/// The corners of a cell's face in neighbour order (-x, +x, -y, +y, -z, +z), counter-clockwise seen from outside.
+///
+/// ```text
+///        6-----7      corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1)
+///       /|    /|
+///      4-----5 |      z  y
+///      | 2---|-3      | /
+///      |/    |/       |/
+///      0-----1        +--- x
+/// ```
+pub(super) const FACE_CORNERS: [[usize; 4]; 6] =
+    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// Who is linked to whom, and which component each vertex is in.
 #[derive(Clone, Debug)]
@@ -14,8 +29,14 @@ pub(super) struct Adjacency {
 }
 
 impl Adjacency {
-    pub(super) fn new(rows: Vec<[u32; 6]>, component: Vec<u32>, components: usize) -> Self {
-        Self { rows, component, components }
+    pub(super) fn new(lattice: &Lattice) -> Self {
+        let row = |i: u32| lattice.neighbours(i).map(|j| j.unwrap_or(i));
+        let components = lattice.components();
+        Self {
+            rows: (0..lattice.len() as u32).map(row).collect(),
+            component: components.of_vertex.clone(),
+            components: components.count,
+        }
     }
 
     /// Memory that it takes.
@@ -74,5 +95,52 @@ impl Adjacency {
             }
         }
         distance
+    }
+}
+
+/// The faces of cells that no other cell shares: the sides that they are, in neighbour order, and their corners,
+/// counter-clockwise seen from outside.
+pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
+    lattice.cells().iter().enumerate().flat_map(|(cell, index)| {
+        let corners = lattice.cell_corners(cell as u32);
+        let outer = DIRECTIONS.iter().zip(FACE_CORNERS).enumerate().filter(|(_, (direction, _))| {
+            lattice.cell_at(std::array::from_fn(|k| index[k] + direction[k])).is_none()
+        });
+        outer.map(move |(side, (_, face))| (side, face.map(|corner| corners[corner])))
+    })
+}
+
+/// Which of the eight cells around each vertex are occupied, as `boundary_normals` numbers them.
+pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
+    let mut octants = vec![0; lattice.len()];
+    for cell in 0..lattice.cells().len() as u32 {
+        for (corner, vertex) in lattice.cell_corners(cell).into_iter().enumerate() {
+            // Seen from its corner `k`, a cell lies towards the opposite corner.
+            octants[vertex as usize] |= 1 << (7 - corner);
+        }
+    }
+    octants
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corner(k: usize) -> [f64; 3] {
+        [(k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2 & 1) as f64]
+    }
+
+    #[test]
+    fn faces_look_outwards() {
+        for (side, corners) in FACE_CORNERS.iter().enumerate() {
+            let [a, b, _, d] = corners.map(corner);
+            let (u, v): ([f64; 3], [f64; 3]) =
+                (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| d[k] - a[k]));
+            let normal: [f64; 3] =
+                std::array::from_fn(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+            let mut expected = [0.0; 3];
+            expected[side / 2] = if side % 2 == 0 { -1.0 } else { 1.0 };
+            assert_eq!(normal, expected, "side {side}");
+        }
     }
 }

@@ -1,20 +1,23 @@
-//! The measures, built from a lattice and its surface.
+//! The measures of a body: its volume as a cubic of how far its points have moved.
 
-use super::adjacency::{Adjacency, DIRECTIONS};
-use super::cell_measure::{CellMeasure, FACE_CORNERS};
-use super::lattice_measure::LatticeMeasure;
-use super::line::Moving;
+use std::ops::Range;
+
+use fearless_simd::{Simd, dispatch};
+
+use super::adjacency::{Adjacency, boundary_faces};
+use super::line::{Arm, Determinants, Line, Moving, load};
 use super::mesh_measure::MeshMeasure;
 use super::surface::{self, Surface};
 use super::{Preservation, VolumeError, VolumeMeasure};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
+use crate::simd::level;
 
 /// A volume as an exact cubic of the scale `lambda`, for each component of the lattice.
 #[derive(Clone, Debug)]
 pub(super) enum Measure {
-    Lattice(LatticeMeasure),
-    Cells(CellMeasure),
+    Lattice(RowMeasure<6>),
+    Cells(RowMeasure<4>),
     Mesh(MeshMeasure),
 }
 
@@ -39,13 +42,11 @@ impl Measure {
     }
 
     pub(super) fn lattice(adjacency: &Adjacency) -> Self {
-        let rows = adjacency.rows().to_vec();
-        Self::Lattice(LatticeMeasure::new(rows, adjacency.components(), adjacency.of_vertex()))
+        Self::Lattice(RowMeasure::new(adjacency.rows().to_vec(), adjacency))
     }
 
     pub(super) fn cells(lattice: &Lattice, adjacency: &Adjacency) -> Self {
-        let faces = boundary_faces(lattice).map(|(_, face)| face).collect();
-        Self::Cells(CellMeasure::new(faces, adjacency.components(), adjacency.of_vertex()))
+        Self::Cells(RowMeasure::new(boundary_faces(lattice).map(|(_, face)| face).collect(), adjacency))
     }
 
     pub(super) fn kind(&self) -> VolumeMeasure {
@@ -69,8 +70,18 @@ impl Measure {
     pub(super) fn evaluate(&self, executor: &Executor, scratch: &mut Scratch) {
         scratch.coefficients.fill([0.0; 4]);
         match self {
-            Self::Lattice(measure) => measure.add_coefficients(executor, scratch),
-            Self::Cells(measure) => measure.add_coefficients(executor, scratch),
+            Self::Lattice(rows) => rows.add_coefficients(
+                executor,
+                scratch,
+                1.0 / 8.0,
+                |rows, points| dispatch!(level(), simd => vertex_sum(simd, rows, points)),
+            ),
+            Self::Cells(faces) => faces.add_coefficients(
+                executor,
+                scratch,
+                1.0 / 24.0,
+                |faces, points| dispatch!(level(), simd => face_sum(simd, faces, points)),
+            ),
             Self::Mesh(measure) => measure.add_coefficients(executor, scratch),
         }
     }
@@ -129,39 +140,133 @@ impl Scratch {
     }
 }
 
-/// The links of a lattice.
-pub(super) fn adjacency(lattice: &Lattice) -> Adjacency {
-    let row = |i: u32| lattice.neighbours(i).map(|j| j.unwrap_or(i));
-    let components = lattice.components();
-    Adjacency::new(
-        (0..lattice.len() as u32).map(row).collect(),
-        components.of_vertex.clone(),
-        components.count,
-    )
+/// Rows of lattice vertices, for each of which a measure adds a determinant; those of a component one after the other.
+#[derive(Clone, Debug)]
+pub(super) struct RowMeasure<const N: usize> {
+    rows: Vec<[u32; N]>,
+    sums: ChunkedSum,
 }
 
-/// The faces of cells that no other cell shares: the sides that they are, in neighbour order, and their corners,
-/// counter-clockwise seen from outside.
-pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
-    lattice.cells().iter().enumerate().flat_map(|(cell, index)| {
-        let corners = lattice.cell_corners(cell as u32);
-        let outer = DIRECTIONS.iter().zip(FACE_CORNERS).enumerate().filter(|(_, (direction, _))| {
-            lattice.cell_at(std::array::from_fn(|k| index[k] + direction[k])).is_none()
-        });
-        outer.map(move |(side, (_, face))| (side, face.map(|corner| corners[corner])))
-    })
+impl<const N: usize> RowMeasure<N> {
+    fn new(mut rows: Vec<[u32; N]>, adjacency: &Adjacency) -> Self {
+        // A row names at least one vertex of its component, whichever way its neighbours are missing.
+        let component = |row: &[u32; N]| adjacency.component(row[0] as usize);
+        let mut counts = vec![0; adjacency.components()];
+        rows.iter().for_each(|row| counts[component(row)] += 1);
+        if counts.len() > 1 {
+            rows.sort_by_key(component);
+        }
+        Self { rows, sums: ChunkedSum::new(&counts, DETERMINANTS) }
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.rows)
+    }
+
+    /// Adds to the coefficients of each component `factor` times what `sum` makes of some rows.
+    fn add_coefficients(
+        &self,
+        executor: &Executor,
+        scratch: &mut Scratch,
+        factor: f64,
+        sum: fn(&[[u32; N]], &[Moving]) -> [f64; 4],
+    ) {
+        let Scratch { points, sums, coefficients, .. } = scratch;
+        self.sums.add_to(executor, factor, sums, coefficients, |range| sum(&self.rows[range], points));
+    }
 }
 
-/// Which of the eight cells around each vertex are occupied, as `boundary_normals` numbers them.
-pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
-    let mut octants = vec![0; lattice.len()];
-    for cell in 0..lattice.cells().len() as u32 {
-        for (corner, vertex) in lattice.cell_corners(cell).into_iter().enumerate() {
-            // Seen from its corner `k`, a cell lies towards the opposite corner.
-            octants[vertex as usize] |= 1 << (7 - corner);
+/// The measure `lattice`, of Takamatsu & Kanai (2009): the sum over the vertices with these neighbours of
+/// `det[dx, dy, dz]`, with `da` the difference of the two neighbours along axis `a`, twice what it is for the volume.
+///
+/// A missing neighbour is replaced by the vertex itself: a vertex on a face of a box then counts half a cell, on an
+/// edge a quarter, in a corner an eighth, and a box of cells has exactly its own volume.
+#[inline(always)]
+fn vertex_sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
+    let mut sum = Determinants::zero(simd);
+    for row in rows {
+        let (x, y, z) = differences(simd, row, points);
+        sum.add(x, y, z);
+    }
+    sum.coefficients()
+}
+
+/// The differences of the neighbours of a vertex along each axis: eight times its volume is their determinant.
+#[inline(always)]
+pub(super) fn differences<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving]) -> (Line<S>, Arm<S>, Arm<S>) {
+    let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
+    (Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0))
+}
+
+/// The measure `cells`, the exact volume of the trilinear cells: the sum over the faces that no other occupied cell
+/// shares; what inner faces add cancels.
+///
+/// A face of a trilinear cell is a bilinear patch, whose flux is the mean of its two triangulations:
+/// `(a + b + c + d) . ((c - a) x (d - b)) / 24`, with `a b c d` in order around it, outside on the right-hand side.
+#[inline(always)]
+fn face_sum<S: Simd>(simd: S, faces: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
+    let mut sum = Determinants::zero(simd);
+    for face in faces {
+        let [a, b, c, d] = load(simd, points, face);
+        let middle =
+            Line::zxy(simd, a).plus(Line::zxy(simd, b)).plus(Line::zxy(simd, c).plus(Line::zxy(simd, d)));
+        sum.add(middle, Arm::new(simd, c - a), Arm::new(simd, d - b));
+    }
+    sum.coefficients()
+}
+
+/// Terms in a chunk, where a term is a determinant. Fixed, so that the order of the additions is fixed.
+pub(super) const DETERMINANTS: usize = 2048;
+
+/// Terms sorted by component, cut into chunks: the terms of a chunk are summed in order, then the chunks in order.
+#[derive(Clone, Debug)]
+pub(super) struct ChunkedSum {
+    chunks: Vec<Chunk>,
+}
+
+#[derive(Clone, Debug)]
+struct Chunk {
+    terms: Range<usize>,
+    component: usize,
+}
+
+impl ChunkedSum {
+    /// `counts[c]` terms of component `c`, one component after the other; `size` terms in a chunk.
+    pub(super) fn new(counts: &[usize], size: usize) -> Self {
+        Self { chunks: Vec::new() }.then(counts, size)
+    }
+
+    /// The same and more terms behind them, again one component after the other.
+    pub(super) fn then(mut self, counts: &[usize], size: usize) -> Self {
+        let mut first = self.chunks.last().map_or(0, |chunk| chunk.terms.end);
+        for (component, count) in counts.iter().enumerate() {
+            let end = first + count;
+            while first < end {
+                let next = end.min(first + size);
+                self.chunks.push(Chunk { terms: first..next, component });
+                first = next;
+            }
+        }
+        self
+    }
+
+    /// Adds `factor` times the sum of the terms of each component to `out` (one per component). `sums` is scratch.
+    pub(super) fn add_to(
+        &self,
+        executor: &Executor,
+        factor: f64,
+        sums: &mut Vec<[f64; 4]>,
+        out: &mut [[f64; 4]],
+        terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
+    ) {
+        sums.resize(self.chunks.len(), [0.0; 4]);
+        executor.share(self.chunks.iter().zip(&mut *sums), |(chunk, sum)| *sum = terms(chunk.terms.clone()));
+        for (chunk, terms) in self.chunks.iter().zip(sums) {
+            for (sum, term) in out[chunk.component].iter_mut().zip(terms) {
+                *sum += factor * *term;
+            }
         }
     }
-    octants
 }
 
 #[cfg(test)]
@@ -171,6 +276,7 @@ mod tests {
     use super::*;
     use crate::lattice::Embedding;
     use crate::mesh::Mesh;
+    use crate::volume::adjacency::FACE_CORNERS;
 
     /// Numbers with six bits after the point, so that `p + lambda v` below is exact in single precision.
     fn dyadic(state: &mut u32) -> f32 {
@@ -210,7 +316,7 @@ mod tests {
     #[test]
     fn coefficients_are_those_of_direct_evaluation() {
         let lattice = block([3, 2, 2]);
-        let adjacency = adjacency(&lattice);
+        let adjacency = Adjacency::new(&lattice);
         let mut scratch = random_points(lattice.len());
         let executor = Executor::sequential();
         for measure in measures(&lattice, &adjacency) {
@@ -242,7 +348,7 @@ mod tests {
     #[test]
     fn threads_change_no_bit() {
         let lattice = block([40, 30, 20]);
-        let adjacency = adjacency(&lattice);
+        let adjacency = Adjacency::new(&lattice);
         let mut scratch = random_points(lattice.len());
         let two = Executor::new(2);
         for measure in measures(&lattice, &adjacency) {

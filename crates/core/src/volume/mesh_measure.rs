@@ -1,11 +1,10 @@
 //! The exact signed volume of the embedded surface.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
-use super::measure::Scratch;
-use super::patch::Patch;
-use super::sums::{ChunkedSum, DETERMINANTS};
+use super::measure::{ChunkedSum, DETERMINANTS, Scratch};
+use crate::lattice::{Embedding, polynomial};
 use crate::parallel::Executor;
 use crate::simd::level;
 
@@ -14,15 +13,6 @@ const BATCH: usize = 1024;
 
 /// Patches in a chunk.
 const PATCHES: usize = 64;
-
-/// One mesh vertex that the measure needs: where it lies in its cell.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SurfacePoint {
-    /// Lattice vertices at the corners of the cell; corner `k` lies at `(k & 1, k >> 1 & 1, k >> 2 & 1)`.
-    pub(super) corners: [u32; 8],
-    /// The weights of these corners.
-    pub(super) weights: [f32; 8],
-}
 
 /// Sum over the triangles of `det[a, b, c] / 6`. The surface is linear in the lattice: a point on it moves along a
 /// straight line as the lattice vertices do, and the volume is an exact cubic.
@@ -47,11 +37,10 @@ pub(super) struct Parts {
     pub(super) patches: Vec<Patch>,
     /// Patches of each component.
     pub(super) patch_counts: Vec<usize>,
-    /// Other triangles, of `points`, turned outwards (inwards for a cavity).
+    /// Other triangles, turned outwards (inwards for a cavity).
     pub(super) triangles: Vec<[u32; 3]>,
     /// Other triangles of each component.
     pub(super) triangle_counts: Vec<usize>,
-    pub(super) points: Vec<SurfacePoint>,
 }
 
 /// Points in one cell.
@@ -62,19 +51,26 @@ struct Run {
 }
 
 impl MeshMeasure {
-    pub(super) fn new(parts: Parts) -> Self {
-        let Parts { patches, patch_counts, triangles, triangle_counts, points } = parts;
+    /// `points`: the mesh vertices of the triangles, whose corners are numbers among these.
+    pub(super) fn new(parts: Parts, points: &[u32], embedding: &Embedding) -> Self {
+        let Parts { patches, patch_counts, triangles, triangle_counts } = parts;
+        let cell = |point: u32| embedding.cell(point as usize);
         let (mut runs, mut ends) = (Vec::new(), Vec::new());
         for batch in points.chunks(BATCH) {
-            let cells = batch.chunk_by(|a, b| a.corners == b.corners);
-            runs.extend(cells.map(|points| Run { corners: points[0].corners, points: points.len() }));
+            let cells = batch.chunk_by(|&a, &b| cell(a) == cell(b));
+            runs.extend(
+                cells.map(|points| Run {
+                    corners: embedding.corners(points[0] as usize),
+                    points: points.len(),
+                }),
+            );
             ends.push(runs.len());
         }
         Self {
             patches,
             runs,
             ends,
-            weights: points.into_iter().map(|point| point.weights).collect(),
+            weights: points.iter().map(|&point| embedding.weights(point as usize)).collect(),
             triangles,
             sums: ChunkedSum::new(&patch_counts, PATCHES).then(&triangle_counts, DETERMINANTS),
         }
@@ -134,4 +130,70 @@ fn carry<S: Simd>(simd: S, runs: &[Run], lattice: &[Moving], weights: &[[f32; 8]
             point.store(corners[0] + offset);
         }
     }
+}
+
+/// Products of three different basis functions of eight.
+const MOMENTS: usize = 56;
+
+/// From how many triangles on a patch is cheaper than the triangles: it takes 21 determinants and 56 sums.
+pub(super) const WORTHWHILE: usize = 16;
+
+/// Triangles whose corners all lie in one cell.
+///
+/// In a cell a surface point is `sum_i f_i(x, y, z) m_i`, with `f = 1, x, y, xy, z, xz, yz, xyz` and `m_i` the
+/// differences of the cell's corners along those axes. The sum of `det[a, b, c]` over triangles is then
+/// `sum_{i<j<k} M_ijk det[m_i, m_j, m_k]`, and `M_ijk`, the sum of the minors of `f` at the corners, is constant.
+#[derive(Clone, Debug)]
+pub(super) struct Patch {
+    corners: [u32; 8],
+    /// `M_ijk`, in the order of [`triples`].
+    moments: [f64; MOMENTS],
+}
+
+/// The pairs `j < k`, for each the `i < j`.
+fn triples() -> impl Iterator<Item = [usize; 3]> {
+    (1..8).flat_map(|j| (j + 1..8).flat_map(move |k| (0..j).map(move |i| [i, j, k])))
+}
+
+impl Patch {
+    /// `corners`: those of the cell. `triangles`: places of their corners in the cell.
+    pub(super) fn new(corners: [u32; 8], triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
+        let mut moments = [0.0; MOMENTS];
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(basis);
+            for (moment, [i, j, k]) in moments.iter_mut().zip(triples()) {
+                *moment += a[i] * (b[j] * c[k] - b[k] * c[j])
+                    + a[j] * (b[k] * c[i] - b[i] * c[k])
+                    + a[k] * (b[i] * c[j] - b[j] * c[i]);
+            }
+        }
+        Self { corners, moments }
+    }
+
+    /// Adds the sum of `det[a, b, c]`.
+    #[inline(always)]
+    pub(super) fn add_to<S: Simd>(&self, simd: S, lattice: &[Moving], sum: &mut Determinants<S>) {
+        let terms = polynomial(load(simd, lattice, &self.corners));
+        let (mut rows, mut arms) = ([Line::zero(simd); 8], [Arm::new(simd, terms[0]); 8]);
+        for k in 0..8 {
+            rows[k] = Line::zxy(simd, terms[k]);
+            arms[k] = Arm::new(simd, terms[k]);
+        }
+        let mut moments = self.moments.iter();
+        for j in 1..8 {
+            for k in j + 1..8 {
+                let mut weighted = Line::zero(simd);
+                for i in 0..j {
+                    let moment = moments.next().copied().unwrap_or_default();
+                    weighted = weighted.plus_times(rows[i], f64x4::splat(simd, moment));
+                }
+                sum.add(weighted, arms[j], arms[k]);
+            }
+        }
+    }
+}
+
+fn basis([x, y, z]: [f32; 3]) -> [f64; 8] {
+    let [x, y, z] = [x, y, z].map(f64::from);
+    [1.0, x, y, x * y, z, x * z, y * z, x * y * z]
 }

@@ -8,33 +8,45 @@
 //! P^ + Lambda V, a scale for each vertex from what its region lost         (scope `regional` only)
 //! vol(P^ + lambda V) = c0 + c1 lambda + c2 lambda^2 + c3 lambda^3 = vol(P)        (Eq. 1)
 //! P~ = P^ + lambda V,  lambda the root of least absolute value
-//! those that would enter an obstacle stop before it, and the rest solves again    (where there are colliders)
+//! vertices that would enter a collider stop before it, and the others solve again  (where there are colliders)
 //! ```
 //!
-//! `P~` is for the eye alone: it deforms the mesh and never feeds back into the dynamics.
+//! `P~` is shown only: it deforms the mesh and never feeds back into the dynamics.
 //!
-//! [`Correction`] does this for a body; [`VolumeMeasures`] measures a body by every measure there is, corrected or
-//! not; [`smallest_root`] solves the cubic. Components of the lattice that nothing joins have each their own rest
-//! volume and their own `lambda`.
+//! [`Correction`] does this for a body, with the buffers of a [`CorrectionWorkspace`]; [`VolumeMeasures`] measures a body
+//! by every measure there is, corrected or not; [`smallest_root`] solves the cubic. Each connected component of the
+//! lattice has its own rest volume and its own `lambda`.
+//!
+//! | file | content |
+//! |---|---|
+//! | `options`, `report` | the choices of a user, and the results |
+//! | `adjacency` | the lattice as tables: links, boundary faces |
+//! | `line` | points that move along lines, and determinants of them: cubics |
+//! | `measure`, `mesh_measure` | the volume as a cubic, by each measure |
+//! | `surface`, `shells` | the parts of a mesh that bound the body, as a measure |
+//! | `volumes` | all measures of a body, for reports |
+//! | `field` | the field V |
+//! | `constraints` | external forces and held vertices |
+//! | `cubic` | the root of a cubic |
+//! | `regional` | a scale for each vertex, before the cubic |
+//! | `limits` | vertices that stop at a collider |
+//! | `correction` | all of it, in order |
+//!
+//! `Limit` is the one word that `contact::Clearance` yields to this room.
 
 mod adjacency;
-mod cell_measure;
 mod constraints;
 mod correction;
 mod cubic;
 mod field;
-mod inside;
-mod lattice_measure;
 mod limits;
 mod line;
 mod measure;
 mod mesh_measure;
 mod options;
-mod patch;
 mod regional;
 mod report;
 mod shells;
-mod sums;
 mod surface;
 mod volumes;
 

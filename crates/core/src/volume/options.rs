@@ -72,6 +72,7 @@ pub(super) fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'
 /// Where a body's volume is given back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum VolumeScope {
     /// Everywhere alike: one scale for each component, as in Takamatsu & Kanai (2009).
     #[default]
@@ -90,7 +91,7 @@ impl VolumeScope {
     }
 }
 
-/// How a body's volume is kept.
+/// How a body's volume is kept. Exhaustive, so that users write `VolumeOptions { scope, ..VolumeOptions::default() }`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VolumeOptions {

@@ -8,8 +8,8 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::adjacency::Adjacency;
-use super::lattice_measure::differences;
 use super::line::{Moving, value_and_slope};
+use super::measure::differences;
 use crate::parallel::Executor;
 use crate::simd::level;
 

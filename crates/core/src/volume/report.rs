@@ -4,6 +4,7 @@ use super::VolumeMeasure;
 
 /// Volumes in cubed units of length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Volumes {
     /// At rest.
     pub rest: f64,
@@ -15,6 +16,7 @@ pub struct Volumes {
 
 /// What the correction did to one component of the lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ComponentReport {
     /// Volume at rest, in cubed units of length.
     pub rest: f64,
@@ -35,6 +37,7 @@ pub struct ComponentReport {
 
 /// The volume of a body, and what the correction did to it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VolumeReport {
     /// The measure that is kept; without correction the one that `auto` would keep.
     pub measure: VolumeMeasure,

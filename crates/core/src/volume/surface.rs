@@ -2,8 +2,7 @@
 
 use super::VolumeError;
 use super::adjacency::Adjacency;
-use super::mesh_measure::{MeshMeasure, Parts, SurfacePoint};
-use super::patch::{self, Patch};
+use super::mesh_measure::{MeshMeasure, Parts, Patch, WORTHWHILE};
 use super::shells::{self, Shell};
 use crate::lattice::{DisjointSets, Embedding, Lattice};
 use crate::mesh::Mesh;
@@ -43,8 +42,8 @@ pub(super) fn measure(
         });
         gather(surface.embedding, turned.collect(), &mut parts);
     }
-    number_points(surface.embedding, &mut parts);
-    Ok(MeshMeasure::new(parts))
+    let points = number_points(surface.embedding, &mut parts.triangles);
+    Ok(MeshMeasure::new(parts, &points, surface.embedding))
 }
 
 /// Adds the triangles of one component: patches of cells that hold many, the others one by one, cell by cell.
@@ -60,7 +59,7 @@ fn gather(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts
     let (patches, others) = (parts.patches.len(), parts.triangles.len());
     for group in triangles.chunk_by(|a, b| place(a) == place(b)) {
         let (_, leaves) = place(&group[0]);
-        if leaves || group.len() < patch::WORTHWHILE {
+        if leaves || group.len() < WORTHWHILE {
             parts.triangles.extend_from_slice(group);
         } else {
             let places = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
@@ -71,9 +70,9 @@ fn gather(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts
     parts.triangle_counts.push(parts.triangles.len() - others);
 }
 
-/// Collects the points that single triangles use, in the order of the cells that hold them, and renumbers.
-fn number_points(embedding: &Embedding, parts: &mut Parts) {
-    let mut used: Vec<u32> = parts.triangles.iter().flatten().copied().collect();
+/// Renumbers the corners of single triangles. Returns the mesh vertices that they are, in the order of their cells.
+fn number_points(embedding: &Embedding, triangles: &mut [[u32; 3]]) -> Vec<u32> {
+    let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
     used.sort_by_key(|&vertex| embedding.cell(vertex as usize));
@@ -81,14 +80,10 @@ fn number_points(embedding: &Embedding, parts: &mut Parts) {
     for (new, &vertex) in used.iter().enumerate() {
         number[vertex as usize] = new as u32;
     }
-    for corner in parts.triangles.iter_mut().flatten() {
+    for corner in triangles.iter_mut().flatten() {
         *corner = number[*corner as usize];
     }
-    let point = |&vertex: &u32| SurfacePoint {
-        corners: embedding.corners(vertex as usize),
-        weights: embedding.weights(vertex as usize),
-    };
-    parts.points = used.iter().map(point).collect();
+    used
 }
 
 /// The connected parts of the welded surface, degenerate triangles left out.

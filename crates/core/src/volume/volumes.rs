@@ -1,60 +1,51 @@
 //! A body's volume by every measure, whether it is corrected or not.
 
 use super::adjacency::Adjacency;
-use super::measure::{self, Measure, Scratch};
+use super::measure::{Measure, Scratch};
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
-/// All measures of a body, for reports. Independent of a [`Correction`], so that a body without one has none of it
-/// until somebody asks.
+/// All measures of a body, for reports. Independent of a [`Correction`]: a body without one builds them for the first
+/// report.
 #[derive(Clone, Debug)]
 pub struct VolumeMeasures {
-    measures: Vec<Measured>,
+    measures: Vec<Measure>,
+    /// Of each measure: the volume of each component at rest, in cubed units of length.
+    rest: Vec<Vec<f64>>,
     adjacency: Adjacency,
     cell_size: f64,
-}
-
-#[derive(Clone, Debug)]
-struct Measured {
-    measure: Measure,
-    rest: Vec<f64>,
 }
 
 impl VolumeMeasures {
     /// `lattice`, `cells`, and `mesh` where the surface is usable as a measure.
     pub fn new(lattice: &Lattice, surface: Option<Surface<'_>>) -> Self {
-        let adjacency = measure::adjacency(lattice);
+        let adjacency = Adjacency::new(lattice);
         let mesh = surface::measure(surface, lattice, &adjacency).ok().map(Measure::Mesh);
         let others = [Measure::lattice(&adjacency), Measure::cells(lattice, &adjacency)];
-        let cell_size = lattice.cell_size();
-        let mut scratch = Scratch::default();
-        scratch.place_at_rest(lattice, &adjacency);
-        let measured =
-            |measure: Measure| Measured { rest: evaluate(&measure, &mut scratch, cell_size), measure };
-        let measures = others.into_iter().chain(mesh).map(measured).collect();
-        Self { measures, adjacency, cell_size }
+        let measures = others.into_iter().chain(mesh).collect();
+        let mut this = Self { measures, rest: Vec::new(), adjacency, cell_size: lattice.cell_size() };
+        this.rest = this.evaluate(lattice.indices().iter().map(|index| index.map(f64::from)));
+        this
     }
 
     /// The measures that the body has: `lattice`, `cells`, and `mesh` where it is usable.
     pub fn kinds(&self) -> impl Iterator<Item = VolumeMeasure> + '_ {
-        self.measures.iter().map(|measured| measured.measure.kind())
+        self.measures.iter().map(Measure::kind)
     }
 
-    /// The report on a deformed lattice that nobody corrects. `deformed`: (n, 3), in cells, body-local.
+    /// The report on a deformed lattice without correction. `deformed`: (n, 3), in cells, body-local.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
-        let before = self.evaluate(deformed);
+        let before = self.of_deformed(deformed);
         // The last measure is the best that the body has.
         let last = before.len() - 1;
-        let volumes = self.volumes(&before, &before);
-        let Measured { measure, rest } = &self.measures[last];
         let component = |(&rest, &before): (&f64, &f64)| {
             let residual = (before - rest) / rest;
             ComponentReport { rest, before, after: before, lambda: 0.0, residual, capped: false }
         };
-        let components = rest.iter().zip(&before[last]).map(component).collect();
-        VolumeReport::new(measure.kind(), components, volumes)
+        let components = self.rest[last].iter().zip(&before[last]).map(component).collect();
+        VolumeReport::new(self.measures[last].kind(), components, self.volumes(&before, &before))
     }
 
     /// The report on a deformed lattice and what [`Correction::apply`] made of it: `corrected` and `components`.
@@ -65,42 +56,40 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
-        let before = self.evaluate(deformed);
-        let after = self.evaluate(corrected);
-        let kept = self.measures.iter().position(|measured| measured.measure.kind() == correction.measure());
+        let (before, after) = (self.of_deformed(deformed), self.of_deformed(corrected));
         let mut components = components.to_vec();
-        for (component, &before) in
-            components.iter_mut().zip(kept.map(|kept| &before[kept]).into_iter().flatten())
-        {
-            component.before = before;
+        if let Some(kept) = self.kinds().position(|kind| kind == correction.measure()) {
+            components
+                .iter_mut()
+                .zip(&before[kept])
+                .for_each(|(component, before)| component.before = *before);
         }
         VolumeReport::new(correction.measure(), components, self.volumes(&before, &after))
     }
 
-    /// For each measure the volume of each component, in cubed units of length.
-    fn evaluate(&self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
+    fn of_deformed(&self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
+        self.evaluate(positions.iter().map(|p| p.map(f64::from)))
+    }
+
+    /// For each measure the volume of each component, in cubed units of length.
+    fn evaluate(&self, positions: impl Iterator<Item = [f64; 3]> + Clone) -> Vec<Vec<f64>> {
         let mut scratch = Scratch::default();
-        scratch.place(positions.iter().map(|p| p.map(f64::from)), &self.adjacency);
-        let measures = self.measures.iter();
-        measures.map(|measured| evaluate(&measured.measure, &mut scratch, self.cell_size)).collect()
+        scratch.place(positions, &self.adjacency);
+        let mut volumes = |measure: &Measure| {
+            measure.evaluate(&Executor::sequential(), &mut scratch);
+            scratch.coefficients.iter().map(|c| c[0] * self.cell_size.powi(3)).collect()
+        };
+        self.measures.iter().map(|measure| volumes(measure)).collect()
     }
 
     fn volumes(&self, before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<(VolumeMeasure, Volumes)> {
-        let total = |parts: &[f64]| parts.iter().sum();
-        let measures = self.measures.iter().zip(before).zip(after);
-        measures
-            .map(|((measured, before), after)| {
-                let volumes =
-                    Volumes { rest: total(&measured.rest), before: total(before), after: total(after) };
-                (measured.measure.kind(), volumes)
-            })
-            .collect()
+        let total = |volumes: &[f64]| volumes.iter().sum();
+        let parts = self.rest.iter().zip(before).zip(after).map(|((rest, before), after)| Volumes {
+            rest: total(rest),
+            before: total(before),
+            after: total(after),
+        });
+        self.kinds().zip(parts).collect()
     }
-}
-
-/// The volume of each component, in cubed units of length, where the points are.
-fn evaluate(measure: &Measure, scratch: &mut Scratch, cell_size: f64) -> Vec<f64> {
-    measure.evaluate(&Executor::sequential(), scratch);
-    scratch.coefficients.iter().map(|c| c[0] * cell_size.powi(3)).collect()
 }

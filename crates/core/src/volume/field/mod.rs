@@ -3,15 +3,13 @@
 //! | file | what |
 //! |---|---|
 //! | `smooth`, `walls` | the smoothest field that moves the boundary by 1 along its normals |
-//! | `normals`, `layers` | that of Takamatsu & Kanai (2009): normals at the boundary, and inwards layer by layer |
+//! | `paper` | that of Takamatsu & Kanai (2009): normals at the boundary, and inwards layer by layer |
 
-mod layers;
-mod normals;
+mod paper;
 mod smooth;
 mod walls;
 
-use super::adjacency::Adjacency;
-use super::measure;
+use super::adjacency::{Adjacency, octants};
 use super::options::name_of;
 use super::surface::Surface;
 use crate::lattice::Lattice;
@@ -60,22 +58,22 @@ impl Field {
         surface: Option<Surface<'_>>,
         adjacency: &Adjacency,
     ) -> Self {
-        let octants = measure::octants(lattice);
+        let octants = octants(lattice);
         let depth = adjacency.distances((0..adjacency.len()).filter(|&i| octants[i] != u8::MAX));
         let mut greatest = vec![0_u32; adjacency.components()];
         for (i, &depth) in depth.iter().enumerate() {
             let greatest = &mut greatest[adjacency.component(i)];
             *greatest = depth.max(*greatest);
         }
-        let normals = normals::boundary_normals(adjacency, lattice.indices(), &octants);
-        let paper = layers::fill(adjacency, &depth, &greatest, normals.clone());
+        let normals = paper::boundary_normals(adjacency, lattice.indices(), &octants);
+        let inwards = paper::fill(adjacency, &depth, &greatest, normals.clone());
         let directions = match (kind, surface) {
-            (FieldKind::Paper, _) => paper,
+            (FieldKind::Paper, _) => inwards,
             (FieldKind::Surface, Some(surface)) => {
-                smooth::fill(adjacency, &walls::of_surface(lattice, surface, adjacency, &normals), paper)
+                smooth::fill(adjacency, &walls::of_surface(lattice, surface, adjacency, &normals), inwards)
             }
             (FieldKind::Cells | FieldKind::Surface, _) => {
-                smooth::fill(adjacency, &walls::of_cells(lattice), paper)
+                smooth::fill(adjacency, &walls::of_cells(lattice), inwards)
             }
         };
         Self {
@@ -105,11 +103,10 @@ mod tests {
 
     use super::*;
     use crate::lattice::Lattice;
-    use crate::volume::measure::adjacency;
 
     fn field(cells: &[[i32; 3]]) -> (Lattice, Field) {
         let lattice = Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap();
-        let field = Field::new(FieldKind::Paper, &lattice, None, &adjacency(&lattice));
+        let field = Field::new(FieldKind::Paper, &lattice, None, &Adjacency::new(&lattice));
         (lattice, field)
     }
 

@@ -3,8 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::lattice::{Embedding, Lattice};
-use crate::volume::adjacency::Adjacency;
-use crate::volume::measure::boundary_faces;
+use crate::volume::adjacency::{Adjacency, boundary_faces};
 use crate::volume::surface::Surface;
 
 /// Samples of a surface are at most so many cells apart.

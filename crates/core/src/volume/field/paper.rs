@@ -1,4 +1,5 @@
-//! Unit normals of boundary vertices, from the lattice alone.
+//! The field of Takamatsu & Kanai (2009), from the lattice alone: unit normals at the boundary, and the interior layer
+//! by layer from there inwards.
 
 use nalgebra::Vector3;
 
@@ -48,7 +49,7 @@ pub(super) fn boundary_normals(
 
 /// `v` at length one; none if it vanishes. The vectors here are small integers or means of unit vectors, so that
 /// what is below the threshold is rounding.
-pub(super) fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
+fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
     v.try_normalize(1e-9)
 }
 
@@ -78,4 +79,29 @@ fn middles(adjacency: &Adjacency, indices: &[[i32; 3]]) -> Vec<Vector3<f64>> {
         *count += 1.0;
     }
     sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { sum }).collect()
+}
+
+/// Gives each inner vertex the mean direction of its neighbours in the layer before. The length falls from 1 at the
+/// boundary to 0 at the centre.
+///
+/// * `depth`: layers from the boundary to each vertex; `greatest`: the most in each component.
+/// * `directions`: unit vectors at depth 0.
+pub(super) fn fill(
+    adjacency: &Adjacency,
+    depth: &[u32],
+    greatest: &[u32],
+    mut directions: Vec<Vector3<f64>>,
+) -> Vec<Vector3<f64>> {
+    let mut inwards: Vec<usize> = (0..adjacency.len()).filter(|&i| depth[i] > 0).collect();
+    inwards.sort_by_key(|&i| depth[i]);
+    for i in inwards {
+        let before = adjacency.linked(i).filter(|&j| depth[j] < depth[i]);
+        // Opposite walls can cancel: such a vertex stays where it is.
+        directions[i] = unit(before.map(|j| directions[j]).sum()).unwrap_or_else(Vector3::zeros);
+    }
+    for (i, direction) in directions.iter_mut().enumerate() {
+        let greatest = f64::from(greatest[adjacency.component(i)].max(1));
+        *direction *= 1.0 - f64::from(depth[i]) / greatest;
+    }
+    directions
 }
