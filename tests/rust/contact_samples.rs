@@ -1,9 +1,9 @@
 //! Where contacts are felt: on the faces of a mesh, however coarse, and on the boundary of a bare lattice.
 
 use nalgebra::Point3;
-use supple::contact::{Collider, Colliders, ContactReport, Contacts, SampleCells};
+use supple::internals::{Colliders, ContactReport, Contacts, SampleCells};
 use supple::state::{BodyFrame, BodyState, Interval};
-use supple::{Lanes, Lattice, LatticeOptions, Mesh, Resolution};
+use supple::{Collider, Lanes, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// Contacts of a lattice at rest with one collider.
 fn touch(lattice: &Lattice, samples: SampleCells, collider: Collider) -> ContactReport {
@@ -64,9 +64,9 @@ fn samples_lie_on_the_surface_of_the_mesh_and_are_few() {
     let inner = Collider::cuboid([1.0; 3], [1.0 - 1e-3; 3], [0.0; 3]);
     assert_eq!(touch(&lattice, samples.clone(), inner).contacts, 0);
     let outer = Collider::cuboid([1.0; 3], [1.0; 3], [0.0; 3]);
-    assert_eq!(touch(&lattice, samples.clone(), outer).contacts, samples.len());
+    assert_eq!(touch(&lattice, samples.clone(), outer).contacts, samples.count());
     // Not many more than one for each cell's face: 24 m^2 in faces of 1/16.
-    assert!(samples.len() < 2 * 24 * 16, "{}", samples.len());
+    assert!(samples.count() < 2 * 24 * 16, "{}", samples.len());
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn a_bare_lattice_is_felt_at_each_boundary_vertex_once() {
         (0..4).flat_map(|z| (0..3).flat_map(move |y| (0..5).map(move |x| [x, y, z]))).collect();
     let lattice = Lattice::from_cells(&cells, 0.5, Point3::new(3.0, 0.0, -1.0), true).unwrap();
     let samples = SampleCells::of_lattice(&lattice, &slots(&lattice));
-    assert_eq!(samples.len(), 6 * 4 * 5 - 4 * 2 * 3);
+    assert_eq!(samples.count(), 6 * 4 * 5 - 4 * 2 * 3);
     let ground = Collider::plane([0.0, 0.01, 0.0], [0.0, 1.0, 0.0]);
     let report = touch(&lattice, samples, ground);
     assert_eq!(report.contacts, 6 * 5);

@@ -2,8 +2,9 @@
 
 use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
-use supple::contact::{Collider, Colliders};
+use supple::Collider;
 use supple::dynamics::Key;
+use supple::internals::Colliders;
 use supple::state::euler_degrees;
 
 const DT: f64 = 1.0 / 60.0;

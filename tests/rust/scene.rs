@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use supple::contact::Shape;
 use supple::dynamics::Selection;
 use supple::volume::{FieldKind, Preservation, VolumeMeasure, VolumeScope};
-use supple::{Damping, RegionSize, Resolution, Stiffness};
+use supple::{Damping, RegionSize, Resolution, Shape, Stiffness};
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Substeps};
 

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use supple::RegionSize;
-use supple::contact::Shape;
 use supple::volume::Preservation;
+use supple::{RegionSize, Shape};
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Up};
 

@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::Lanes;
-use supple::contact::{Colliders, ContactReport, Contacts, SampleCells};
+use supple::internals::{Colliders, ContactReport, Contacts, SampleCells};
 use supple::state::{BodyFrame, BodyState, Interval};
 
 /// A body of `size` cells with its samples.

@@ -74,7 +74,7 @@
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
 mod body;
-pub mod contact;
+mod contact;
 pub mod dynamics;
 mod error;
 mod lattice;
@@ -94,7 +94,7 @@ pub use body::{
     ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, ShownSurface,
     StateError,
 };
-pub use contact::{Collider, Shape};
+pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{Damping, Handle, Key, Material, Pin, RegionSize, Selection, Stiffness, Window};
 pub use error::Error;
 pub use lattice::{
@@ -113,3 +113,10 @@ pub use state::Placement;
 pub use volume::{
     Correction, CorrectionWorkspace, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport,
 };
+
+/// Internals of the stages, for studies, benches and tests. Not part of the interface: they may change at any time.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
+}

@@ -4,7 +4,6 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::contact::Colliders;
 use supple::{Collider, Key, Shape};
 
 use crate::argument::{number, wrong_type};
@@ -28,11 +27,7 @@ pub(crate) fn read_all(colliders: &Bound<'_, PyTuple>) -> PyResult<Vec<Collider>
 pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let class = collider.get_type().name()?.to_string();
     let read = read(collider, &class)?;
-    Colliders::new(std::slice::from_ref(&read)).map_err(|error| {
-        // The core counts the colliders of a scene; this one is alone.
-        let message = error.to_string();
-        PyValueError::new_err(format!("{class}: {}", message.trim_start_matches("collider 0: ")))
-    })?;
+    read.validate().map_err(|fault| PyValueError::new_err(format!("{class}: {fault}")))?;
     Ok(fields(collider.py(), &read)?.1)
 }
 

@@ -80,7 +80,7 @@ impl Body {
             }
             Stage::Integration => (format!("{} lattice vertices, f32", self.lattice.len()), 0),
             Stage::Contacts => self.contacts.as_ref().map_or_else(Default::default, |contacts| {
-                (format!("{} samples", contacts.samples().len()), 0)
+                (format!("{} samples", contacts.samples().count()), contacts.bytes())
             }),
         };
         PlannedStage { when: When::Step, name: stage.name(), detail, bytes }

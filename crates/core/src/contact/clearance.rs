@@ -4,13 +4,10 @@
 use fearless_simd::{Simd, dispatch};
 use nalgebra::{Point3, Vector3};
 
-use super::bounds::may_touch;
-use super::field::{Curved, Field};
-use super::numbered::Numbered;
-use super::quad::{Quad, difference, vector};
-use crate::contact::posed::PosedShape;
-use crate::contact::samples::{SampleBlock, SampleCells, monomials};
-use crate::contact::{Colliders, SignedDistance};
+use super::{
+    Colliders, Curved, Field, PosedShape, RowSet, SampleBlock, SampleCells, SignedDistance, Vec4, may_touch,
+    monomials, wide,
+};
 use crate::simd::level;
 use crate::state::BodyFrame;
 use crate::volume::Limit;
@@ -22,9 +19,9 @@ const TOLERANCE: f64 = 1e-3;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clearance {
     /// Place of the vertex in each row of the samples, local: without the correction, and with it.
-    places: Vec<Quad>,
-    corrected: Vec<Quad>,
-    rows: Numbered,
+    places: Vec<Vec4>,
+    corrected: Vec<Vec4>,
+    rows: RowSet,
     /// Of each numbered row.
     nearest: Vec<Nearest>,
     limits: Vec<Limit>,
@@ -118,7 +115,7 @@ impl Clearance {
                     }
                 }));
             }
-            let way = |row: usize| vector(&difference(&self.corrected[row], &self.places[row]));
+            let way = |row: usize| wide(&(self.corrected[row] - self.places[row]));
             self.limits.extend(limits(samples, &self.rows, &self.nearest, way));
         }
         self.limits.len() > before
@@ -142,18 +139,18 @@ impl Obstacles<'_> {
 }
 
 /// Reads the places of the samples' vertices.
-fn read(places: &mut Vec<Quad>, samples: &SampleCells, positions: &[[f32; 3]]) {
+fn read(places: &mut Vec<Vec4>, samples: &SampleCells, positions: &[[f32; 3]]) {
     places.clear();
     places.extend(samples.vertices.iter().map(|&vertex| {
         let [x, y, z] = positions[vertex as usize];
-        [x, y, z, 0.0]
+        Vec4::new(x, y, z, 0.0)
     }));
 }
 
 /// The limits of the vertices in some rows, each of which has gone some way already.
 fn limits(
     samples: &SampleCells,
-    rows: &Numbered,
+    rows: &RowSet,
     nearest: &[Nearest],
     way: impl Fn(usize) -> Vector3<f64>,
 ) -> impl Iterator<Item = Limit> {
@@ -165,7 +162,7 @@ fn limits(
 }
 
 /// Each corner of a cell keeps the sample that has the least room.
-fn take(rows: &mut Numbered, nearest: &mut Vec<Nearest>, corners: &[u32; 8], sample: Nearest) {
+fn take(rows: &mut RowSet, nearest: &mut Vec<Nearest>, corners: &[u32; 8], sample: Nearest) {
     for &row in corners {
         let number = rows.number(row) as usize;
         if number == nearest.len() {

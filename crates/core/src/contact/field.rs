@@ -1,23 +1,23 @@
-//! What culling asks of a collider's shape: whether samples of some cells may touch it, and where they are.
+//! Distance fields: the distance of a body's samples from one shape, and bounds that skip most of them.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8, f64x4};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
-use super::bounds::may_touch;
-use super::quad::Quad;
-use crate::contact::posed::PosedShape;
-use crate::contact::samples::{SampleBlock, value};
+use super::samples::SampleBlock;
+use super::shape::PosedShape;
+use super::vec4::Vec4;
 use crate::lattice::polynomial;
+use crate::simd::lanes::LANES;
 
-/// A shape as seen by the samples of a body.
-pub(super) trait Field {
-    /// What is known of a cell: trilinear maps of its samples.
+/// The distance from a shape, as a function of the samples of a body.
+pub(crate) trait Field {
+    /// Trilinear maps of a cell: of the distance or of the place.
     type Cell;
 
     /// Whether a sample that lies between the vertices in these rows may be within the skin.
     fn may_touch(&self, rows: &[u32], skin: f64) -> bool;
 
-    /// What to know of a cell with corners in these rows.
+    /// The maps of a cell with corners in these rows.
     fn cell(&self, corners: &[u32; 8]) -> Self::Cell;
 
     /// Whether a sample of a block may be within the skin.
@@ -27,7 +27,7 @@ pub(super) trait Field {
     fn distances<S: Simd>(&self, simd: S, cell: &Self::Cell, monomials: &[f64x4<S>; 8]) -> f64x4<S>;
 }
 
-/// A plane, whose distance is as linear as places are: known everywhere where it is known of the vertices.
+/// A plane. Its distance is linear: trilinear in a cell, from the distances of the corners.
 pub(super) struct Flat<'a> {
     /// Distance of the vertex in each row.
     pub(super) heights: &'a [f64],
@@ -36,17 +36,17 @@ pub(super) struct Flat<'a> {
 /// The distances of the samples of a cell from a plane, as a polynomial.
 pub(super) struct Heights {
     exact: [f64; 8],
-    /// In f32, to pass over blocks.
+    /// In f32, to skip blocks.
     narrow: [f32; 8],
-    /// What that may be wrong by.
+    /// Bound of the error of `narrow`.
     rounding: f32,
 }
 
-/// Any other shape.
-pub(super) struct Curved<'a> {
-    pub(super) shape: &'a PosedShape,
+/// A shape of any kind.
+pub(crate) struct Curved<'a> {
+    pub(crate) shape: &'a PosedShape,
     /// Place of the vertex in each row.
-    pub(super) places: &'a [Quad],
+    pub(crate) places: &'a [Vec4],
 }
 
 impl Field for Flat<'_> {
@@ -127,9 +127,9 @@ impl Field for Curved<'_> {
 }
 
 impl Curved<'_> {
-    /// Where four samples are, by the monomials of their places.
+    /// The places of four samples in the frame of the body, by the monomials of their places in the cell.
     #[inline(always)]
-    pub(super) fn places<S: Simd>(
+    pub(crate) fn places<S: Simd>(
         &self,
         simd: S,
         cell: &[[f64; 8]; 3],
@@ -143,5 +143,96 @@ impl Curved<'_> {
             }
         }
         points
+    }
+}
+
+/// The monomials 1, x, y, xy, z, xz, yz, xyz at eight places, four to a half.
+#[inline(always)]
+pub(crate) fn monomials<S: Simd>(simd: S, places: &[[f32; LANES]; 3]) -> [[f64x4<S>; 8]; 2] {
+    let one = f64x4::splat(simd, 1.0);
+    let mut halves = [[one; 8]; 2];
+    for a in 0..3 {
+        let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, &places[a]));
+        let bit = 1 << a;
+        for k in 0..bit {
+            halves[0][k + bit] = halves[0][k] * low;
+            halves[1][k + bit] = halves[1][k] * high;
+        }
+    }
+    halves
+}
+
+/// The value of a [`polynomial`](crate::lattice::polynomial), from its monomials.
+#[inline(always)]
+fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4<S> {
+    let mut sum = f64x4::splat(simd, terms[0]);
+    for k in 1..8 {
+        sum += f64x4::splat(simd, terms[k]) * monomials[k];
+    }
+    sum
+}
+
+/// Whether anything in the bounding box of some places may be nearer to the shape than `skin`; false for NaN.
+pub(crate) fn may_touch<'a>(shape: &PosedShape, places: impl Iterator<Item = &'a Vec4>, skin: f64) -> bool {
+    let (center, half) = bounds(places);
+    shape.lower_bound(&center, &half) <= skin
+}
+
+/// Center and half extents of the bounding box of some places, enlarged by rounding.
+fn bounds<'a>(places: impl Iterator<Item = &'a Vec4>) -> (Point3<f64>, Vector3<f64>) {
+    let (mut low, mut high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
+    for place in places {
+        for c in 0..4 {
+            // Comparisons, not `min` and `max`: one instruction for all.
+            low[c] = if place[c] < low[c] { place[c] } else { low[c] };
+            high[c] = if place[c] > high[c] { place[c] } else { high[c] };
+        }
+    }
+    let (low, high) = (low.map(f64::from), high.map(f64::from));
+    let center = Point3::from(std::array::from_fn(|a| 0.5 * (low[a] + high[a])));
+    // Places in a cell may exceed 1 by rounding.
+    let half = Vector3::from_fn(|a, _| 0.5 * (high[a] - low[a]) * (1.0 + 1e-5));
+    (center, half)
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::*;
+    use crate::contact::patch::corner_sums;
+    use crate::simd::level;
+
+    /// Trilinear weights of the corners of a cell; corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1).
+    fn trilinear(local: [f32; 3]) -> [f64; 8] {
+        let t = local.map(f64::from);
+        std::array::from_fn(|k| (0..3).map(|a| if k >> a & 1 == 1 { t[a] } else { 1.0 - t[a] }).product())
+    }
+
+    #[test]
+    fn values_and_sums_are_those_of_the_weights() {
+        let corners = [5.0, -1.0, 2.0, 0.5, 8.0, 3.0, -4.0, 1.5];
+        let places = [[0.0; 3], [1.0; 3], [0.25, 0.5, 0.875], [1.0, 0.0, 0.375]];
+        let mut block = [[f32::NAN; LANES]; 3];
+        for (lane, place) in places.iter().enumerate() {
+            (0..3).for_each(|a| block[a][2 * lane] = place[a]);
+        }
+        dispatch!(level(), simd => {
+            let halves = monomials(simd, &block);
+            let mut sums = [0.0; 8];
+            for (lane, place) in places.iter().enumerate() {
+                let weights = trilinear(*place);
+                let (half, lane) = (&halves[2 * lane / 4], 2 * lane % 4);
+                let expected: f64 = weights.iter().zip(corners).map(|(w, c)| w * c).sum();
+                let values = value(simd, &polynomial(corners), half).to_array();
+                assert!((values[lane] - expected).abs() < 1e-13 && values[lane + 1].is_nan());
+                (0..8).for_each(|k| sums[k] += half[k].to_array()[lane]);
+            }
+            let sums = corner_sums(sums);
+            for k in 0..8 {
+                let expected: f64 = places.iter().map(|place| trilinear(*place)[k]).sum();
+                assert!((sums[k] - expected).abs() < 1e-13);
+            }
+        });
     }
 }

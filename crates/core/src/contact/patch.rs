@@ -1,43 +1,43 @@
-//! The samples that touch about one lattice vertex.
+//! Contact patches: the touching samples about one lattice vertex.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 
-use crate::contact::samples::{SampleBlock, corner_sums};
+use super::samples::SampleBlock;
 use crate::simd::lanes::LANES;
 
-/// Lattice vertices at and around a vertex.
-const AROUND: usize = 27;
+/// A vertex and its neighbours: 3 x 3 x 3, x fastest, the vertex itself at 13.
+const NEIGHBORHOOD: usize = 27;
 
-/// Where corner k of a cell stands among the vertices around its corner l, by l and k.
-const PLACES: [[u8; 8]; 8] = places();
+/// Index of corner k of a cell among the neighbours of its corner l: `13 + OFFSETS[k] - OFFSETS[l]`.
+const OFFSETS: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
 
-/// The samples that touch and are nearest, within their cells, to the same lattice vertex. They act as one, at the
-/// mean of their places, in which each counts by its depth.
+/// The touching samples that are nearest, within their cells, to the same lattice vertex. They act as one point, the
+/// mean of their places weighted by depth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patch {
-    /// The vertices around it, x fastest, of which a sample is a mean: bits.
-    seen: u32,
+    /// The neighbours that move any of the samples: bits.
+    used: u32,
     /// Their rows, and the sums of their weights over the samples.
-    rows: [u32; AROUND],
-    weights: [f64; AROUND],
-    /// Sum of what the samples count.
+    rows: [u32; NEIGHBORHOOD],
+    weights: [f64; NEIGHBORHOOD],
+    /// Sum of the weights of the samples.
     total: f64,
     /// Depth of the deepest sample, in cells; negative outside the collider.
     pub(super) deepest: f64,
 }
 
-/// Samples of one block that touch.
+/// The touching samples of one block.
 pub(super) struct Touching<S: Simd> {
-    /// How many there are, each as its share.
+    /// Sum of their shares.
     pub(super) count: f64,
     /// Depth of the deepest, in cells; negative outside the collider.
     pub(super) deepest: f64,
-    /// Depth of each below the skin, times its share; zero for those that do not touch.
-    importance: [f64x4<S>; 2],
+    /// Weight of each: its depth below the skin times its share; zero where it does not touch.
+    weights: [f64x4<S>; 2],
 }
 
 impl<S: Simd> Touching<S> {
-    /// Those that are nearer than `skin`, if any; a distance that is not a number is not.
+    /// The samples nearer than `skin`, if there is one; NaN does not touch.
     #[inline(always)]
     pub(super) fn within(
         simd: S,
@@ -47,11 +47,11 @@ impl<S: Simd> Touching<S> {
     ) -> Option<Self> {
         let (zero, nothing) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::NEG_INFINITY));
         let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, shares));
-        let (mut importance, mut count, mut deepest) = ([zero; 2], zero, nothing);
+        let (mut weights, mut count, mut deepest) = ([zero; 2], zero, nothing);
         for (half, share) in [low, high].into_iter().enumerate() {
             let depth = f64x4::splat(simd, skin) - distances[half];
             let touches = depth.simd_ge(zero);
-            importance[half] = touches.select(depth * share, zero);
+            weights[half] = touches.select(depth * share, zero);
             count += touches.select(share, zero);
             deepest = deepest.max(touches.select(depth, nothing));
         }
@@ -61,20 +61,20 @@ impl<S: Simd> Touching<S> {
             return None;
         }
         let deepest = deepest.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max) - skin;
-        Some(Self { count, deepest, importance })
+        Some(Self { count, deepest, weights })
     }
 }
 
 impl Patch {
-    /// No sample yet.
+    /// A patch without samples.
     pub(super) fn new() -> Self {
-        let (rows, weights) = ([0; AROUND], [0.0; AROUND]);
-        Self { seen: 0, rows, weights, total: 0.0, deepest: f64::NEG_INFINITY }
+        let (rows, weights) = ([0; NEIGHBORHOOD], [0.0; NEIGHBORHOOD]);
+        Self { used: 0, rows, weights, total: 0.0, deepest: f64::NEG_INFINITY }
     }
 
-    /// Takes the samples of a block of a cell with these corners; `monomials` are those of their places.
+    /// Adds samples of a block of a cell with these corners; `monomials` are those of their places.
     #[inline(always)]
-    pub(super) fn take<S: Simd>(
+    pub(super) fn add<S: Simd>(
         &mut self,
         simd: S,
         touching: &Touching<S>,
@@ -87,52 +87,50 @@ impl Patch {
         for k in 0..8 {
             let mut sum = f64x4::splat(simd, 0.0);
             for half in 0..2 {
-                sum += monomials[half][k] * touching.importance[half];
+                sum += monomials[half][k] * touching.weights[half];
             }
             let [a, b, c, d] = sum.to_array();
             sums[k] = (a + b) + (c + d);
         }
         self.total += sums[0];
         let sums = corner_sums(sums);
-        let places = &PLACES[usize::from(block.corner)];
+        let from = OFFSETS[usize::from(block.corner)];
         for k in 0..8 {
-            // Of weights that are nothing but rounding the vertex need not hear.
+            // Skips weights at rounding level.
             if sums[k] > 1e-9 * self.total {
-                let place = usize::from(places[k]);
-                self.seen |= 1 << place;
-                self.rows[place] = corners[k];
-                self.weights[place] += sums[k];
+                let neighbor = 13 + OFFSETS[k] - from;
+                self.used |= 1 << neighbor;
+                self.rows[neighbor] = corners[k];
+                self.weights[neighbor] += sums[k];
             }
         }
     }
 
-    /// Whether it is more than samples that lie just where the skin ends.
-    pub(super) fn counts(&self) -> bool {
+    /// Whether any sample has a weight: not if all lie exactly at the end of the skin.
+    pub(super) fn has_weight(&self) -> bool {
         self.total > 0.0
     }
 
-    /// The vertices of which the mean place of the samples is the weighted mean: rows and weights.
-    pub(super) fn vertices(&self) -> impl Iterator<Item = (u32, f32)> {
-        let (mut left, share) = (self.seen, 1.0 / self.total);
+    /// The point of the patch as a mean of lattice vertices: rows and weights.
+    pub(super) fn vertices(&self) -> impl Iterator<Item = (u32, f32)> + Clone {
+        let (mut left, share) = (self.used, 1.0 / self.total);
         std::iter::from_fn(move || {
-            let place = left.trailing_zeros() as usize;
+            let k = left.trailing_zeros() as usize;
             left &= left.wrapping_sub(1);
-            (place < AROUND).then(|| (self.rows[place], (self.weights[place] * share) as f32))
+            (k < NEIGHBORHOOD).then(|| (self.rows[k], (self.weights[k] * share) as f32))
         })
     }
 }
 
-const fn places() -> [[u8; 8]; 8] {
-    let mut places = [[0; 8]; 8];
-    let mut pair = 0;
-    while pair < 64 {
-        let (from, to, mut place, mut a) = (pair / 8, pair % 8, 0, 3);
-        while a > 0 {
-            a -= 1;
-            place = 3 * place + 1 + (to >> a & 1) as u8 - (from >> a & 1) as u8;
+/// The sums of the corners' weights over places, from those of the monomials 1, x, y, xy, z, xz, yz, xyz.
+#[inline(always)]
+pub(super) fn corner_sums(mut sums: [f64; 8]) -> [f64; 8] {
+    for bit in [1, 2, 4] {
+        for k in 0..8 {
+            if k & bit != 0 {
+                sums[k - bit] -= sums[k];
+            }
         }
-        places[from][to] = place;
-        pair += 1;
     }
-    places
+    sums
 }

@@ -19,9 +19,8 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::scene::{BodyData, Scene};
-use supple::Stiffness;
-use supple::contact::{Collider, Shape};
 use supple::dynamics::Key;
+use supple::{Collider, Shape, Stiffness};
 
 /// The most steps of a frame that are chosen by themselves.
 const MOST: f64 = 1000.0;

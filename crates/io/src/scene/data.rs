@@ -3,11 +3,9 @@
 use std::path::PathBuf;
 
 use crate::frames::Format;
-use supple::Resolution;
-use supple::contact::Collider;
 use supple::dynamics::{Handle, Pin};
 use supple::volume::VolumeOptions;
-use supple::{Material, Placement};
+use supple::{Collider, Material, Placement, Resolution};
 
 /// A scene: what is simulated, and how its frames are written.
 ///

@@ -5,8 +5,7 @@ use std::path::Path;
 use super::body::name_from;
 use super::data::{BodyData, OutputData, Scene, SimulationData, Substeps};
 use super::error::SceneError;
-use supple::Damping;
-use supple::contact::{Collider, Shape};
+use supple::{Collider, Damping, Shape};
 
 /// Which axis of a model points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 use super::error::SceneError;
 use super::fields::{Field, Fields};
 use super::range::Range;
-use supple::contact::{Collider, Shape};
 use supple::dynamics::{Handle, Key, Pin, Selection, Window};
+use supple::{Collider, Shape};
 
 const SELECTIONS: [&str; 4] = ["box", "sphere", "plane", "vertices"];
 const SHAPES: [&str; 4] = ["plane", "sphere", "box", "capsule"];

@@ -4,11 +4,9 @@ use std::fmt::{Display, Write};
 use std::path::Path;
 
 use super::data::{BodyData, Scene, Substeps};
-use supple::Resolution;
-use supple::contact::Shape;
 use supple::dynamics::{Key, Selection, Window};
 use supple::volume::VolumeOptions;
-use supple::{Damping, RegionSize, Stiffness};
+use supple::{Damping, RegionSize, Resolution, Shape, Stiffness};
 
 impl Scene {
     /// The scene as TOML, with every key that has a value, defaults too. [`Scene::base`] is not in it.

@@ -1,8 +1,8 @@
 //! Pins, handles and contacts beside the naive sums: the core's own stages.
 
 use nalgebra::{Point3, Vector3};
-use supple::contact::{Colliders, Contacts, SampleCells};
 use supple::dynamics::{Constraint, ConstraintError, Constraints};
+use supple::internals::{Colliders, Contacts, SampleCells};
 use supple::state::{BodyFrame, BodyState, Interval};
 use supple::{Body, Error, Lanes};
 use supple_io::scene::{BodyData, Scene};
