@@ -66,7 +66,7 @@ fn samples_lie_on_the_surface_of_the_mesh_and_are_few() {
     let outer = Collider::cuboid([1.0; 3], [1.0; 3], [0.0; 3]);
     assert_eq!(touch(&lattice, samples.clone(), outer).contacts, samples.count());
     // Not many more than one for each cell's face: 24 m^2 in faces of 1/16.
-    assert!(samples.count() < 2 * 24 * 16, "{}", samples.len());
+    assert!(samples.count() < 2 * 24 * 16, "{}", samples.count());
 }
 
 #[test]
