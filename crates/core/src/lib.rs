@@ -73,6 +73,9 @@
 //! * M. Müller, B. Heidelberger, M. Teschner, M. Gross: Meshless Deformations Based on Shape Matching, SIGGRAPH 2005.
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
+// Stage internals are `pub` for `internals` alone.
+#![cfg_attr(not(feature = "internals"), allow(unreachable_pub))]
+
 mod body;
 mod contact;
 pub mod dynamics;

@@ -43,6 +43,7 @@ mod vec4;
 
 pub(crate) use self::clearance::{Clearance, Obstacles};
 pub use self::collider::{Collider, ColliderError, ColliderFault, Colliders};
+#[cfg(feature = "internals")]
 pub use self::detection::ContactReport;
 pub(crate) use self::field::{Curved, Field, may_touch, monomials};
 pub(crate) use self::rows::RowSet;
