@@ -6,13 +6,13 @@ use super::line::Moving;
 
 /// How far a lattice vertex may be moved before the surface that it carries meets an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Limit {
+pub(super) struct Limit {
     /// The lattice vertex.
-    pub(crate) vertex: u32,
+    pub(super) vertex: u32,
     /// Away from the obstacle: a unit vector in world axes.
-    pub(crate) normal: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
     /// The way left against the normal, in cells; at least 0.
-    pub(crate) room: f64,
+    pub(super) room: f64,
 }
 
 /// The limited vertices of one evaluation.

@@ -29,12 +29,11 @@
 //! | `constraints` | external forces and held vertices |
 //! | `cubic` | the root of a cubic |
 //! | `regional` | a scale for each vertex, before the cubic |
-//! | `limits` | vertices that stop at a collider |
 //! | `correction` | all of it, in order |
-//!
-//! `Limit` is the one word that `contact::Clearance` yields to this room.
+//! | `clearance`, `limits` | vertices that stop at a collider, or slide along it |
 
 mod adjacency;
+mod clearance;
 mod constraints;
 mod correction;
 mod cubic;
@@ -50,11 +49,11 @@ mod shells;
 mod surface;
 mod volumes;
 
+pub(crate) use clearance::Obstacles;
 pub use constraints::{HALF_PUSH, Push};
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use field::FieldKind;
-pub(crate) use limits::Limit;
 pub use options::{Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub use surface::Surface;
