@@ -30,7 +30,9 @@
 //! | `cubic` | the root of a cubic |
 //! | `regional` | a scale for each vertex, before the cubic |
 //! | `correction` | all of it, in order |
-//! | `clearance`, `limits` | vertices that stop at a collider, or slide along it |
+//! | `limits`, `clearance` | vertices that stop at a collider, or slide along it |
+//!
+//! `correction` and `clearance` name each other: the second extends [`Correction`], whose workspace holds its buffers.
 
 mod adjacency;
 mod clearance;
