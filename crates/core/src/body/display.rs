@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra::Point3;
 
 use super::{Body, Surface};
-use crate::contact::{Colliders, Obstacles};
+use crate::contact::Colliders;
 use crate::lattice::Lattice;
 use crate::matching::{Purpose, Workspace};
 use crate::mesh::Mesh;
@@ -15,7 +15,9 @@ use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
 use crate::simd::padded::{Padded, padded};
 use crate::skin::{Asked, Shown, SkinBuffers};
-use crate::volume::{ComponentReport, Correction, CorrectionWorkspace, Push, VolumeMeasures, VolumeReport};
+use crate::volume::{
+    ComponentReport, Correction, CorrectionWorkspace, Obstacles, Push, VolumeMeasures, VolumeReport,
+};
 
 /// A body together with its simulation: what is shown depends on the colliders, the time and the threads.
 ///

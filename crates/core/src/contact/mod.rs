@@ -11,7 +11,6 @@
 //! | `constraint` | contact constraints: normal, target velocity and friction of a patch, and its impulse |
 //! | `solver` | the impulses of all constraints together |
 //! | `stage` | [`Contacts`], the stage of a body: velocities before the step, detection, impulses, push-out |
-//! | `clearance` | how far the volume correction may move lattice vertices beside a collider |
 //! | `vec4`, `rows` | padded vectors; sets of rows |
 //!
 //! # Energy
@@ -28,7 +27,6 @@
 //! surface, and the push-out lifts by positions. Impulses within their tolerance let a body sink by a little, which the
 //! push-out corrects: the tolerance decides how still a body rests.
 
-mod clearance;
 mod collider;
 mod constraint;
 mod detection;
@@ -41,7 +39,6 @@ mod solver;
 mod stage;
 mod vec4;
 
-pub(crate) use self::clearance::{Clearance, Obstacles};
 pub use self::collider::{Collider, ColliderError, ColliderFault, Colliders};
 #[cfg(feature = "internals")]
 pub use self::detection::ContactReport;

@@ -19,13 +19,15 @@ pub(super) const DIRECTIONS: [[i32; 3]; 6] =
 pub(super) const FACE_CORNERS: [[usize; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
-/// Who is linked to whom, and which component each vertex is in.
+/// The links of a lattice, and the component of each vertex.
 #[derive(Clone, Debug)]
 pub(super) struct Adjacency {
     /// Neighbours of each vertex in neighbour order; the vertex itself where one is missing.
-    rows: Vec<[u32; 6]>,
-    component: Vec<u32>,
-    components: usize,
+    pub(super) rows: Vec<[u32; 6]>,
+    /// The component of each vertex.
+    pub(super) of_vertex: Vec<u32>,
+    /// Number of components.
+    pub(super) components: usize,
 }
 
 impl Adjacency {
@@ -34,35 +36,22 @@ impl Adjacency {
         let components = lattice.components();
         Self {
             rows: (0..lattice.len() as u32).map(row).collect(),
-            component: components.of_vertex.clone(),
+            of_vertex: components.of_vertex.clone(),
             components: components.count,
         }
     }
 
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.rows) + size_of_val(&*self.component)
+        size_of_val(&*self.rows) + size_of_val(&*self.of_vertex)
     }
 
     pub(super) fn len(&self) -> usize {
         self.rows.len()
     }
 
-    pub(super) fn rows(&self) -> &[[u32; 6]] {
-        &self.rows
-    }
-
-    pub(super) fn components(&self) -> usize {
-        self.components
-    }
-
     pub(super) fn component(&self, i: usize) -> usize {
-        self.component[i] as usize
-    }
-
-    /// The component of each vertex.
-    pub(super) fn of_vertex(&self) -> &[u32] {
-        &self.component
+        self.of_vertex[i] as usize
     }
 
     pub(super) fn has(&self, i: usize, side: usize) -> bool {

@@ -1,4 +1,4 @@
-//! Where the field may not go: along external forces, and at vertices that are held.
+//! Constraints on the field: external forces, and held vertices.
 
 use super::adjacency::Adjacency;
 use super::line::Moving;
@@ -19,7 +19,7 @@ pub struct Push {
 /// The push, in cells, at which half of the field's part along it is gone.
 ///
 /// It is well below what a vertex that rests on the ground needs to carry its own weight in a stiff body, and well
-/// above rounding: contacts that carry count in full, and a grazing one fades in with the square of its force.
+/// above rounding: contacts that carry weight count in full, and a grazing one fades in with the square of its force.
 pub const HALF_PUSH: f64 = 1e-3;
 
 /// Pushes beyond this many times [`HALF_PUSH`] count as this many: the matrix below stays well conditioned.

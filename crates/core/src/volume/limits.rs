@@ -1,4 +1,4 @@
-//! Vertices that the correction would push into an obstacle go as far as they have room, and no farther.
+//! Vertices that the correction would push into an obstacle stop before it, or slide along it.
 
 use nalgebra::Vector3;
 
@@ -6,16 +6,16 @@ use super::line::Moving;
 
 /// How far a lattice vertex may be moved before the surface that it carries meets an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Limit {
+pub(super) struct Limit {
     /// The lattice vertex.
-    pub(crate) vertex: u32,
+    pub(super) vertex: u32,
     /// Away from the obstacle: a unit vector in world axes.
-    pub(crate) normal: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
     /// The way left against the normal, in cells; at least 0.
-    pub(crate) room: f64,
+    pub(super) room: f64,
 }
 
-/// The limited vertices of a look.
+/// The limited vertices of one evaluation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Limits {
     /// In the order of their vertices.
@@ -37,7 +37,7 @@ struct Limited {
 /// Where a vertex goes, as far as that depends on `lambda`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
-    /// As the field has it.
+    /// Along the field.
     Free,
     /// Along one obstacle, at the end of its room.
     Along { limit: u32 },
@@ -51,21 +51,20 @@ impl Limits {
         size_of_val(&*self.sorted) + size_of_val(&*self.limited)
     }
 
-    /// Forgets all.
+    /// Removes all limits.
     pub(super) fn clear(&mut self) {
         self.sorted.clear();
         self.limited.clear();
     }
 
-    /// Takes limits, in any order, of points that have been moved by `scales` times their directions; those before it
-    /// count no more.
+    /// Replaces the limits, given in any order, of points that have been moved by `scales` times their directions.
     pub(super) fn begin(&mut self, limits: &[Limit], points: &mut [Moving], scales: Option<&[f32]>) {
         for limited in &self.limited {
             limited.free(&mut points[limited.vertex as usize]);
         }
         self.clear();
         self.sorted.extend_from_slice(limits);
-        // By all that they are: the order in which obstacles come does not matter.
+        // By all fields, so that the order of the obstacles does not matter.
         self.sorted.sort_unstable_by_key(|limit| {
             (limit.vertex, limit.room.to_bits(), <[f64; 3]>::from(limit.normal).map(f64::to_bits))
         });
@@ -83,7 +82,7 @@ impl Limits {
         }
     }
 
-    /// Gives the points the ways that they have near `lambda` of their vertex. Says whether any is another than before.
+    /// Sets the ways of the points near the `lambda` of their vertex. Returns whether any has changed.
     pub(super) fn divert(&mut self, lambda: impl Fn(u32) -> f64, points: &mut [Moving]) -> bool {
         let mut changed = false;
         for limited in &mut self.limited {
@@ -117,14 +116,14 @@ impl Limits {
 }
 
 impl Limit {
-    /// How much farther than it may a vertex goes.
+    /// How far beyond the limit a way leads; negative within it.
     fn excess(&self, way: &Vector3<f64>) -> f64 {
         -self.normal.dot(way) - self.room
     }
 }
 
 impl Limited {
-    /// Gives a point back the way that the field has.
+    /// Resets a point to its place and direction in the field.
     fn free(&self, point: &mut Moving) {
         point.set_place((self.place + self.direction * self.scale).map(|x| x as f32).into());
         point.set_direction(self.direction.map(|x| x as f32).into());
@@ -135,7 +134,7 @@ impl Limited {
     fn go(&self, sorted: &[Limit], lambda: f64) -> (Way, Vector3<f64>) {
         let limits = (self.limits.0..self.limits.1).map(|index| (index, &sorted[index as usize]));
         let mut reached = self.direction * (self.scale + lambda);
-        // Beyond what rounding does: where there is no room, it is all that is left along the normal.
+        // Without room, rounding is all that remains along the normal.
         let rounding = 1e-9 * reached.norm();
         let mut way = Way::Free;
         for (index, limit) in limits.clone() {

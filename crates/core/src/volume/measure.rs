@@ -42,7 +42,7 @@ impl Measure {
     }
 
     pub(super) fn lattice(adjacency: &Adjacency) -> Self {
-        Self::Lattice(RowMeasure::new(adjacency.rows().to_vec(), adjacency))
+        Self::Lattice(RowMeasure::new(adjacency.rows.clone(), adjacency))
     }
 
     pub(super) fn cells(lattice: &Lattice, adjacency: &Adjacency) -> Self {
@@ -114,10 +114,10 @@ impl Scratch {
     /// The places become `positions[i]` less the mean of the component; the directions are left as they are.
     pub(super) fn place(&mut self, positions: impl Iterator<Item = [f64; 3]> + Clone, adjacency: &Adjacency) {
         self.points.resize(adjacency.len(), Moving::default());
-        self.coefficients.resize(adjacency.components(), [0.0; 4]);
+        self.coefficients.resize(adjacency.components, [0.0; 4]);
         self.centers.clear();
-        self.centers.resize(adjacency.components(), ([0.0; 3], 0.0, [0.0; 3]));
-        for (p, &component) in positions.clone().zip(adjacency.of_vertex()) {
+        self.centers.resize(adjacency.components, ([0.0; 3], 0.0, [0.0; 3]));
+        for (p, &component) in positions.clone().zip(&adjacency.of_vertex) {
             let (sum, count, _) = &mut self.centers[component as usize];
             for (sum, p) in sum.iter_mut().zip(p) {
                 *sum += p;
@@ -128,7 +128,7 @@ impl Scratch {
             // Whole cells: the subtraction is then exact for positions on the grid.
             *center = sum.map(|sum| (sum / *count).round());
         }
-        for ((p, &component), point) in positions.zip(adjacency.of_vertex()).zip(&mut self.points) {
+        for ((p, &component), point) in positions.zip(&adjacency.of_vertex).zip(&mut self.points) {
             let (_, _, center) = &self.centers[component as usize];
             point.set_place(std::array::from_fn(|k| (p[k] - center[k]).clamp(-FARTHEST, FARTHEST) as f32));
         }
@@ -151,7 +151,7 @@ impl<const N: usize> RowMeasure<N> {
     fn new(mut rows: Vec<[u32; N]>, adjacency: &Adjacency) -> Self {
         // A row names at least one vertex of its component, whichever way its neighbours are missing.
         let component = |row: &[u32; N]| adjacency.component(row[0] as usize);
-        let mut counts = vec![0; adjacency.components()];
+        let mut counts = vec![0; adjacency.components];
         rows.iter().for_each(|row| counts[component(row)] += 1);
         if counts.len() > 1 {
             rows.sort_by_key(component);

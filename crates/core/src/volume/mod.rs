@@ -29,12 +29,13 @@
 //! | `constraints` | external forces and held vertices |
 //! | `cubic` | the root of a cubic |
 //! | `regional` | a scale for each vertex, before the cubic |
-//! | `limits` | vertices that stop at a collider |
 //! | `correction` | all of it, in order |
+//! | `limits`, `clearance` | vertices that stop at a collider, or slide along it |
 //!
-//! `Limit` is the one word that `contact::Clearance` yields to this room.
+//! `correction` and `clearance` name each other: the second extends [`Correction`], whose workspace holds its buffers.
 
 mod adjacency;
+mod clearance;
 mod constraints;
 mod correction;
 mod cubic;
@@ -50,11 +51,11 @@ mod shells;
 mod surface;
 mod volumes;
 
+pub(crate) use clearance::Obstacles;
 pub use constraints::{HALF_PUSH, Push};
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use field::FieldKind;
-pub(crate) use limits::Limit;
 pub use options::{Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub use surface::Surface;

@@ -1,10 +1,10 @@
-//! What a user chooses about the correction, and what is wrong with it.
+//! Options of the correction, and why they cannot be met.
 
 use std::fmt;
 
 use super::FieldKind;
 
-/// What is called the volume of a body. Each is an exact cubic in the scale of the correction.
+/// A definition of the volume of a body. Each is an exact cubic in the scale of the correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -21,11 +21,7 @@ pub enum VolumeMeasure {
 impl VolumeMeasure {
     /// Its name in scenes and reports: `lattice`, `cells` or `mesh`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Lattice => "lattice",
-            Self::Cells => "cells",
-            Self::Mesh => "mesh",
-        }
+        Preservation::By(self).name()
     }
 }
 
@@ -69,15 +65,15 @@ pub(super) fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'
     named.iter().find(|(_, one)| *one == value).map_or("", |(name, _)| name)
 }
 
-/// Where a body's volume is given back.
+/// Where a body regains its volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VolumeScope {
-    /// Everywhere alike: one scale for each component, as in Takamatsu & Kanai (2009).
+    /// Everywhere: one scale for each component, as in Takamatsu & Kanai (2009).
     #[default]
     Global,
-    /// Where it was lost: a scale for each region of the lattice, and one for each component for what is left.
+    /// Where it was lost: a scale for each region of the lattice, then one for each component for the rest.
     Regional,
 }
 
@@ -97,7 +93,7 @@ impl VolumeScope {
 pub struct VolumeOptions {
     /// Whether, and by which measure. Default: [`Preservation::Auto`].
     pub measure: Preservation,
-    /// Where it is given back. Default: [`VolumeScope::Global`].
+    /// Where the volume is regained. Default: [`VolumeScope::Global`].
     pub scope: VolumeScope,
     /// The field along which the correction moves. Default: [`FieldKind::Surface`].
     pub field: FieldKind,

@@ -1,6 +1,6 @@
-//! A scale of the correction for each vertex: volume is given back where it was lost.
+//! A scale of the correction for each vertex: volume is regained where it was lost.
 //!
-//! One `lambda` for all of a body shrinks parts that nobody stretched. Here each region, a vertex with those up to one
+//! One `lambda` for all of a body shrinks parts that were not stretched. Here each region, a vertex with those up to one
 //! link away in z, y and x, has a `lambda` of its own: what the volumes of its vertices have lost, over what they gain
 //! per unit of `lambda`. A vertex takes the mean over the regions that hold it, by the adjoint of the same sums, so
 //! that neighbours differ little.
@@ -13,14 +13,14 @@ use super::measure::differences;
 use crate::parallel::Executor;
 use crate::simd::level;
 
-/// How often: the first time moves most, the second mends where it moved too far.
+/// Passes: the first moves most, the second corrects where it moved too far.
 const PASSES: usize = 2;
 
-/// The part of a region's gain at rest below which it loses its say: what hardly gains must not move far for it.
+/// Regularization: damps regions that gain less per unit of `lambda` than this fraction of their gain at rest.
 const LEAST_GAIN: f32 = 0.4;
 
-/// What a region's `lambda` stays below each time, as a part of the cap: where parts collapse, as about a sharp edge,
-/// more would crease the body rather than fill it.
+/// Bound of a region's `lambda` in each pass, as a fraction of the cap: where parts collapse, as about a sharp edge, more
+/// would crease the body rather than fill it.
 const MOST: f32 = 0.5;
 
 /// Vertices in a task.
@@ -60,7 +60,7 @@ impl Regional {
     pub(super) fn new(adjacency: &Adjacency, points: &[Moving]) -> Self {
         let executor = Executor::sequential();
         let volume = |row: &[u32; 6]| dispatch!(level(), simd => volume(simd, row, points))[0];
-        let rest = adjacency.rows().iter().map(volume).collect();
+        let rest = adjacency.rows.iter().map(volume).collect();
         let mut this = Self { rest, gains: Vec::new(), regions: Vec::new() };
         let (mut lost, mut count) = (Buffer::default(), Buffer::default());
         this.measure(&executor, adjacency, points, &mut lost);
@@ -91,7 +91,7 @@ impl Regional {
         scales.resize(points.len(), 0.0);
         for _ in 0..PASSES {
             self.measure(executor, adjacency, points, lost);
-            let regions = lost.values.iter().zip(&self.gains).zip(adjacency.of_vertex());
+            let regions = lost.values.iter().zip(&self.gains).zip(&adjacency.of_vertex);
             for ([lambda], ((lost, gain), component)) in lambdas.values.iter_mut().zip(regions) {
                 *lambda = scale(*lost, *gain, caps[*component as usize] as f32);
             }
@@ -107,7 +107,7 @@ impl Regional {
     /// What each region has lost since it was at rest, and what it gains per unit of `lambda`.
     fn measure(&self, executor: &Executor, adjacency: &Adjacency, points: &[Moving], lost: &mut Buffer<2>) {
         lost.resize(points.len(), [0.0; 2]);
-        let rest = self.rest.chunks(CHUNK).zip(adjacency.rows().chunks(CHUNK));
+        let rest = self.rest.chunks(CHUNK).zip(adjacency.rows.chunks(CHUNK));
         executor.share(rest.zip(lost.values.chunks_mut(CHUNK)), |((rest, rows), out)| {
             dispatch!(level(), simd => measure(simd, rows, points, rest, out));
         });
@@ -164,7 +164,7 @@ impl<const N: usize> Buffer<N> {
         for axis in axes {
             std::mem::swap(&mut self.values, &mut self.before);
             let before = &self.before;
-            let rows = adjacency.rows().chunks(CHUNK).enumerate();
+            let rows = adjacency.rows.chunks(CHUNK).enumerate();
             executor.share(rows.zip(self.values.chunks_mut(CHUNK)), |((chunk, rows), values)| {
                 for ((i, row), value) in (chunk * CHUNK..).zip(rows).zip(values) {
                     *value = before[i];

@@ -1,4 +1,4 @@
-//! What the correction did.
+//! Results of the correction.
 
 use super::VolumeMeasure;
 

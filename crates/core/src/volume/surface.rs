@@ -35,7 +35,7 @@ pub(super) fn measure(
     check_volumes(&shells, &signs, lattice, adjacency)?;
 
     let mut parts = Parts::default();
-    for component in 0..adjacency.components() {
+    for component in 0..adjacency.components {
         let own = shells.iter().zip(&signs).filter(|(shell, _)| shell.component as usize == component);
         let turned = own.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
             shell.triangles.iter().map(move |&[a, b, c]| if sign < 0.0 { [a, c, b] } else { [a, b, c] })
@@ -119,12 +119,12 @@ fn check_volumes(
     lattice: &Lattice,
     adjacency: &Adjacency,
 ) -> Result<(), VolumeError> {
-    let mut enclosed = vec![0.0; adjacency.components()];
+    let mut enclosed = vec![0.0; adjacency.components];
     for (shell, sign) in shells.iter().zip(signs) {
         enclosed[shell.component as usize] += sign * shell.volume;
     }
     let cell_volume = lattice.cell_size().powi(3);
-    let mut cells = vec![0.0; adjacency.components()];
+    let mut cells = vec![0.0; adjacency.components];
     for cell in 0..lattice.cells().len() as u32 {
         cells[adjacency.component(lattice.cell_corners(cell)[0] as usize)] += cell_volume;
     }

@@ -60,7 +60,7 @@ impl Field {
     ) -> Self {
         let octants = octants(lattice);
         let depth = adjacency.distances((0..adjacency.len()).filter(|&i| octants[i] != u8::MAX));
-        let mut greatest = vec![0_u32; adjacency.components()];
+        let mut greatest = vec![0_u32; adjacency.components];
         for (i, &depth) in depth.iter().enumerate() {
             let greatest = &mut greatest[adjacency.component(i)];
             *greatest = depth.max(*greatest);

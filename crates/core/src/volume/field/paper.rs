@@ -72,7 +72,7 @@ fn position(index: [i32; 3]) -> Vector3<f64> {
 }
 
 fn middles(adjacency: &Adjacency, indices: &[[i32; 3]]) -> Vec<Vector3<f64>> {
-    let mut sums = vec![(Vector3::zeros(), 0.0); adjacency.components()];
+    let mut sums = vec![(Vector3::zeros(), 0.0); adjacency.components];
     for (i, &index) in indices.iter().enumerate() {
         let (sum, count) = &mut sums[adjacency.component(i)];
         *sum += position(index);

@@ -74,7 +74,7 @@ pub(super) fn of_surface(
             parts.add(corner, area, f64::from(weight.max(0.0)) / face);
         }
     }
-    let mut looks = vec![0.0; adjacency.components()];
+    let mut looks = vec![0.0; adjacency.components];
     for wall in parts.walls() {
         let vertex = wall.vertex as usize;
         looks[adjacency.component(vertex)] += wall.area * wall.normal.dot(&outwards[vertex]);

@@ -1,23 +1,32 @@
-//! How far lattice vertices may be moved before the surface that they carry meets a collider: for those who look, whose
-//! volume correction is not to enter one.
+//! The correction beside colliders: how far lattice vertices may be moved before the surface that they carry meets one.
 
 use fearless_simd::{Simd, dispatch};
 use nalgebra::{Point3, Vector3};
 
-use super::{
+use super::limits::Limit;
+use super::{Correction, CorrectionWorkspace};
+use crate::contact::{
     Colliders, Curved, Field, PosedShape, RowSet, SampleBlock, SampleCells, SignedDistance, Vec4, may_touch,
     monomials, wide,
 };
+use crate::parallel::Executor;
 use crate::simd::level;
 use crate::state::BodyFrame;
-use crate::volume::Limit;
+
+/// Most rounds of [`Correction::keep_out`]: the first, those in which vertices go farther than was searched, and those in
+/// which the corrected surface enters a curved collider all the same. One or two are common.
+const ROUNDS: usize = 16;
+
+/// Limits are searched this many times as far as vertices go, so that a later round that goes farther need not search
+/// again.
+const MARGIN: f64 = 1.25;
 
 /// A sample that is deeper by more than this, in cells, once it is corrected, is one that enters.
 const TOLERANCE: f64 = 1e-3;
 
 /// Finds the limits; its buffers.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Clearance {
+pub(super) struct Clearance {
     /// Place of the vertex in each row of the samples, local: without the correction, and with it.
     places: Vec<Vec4>,
     corrected: Vec<Vec4>,
@@ -46,16 +55,48 @@ struct Nearest {
     normal: Vector3<f64>,
 }
 
+impl Correction {
+    /// Solves again, so that the correction moves no sample of the surface into a collider. To be called after
+    /// [`Correction::solve`]; `corrected` is scratch.
+    pub(crate) fn keep_out(
+        &self,
+        workspace: &mut CorrectionWorkspace,
+        executor: &Executor,
+        samples: &SampleCells,
+        obstacles: &Obstacles<'_>,
+        deformed: &[[f32; 3]],
+        corrected: &mut [[f32; 3]],
+    ) {
+        // Out of the workspace while its limits are applied to the rest of it.
+        let mut clearance = std::mem::take(&mut workspace.clearance);
+        let mut searched = 0.0;
+        let curved = obstacles.are_curved();
+        for _ in 0..ROUNDS {
+            let reach = self.reach(workspace);
+            let limited = if reach > searched {
+                searched = MARGIN * reach;
+                clearance.find(samples, deformed, obstacles, searched);
+                !clearance.limits.is_empty()
+            } else if searched > 0.0 && curved {
+                self.write(workspace, deformed, corrected);
+                clearance.cut(samples, corrected, obstacles)
+            } else {
+                false
+            };
+            if !limited {
+                break;
+            }
+            self.limit(workspace, executor, &clearance.limits);
+        }
+        workspace.clearance = clearance;
+    }
+}
+
 impl Clearance {
     /// Memory that it takes.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let places = size_of_val(&*self.places) + size_of_val(&*self.corrected);
         places + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
-    }
-
-    /// The limits that were found.
-    pub(crate) fn limits(&self) -> &[Limit] {
-        &self.limits
     }
 
     /// Finds the limits of all vertices that may go as far as `reach`, in cells, and would then bring a sample to a
@@ -63,13 +104,7 @@ impl Clearance {
     ///
     /// Samples lie between the corners of their cells: where none of these goes farther than the nearest of the cell's
     /// samples has room, none of the samples enters a plane. Other shapes turn away within a cell: see [`cut`](Self::cut).
-    pub(crate) fn find(
-        &mut self,
-        samples: &SampleCells,
-        positions: &[[f32; 3]],
-        obstacles: &Obstacles<'_>,
-        reach: f64,
-    ) {
+    fn find(&mut self, samples: &SampleCells, positions: &[[f32; 3]], obstacles: &Obstacles<'_>, reach: f64) {
         read(&mut self.places, samples, positions);
         self.rows.resize(samples.vertices.len());
         self.limits.clear();
@@ -90,12 +125,7 @@ impl Clearance {
     /// Adds limits where the corrected surface enters a collider all the same, so that each corner of such a cell goes as
     /// much less far as a sample of it goes too far against the normal where it was: no point of a convex collider lies
     /// before that. Says whether there is any.
-    pub(crate) fn cut(
-        &mut self,
-        samples: &SampleCells,
-        positions: &[[f32; 3]],
-        obstacles: &Obstacles<'_>,
-    ) -> bool {
+    fn cut(&mut self, samples: &SampleCells, positions: &[[f32; 3]], obstacles: &Obstacles<'_>) -> bool {
         let before = self.limits.len();
         read(&mut self.corrected, samples, positions);
         for shape in obstacles.shapes().filter(|shape| shape.plane().is_none()) {
@@ -129,7 +159,7 @@ impl Clearance {
 
 impl Obstacles<'_> {
     /// Whether any of them turns away within a cell, so that [`Clearance::cut`] has something to do.
-    pub(crate) fn are_curved(&self) -> bool {
+    fn are_curved(&self) -> bool {
         self.shapes().any(|shape| shape.plane().is_none())
     }
 
