@@ -30,6 +30,7 @@ mod point;
 mod points;
 mod report;
 mod setting;
+pub mod stability;
 mod study;
 mod sums;
 mod surface;

@@ -6,7 +6,7 @@ use std::thread::available_parallelism;
 
 use serde::Serialize;
 use supple_io::run::Flow;
-use supple_stability::{Effort, Report, cases, run_all};
+use supple_study::stability::{Effort, Report, cases, run_all};
 use supple_study::{Machine, Observer, Progress, StudyError, open_folder, replace};
 
 use super::progress::Watch;

@@ -2,9 +2,9 @@
 
 use supple::{Body, Error};
 
-use crate::bodies::{alone, block, lattice, shake, two_blocks};
-use crate::trial::{Surroundings, watch};
-use crate::{Case, Figures, Measure};
+use super::super::bodies::{alone, block, lattice, shake, two_blocks};
+use super::super::trial::{Surroundings, watch};
+use super::super::{Case, Figures, Measure};
 
 const FAMILY: &str = "shapes";
 

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::{Case, Effort, Outcome};
+use super::{Case, Effort, Outcome};
 
 /// One case that has been run.
 #[derive(Clone, Debug)]

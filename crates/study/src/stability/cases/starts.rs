@@ -3,9 +3,9 @@
 use nalgebra::{Rotation3, Vector3};
 use supple::{Body, Error};
 
-use crate::bodies::{alone, block, deform, lattice};
-use crate::trial::{Surroundings, watch};
-use crate::{Case, Figures, Measure};
+use super::super::bodies::{alone, block, deform, lattice};
+use super::super::trial::{Surroundings, watch};
+use super::super::{Case, Figures, Measure};
 
 const FAMILY: &str = "start states";
 

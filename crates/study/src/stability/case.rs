@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use supple::Error;
 
-use crate::{Figures, Measure};
+use super::{Figures, Measure};
 
 /// How long a case takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 
 use supple::{Body, Error, Handle, Key, Pin, Simulation, Window};
 
-use crate::bodies::{block, lattice, layer};
-use crate::trial::{Surroundings, watch};
-use crate::{Case, Effort, Figures, Measure};
+use super::super::bodies::{block, lattice, layer};
+use super::super::trial::{Surroundings, watch};
+use super::super::{Case, Effort, Figures, Measure};
 
 const FAMILY: &str = "pins and handles";
 const BAR: [i32; 3] = [12, 4, 4];

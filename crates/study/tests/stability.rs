@@ -1,6 +1,6 @@
 //! All cases as tests: the quick ones in each run, all of them with `--ignored`.
 
-use supple_stability::{Case, Effort, Report, cases, run_all};
+use supple_study::stability::{Case, Effort, Report, cases, run_all};
 
 /// Runs cases on all processors; none may fail.
 fn pass(cases: &[Case]) {

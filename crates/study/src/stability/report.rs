@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::{Bound, Case, Figures, Measure, Ran};
+use super::{Bound, Case, Figures, Measure, Ran};
 
 /// What came out of the cases that were run.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -115,7 +115,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::run_all;
+    use crate::stability::run_all;
 
     #[test]
     fn a_case_fails_by_a_bound_by_a_figure_that_is_not_there_by_an_error_and_by_a_panic() {

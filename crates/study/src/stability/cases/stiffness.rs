@@ -2,9 +2,9 @@
 
 use supple::{Body, Collider, Error, Pin, Simulation, Window};
 
-use crate::bodies::{alone, block, lattice, layer, shake};
-use crate::trial::{Surroundings, watch};
-use crate::{Case, Figures, Measure};
+use super::super::bodies::{alone, block, lattice, layer, shake};
+use super::super::trial::{Surroundings, watch};
+use super::super::{Case, Figures, Measure};
 
 const FAMILY: &str = "stiffness and time steps";
 const BAR: [i32; 3] = [12, 4, 4];

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Error, Lattice, Selection, Simulation};
 
-use crate::rigid::without_momenta;
+use super::rigid::without_momenta;
 
 /// The cells of a block.
 pub(crate) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {

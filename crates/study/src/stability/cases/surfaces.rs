@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 use supple::{Body, Collider, Error, Key, Mesh, Simulation};
 
-use crate::bodies::{block, deform};
-use crate::trial::{Surroundings, watch};
-use crate::{Case, Figures, Measure};
+use super::super::bodies::{block, deform};
+use super::super::trial::{Surroundings, watch};
+use super::super::{Case, Figures, Measure};
 
 const FAMILY: &str = "surfaces";
 

@@ -3,9 +3,9 @@
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Collider, Error, Simulation};
 
-use crate::bodies::{block, deform, sized};
-use crate::trial::{Surroundings, Trial, watch};
-use crate::{Case, Figures, Measure};
+use super::super::bodies::{block, deform, sized};
+use super::super::trial::{Surroundings, Trial, watch};
+use super::super::{Case, Figures, Measure};
 
 const FAMILY: &str = "scales and places";
 

@@ -10,7 +10,7 @@ mod starts;
 mod stiffness;
 mod surfaces;
 
-use crate::Case;
+use super::Case;
 
 /// All cases, family by family.
 pub fn cases() -> Vec<Case> {

@@ -3,9 +3,9 @@
 use nalgebra::{Point3, Vector3};
 use supple::{Body, BodyRef, Error, Lattice, Simulation};
 
-use crate::energy::Energy;
-use crate::rigid::{RigidMotion, distance, mean};
-use crate::{Figures, Measure};
+use super::energy::Energy;
+use super::rigid::{RigidMotion, distance, mean};
+use super::{Figures, Measure};
 
 /// Entries of the lists of regions up to which the energy is summed.
 const SUMMED: usize = 30_000_000;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::Measure;
-use crate::trial::largest;
+use super::Measure;
+use super::trial::largest;
 
 /// The figures of one case.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]

@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 use supple::{Body, BodyBuilder, Collider, Error, Simulation, SimulationBuilder};
 
-use crate::bodies::{block, deform, lattice, sized};
-use crate::trial::{Surroundings, watch};
-use crate::{Case, Figures, Measure};
+use super::super::bodies::{block, deform, lattice, sized};
+use super::super::trial::{Surroundings, watch};
+use super::super::{Case, Figures, Measure};
 
 const FAMILY: &str = "largest numbers";
 

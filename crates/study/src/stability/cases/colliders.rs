@@ -2,9 +2,9 @@
 
 use supple::{Body, Collider, Error, Key, Simulation};
 
-use crate::bodies::{block, lattice};
-use crate::trial::{Surroundings, watch};
-use crate::{Case, Figures, Measure};
+use super::super::bodies::{block, lattice};
+use super::super::trial::{Surroundings, watch};
+use super::super::{Case, Figures, Measure};
 
 const FAMILY: &str = "colliders";
 
