@@ -1,10 +1,11 @@
 //! The arguments, as users type them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
-use supple_io::{frames, scene};
+use supple_io::frames;
+use supple_io::scene::{self, Scene, SceneError};
 
 /// Soft bodies by lattice shape matching that keep their volume.
 #[derive(Debug, Parser)]
@@ -119,6 +120,13 @@ pub(crate) struct SceneArgs {
     /// Axis of a model alone that points up
     #[arg(long, value_enum, default_value_t = Up::Y)]
     pub(crate) up: Up,
+}
+
+impl SceneArgs {
+    /// Reads the scene that an input means: a scene file, or a model alone.
+    pub(crate) fn open(&self, input: &Path) -> Result<Scene, SceneError> {
+        Scene::open(input, self.up.into(), &self.overrides)
+    }
 }
 
 /// Formats of frames.

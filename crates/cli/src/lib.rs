@@ -1,22 +1,20 @@
-//! The command line of supple, as a library: arguments -> jobs -> what a terminal shows.
+//! The command line of supple, as a library: arguments -> jobs and studies -> lines on a terminal.
 //!
-//! Exit codes: 0 done; 2 bad arguments, scene or mesh, and nothing was written; 1 anything that
-//! failed while running; 130 ended by Ctrl-C.
+//! Exit codes: 0 done; 2 bad arguments, scene or mesh, and nothing was written; 1 a failure during the run; 130 ended
+//! by Ctrl-C.
 
 mod args;
-mod batch;
-mod input;
 mod inspect;
 mod interrupt;
 mod progress;
 mod run;
 mod say;
 mod study;
-mod summary;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use supple_io::run::RunError;
 
 use args::{Cli, Command};
 
@@ -31,6 +29,12 @@ enum Exit {
     Input,
     /// Ended by Ctrl-C.
     Interrupted,
+}
+
+impl From<&RunError> for Exit {
+    fn from(error: &RunError) -> Self {
+        if error.is_input() { Self::Input } else { Self::Failed }
+    }
 }
 
 impl From<Exit> for ExitCode {
@@ -51,9 +55,10 @@ pub fn main() -> ExitCode {
         say::error(error);
         return Exit::Input.into();
     }
-    match command {
-        Command::Run(args) => run::run(&args).into(),
-        Command::Inspect(args) => inspect::inspect(&args).into(),
-        Command::Study(args) => study::study(&args).into(),
-    }
+    let exit = match command {
+        Command::Run(args) => run::run(&args),
+        Command::Inspect(args) => inspect::inspect(&args),
+        Command::Study(args) => study::study(&args),
+    };
+    exit.into()
 }

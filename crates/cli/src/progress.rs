@@ -1,16 +1,20 @@
-//! What is shown while a job runs: a bar on a terminal, a line every 10 % in a pipe, or nothing.
+//! What is shown while a job or a study runs: a bar on a terminal, a line every 10 % in a pipe, or nothing.
 
 use std::io::{self, IsTerminal};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use supple_io::run::{Flow, Note, Observer, Progress};
+use supple_io::run::{self, Flow, Note};
+use supple_study as study;
 
 use crate::{interrupt, say};
 
-/// Looks on at one job.
+/// Shows the progress of a job or a study, and asks it to stop after Ctrl-C.
 pub(crate) struct Watch {
     name: String,
     view: View,
+    begun: Instant,
+    /// First frame of a job.
     first: u32,
 }
 
@@ -21,61 +25,60 @@ enum View {
     Lines(u32),
 }
 
+/// Steps of the bar.
+const STEPS: f64 = 10_000.0;
+
 impl Watch {
-    /// Shows the progress of a job of this name.
+    /// Shows the progress of what has this name; nothing but notes if `quiet`.
     pub(crate) fn new(name: &str, quiet: bool) -> Self {
         let view = match (quiet, io::stderr().is_terminal()) {
             (true, _) => View::Nothing,
-            (false, true) => View::Bar(bar()),
+            (false, true) => View::Bar(bar(name)),
             (false, false) => View::Lines(0),
         };
-        Self { name: name.to_owned(), view, first: 0 }
+        Self { name: name.to_owned(), view, begun: Instant::now(), first: 0 }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(crate) fn finish(&self) {
         if let View::Bar(bar) = &self.view {
             bar.finish_and_clear();
         }
     }
-}
 
-impl Observer for Watch {
-    fn started(&mut self, first: u32, last: u32) {
-        self.first = first;
-        if let View::Bar(bar) = &self.view {
-            bar.set_length(u64::from(last - first + 1));
-            bar.set_prefix(self.name.clone());
-            bar.reset();
-        }
-    }
-
-    fn frame(&mut self, progress: &Progress) -> Flow {
-        let done = progress.frame - self.first + 1;
-        let all = progress.last - self.first + 1;
+    /// Shows that a share of the work is done after this time.
+    fn show(&mut self, done: f64, elapsed: Duration, at: &str) -> Flow {
         match &mut self.view {
             View::Nothing => {}
             View::Bar(bar) => {
-                bar.set_position(u64::from(done));
-                bar.set_message(format!("frame {} of {}", progress.frame, progress.last));
+                bar.set_position((done * STEPS) as u64);
+                bar.set_message(at.to_owned());
             }
             View::Lines(printed) => {
-                let tenths = (u64::from(done) * 10 / u64::from(all)) as u32;
+                let tenths = (done * 10.0) as u32;
                 if tenths > *printed {
                     *printed = tenths;
-                    let left = progress.elapsed.as_secs_f64() * f64::from(all - done) / f64::from(done);
-                    say::err(format_args!(
-                        "{}: {} %, frame {} of {}, {} left",
-                        self.name,
-                        tenths * 10,
-                        progress.frame,
-                        progress.last,
-                        say::duration(left)
-                    ));
+                    let left = say::duration(elapsed.as_secs_f64() * (1.0 / done - 1.0));
+                    say::err(format_args!("{}: {} %, {at}, {left} left", self.name, tenths * 10));
                 }
             }
         }
         if interrupt::asked() { Flow::Stop } else { Flow::Continue }
+    }
+}
+
+impl run::Observer for Watch {
+    fn started(&mut self, first: u32, _last: u32) {
+        self.first = first;
+        if let View::Bar(bar) = &self.view {
+            bar.reset();
+        }
+    }
+
+    fn frame(&mut self, progress: &run::Progress) -> Flow {
+        let run::Progress { frame, last, elapsed, .. } = *progress;
+        let done = f64::from(frame - self.first + 1) / f64::from(last - self.first + 1);
+        self.show(done, elapsed, &format!("frame {frame} of {last}"))
     }
 
     fn note(&mut self, note: &Note) {
@@ -88,10 +91,16 @@ impl Observer for Watch {
     }
 }
 
-/// A bar with a prefix, a message and the time left.
-pub(crate) fn bar() -> ProgressBar {
-    let bar = ProgressBar::no_length();
-    // The template is a constant: if it did not parse, the plain bar would do.
+impl study::Observer for Watch {
+    fn progress(&mut self, progress: &study::Progress<'_>) -> Flow {
+        self.show(progress.done, self.begun.elapsed(), progress.point)
+    }
+}
+
+/// A bar with a name, a message and the time left.
+fn bar(name: &str) -> ProgressBar {
+    let bar = ProgressBar::new(STEPS as u64).with_prefix(name.to_owned());
+    // The template is a constant; if it did not parse, the plain bar would do.
     if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {msg}, {eta} left") {
         bar.set_style(style);
     }

@@ -1,4 +1,4 @@
-//! `supple run`: one input, or the same for each of several.
+//! `supple run`: one input, or several, one after another.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use supple_io::scene::Scene;
 
 use crate::args::RunArgs;
 use crate::progress::Watch;
-use crate::{Exit, batch, input, interrupt, say, summary};
+use crate::{Exit, interrupt, say};
 
 /// Runs every input.
 pub(crate) fn run(args: &RunArgs) -> Exit {
@@ -16,95 +16,8 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
     }
     interrupt::listen();
     match args.inputs.as_slice() {
-        [input] => {
-            let output = args.output.clone();
-            let result = run_one(
-                args,
-                input,
-                |scene| output.unwrap_or_else(|| scene.output_folder()),
-                args.stats.clone(),
-            );
-            conclude(input, result)
-        }
-        inputs => batch::run(args, inputs),
-    }
-}
-
-/// The scene of an input with the changes that the arguments ask for.
-fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
-    let mut scene = input::scene(input, &args.scene)?;
-    if let Some(frames) = args.frames {
-        scene.simulation.frames = frames;
-    }
-    if let Some(threads) = args.threads {
-        scene.simulation.threads = threads.into();
-    }
-    if let Some(format) = args.format {
-        scene.output.format = format.into();
-    }
-    Ok(scene)
-}
-
-/// Runs one input into a folder.
-pub(crate) fn run_one(
-    args: &RunArgs,
-    input: &Path,
-    folder: impl FnOnce(&Scene) -> PathBuf,
-    stats: Option<PathBuf>,
-) -> Result<RunReport, RunError> {
-    let scene = changed_scene(args, input)?;
-    let folder = folder(&scene);
-    let mut job = Job::new(scene, folder);
-    job.every = args.every;
-    job.start_frame = args.start_frame;
-    job.resume = args.resume;
-    job.stats = stats;
-    job.checkpoint_interval = args.checkpoint;
-    let mut watch = Watch::new(&input::stem(input), args.quiet);
-    let result = job.run(&mut watch);
-    watch.finish();
-    result
-}
-
-/// Prints how a single run ended.
-fn conclude(input: &Path, result: Result<RunReport, RunError>) -> Exit {
-    match result {
-        Ok(report) => {
-            say::out(summary::line(&input::stem(input), &report));
-            if report.outcome == Outcome::Stopped {
-                say::out(format_args!("go on with: {}", resume_command()));
-                return Exit::Interrupted;
-            }
-            Exit::Done
-        }
-        Err(error) => {
-            say::error(&error);
-            failure(&error)
-        }
-    }
-}
-
-/// The exit code of an error.
-pub(crate) fn failure(error: &RunError) -> Exit {
-    if error.is_input() { Exit::Input } else { Exit::Failed }
-}
-
-/// The command that goes on where this one ended.
-pub(crate) fn resume_command() -> String {
-    let mut words: Vec<String> = std::env::args().map(|word| quoted(&word)).collect();
-    if !words.iter().any(|word| word == "--resume") {
-        words.push("--resume".to_owned());
-    }
-    words.join(" ")
-}
-
-/// A word as a shell reads it back.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
+        [input] => run_alone(args, input),
+        inputs => run_several(args, inputs),
     }
 }
 
@@ -121,15 +34,176 @@ fn print_scenes(args: &RunArgs) -> Exit {
     Exit::Done
 }
 
+/// The scene of an input with the changes that the arguments ask for.
+fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
+    let mut scene = args.scene.open(input)?;
+    if let Some(frames) = args.frames {
+        scene.simulation.frames = frames;
+    }
+    if let Some(threads) = args.threads {
+        scene.simulation.threads = threads.into();
+    }
+    if let Some(format) = args.format {
+        scene.output.format = format.into();
+    }
+    Ok(scene)
+}
+
+fn run_alone(args: &RunArgs, input: &Path) -> Exit {
+    let name = stem(input);
+    match run_one(args, input, &name, false) {
+        Ok(report) => {
+            say::out(line(&name, &report));
+            if report.outcome == Outcome::Stopped {
+                say::out(format_args!("go on with: {}", say::resume_command()));
+                return Exit::Interrupted;
+            }
+            Exit::Done
+        }
+        Err(error) => {
+            say::error(&error);
+            Exit::from(&error)
+        }
+    }
+}
+
+/// Runs every input into a folder of its own. A failure does not stop the rest; a table follows the last.
+fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
+    if let Some((first, second)) = same_stem(inputs) {
+        say::error(format_args!(
+            "{} and {} would both write to a folder called {}; run them one at a time, with -o",
+            first.display(),
+            second.display(),
+            stem(first)
+        ));
+        return Exit::Input;
+    }
+    let mut results: Vec<(String, Result<RunReport, RunError>)> = Vec::new();
+    for input in inputs {
+        if interrupt::asked() {
+            break;
+        }
+        let name = stem(input);
+        let result = run_one(args, input, &name, true);
+        match &result {
+            Ok(report) => say::out(line(&name, report)),
+            Err(error) => say::error(format_args!("{name}: {error}")),
+        }
+        results.push((name, result));
+    }
+    say::out(table(&results, inputs.len()));
+
+    let stopped = |result: &Result<RunReport, _>| {
+        result.as_ref().is_ok_and(|report| report.outcome == Outcome::Stopped)
+    };
+    if results.len() < inputs.len() || results.iter().any(|(_, result)| stopped(result)) {
+        say::out(format_args!("go on with: {}", say::resume_command()));
+        Exit::Interrupted
+    } else if results.iter().any(|(_, result)| result.is_err()) {
+        Exit::Failed
+    } else {
+        Exit::Done
+    }
+}
+
+/// Runs one input; as one of several into a folder and a stats file of its name.
+fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<RunReport, RunError> {
+    let scene = changed_scene(args, input)?;
+    let mut folder = args.output.clone().unwrap_or_else(|| scene.output_folder());
+    let mut stats = args.stats.clone();
+    if several {
+        folder.push(name);
+        stats = stats.map(|path| stats_of(&path, name));
+    }
+    let mut job = Job::new(scene, folder);
+    job.every = args.every;
+    job.start_frame = args.start_frame;
+    job.resume = args.resume;
+    job.stats = stats;
+    job.checkpoint_interval = args.checkpoint;
+    let mut watch = Watch::new(name, args.quiet);
+    let result = job.run(&mut watch);
+    watch.finish();
+    result
+}
+
+/// Two inputs whose files have the same stem.
+fn same_stem(inputs: &[PathBuf]) -> Option<(&Path, &Path)> {
+    inputs.iter().enumerate().find_map(|(index, second)| {
+        let first = inputs[..index].iter().find(|first| stem(first) == stem(second))?;
+        Some((first.as_path(), second.as_path()))
+    })
+}
+
+/// The name of an input in tables and folders.
+fn stem(input: &Path) -> String {
+    input.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// The stats file of one input: `stats.csv` of `bust.toml` is `stats_bust.csv`.
+fn stats_of(path: &Path, stem: &str) -> PathBuf {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{name}_{stem}.{extension}"))
+}
+
+/// One line about one job.
+fn line(name: &str, report: &RunReport) -> String {
+    let folder = report.directory.display();
+    match report.outcome {
+        Outcome::AlreadyFinished => {
+            format!("{name}: finished before, frame {} is in {folder}; nothing written", report.last)
+        }
+        Outcome::Finished | Outcome::Stopped => {
+            let ended = if report.outcome == Outcome::Stopped { "stopped after" } else { "done, up to" };
+            format!(
+                "{name}: {ended} frame {}, {} frames written to {folder} in {}",
+                report.last,
+                report.written,
+                say::duration(report.elapsed.as_secs_f64())
+            )
+        }
+    }
+}
+
+/// The table that ends a batch of `inputs` jobs, of which the last may not have begun.
+fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> String {
+    let width = results.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max("input".len());
+    let row = |cells: [&str; 5]| {
+        let [name, outcome, frames, time, folder] = cells;
+        format!("{name:width$}  {outcome:8}  {frames:>7}  {time:>12}  {folder}").trim_end().to_owned()
+    };
+    let mut lines = vec![row(["input", "outcome", "frames", "time", "folder"])];
+    for (name, result) in results {
+        lines.push(match result {
+            Ok(report) => {
+                let outcome = match report.outcome {
+                    Outcome::Finished => "done",
+                    Outcome::Stopped => "stopped",
+                    Outcome::AlreadyFinished => "was done",
+                };
+                let time = say::duration(report.elapsed.as_secs_f64());
+                let folder = report.directory.display().to_string();
+                row([name, outcome, &report.written.to_string(), &time, &folder])
+            }
+            Err(error) => row([name, "failed", "", "", &error.to_string()]),
+        });
+    }
+    if results.len() < inputs {
+        lines.push(format!("{} of {inputs} not begun", inputs - results.len()));
+    }
+    lines.join("\n")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn words_are_quoted_for_a_shell() {
-        assert_eq!(quoted("a/b.toml"), "a/b.toml");
-        assert_eq!(quoted("a b"), "'a b'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted(""), "''");
+    fn every_input_has_its_own_files() {
+        assert_eq!(stats_of(Path::new("a/stats.csv"), "bust"), Path::new("a/stats_bust.csv"));
+        let inputs = ["a/x.toml", "b/y.toml", "b/x.obj"].map(PathBuf::from);
+        assert_eq!(same_stem(&inputs), Some((Path::new("a/x.toml"), Path::new("b/x.obj"))));
+        assert_eq!(same_stem(&inputs[..2]), None);
     }
 }

@@ -1,11 +1,11 @@
-//! Printing, where a reader that has gone away is no error.
+//! Prints lines, and writes numbers and commands as people read them.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 
 /// Prints a line to standard output.
 pub(crate) fn out(line: impl Display) {
-    // A closed pipe: whoever read has read enough.
+    // A closed pipe is no error.
     let _ = writeln!(io::stdout().lock(), "{line}");
 }
 
@@ -40,6 +40,25 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
+/// The command that goes on where this one ended.
+pub(crate) fn resume_command() -> String {
+    let mut words: Vec<String> = std::env::args().map(|word| quoted(&word)).collect();
+    if !words.iter().any(|word| word == "--resume") {
+        words.push("--resume".to_owned());
+    }
+    words.join(" ")
+}
+
+/// A word as a shell reads it back.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,5 +67,13 @@ mod tests {
     fn sizes_and_durations_are_readable() {
         assert_eq!([0, 999, 1000, 94_400_000].map(bytes), ["0 B", "999 B", "1.0 kB", "94.4 MB"]);
         assert_eq!([0.0, 4.24, 187.2, 7500.0].map(duration), ["0.0 s", "4.2 s", "3 min 07 s", "2 h 05 min"]);
+    }
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        assert_eq!(quoted("a/b.toml"), "a/b.toml");
+        assert_eq!(quoted("a b"), "'a b'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted(""), "''");
     }
 }

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::{Report, replace};
+use super::Report;
 use crate::error::StudyError;
 use crate::front::Front;
+use crate::output::write_csv;
 use crate::point::Point;
 
 /// Writes the file.
@@ -17,15 +18,7 @@ pub(super) fn write(report: &Report, path: &Path) -> Result<(), StudyError> {
         }
         records.push(values);
     }
-    replace(path, &bytes(records, path)?)
-}
-
-/// Records as the bytes of a file.
-pub(crate) fn bytes(records: Vec<Vec<String>>, path: &Path) -> Result<Vec<u8>, StudyError> {
-    let failed = |error: csv::Error| StudyError::file("write", path, std::io::Error::other(error));
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    records.iter().try_for_each(|record| writer.write_record(record)).map_err(failed)?;
-    writer.into_inner().map_err(|error| failed(error.into_error().into()))
+    write_csv(path, &records)
 }
 
 /// The columns of a point: names and values.

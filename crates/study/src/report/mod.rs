@@ -4,19 +4,16 @@ mod csv;
 mod plot;
 mod table;
 
-pub(crate) use csv::bytes as csv_bytes;
-pub(crate) use table::small;
-
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use supple_io::run::RunError;
 
 use crate::error::StudyError;
 use crate::front;
 use crate::machine::Machine;
+use crate::output::{open_folder, write_json};
 use crate::point::Point;
 use crate::study::Study;
 
@@ -104,38 +101,11 @@ impl Report {
 
     /// Writes `study.json`: under its name only when it is whole.
     fn save(&self, directory: &Path) -> Result<(), StudyError> {
-        let path = Self::path(directory);
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|error| StudyError::file("write", &path, error.into()))?;
-        replace(&path, text.as_bytes())
+        write_json(&Self::path(directory), self)
     }
 
     /// A table of at most 80 columns.
     pub fn table(&self) -> String {
         table::of(self)
     }
-}
-
-/// Makes a folder where there is none.
-///
-/// # Errors
-///
-/// If a file has the name, or the folder cannot be made.
-pub fn open_folder(directory: &Path) -> Result<(), StudyError> {
-    if directory.exists() && !directory.is_dir() {
-        return Err(RunError::NotAFolder { path: directory.to_owned() }.into());
-    }
-    fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))
-}
-
-/// Writes a file beside its name, with the extension `part`, then gives it the name.
-///
-/// # Errors
-///
-/// If it cannot be written; what the name held before is then still there.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
-    let part = path.with_extension("part");
-    fs::write(&part, bytes)
-        .and_then(|()| fs::rename(&part, path))
-        .map_err(|error| StudyError::file("write", path, error))
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::Report;
 use crate::front::Front;
+use crate::output::small;
 use crate::point::Point;
 use crate::setting::Axis;
 
@@ -148,14 +149,4 @@ fn milliseconds(value: f64) -> String {
         _ => 3,
     };
     format!("{value:.decimals$}")
-}
-
-/// Two or three digits in at most six columns: `0.129`, `3.1e-7`.
-pub(crate) fn small(value: Option<f64>) -> String {
-    match value {
-        None => "-".to_owned(),
-        Some(0.0) => "0".to_owned(),
-        Some(value) if (0.01..10.0).contains(&value.abs()) => format!("{value:.3}"),
-        Some(value) => format!("{value:.1e}"),
-    }
 }

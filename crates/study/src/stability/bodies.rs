@@ -1,52 +1,65 @@
 //! The bodies of the cases, made of cells.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Error, Lattice, Selection, Simulation};
-
-use super::rigid::without_momenta;
+use supple::reference::{Mass, Momenta};
+use supple::{Body, BodyBuilder, Collider, Error, Key, Lattice, Selection, Simulation};
 
 /// The cells of a block.
-pub(crate) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
+pub(super) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     let [nx, ny, nz] = size;
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
 }
 
 /// Two blocks of 4 x 4 x 4 cells whose nearest corners are `apart` cells away from one another.
-pub(crate) fn two_blocks(apart: [i32; 3]) -> Vec<[i32; 3]> {
+pub(super) fn two_blocks(apart: [i32; 3]) -> Vec<[i32; 3]> {
     let other = block([4; 3]).into_iter().map(|cell| [0, 1, 2].map(|c| cell[c] + apart[c]));
     block([4; 3]).into_iter().chain(other).collect()
 }
 
-/// A lattice of cells of edge 1.
-pub(crate) fn lattice(cells: &[[i32; 3]]) -> Result<Lattice, Error> {
-    sized(cells, 1.0)
+/// A body of cells of edge 1 with regions of half-width `half_width`.
+pub(super) fn of_cells(cells: &[[i32; 3]], half_width: usize) -> Result<BodyBuilder, Error> {
+    of_sized_cells(cells, 1.0, half_width)
 }
 
-/// A lattice of cells of a given edge.
-pub(crate) fn sized(cells: &[[i32; 3]], cell_size: f64) -> Result<Lattice, Error> {
-    Ok(Lattice::from_cells(cells, cell_size, Point3::origin(), false)?)
+/// A body of cells of edge `cell_size`.
+pub(super) fn of_sized_cells(
+    cells: &[[i32; 3]],
+    cell_size: f64,
+    half_width: usize,
+) -> Result<BodyBuilder, Error> {
+    let lattice = Lattice::from_cells(cells, cell_size, Point3::origin(), false)?;
+    Ok(Body::from_lattice(lattice).half_width(half_width))
 }
 
 /// A simulation of one body on which nothing acts, on one thread.
-pub(crate) fn alone(body: Body) -> Result<Simulation, Error> {
+pub(super) fn alone(body: Body) -> Result<Simulation, Error> {
     Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()
 }
 
-/// Gives each vertex a velocity of its own, each component up to `size` cells a step of 1/60 s, all without linear and
-/// angular momentum.
-pub(crate) fn shake(body: &mut Body, size: f64) -> Result<(), Error> {
+/// Gives each vertex a random velocity, each component up to `size` cells a step of 1/60 s, less the rigid motion that
+/// carries their linear and angular momentum.
+pub(super) fn shake(body: &mut Body, size: f64) -> Result<(), Error> {
     let mut random = fastrand::Rng::with_seed(3);
     let unit = 60.0 * size * body.lattice().cell_size();
     let mut number = || unit * (2.0 * random.f64() - 1.0);
-    let noise: Vec<_> =
-        (0..body.lattice().len()).map(|_| Vector3::new(number(), number(), number())).collect();
-    let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
-    body.set_velocities(&without_momenta(&body.masses(), &positions, &noise))?;
+    let (masses, positions) = (body.masses(), body.positions());
+    let points: Vec<Mass> = masses
+        .iter()
+        .zip(&positions)
+        .map(|(&mass, x)| {
+            let velocity = Vector3::new(number(), number(), number());
+            Mass { mass, position: x.coords, velocity }
+        })
+        .collect();
+    let momenta = Momenta::of(points.iter().copied());
+    let (drift, spin) = momenta.missing(&Momenta::default(), points.iter().copied());
+    let still = points.iter().map(|p| p.velocity + drift + spin.cross(&(p.position - momenta.centre)));
+    body.set_velocities(&still.collect::<Vec<_>>())?;
     Ok(())
 }
 
 /// Sets the positions to what `deform` makes of those about their mean.
-pub(crate) fn deform(
+pub(super) fn deform(
     body: &mut Body,
     deform: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
 ) -> Result<(), Error> {
@@ -58,8 +71,16 @@ pub(crate) fn deform(
     Ok(())
 }
 
-/// All vertices of a lattice whose index along `axis` is `at`, as a pin or a handle takes them.
-pub(crate) fn layer(lattice: &Lattice, axis: usize, at: i32) -> Selection {
-    let indices = (0..).zip(lattice.indices());
-    Selection::Vertices(indices.filter(|(_, index)| index[axis] == at).map(|(vertex, _)| vertex).collect())
+/// All vertices of a block of cells whose index along x is `at`, as a pin or a handle takes them.
+pub(super) fn layer(block: [i32; 3], at: i32) -> Selection {
+    let [nx, ny, nz] = block.map(|cells| cells + 1);
+    // Lattice vertices are sorted by z, then y, then x.
+    Selection::Vertices((0..ny * nz).map(|row| (row * nx + at) as u32).collect())
+}
+
+/// A plate at the height `y` that moves by `way` within a second, stays for a second and goes back.
+pub(super) fn plate(y: f64, normal: f64, way: f64) -> Collider {
+    let key = |(time, way)| Key { time, translate: [0.0, way, 0.0], rotate: [0.0; 3] };
+    let keys = [(0.0, 0.0), (1.0, way), (2.0, way), (2.5, 0.0)].map(key).to_vec();
+    Collider { keys, ..Collider::plane([0.0, y, 0.0], [0.0, normal, 0.0]) }
 }

@@ -1,23 +1,17 @@
-//! Stiff and extreme cases of `supple`'s soft bodies: each is run, measured, and held to a bound that it states.
+//! Stiff and extreme cases: each is run, measured, and held to bounds that it states.
 //!
-//! A [`Case`] is a value: what is done, what is expected and why, its bounds, and the simulation that takes its
-//! [`Figures`]. [`cases`] gives all of them, [`run_all`] runs them. Bodies are made of cells, each simulation has one
-//! thread, and nothing is drawn by chance that is not the same in each run.
+//! ```text
+//! cases (bodies, made of cells) -> trial (a simulation that is watched) -> a Row for each case -> Report
+//! ```
+//!
+//! Each simulation has one thread, and random numbers are the same in each run.
 
 mod bodies;
 mod case;
 mod cases;
-mod energy;
-mod figures;
-mod measure;
 mod report;
-mod rigid;
-mod run;
 mod trial;
 
-pub use case::{Bound, Case, Effort, Outcome};
+pub use case::{Bound, Case, Effort, Figures, Measure, Row};
 pub use cases::cases;
-pub use figures::Figures;
-pub use measure::Measure;
-pub use report::{Report, Row};
-pub use run::{Ran, run_all};
+pub use report::{StabilityReport, StabilityStudy};

@@ -1,39 +1,67 @@
-//! The report on all cases: a table for people, rows for programs.
+//! All cases on several threads, and the report on them: a table for people, JSON for programs.
 
 use std::fmt::Write;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::available_parallelism;
 
-use super::{Bound, Case, Figures, Measure, Ran};
+use serde::Serialize;
+use supple_io::run::Flow;
 
-/// What came out of the cases that were run.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct Report {
+use super::{Bound, Case, Effort, Measure, Row, cases};
+use crate::error::StudyError;
+use crate::machine::Machine;
+use crate::observer::{Observer, Progress};
+use crate::output::{open_folder, write_json};
+
+/// The study of stiff and extreme cases.
+#[derive(Clone, Debug)]
+pub struct StabilityStudy {
+    /// Where `stability.json` goes; made if it is not there.
+    pub directory: PathBuf,
+    /// The quick cases alone.
+    pub quick: bool,
+}
+
+/// The cases that were run.
+#[derive(Clone, Debug, Serialize)]
+pub struct StabilityReport {
+    /// Where they were run.
+    pub machine: Machine,
+    /// Whether all cases were run that were asked for.
+    pub complete: bool,
     /// Whether all bounds hold of all cases.
     pub passed: bool,
     /// One for each case that was run, in the order of the cases.
     pub rows: Vec<Row>,
+    /// How many cases were asked for.
+    #[serde(skip)]
+    pub asked: usize,
 }
 
-/// One case of the report.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct Row {
-    /// Which cases it belongs to.
-    pub family: &'static str,
-    /// What was done.
-    pub case: String,
-    /// What was expected.
-    pub expected: &'static str,
-    /// Whether all bounds hold.
-    pub passed: bool,
-    /// What it was held to.
-    pub bounds: Vec<Bound>,
-    /// The bounds that do not hold.
-    pub broken: Vec<Bound>,
-    /// What was measured.
-    pub figures: Figures,
-    /// Why it could not be run to its end.
-    pub error: Option<String>,
-    /// How long it took on one thread, in seconds.
-    pub seconds: f64,
+impl StabilityStudy {
+    /// Runs the cases on all processors. An earlier report stays until there is a new one.
+    ///
+    /// # Errors
+    ///
+    /// A folder that cannot be written; that is found before any case is run.
+    pub fn run(&self, observer: &mut (dyn Observer + Send)) -> Result<StabilityReport, StudyError> {
+        open_folder(&self.directory)?;
+        let (path, part) = (self.path(), self.path().with_extension("part"));
+        fs::write(&part, "").map_err(|error| StudyError::file("write", &path, error))?;
+        let mut cases = cases();
+        cases.retain(|case| !self.quick || case.effort == Effort::Quick);
+        let report = StabilityReport::of(&cases, observer);
+        write_json(&path, &report)?;
+        Ok(report)
+    }
+
+    /// The report.
+    pub fn path(&self) -> PathBuf {
+        self.directory.join("stability.json")
+    }
 }
 
 /// The columns of figures of the table.
@@ -48,28 +76,22 @@ const COLUMNS: [(&str, Measure); 8] = [
     ("robust", Measure::Unsettled),
 ];
 
-impl Report {
-    /// On cases, and what came out of those that were run.
-    pub fn new(cases: &[Case], ran: &[Option<Ran>]) -> Self {
-        let rows = cases.iter().zip(ran).filter_map(|(case, ran)| {
-            let Ran { outcome, elapsed } = ran.as_ref()?;
-            Some(Row {
-                family: case.family,
-                case: case.name.clone(),
-                expected: case.shows,
-                passed: outcome.passed(),
-                bounds: case.bounds.clone(),
-                broken: outcome.broken.clone(),
-                figures: outcome.figures.clone(),
-                error: outcome.error.clone(),
-                seconds: elapsed.as_secs_f64(),
-            })
-        });
-        let rows: Vec<Row> = rows.collect();
-        Self { passed: rows.iter().all(|row| row.passed), rows }
+impl StabilityReport {
+    /// Runs cases on all processors, long ones first. Once the observer asks to stop, no further case is begun.
+    pub fn of(cases: &[Case], observer: &mut (dyn Observer + Send)) -> Self {
+        let threads = available_parallelism().map_or(1, usize::from);
+        let rows: Vec<Row> = run_all(cases, threads, observer).into_iter().flatten().collect();
+        Self {
+            machine: Machine::here(threads),
+            complete: rows.len() == cases.len(),
+            passed: rows.iter().all(|row| row.passed),
+            rows,
+            asked: cases.len(),
+        }
     }
 
-    /// A row for each case, under the name of its family; what fails is said below it. Ends without a line break.
+    /// A row for each case, under the name of its family, with the bounds that it breaks below it. Ends without a line
+    /// break.
     pub fn table(&self) -> String {
         let width = self.rows.iter().map(|row| row.case.chars().count()).max().unwrap_or(0);
         let mut text = format!("      {:width$}", "");
@@ -110,12 +132,37 @@ fn short(value: f64) -> String {
     }
 }
 
+/// Runs cases on `threads` threads, each simulation on one of them. `None` for cases that were not begun when the observer
+/// asked to stop.
+fn run_all(cases: &[Case], threads: usize, observer: &mut (dyn Observer + Send)) -> Vec<Option<Row>> {
+    let mut order: Vec<usize> = (0..cases.len()).collect();
+    order.sort_by_key(|&index| cases[index].effort == Effort::Quick);
+    let next = AtomicUsize::new(0);
+    let results = Mutex::new((vec![None; cases.len()], 0_u32, observer));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let row = cases[index].run();
+                    let Ok(mut results) = results.lock() else { return };
+                    let (rows, count, observer) = &mut *results;
+                    rows[index] = Some(row);
+                    *count += 1;
+                    let done = f64::from(*count) / cases.len() as f64;
+                    if observer.progress(&Progress { done, point: &cases[index].name }) == Flow::Stop {
+                        next.store(cases.len(), Ordering::Relaxed);
+                    }
+                }
+            });
+        }
+    });
+    results.into_inner().map_or_else(|_| Vec::new(), |(rows, ..)| rows)
+}
+
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
-    use crate::stability::run_all;
+    use crate::stability::Figures;
 
     #[test]
     fn a_case_fails_by_a_bound_by_a_figure_that_is_not_there_by_an_error_and_by_a_panic() {
@@ -128,16 +175,15 @@ mod tests {
             Ok(figures)
         };
         let cases = [
-            Case::new("one", "good", "", figures).bound(Measure::LargestSpeed, 2.0),
-            Case::new("one", "too fast", "", figures).bound(Measure::LargestSpeed, 1.5),
-            Case::new("two", "no number", "", figures).bound(Measure::Shape, 1e9),
-            Case::new("two", "no figure", "", figures).bound(Measure::Place, 1e9),
-            Case::new("two", "no body", "", || Err(supple::Error::NoBody)),
-            Case::new("two", "no end", "", || panic!("at {}", 1 + 1)),
-            Case::new("two", "no reason", "", || panic!("never")),
+            Case::new("good", "", figures).bound(Measure::LargestSpeed, 2.0),
+            Case::new("too fast", "", figures).bound(Measure::LargestSpeed, 1.5),
+            Case::new("no number", "", figures).bound(Measure::Shape, 1e9),
+            Case::new("no figure", "", figures).bound(Measure::Place, 1e9),
+            Case::new("no body", "", || Err(supple::Error::NoBody)),
+            Case::new("no end", "", || panic!("at {}", 1 + 1)),
+            Case::new("no reason", "", || panic!("never")),
         ];
-        let ran = run_all(&cases, 2, |_, _| true);
-        let report = Report::new(&cases, &ran);
+        let report = StabilityReport::of(&cases, &mut ());
         assert_eq!(
             report.rows.iter().map(|row| row.passed).collect::<Vec<_>>(),
             [true, false, false, false, false, false, false]
@@ -148,13 +194,20 @@ mod tests {
         assert!(table.contains("place, cells: not reached"), "{table}");
         assert_eq!(table.lines().filter(|line| line.starts_with("FAIL")).count(), 6, "{table}");
         assert!(table.contains("panicked: at 2") && table.contains("panicked: never"), "{table}");
-        assert!(ran.iter().flatten().all(|ran| ran.elapsed < Duration::from_secs(1)));
+        assert!(report.rows.iter().all(|row| row.seconds < 1.0));
+    }
+
+    struct Stops;
+
+    impl Observer for Stops {
+        fn progress(&mut self, _progress: &Progress<'_>) -> Flow {
+            Flow::Stop
+        }
     }
 
     #[test]
-    fn what_was_not_run_is_left_out() {
-        let cases = ["a", "b", "c"].map(|name| Case::new("one", name, "", || Ok(Figures::default())));
-        let report = Report::new(&cases, &run_all(&cases, 1, |_, _| false));
-        assert_eq!(report.rows.len(), 1);
+    fn cases_after_a_stop_are_not_run() {
+        let cases = ["a", "b", "c"].map(|name| Case::new(name, "", || Ok(Figures::default())));
+        assert_eq!(run_all(&cases, 1, &mut Stops).iter().flatten().count(), 1);
     }
 }

@@ -1,11 +1,10 @@
-//! A simulation that is watched: the figures of a case are taken here.
+//! A simulation that is watched: takes the figures of a case.
 
-use nalgebra::{Point3, Vector3};
-use supple::{Body, BodyRef, Error, Lattice, Simulation};
+use nalgebra::{Matrix3, Point3, Vector3};
+use supple::reference::{self, Naive, Regions};
+use supple::{Body, BodyRef, Lattice, Simulation};
 
-use super::energy::Energy;
-use super::rigid::{RigidMotion, distance, mean};
-use super::{Figures, Measure};
+use super::case::{Figures, Measure, largest};
 
 /// Entries of the lists of regions up to which the energy is summed.
 const SUMMED: usize = 30_000_000;
@@ -18,7 +17,7 @@ const AT_REST: f64 = 1e-3;
 
 /// Whether momenta and energy are the bodies' own.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Surroundings {
+pub(super) enum Surroundings {
     /// Nothing acts on the bodies.
     Empty,
     /// They fall, are held, or touch something.
@@ -26,20 +25,20 @@ pub(crate) enum Surroundings {
 }
 
 /// Runs a script on a simulation and takes its figures.
-pub(crate) fn watch(
+pub(super) fn watch(
     simulation: Simulation,
     surroundings: Surroundings,
-    script: impl FnOnce(&mut Trial) -> Result<(), Error>,
-) -> Result<Figures, Error> {
+    script: impl FnOnce(&mut Trial),
+) -> Figures {
     let lattices: Vec<Lattice> = simulation.bodies().iter().map(|body| body.lattice().clone()).collect();
     let mut trial = Trial::new(simulation, &lattices, surroundings);
-    script(&mut trial)?;
-    Ok(trial.finish())
+    script(&mut trial);
+    trial.finish()
 }
 
 /// A simulation and the figures of its bodies.
-pub(crate) struct Trial<'a> {
-    pub(crate) simulation: Simulation,
+pub(super) struct Trial<'a> {
+    pub(super) simulation: Simulation,
     figures: Figures,
     starts: Vec<Start<'a>>,
     surroundings: Surroundings,
@@ -54,7 +53,15 @@ struct Start<'a> {
     magnitudes: [f64; 2],
     /// Distance from the rest shape.
     shape: f64,
-    energy: Option<(Energy<'a>, f64)>,
+    energy: Option<Energy<'a>>,
+}
+
+/// The energy of a body on which nothing acts, by the naive method in f64.
+struct Energy<'a> {
+    naive: Naive<'a>,
+    cell_size: f64,
+    alpha: f64,
+    start: f64,
 }
 
 /// Positions and velocities of a body in cells and steps.
@@ -90,6 +97,23 @@ impl Now {
     }
 }
 
+impl<'a> Energy<'a> {
+    fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Now) -> Self {
+        let naive = Naive::new(lattice, body.half_width(), Regions::Staircase).listed();
+        let alpha = body.material().alpha(dt);
+        let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
+        energy.start = energy.of(now);
+        energy
+    }
+
+    /// In masses of a full cell times (cells per step)².
+    fn of(&self, now: &Now) -> f64 {
+        let scaled =
+            |cells: &[Vector3<f64>]| -> Vec<_> { cells.iter().map(|x| x * self.cell_size).collect() };
+        self.naive.energy(&scaled(&now.x), &scaled(&now.v), self.alpha) / self.cell_size.powi(2)
+    }
+}
+
 impl<'a> Start<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, surroundings: Surroundings) -> Self {
         let now = Now::of(body, dt);
@@ -97,18 +121,11 @@ impl<'a> Start<'a> {
         let rest: Vec<_> =
             lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
         let (momenta, magnitudes) = now.momenta(&masses);
-        let shape = RigidMotion::fit(&masses, &rest, &now.x).distance(&rest, &now.x);
+        let shape = shape_distance(&masses, &rest, &now.x);
         let listed = lattice.len() * lattice.len().min((2 * body.half_width() + 1).pow(3));
-        let energy = (surroundings == Surroundings::Empty && listed <= SUMMED).then(|| {
-            let energy = Energy::new(lattice, body.half_width(), body.material().alpha(dt));
-            let start = energy.of(&now.x, &now.v);
-            (energy, start)
-        });
+        let energy = (surroundings == Surroundings::Empty && listed <= SUMMED)
+            .then(|| Energy::new(body, lattice, dt, &now));
         Self { rest, masses, momenta, magnitudes, shape, energy }
-    }
-
-    fn shape(&self, now: &Now) -> f64 {
-        RigidMotion::fit(&self.masses, &self.rest, &now.x).distance(&self.rest, &now.x)
     }
 
     /// What linear and angular momentum miss, as shares of the largest magnitudes.
@@ -133,7 +150,7 @@ impl<'a> Trial<'a> {
     }
 
     /// Makes `steps` steps, and looks after each `every`.
-    pub(crate) fn run(&mut self, steps: u64, every: u64) {
+    pub(super) fn run(&mut self, steps: u64, every: u64) {
         for _ in 0..steps / every {
             self.simulation.steps(every);
             self.look();
@@ -141,7 +158,7 @@ impl<'a> Trial<'a> {
     }
 
     /// Takes how deep the boundary vertices of the lattices lie in something, by `depth` in scene units.
-    pub(crate) fn depth(&mut self, depth: impl Fn(&Point3<f64>) -> f64) {
+    pub(super) fn depth(&mut self, depth: impl Fn(&Point3<f64>) -> f64) {
         for body in self.simulation.bodies() {
             let positions = body.positions();
             let vertices = positions.iter().zip(body.lattice().occupied_cells());
@@ -152,7 +169,7 @@ impl<'a> Trial<'a> {
     }
 
     /// Takes how far the points are from where they are expected, both in cells.
-    pub(crate) fn place(&mut self, expected: &[Point3<f64>], now: &[Point3<f64>]) {
+    pub(super) fn place(&mut self, expected: &[Point3<f64>], now: &[Point3<f64>]) {
         let [expected, now] =
             [expected, now].map(|points| points.iter().map(|p| p.coords).collect::<Vec<_>>());
         self.figures.raise(Measure::Place, distance(&expected, &now));
@@ -178,17 +195,17 @@ impl<'a> Trial<'a> {
             figures.add(Measure::Capped, f64::from(u8::from(report.capped)));
             volume = largest(volume, report.residual.abs());
             speed = largest(speed, now.speed());
-            shape = largest(shape, start.shape(&now));
+            shape = largest(shape, shape_distance(&start.masses, &start.rest, &now.x));
             shape_at_start = largest(shape_at_start, start.shape);
             if *surroundings == Surroundings::Empty {
                 let [linear, angular] = start.missed(&now);
                 figures.raise(Measure::Linear, linear);
                 figures.raise(Measure::Angular, angular);
             }
-            energy = energy.zip(start.energy.as_ref()).map(|(sum, (energy, first))| {
-                energy_at_start += first;
+            energy = energy.zip(start.energy.as_ref()).map(|(sum, energy)| {
+                energy_at_start += energy.start;
                 still += STILL * STILL * start.masses.iter().sum::<f64>();
-                sum + energy.of(&now.x, &now.v)
+                sum + energy.of(&now)
             });
         }
         let steps = simulation.step_count();
@@ -208,9 +225,24 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// The larger one; what is not a number is larger than any.
-pub(crate) fn largest(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b <= a { a } else { b }
+/// Root mean square distance of a shape from where the rigid motion that fits best, by masses, puts the rest shape.
+fn shape_distance(masses: &[f64], rest: &[Vector3<f64>], now: &[Vector3<f64>]) -> f64 {
+    let (from, to) = (mean(masses, rest), mean(masses, now));
+    let moments = rest.iter().zip(now).zip(masses);
+    let moments: Matrix3<f64> = moments.map(|((x0, x), m)| (x - to) * (x0 - from).transpose() * *m).sum();
+    let rotation = reference::rotation(&moments);
+    let moved: Vec<_> = rest.iter().map(|x| rotation * (x - from) + to).collect();
+    distance(&moved, now)
+}
+
+/// Root mean square distance.
+fn distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    (a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// Mean by masses.
+fn mean(masses: &[f64], x: &[Vector3<f64>]) -> Vector3<f64> {
+    x.iter().zip(masses).map(|(x, m)| x * *m).sum::<Vector3<f64>>() / masses.iter().sum::<f64>()
 }
 
 /// Numbers of a body and of what is shown of it that are NaN or infinite.
@@ -221,20 +253,4 @@ fn not_numbers(body: BodyRef<'_>, now: &Now, volumes: &[f64]) -> usize {
     let surface: Vec<_> = body.surface().positions.iter().map(|p| p.coords).collect();
     let numbers = vectors.chain(surface.iter().flatten()).chain(rotations.iter().flatten()).chain(volumes);
     numbers.filter(|x| !x.is_finite()).count()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_larger_one_is_nan_whichever_is_nan() {
-        for (a, b, expected) in [(1.0, 2.0, 2.0), (2.0, 1.0, 2.0), (1.0, f64::INFINITY, f64::INFINITY)] {
-            assert_eq!(largest(a, b), expected);
-        }
-        for other in [-1.0, 0.0, 1.0, f64::INFINITY, f64::NAN] {
-            assert!(largest(f64::NAN, other).is_nan(), "NaN, {other}");
-            assert!(largest(other, f64::NAN).is_nan(), "{other}, NaN");
-        }
-    }
 }

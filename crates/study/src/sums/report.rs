@@ -10,7 +10,7 @@ use super::DISTANCES;
 use super::block::Block;
 use crate::error::StudyError;
 use crate::machine::Machine;
-use crate::report::{csv_bytes, open_folder, replace, small};
+use crate::output::{open_folder, small, write_csv, write_json};
 use crate::timing::Spread;
 
 /// The study of the summation.
@@ -88,12 +88,8 @@ impl SumsReport {
     /// Writes `sums.json` and `sums.csv`.
     pub(super) fn write(&self, directory: &Path) -> Result<(), StudyError> {
         open_folder(directory)?;
-        let json = directory.join("sums.json");
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|error| StudyError::file("write", &json, error.into()))?;
-        replace(&json, text.as_bytes())?;
-        let csv = directory.join("sums.csv");
-        replace(&csv, &csv_bytes(self.records(), &csv)?)
+        write_json(&directory.join("sums.json"), self)?;
+        write_csv(&directory.join("sums.csv"), &self.records())
     }
 
     /// A row a way to sum, block and distance.

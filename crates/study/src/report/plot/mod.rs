@@ -12,9 +12,10 @@ use std::path::Path;
 use plotters::prelude::{DrawingAreaErrorKind, IntoDrawingArea, SVGBackend, WHITE};
 use plotters::style::Color;
 
-use super::{Report, replace};
+use super::Report;
 use crate::error::StudyError;
 use crate::front::Front;
+use crate::output::write_whole;
 use axis::Axis;
 use panel::Panel;
 use style::text;
@@ -37,7 +38,7 @@ pub(super) fn write(report: &Report, path: &Path) -> Result<(), StudyError> {
     let mut svg = String::new();
     draw(report, &mut svg)
         .map_err(|error| StudyError::Plot { path: path.to_owned(), what: error.to_string() })?;
-    replace(path, svg.as_bytes())
+    write_whole(path, svg.as_bytes())
 }
 
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;

@@ -1,12 +1,11 @@
 //! Pins and handles that ask for the impossible, and let go.
 
-use supple::{Body, Error, Handle, Key, Pin, Simulation, Window};
+use supple::{Error, Handle, Key, Pin, Simulation, Window};
 
-use super::super::bodies::{block, lattice, layer};
-use super::super::trial::{Surroundings, watch};
-use super::super::{Case, Effort, Figures, Measure};
+use crate::stability::bodies::{block, layer, of_cells};
+use crate::stability::case::{Case, Effort, Figures, Measure};
+use crate::stability::trial::{Surroundings, watch};
 
-const FAMILY: &str = "pins and handles";
 const BAR: [i32; 3] = [12, 4, 4];
 
 /// When both ends let go, in seconds: by then what was done to them has calmed down.
@@ -25,21 +24,19 @@ fn keys(moves: [(f64, [f64; 3], f64); 2]) -> Vec<Key> {
 
 /// A bar is held at both ends, let go, and left to itself.
 fn held(deed: Deed) -> Result<Figures, Error> {
-    let lattice = lattice(&block(BAR))?;
     let window = Window { from: 0.0, until: LET_GO };
-    let [near, far] = [0, BAR[0]].map(|at| layer(&lattice, 0, at));
-    let body = Body::from_lattice(lattice).half_width(3).damping(0.1);
+    let [near, far] = [0, BAR[0]].map(|at| layer(BAR, at));
+    let body = of_cells(&block(BAR), 3)?.damping(0.1);
     let body = match deed.near {
         None => body.pin(Pin { selection: near, window }),
         Some(moves) => body.handle(Handle { selection: near, keys: keys(moves), window }),
     };
     let body = body.handle(Handle { selection: far, keys: keys(deed.far), window }).build()?;
     let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()?;
-    watch(simulation, Surroundings::Acting, |trial| {
+    Ok(watch(simulation, Surroundings::Acting, |trial| {
         trial.run((LET_GO * 60.0) as u64, 10);
         trial.run(3_000, 20);
-        Ok(())
-    })
+    }))
 }
 
 /// The cases.
@@ -66,17 +63,15 @@ pub(super) fn cases() -> Vec<Case> {
     ];
     let shows = "bounded while it is held; let go, it returns to its rest shape";
     let deeds = deeds.into_iter().map(|(name, deed, speed)| {
-        let case = Case::new(FAMILY, name, shows, move || held(deed));
+        let case = Case::new(name, shows, move || held(deed));
         case.bound(Measure::Shape, 1e-3).bound(Measure::LargestSpeed, speed)
     });
     let shows =
         "bounded while it is held; let go, it flies with the momenta that it has, stretched by its spin";
     let jumps = jumps.into_iter().map(|(name, way, shape, speed, effort)| {
         let deed = far([(0.5, still, 0.0), (0.5 + 1e-9, way, 200.0)]);
-        let case = Case::new(FAMILY, format!("a handle that jumps {name} cells"), shows, move || held(deed));
-        let mut case = case.bound(Measure::Shape, shape).bound(Measure::LargestSpeed, speed);
-        case.effort = effort;
-        case
+        let case = Case::new(format!("a handle that jumps {name} cells"), shows, move || held(deed));
+        case.bound(Measure::Shape, shape).bound(Measure::LargestSpeed, speed).effort(effort)
     });
     deeds.chain(jumps).collect()
 }

@@ -1,23 +1,18 @@
 //! The largest numbers that are taken, and what becomes of them: never NaN.
 
 use nalgebra::Vector3;
-use supple::{Body, BodyBuilder, Collider, Error, Simulation, SimulationBuilder};
+use supple::{BodyBuilder, Collider, Error, Simulation, SimulationBuilder};
 
-use super::super::bodies::{block, deform, lattice, sized};
-use super::super::trial::{Surroundings, watch};
-use super::super::{Case, Figures, Measure};
-
-const FAMILY: &str = "largest numbers";
+use crate::stability::bodies::{block, deform, of_cells, of_sized_cells};
+use crate::stability::case::{Case, Figures, Measure};
+use crate::stability::trial::{Surroundings, watch};
 
 fn bar() -> Result<BodyBuilder, Error> {
-    Ok(Body::from_lattice(lattice(&block([5, 3, 3]))?).half_width(2))
+    Ok(of_cells(&block([5, 3, 3]), 2)?)
 }
 
 fn run(simulation: SimulationBuilder) -> Result<Figures, Error> {
-    watch(simulation.threads(1).build()?, Surroundings::Acting, |trial| {
-        trial.run(300, 10);
-        Ok(())
-    })
+    Ok(watch(simulation.threads(1).build()?, Surroundings::Acting, |trial| trial.run(300, 10)))
 }
 
 fn strong_gravity(ground: bool) -> Result<Figures, Error> {
@@ -51,7 +46,7 @@ fn fast_spin() -> Result<Figures, Error> {
 }
 
 fn tiny_cells() -> Result<Figures, Error> {
-    let body = Body::from_lattice(sized(&block([5, 3, 3]), 1e-30)?).half_width(2).damping(0.1).build()?;
+    let body = of_sized_cells(&block([5, 3, 3]), 1e-30, 2)?.damping(0.1).build()?;
     run(Simulation::builder().body(body).gravity([0.0, -1e-3, 0.0]).dt(1e-12))
 }
 
@@ -70,7 +65,7 @@ pub(super) fn cases() -> Vec<Case> {
     ];
     let shows = "stays a number, and no faster than what drives it";
     let case = |(name, run, speed): (&str, Run, f64)| {
-        Case::new(FAMILY, name, shows, run).bound(Measure::LargestSpeed, speed)
+        Case::new(name, shows, run).bound(Measure::LargestSpeed, speed)
     };
     all.into_iter().map(case).collect()
 }

@@ -10,20 +10,27 @@ mod starts;
 mod stiffness;
 mod surfaces;
 
-use super::Case;
+use super::case::Case;
+
+type Cases = fn() -> Vec<Case>;
+
+const FAMILIES: [(&str, Cases); 9] = [
+    ("stiffness and time steps", stiffness::cases),
+    ("start states", starts::cases),
+    ("pins and handles", holds::cases),
+    ("colliders", colliders::cases),
+    ("surfaces", surfaces::cases),
+    ("shapes", shapes::cases),
+    ("scales and places", scales::cases),
+    ("free flight", flight::cases),
+    ("largest numbers", limits::cases),
+];
 
 /// All cases, family by family.
 pub fn cases() -> Vec<Case> {
-    let families = [
-        stiffness::cases,
-        starts::cases,
-        holds::cases,
-        colliders::cases,
-        surfaces::cases,
-        shapes::cases,
-        scales::cases,
-        flight::cases,
-        limits::cases,
-    ];
-    families.into_iter().flat_map(|family| family()).collect()
+    let mut all = Vec::new();
+    for (family, cases) in FAMILIES {
+        all.extend(cases().into_iter().map(|case| case.of_family(family)));
+    }
+    all
 }

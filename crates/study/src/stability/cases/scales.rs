@@ -1,17 +1,15 @@
 //! Sizes and places, on which what is done must not depend.
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Collider, Error, Simulation};
+use supple::{Collider, Error, Simulation};
 
-use super::super::bodies::{block, deform, sized};
-use super::super::trial::{Surroundings, Trial, watch};
-use super::super::{Case, Figures, Measure};
-
-const FAMILY: &str = "scales and places";
+use crate::stability::bodies::{block, deform, of_sized_cells};
+use crate::stability::case::{Case, Figures, Measure};
+use crate::stability::trial::{Surroundings, watch};
 
 /// A stretched block that falls, on a ground if there is one: all lengths times `cell`, about `place`.
 fn falling(cell: f64, place: [f64; 3], ground: bool) -> Result<Simulation, Error> {
-    let body = Body::from_lattice(sized(&block([5, 3, 4]), cell)?).half_width(2).damping(0.05);
+    let body = of_sized_cells(&block([5, 3, 4]), cell, 2)?.damping(0.05);
     let mut body = body.translate(place).rotate([20.0, 0.0, 10.0]).build()?;
     deform(&mut body, |x| x.iter().map(|x| x.component_mul(&Vector3::new(1.3, 0.8, 1.0))).collect())?;
     let simulation = Simulation::builder().body(body).gravity([0.0, -9.81 * cell, 0.0]).threads(1);
@@ -30,12 +28,11 @@ fn in_cells(simulation: &Simulation, place: [f64; 3]) -> Vec<Point3<f64>> {
 /// The same scene beside that of cells of edge 1 in the origin.
 fn beside_unit(cell: f64, place: [f64; 3], ground: bool) -> Result<Figures, Error> {
     let mut unit = falling(1.0, [0.0; 3], ground)?;
-    watch(falling(cell, place, ground)?, Surroundings::Acting, |trial: &mut Trial| {
+    Ok(watch(falling(cell, place, ground)?, Surroundings::Acting, |trial| {
         trial.run(600, 20);
         unit.steps(600);
         trial.place(&in_cells(&unit, [0.0; 3]), &in_cells(&trial.simulation, place));
-        Ok(())
-    })
+    }))
 }
 
 /// The cases.
@@ -43,23 +40,18 @@ pub(super) fn cases() -> Vec<Case> {
     let sizes = [("1 mm", 1e-3), ("10 km", 1e4), ("1e-12", 1e-12), ("1e11", 1e11)];
     let alike = sizes.map(|(name, cell)| {
         let shows = "falls on the ground as cells of edge 1 do";
-        let case =
-            Case::new(FAMILY, format!("cells of {name}"), shows, move || beside_unit(cell, [0.0; 3], true));
+        let case = Case::new(format!("cells of {name}"), shows, move || beside_unit(cell, [0.0; 3], true));
         case.bound(Measure::Place, 1e-9)
     });
     let far = [1e7, -1e7, 1e7];
     let places = [("1 m", 1.0, 1e-6), ("1 mm", 1e-3, 1e-4)].into_iter().flat_map(|(name, cell, limit)| {
         let shows = "falls as it does in the origin, but for the digits that its first positions have there";
         let free = move || beside_unit(cell, far, false);
-        let free = Case::new(FAMILY, format!("10^7 units from the origin, cells of {name}"), shows, free);
+        let free = Case::new(format!("10^7 units from the origin, cells of {name}"), shows, free);
         let shows = "falls on the ground as it does in the origin: tumbling makes more of the digits";
         let dropped = move || beside_unit(cell, far, true);
-        let dropped = Case::new(
-            FAMILY,
-            format!("10^7 units from the origin, cells of {name}, dropped"),
-            shows,
-            dropped,
-        );
+        let dropped =
+            Case::new(format!("10^7 units from the origin, cells of {name}, dropped"), shows, dropped);
         [free.bound(Measure::Place, limit), dropped.bound(Measure::Place, 0.1)]
     });
     alike.into_iter().chain(places).collect()

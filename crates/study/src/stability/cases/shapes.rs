@@ -1,12 +1,10 @@
 //! Shapes with next to nothing in some direction.
 
-use supple::{Body, Error};
+use supple::Error;
 
-use super::super::bodies::{alone, block, lattice, shake, two_blocks};
-use super::super::trial::{Surroundings, watch};
-use super::super::{Case, Figures, Measure};
-
-const FAMILY: &str = "shapes";
+use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
+use crate::stability::case::{Case, Effort, Figures, Measure};
+use crate::stability::trial::{Surroundings, watch};
 
 /// Shaken, and damped if so asked.
 fn shaken(
@@ -15,18 +13,14 @@ fn shaken(
     damping: f64,
     [steps, every]: [u64; 2],
 ) -> Result<Figures, Error> {
-    let mut body = Body::from_lattice(lattice(cells)?).half_width(half_width).damping(damping).build()?;
+    let mut body = of_cells(cells, half_width)?.damping(damping).build()?;
     shake(&mut body, 0.2)?;
-    watch(alone(body)?, Surroundings::Empty, |trial| {
-        trial.run(steps, every);
-        Ok(())
-    })
+    Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(steps, every)))
 }
 
 /// The cases.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    let kept = |case: Case| case.bound(Measure::Linear, 1e-6).bound(Measure::Angular, 1e-6);
     type Cells = fn() -> Vec<[i32; 3]>;
     let small: [(&str, Cells); 3] = [
         ("one cell", || block([1; 3])),
@@ -38,18 +32,16 @@ pub(super) fn cases() -> Vec<Case> {
         ("two blocks joined by one edge", || two_blocks([4, 4, 0])),
     ];
     for (name, cells) in small {
-        let case =
-            Case::new(FAMILY, format!("{name}, shaken, damped"), "returns to its rest shape", move || {
-                shaken(&cells(), 2, 0.1, [10_000, 100])
-            });
-        cases.push(kept(case.bound(Measure::Shape, 1e-3).bound(Measure::EnergyGain, 1e-5)));
+        let case = Case::new(format!("{name}, shaken, damped"), "returns to its rest shape", move || {
+            shaken(&cells(), 2, 0.1, [10_000, 100])
+        });
+        cases.push(case.bound(Measure::Shape, 1e-3).bound(Measure::EnergyGain, 1e-5).keeps_momenta());
         let case = Case::new(
-            FAMILY,
             format!("{name}, shaken, undamped"),
             "swings for ever, and gains no energy",
             move || shaken(&cells(), 2, 0.0, [10_000, 250]),
         );
-        cases.push(kept(case.bound(Measure::EnergyGain, 0.05)));
+        cases.push(case.bound(Measure::EnergyGain, 0.05).keeps_momenta());
     }
     let large: [(&str, Cells, [u64; 2]); 3] = [
         ("rod of 1 x 1 x 60", || block([1, 1, 60]), [3_000, 100]),
@@ -58,10 +50,14 @@ pub(super) fn cases() -> Vec<Case> {
     ];
     for (name, cells, steps) in large {
         let shows = "calms down: what is left are its longest and slowest waves";
-        let case = Case::new(FAMILY, format!("{name}, shaken, damped"), shows, move || {
-            shaken(&cells(), 2, 0.1, steps)
-        });
-        cases.push(kept(case.bound(Measure::EnergyGain, 1e-5).bound(Measure::EnergyLeft, 0.01)).long());
+        let case =
+            Case::new(format!("{name}, shaken, damped"), shows, move || shaken(&cells(), 2, 0.1, steps));
+        cases.push(
+            case.bound(Measure::EnergyGain, 1e-5)
+                .bound(Measure::EnergyLeft, 0.01)
+                .keeps_momenta()
+                .effort(Effort::Long),
+        );
     }
     cases
 }

@@ -1,13 +1,11 @@
 //! States that nobody would start from: collapsed, turned over, shuffled, torn.
 
 use nalgebra::{Rotation3, Vector3};
-use supple::{Body, Error};
+use supple::Error;
 
-use super::super::bodies::{alone, block, deform, lattice};
-use super::super::trial::{Surroundings, watch};
-use super::super::{Case, Figures, Measure};
-
-const FAMILY: &str = "start states";
+use crate::stability::bodies::{alone, block, deform, of_cells};
+use crate::stability::case::{Case, Effort, Figures, Measure};
+use crate::stability::trial::{Surroundings, watch};
 
 type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
 
@@ -48,36 +46,33 @@ fn let_go(
     state: Deform,
     [steps, every]: [u64; 2],
 ) -> Result<Figures, Error> {
-    let mut body =
-        Body::from_lattice(lattice(&block(size))?).half_width(half_width).damping(damping).build()?;
+    let mut body = of_cells(&block(size), half_width)?.damping(damping).build()?;
     deform(&mut body, state)?;
-    watch(alone(body)?, Surroundings::Empty, |trial| {
-        trial.run(steps, every);
-        Ok(())
-    })
+    Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(steps, every)))
 }
 
 /// The cases.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (name, state) in STATES {
-        let kept = |case: Case| case.bound(Measure::Linear, 1e-6).bound(Measure::Angular, 1e-6);
         let wide = move || let_go([8, 6, 5], 2, 0.1, state, [2000, 20]);
         let shows = "returns to its rest shape";
-        let wide = Case::new(FAMILY, format!("{name}; half-width a quarter, damped"), shows, wide);
+        let wide = Case::new(format!("{name}; half-width a quarter, damped"), shows, wide);
         let wide = wide.bound(Measure::Shape, 1e-3).bound(Measure::FinalSpeed, 1e-4);
-        cases.push(kept(wide.bound(Measure::EnergyGain, 1e-5)));
+        cases.push(wide.bound(Measure::EnergyGain, 1e-5).keeps_momenta());
 
         let narrow = move || let_go([16, 5, 4], 1, 0.1, state, [2000, 10]);
         let shows = "its error falls to a tenth";
-        let narrow = Case::new(FAMILY, format!("{name}; half-width a sixteenth, damped"), shows, narrow);
-        cases.push(kept(narrow.bound(Measure::StepsToTenth, 1000.0).bound(Measure::EnergyGain, 1e-5)));
+        let narrow = Case::new(format!("{name}; half-width a sixteenth, damped"), shows, narrow);
+        cases.push(
+            narrow.bound(Measure::StepsToTenth, 1000.0).bound(Measure::EnergyGain, 1e-5).keeps_momenta(),
+        );
 
         for w in [1, 2, 4] {
             let undamped = move || let_go([8, 6, 5], w, 0.0, state, [10_000, 500]);
             let shows = "swings for ever, and gains no energy";
-            let undamped = Case::new(FAMILY, format!("{name}; half-width {w}, undamped"), shows, undamped);
-            cases.push(kept(undamped.bound(Measure::EnergyGain, 0.05)).long());
+            let undamped = Case::new(format!("{name}; half-width {w}, undamped"), shows, undamped);
+            cases.push(undamped.bound(Measure::EnergyGain, 0.05).keeps_momenta().effort(Effort::Long));
         }
     }
     cases

@@ -1,13 +1,11 @@
 //! A body with a surface, whose volume is kept exactly: what is shown stays a number.
 
 use nalgebra::Vector3;
-use supple::{Body, Collider, Error, Key, Mesh, Simulation};
+use supple::{Body, Collider, Error, Mesh, Simulation};
 
-use super::super::bodies::{block, deform};
-use super::super::trial::{Surroundings, watch};
-use super::super::{Case, Figures, Measure};
-
-const FAMILY: &str = "surfaces";
+use crate::stability::bodies::{block, deform, plate};
+use crate::stability::case::{Case, Figures, Measure};
+use crate::stability::trial::{Surroundings, watch};
 
 /// A ball of radius 1 about the origin: a cube of n x n x n quads a face, blown up.
 fn ball(n: i32) -> Result<Mesh, Error> {
@@ -40,21 +38,13 @@ fn among(
     deform(&mut body, state)?;
     let simulation = Simulation::builder().body(body).gravity([0.0, gravity, 0.0]).threads(1);
     let simulation = colliders.iter().cloned().fold(simulation, |all, collider| all.collider(collider));
-    watch(simulation.build()?, Surroundings::Acting, |trial| {
-        trial.run(2_000, 20);
-        Ok(())
-    })
+    Ok(watch(simulation.build()?, Surroundings::Acting, |trial| trial.run(2_000, 20)))
 }
 
 /// The cases.
 pub(super) fn cases() -> Vec<Case> {
     let as_it_is = |x: &[Vector3<f64>]| x.to_vec();
-    let plate = |normal: f64| {
-        let key = |(time, way)| Key { time, translate: [0.0, way, 0.0], rotate: [0.0; 3] };
-        let keys = [(0.0, 0.0), (1.0, 0.95 * normal), (2.0, 0.95 * normal), (2.5, 0.0)].map(key).to_vec();
-        Collider { keys, ..Collider::plane([0.0, -normal, 0.0], [0.0, normal, 0.0]) }
-    };
-    let plates = [plate(1.0), plate(-1.0)];
+    let plates = [1.0, -1.0].map(|normal| plate(-normal, normal, 0.95 * normal));
     let needle = [
         Collider::capsule([0.02, -5.0, 0.02], [0.02, -1.2, 0.02], 0.02),
         Collider::plane([0.0, -5.0, 0.0], [0.0, 1.0, 0.0]),
@@ -62,16 +52,12 @@ pub(super) fn cases() -> Vec<Case> {
     let back = "returns to its rest shape, its volume kept";
     let kept = |case: Case| case.bound(Measure::Shape, 1e-3).bound(Measure::Volume, 1e-6);
     vec![
-        kept(Case::new(FAMILY, "a ball, squeezed flat and let go", back, move || {
-            among(&plates, as_it_is, 0.0)
-        })),
-        kept(Case::new(FAMILY, "a ball, inside out", back, || {
-            among(&[], |x| x.iter().map(|x| -x).collect(), 0.0)
-        })),
-        kept(Case::new(FAMILY, "a ball, collapsed to a point", back, || {
+        kept(Case::new("a ball, squeezed flat and let go", back, move || among(&plates, as_it_is, 0.0))),
+        kept(Case::new("a ball, inside out", back, || among(&[], |x| x.iter().map(|x| -x).collect(), 0.0))),
+        kept(Case::new("a ball, collapsed to a point", back, || {
             among(&[], |x| vec![Vector3::zeros(); x.len()], 0.0)
         })),
-        Case::new(FAMILY, "a ball, dropped on a needle", "comes to rest, its volume kept", move || {
+        Case::new("a ball, dropped on a needle", "comes to rest, its volume kept", move || {
             among(&needle, as_it_is, -9.81)
         })
         .bound(Measure::FinalSpeed, 5e-3)

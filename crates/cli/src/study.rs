@@ -1,0 +1,80 @@
+//! `supple study`: what accuracy costs, of a scene or of the summation alone; stiff and extreme cases.
+
+use std::path::Path;
+
+use supple_io::run::RunError;
+use supple_study::stability::StabilityStudy;
+use supple_study::{Outcome, Study, StudyError, SumsStudy};
+
+use crate::args::StudyArgs;
+use crate::progress::Watch;
+use crate::{Exit, interrupt, say};
+
+/// Runs the study that is asked for.
+pub(crate) fn study(args: &StudyArgs) -> Exit {
+    interrupt::listen();
+    let mut watch = Watch::new("study", args.quiet);
+    let result = match &args.input {
+        Some(input) => scene(args, input, &mut watch),
+        None if args.sums => sums(args, &mut watch),
+        None => stability(args, &mut watch),
+    };
+    result.unwrap_or_else(|error| {
+        watch.finish();
+        say::error(&error);
+        if error.is_input() { Exit::Input } else { Exit::Failed }
+    })
+}
+
+/// `supple study SCENE`: error against run time.
+fn scene(args: &StudyArgs, input: &Path, watch: &mut Watch) -> Result<Exit, StudyError> {
+    let study = Study {
+        scene: args.scene.open(input).map_err(RunError::from)?,
+        name: input.display().to_string(),
+        directory: args.output.clone(),
+        quick: args.quick,
+        resume: args.resume,
+    };
+    let (report, outcome) = study.run(watch)?;
+    watch.finish();
+    say::out(report.table());
+    let folder = args.output.display();
+    match outcome {
+        Outcome::Finished => say::out(format_args!("written to {folder}: study.csv, study.json, study.svg")),
+        Outcome::AlreadyFinished => {
+            say::out(format_args!("finished before, in {folder}; nothing written"));
+        }
+        Outcome::Stopped => {
+            let (points, command) = (report.points.len(), say::resume_command());
+            say::out(format_args!("stopped after {points} points; go on with: {command}"));
+            return Ok(Exit::Interrupted);
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// `supple study --sums`: the summation alone.
+fn sums(args: &StudyArgs, watch: &mut Watch) -> Result<Exit, StudyError> {
+    let study = SumsStudy { directory: args.output.clone(), quick: args.quick };
+    let (report, outcome) = study.run(watch)?;
+    watch.finish();
+    say::out(report.table());
+    say::out(format_args!("written to {}: sums.csv, sums.json", args.output.display()));
+    Ok(if outcome == Outcome::Stopped { Exit::Interrupted } else { Exit::Done })
+}
+
+/// `supple study --stability`: stiff and extreme cases, each against a bound.
+fn stability(args: &StudyArgs, watch: &mut Watch) -> Result<Exit, StudyError> {
+    let study = StabilityStudy { directory: args.output.clone(), quick: args.quick };
+    let report = study.run(watch)?;
+    watch.finish();
+    let passed = report.rows.iter().filter(|row| row.passed).count();
+    let (cases, path) = (report.asked, study.path());
+    say::out(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));
+    say::out(format_args!("{passed} of {cases} cases passed; written to {}", path.display()));
+    Ok(match (report.complete, report.passed) {
+        (false, _) => Exit::Interrupted,
+        (true, false) => Exit::Failed,
+        (true, true) => Exit::Done,
+    })
+}

@@ -1,0 +1,50 @@
+//! The files that studies write, and numbers as their tables show them.
+
+use std::fs;
+use std::path::Path;
+
+use serde::Serialize;
+use supple_io::run::RunError;
+
+use crate::error::StudyError;
+
+/// Creates a folder where there is none. A file of this name is an error of the input.
+pub(crate) fn open_folder(directory: &Path) -> Result<(), StudyError> {
+    if directory.exists() && !directory.is_dir() {
+        return Err(RunError::NotAFolder { path: directory.to_owned() }.into());
+    }
+    fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))
+}
+
+/// Writes a file beside its name, with the extension `part`, then renames it: on an error the earlier file stays.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
+    let part = path.with_extension("part");
+    fs::write(&part, bytes)
+        .and_then(|()| fs::rename(&part, path))
+        .map_err(|error| StudyError::file("write", path, error))
+}
+
+/// Writes a value as JSON.
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StudyError> {
+    let text =
+        serde_json::to_string_pretty(value).map_err(|error| StudyError::file("write", path, error.into()))?;
+    write_whole(path, text.as_bytes())
+}
+
+/// Writes records as CSV.
+pub(crate) fn write_csv(path: &Path, records: &[Vec<String>]) -> Result<(), StudyError> {
+    let failed = |error: csv::Error| StudyError::file("write", path, std::io::Error::other(error));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    records.iter().try_for_each(|record| writer.write_record(record)).map_err(failed)?;
+    write_whole(path, &writer.into_inner().map_err(|error| failed(error.into_error().into()))?)
+}
+
+/// Two or three digits in at most six columns: `0.129`, `3.1e-7`; `-` for an unknown number.
+pub(crate) fn small(value: Option<f64>) -> String {
+    match value {
+        None => "-".to_owned(),
+        Some(0.0) => "0".to_owned(),
+        Some(value) if (0.01..10.0).contains(&value.abs()) => format!("{value:.3}"),
+        Some(value) => format!("{value:.1e}"),
+    }
+}
