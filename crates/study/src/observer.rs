@@ -23,6 +23,17 @@ pub struct Progress<'a> {
     pub point: &'a str,
 }
 
+/// How a study ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All points are there.
+    Finished,
+    /// The observer asked to stop; the points so far are there.
+    Stopped,
+    /// An earlier study had finished; nothing was written.
+    AlreadyFinished,
+}
+
 /// Counts the work of a study.
 pub(crate) struct Meter<'a> {
     observer: &'a mut dyn Observer,

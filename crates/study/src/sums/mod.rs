@@ -5,7 +5,6 @@
 
 mod block;
 mod moments;
-mod number;
 mod report;
 mod windows;
 
@@ -17,13 +16,11 @@ use supple::{Body, Lattice, Simulation};
 
 use crate::error::{Halt, StudyError};
 use crate::machine::Machine;
-use crate::observer::{Meter, Observer};
-use crate::study::Outcome;
+use crate::observer::{Meter, Observer, Outcome};
 use block::Block;
 use moments::{Moments, Rival};
-use number::Number;
 pub use report::{SumsError, SumsReport, SumsRow};
-use windows::Summing;
+use windows::{Number, Summing};
 
 /// The study of the summation.
 #[derive(Clone, Debug)]
@@ -109,18 +106,12 @@ fn rival<T: Number>(
         let shift = Vector3::repeat(distance);
         let positions: Vec<Vector3<T>> = block.bent().iter().map(|x| (x + shift).map(T::of)).collect();
         // As they were rounded: how well far places can be told apart at all is not the sums' doing.
-        let from_corner: Vec<_> = positions.iter().map(|x| x.map(T::wide) - shift).collect();
+        let from_corner: Vec<_> = positions.iter().map(|x| x.map(Into::<f64>::into) - shift).collect();
         let mut rival = Rival::<T>::new(block, moments, summing, distance);
-        let mut times = Vec::new();
-        let mut goals = Vec::new();
-        let repeats = if distance == 0.0 { REPEATS } else { 1 };
-        for _ in 0..repeats {
-            let (summed, time) = rival.goals(&positions);
-            goals = summed;
-            times.push(time.as_secs_f64());
-        }
+        let (mut goals, _) = rival.goals(&positions);
         if distance == 0.0 {
-            row.time(&times, block.len());
+            let timed = (0..REPEATS).map(|_| rival.goals(&positions).1.as_secs_f64());
+            row.time(&timed.collect::<Vec<_>>(), block.len());
         }
         goals.iter_mut().for_each(|goal| *goal -= shift);
         row.error(distance, &goals, &truth(block, &from_corner));

@@ -6,8 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use supple::reference::rotation;
 
 use super::block::Block;
-use super::number::Number;
-use super::windows::{Summing, Windows};
+use super::windows::{Number, Summing, Windows};
 
 /// About what the moments of a region are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,8 +135,8 @@ impl<'a, T: Number> Rival<'a, T> {
                 Moments::Local => d.map(T::of),
                 Moments::Global => Vector3::from_fn(|k, _| self.rest[k][v] + T::of(d[k])),
             };
-            let a = Matrix3::from_fn(|c, k| {
-                (self.fields[3 + 3 * k + c][v] * mass - mean[c] * centroid[k]).wide()
+            let a: Matrix3<f64> = Matrix3::from_fn(|c, k| {
+                (self.fields[3 + 3 * k + c][v] * mass - mean[c] * centroid[k]).into()
             });
             let r = rotation(&a).map(T::of);
             for c in 0..3 {
@@ -159,7 +158,7 @@ impl<'a, T: Number> Rival<'a, T> {
                 let (field, sums) = (&self.fields[column + c], &self.out[column + c]);
                 self.windows.weighted(axis, field, sums, &mut self.spare);
                 for (b, weighted) in self.out[c].iter_mut().zip(&self.spare) {
-                    *b = *b - *weighted;
+                    *b -= *weighted;
                 }
             }
             std::mem::swap(&mut self.fields, &mut self.out);
@@ -176,6 +175,6 @@ impl<'a, T: Number> Rival<'a, T> {
                 self.fields[c][v] + (turned(0) + turned(1) + turned(2))
             }
         };
-        Vector3::from_fn(|c, _| (goal(c) * share).wide())
+        Vector3::from_fn(|c, _| (goal(c) * share).into())
     }
 }

@@ -1,6 +1,25 @@
 //! Window sums along one axis of a block, one number a vertex: plain and weighted by the offset.
 
-use super::number::Number;
+use nalgebra::RealField;
+
+/// f32 or f64.
+pub(super) trait Number: RealField + Copy + Into<f64> {
+    /// Its name in tables.
+    const NAME: &'static str;
+
+    /// The nearest one.
+    fn of(value: f64) -> Self {
+        nalgebra::convert(value)
+    }
+}
+
+impl Number for f32 {
+    const NAME: &'static str = "f32";
+}
+
+impl Number for f64 {
+    const NAME: &'static str = "f64";
+}
 
 /// How a window is summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

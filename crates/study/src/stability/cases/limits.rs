@@ -8,7 +8,7 @@ use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{Surroundings, watch};
 
 fn bar() -> Result<BodyBuilder, Error> {
-    Ok(of_cells(&block([5, 3, 3]), 2)?)
+    of_cells(&block([5, 3, 3]), 2)
 }
 
 fn run(simulation: SimulationBuilder) -> Result<Figures, Error> {

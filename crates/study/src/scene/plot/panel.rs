@@ -1,19 +1,16 @@
-//! One panel: an error over the run time of a frame, both logarithmic, with its front.
+//! One panel: an error over the run time of a frame, both logarithmic, with its front and labels beside it.
+
+use std::ops::Range;
 
 use plotters::chart::ChartBuilder;
-use plotters::coord::Shift;
 use plotters::coord::combinators::{BindKeyPoints, IntoLogRange};
-use plotters::prelude::{DrawingArea, PathElement, SVGBackend};
+use plotters::prelude::PathElement;
 use plotters::style::{BLACK, Color};
 
-use super::Drawn;
 use super::axis::{Axis, number};
-use super::labels::Labels;
-use super::mark::Mark;
-use super::style::{FRONT, METHODS, colour, text};
-use crate::front::Front;
-use crate::point::Point;
-use crate::setting;
+use super::mark::{Area, Drawn, FRONT, METHODS, Mark, RADIUS, colour, text};
+use crate::scene::point::{Front, Point};
+use crate::scene::setting;
 
 /// What a panel shows.
 pub(super) struct Panel<'a> {
@@ -32,11 +29,7 @@ struct Placed<'a> {
 
 impl Panel<'_> {
     /// Draws it into its part of the page.
-    pub(super) fn draw(
-        &self,
-        page: &DrawingArea<SVGBackend<'_>, Shift>,
-        area: &DrawingArea<SVGBackend<'_>, Shift>,
-    ) -> Drawn {
+    pub(super) fn draw(&self, page: &Area<'_>, area: &Area<'_>) -> Drawn {
         let errors = || self.points.iter().filter_map(|point| self.front.error(point));
         let axis = Axis::around(errors());
         let log = |axis: &Axis| {
@@ -86,7 +79,7 @@ impl Panel<'_> {
     }
 
     /// A thin line a method, from coarse lattices to fine ones.
-    fn lines(&self, page: &DrawingArea<SVGBackend<'_>, Shift>, placed: &[Placed<'_>]) -> Drawn {
+    fn lines(&self, page: &Area<'_>, placed: &[Placed<'_>]) -> Drawn {
         for (method, colour) in METHODS {
             let of_line = |point: &Point| {
                 point.method == method
@@ -103,7 +96,7 @@ impl Panel<'_> {
     }
 
     /// The front, as steps: up to the next point on it nothing faster is better than the last.
-    fn front(&self, page: &DrawingArea<SVGBackend<'_>, Shift>, placed: &[Placed<'_>]) -> Drawn {
+    fn front(&self, page: &Area<'_>, placed: &[Placed<'_>]) -> Drawn {
         let mut best: Vec<_> =
             placed.iter().filter(|placed| placed.point.front.contains(&self.front)).collect();
         best.sort_by_key(|placed| placed.at.0);
@@ -116,12 +109,7 @@ impl Panel<'_> {
     }
 
     /// Lattice vertices beside the points on the front, where there is room.
-    fn labels(
-        &self,
-        page: &DrawingArea<SVGBackend<'_>, Shift>,
-        mut labels: Labels,
-        placed: &[Placed<'_>],
-    ) -> Drawn {
+    fn labels(&self, page: &Area<'_>, mut labels: Labels, placed: &[Placed<'_>]) -> Drawn {
         let usual =
             self.points.iter().find(|point| point.axis == setting::Axis::Base).map(|point| point.substeps);
         for Placed { point, at } in placed.iter().filter(|placed| placed.point.front.contains(&self.front)) {
@@ -133,4 +121,53 @@ impl Panel<'_> {
         }
         Ok(())
     }
+}
+
+/// Height of the letters, and about their width, in pixels.
+const SIZE: i32 = 12;
+const WIDTH: i32 = 7;
+/// From the middle of a mark to its label.
+const GAP: i32 = 11;
+
+/// A rectangle in pixels: left, top, right, bottom.
+type Rectangle = [i32; 4];
+
+/// The labels of a panel.
+struct Labels {
+    panel: Rectangle,
+    taken: Vec<Rectangle>,
+}
+
+impl Labels {
+    /// For a panel of these pixels along x and y, with marks at some of them.
+    fn new((x, y): (Range<i32>, Range<i32>), marks: impl Iterator<Item = (i32, i32)>) -> Self {
+        let taken = marks.map(|(x, y)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
+        Self { panel: [x.start, y.start, x.end, y.end], taken }
+    }
+
+    /// Draws a label beside a mark, on the first side where it has room; nowhere if there is none.
+    fn draw(&mut self, page: &Area<'_>, (x, y): (i32, i32), label: &str) -> Drawn {
+        let width = WIDTH * label.chars().count() as i32;
+        let corners = [
+            (x + GAP, y - SIZE - 3),
+            (x + GAP, y + 3),
+            (x - GAP - width, y + 3),
+            (x - GAP - width, y - SIZE - 3),
+            (x - width / 2, y - GAP - SIZE),
+            (x - width / 2, y + GAP),
+        ];
+        let free = corners.into_iter().find_map(|(left, top)| {
+            let own = [left, top, left + width, top + SIZE];
+            let [l, t, r, b] = self.panel;
+            let inside = own[0] >= l && own[1] >= t && own[2] <= r && own[3] <= b;
+            (inside && !self.taken.iter().any(|other| overlap(&own, other))).then_some(own)
+        });
+        let Some(own) = free else { return Ok(()) };
+        self.taken.push(own);
+        page.draw_text(label, &text(f64::from(SIZE), &BLACK), (own[0], own[1]))
+    }
+}
+
+fn overlap(a: &Rectangle, b: &Rectangle) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }

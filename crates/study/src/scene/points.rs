@@ -4,15 +4,16 @@ use std::path::Path;
 
 use supple_io::run::Prepared;
 
-use crate::dynamics::{Budget, Errors as Motion, Judge, visits};
+use super::display::{self, Surfaces};
+use super::matrix::Matrix;
+use super::motion::visits;
+use super::motion_errors::{Budget, Errors as Motion, Judge};
+use super::physical::Physical;
+use super::point::{Errors, Point};
+use super::report::Report;
+use super::setting::{Axis, Dynamics, Method, Setting, Sums};
 use crate::error::Halt;
-use crate::look::{self, Surfaces};
-use crate::matrix::Matrix;
 use crate::observer::{Meter, Observer};
-use crate::physical::Physical;
-use crate::point::{Errors, Point};
-use crate::report::Report;
-use crate::setting::{Axis, Dynamics, Method, Setting, Sums};
 use crate::timing::Timing;
 
 /// How often things are done, and how much the naive sums may take.
@@ -36,7 +37,7 @@ const STEP: f64 = 5e-8;
 const LOOK: f64 = 1e-7;
 
 /// The points of a study under way.
-pub(crate) struct Points {
+pub(super) struct Points {
     physical: Physical,
     matrix: Matrix,
     effort: Effort,
@@ -46,12 +47,12 @@ pub(crate) struct Points {
 
 impl Points {
     /// None of them measured.
-    pub(crate) fn new(physical: Physical, matrix: Matrix, quick: bool) -> Self {
+    pub(super) fn new(physical: Physical, matrix: Matrix, quick: bool) -> Self {
         Self { physical, matrix, effort: Effort::new(quick), finest: None }
     }
 
     /// Measures what is not there yet.
-    pub(crate) fn run(
+    pub(super) fn run(
         &mut self,
         report: &mut Report,
         directory: &Path,
@@ -97,7 +98,7 @@ impl Points {
             f64::from(frames),
         )?;
         let model = self.model(&finest)?;
-        Ok(look::run(&self.physical, &finest, &model, frames, meter)?.surfaces)
+        Ok(display::run(&self.physical, &finest, &model, frames, meter)?.surfaces)
     }
 
     /// A point without a correction: its lattices, where they are at the start.
@@ -132,18 +133,22 @@ impl Points {
         // The naive sums make one run, as far as they are followed.
         let naive = setting.dynamics.sums != Sums::Fast;
         let frames = if naive { followed.max(1) } else { frames };
-        let shown = look::run(&self.physical, setting, &prepared, frames, meter)?;
+        let shown = display::run(&self.physical, setting, &prepared, frames, meter)?;
         let timing = match naive {
             true => Timing::new(None, vec![shown.sample]),
             false => Timing::new(
                 Some(shown.sample),
-                look::time(&self.physical, setting, self.effort.repeats, meter)?,
+                display::time(&self.physical, setting, self.effort.repeats, meter)?,
             ),
         };
         let whole = frames == self.physical.scene().simulation.frames;
         let finest = self.finest.as_ref().filter(|_| whole);
         let bodies = prepared.simulation.bodies();
-        let beside = finest.map(|finest| look::beside(bodies, &shown.surfaces, finest));
+        let beside = finest.map(|finest| display::beside(bodies, &shown.surfaces, finest));
+        let volumes = match whole {
+            true => shown.errors,
+            false => Errors { capped: shown.errors.capped, ..Errors::default() },
+        };
         let finite = |x: f64| Some(x).filter(|x| x.is_finite());
         Ok(Point {
             name: self.physical.name(setting),
@@ -162,12 +167,9 @@ impl Points {
             errors: Errors {
                 goals: motion.goals,
                 path: motion.path,
-                mesh_volume: shown.mesh_volume.filter(|_| whole),
-                cells_volume: Some(shown.cells_volume).filter(|_| whole),
-                cell_volumes: Some(shown.cell_volumes).filter(|_| whole),
                 surface_rms: beside.and_then(|(rms, _)| finite(rms)),
                 surface_hausdorff: beside.and_then(|(_, hausdorff)| finite(hausdorff)),
-                capped: shown.capped,
+                ..volumes
             },
             free: motion.free,
             front: Vec::new(),
@@ -178,8 +180,8 @@ impl Points {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block;
-    use crate::front::Front;
+    use crate::scene::point::Front;
+    use crate::scene::tests as block;
 
     #[test]
     fn part_of_a_motion_is_on_no_front_of_the_whole() {

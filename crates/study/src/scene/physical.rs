@@ -5,16 +5,16 @@ use supple::{Body, Damping, Material, RegionSize, Resolution, Stiffness, VolumeM
 use supple_io::run::{Prepared, RunError, prepare};
 use supple_io::scene::{Scene, Substeps};
 
-use crate::setting::{Dynamics, Method, Setting, Sums};
+use super::setting::{Dynamics, Method, Setting, Sums};
 
 /// A scene whose materials are given by lengths and seconds.
 #[derive(Clone, Debug)]
-pub(crate) struct Physical {
+pub(super) struct Physical {
     scene: Scene,
     /// Half-width and cell size of each body as the scene has them.
     grids: Vec<Grid>,
     /// Steps a frame as the scene has them.
-    pub(crate) substeps: u32,
+    pub(super) substeps: u32,
 }
 
 /// The regions and the lattice of a body.
@@ -49,7 +49,7 @@ impl Physical {
     /// # Errors
     ///
     /// A scene that cannot be built.
-    pub(crate) fn new(mut scene: Scene) -> Result<Self, RunError> {
+    pub(super) fn new(mut scene: Scene) -> Result<Self, RunError> {
         let Prepared { simulation, substeps, .. } = prepare(&scene)?;
         let dt = simulation.dt();
         for data in &mut scene.bodies {
@@ -59,14 +59,14 @@ impl Physical {
     }
 
     /// The half-widths of all bodies at a refinement, in cells.
-    pub(crate) fn half_widths(&self, refinement: f64, reach: f64) -> Vec<usize> {
+    pub(super) fn half_widths(&self, refinement: f64, reach: f64) -> Vec<usize> {
         let width = |grid: &Grid| (grid.refined(refinement) as f64 * reach).round() as usize;
         self.grids.iter().map(|grid| width(grid).max(1)).collect()
     }
 
     /// The name of a point, one of a kind in a study: with the refinement that its half-widths come to. Bodies of which these
     /// differ are named one after another, those of one half-width once.
-    pub(crate) fn name(&self, setting: &Setting) -> String {
+    pub(super) fn name(&self, setting: &Setting) -> String {
         let Dynamics { refinement, reach, substeps, sums } = setting.dynamics;
         let mut grids: Vec<Grid> = Vec::new();
         for grid in &self.grids {
@@ -91,7 +91,7 @@ impl Physical {
     }
 
     /// How the scene itself keeps the volume of its first body; by the cells, where not all bodies can do the same.
-    pub(crate) fn method(&self, body: &Body, usable: &[Method]) -> Method {
+    pub(super) fn method(&self, body: &Body, usable: &[Method]) -> Method {
         let VolumeOptions { measure, scope, .. } = self.scene.bodies[0].volume;
         let measure = match measure {
             Preservation::Off => return Method::off(),
@@ -105,21 +105,12 @@ impl Physical {
     }
 
     /// The scene as it is described, in physical terms.
-    pub(crate) fn scene(&self) -> &Scene {
+    pub(super) fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Builds the scene as it is described.
-    ///
-    /// # Errors
-    ///
-    /// A scene that cannot be built.
-    pub(crate) fn as_it_is(&self) -> Result<Prepared, RunError> {
-        prepare(&self.scene)
-    }
-
     /// About how many lattice vertices a motion has, and how many visits of these by regions the naive sums take.
-    pub(crate) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
+    pub(super) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
         let widths = self.half_widths(dynamics.refinement, dynamics.reach);
         self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
             let own = grid.vertices as f64 * grid.finer(dynamics.refinement).powi(3);
@@ -128,7 +119,7 @@ impl Physical {
     }
 
     /// Whether steps of `dt` seconds are longer than a sixth of a body's period, so that it is softer than asked.
-    pub(crate) fn softened(&self, dt: f64) -> bool {
+    pub(super) fn softened(&self, dt: f64) -> bool {
         let too_fast = |stiffness| match stiffness {
             Stiffness::Frequency(frequency) => frequency * dt > (1.0 + 1e-9) / 6.0,
             Stiffness::PerStep(_) => false,
@@ -141,7 +132,7 @@ impl Physical {
     /// # Errors
     ///
     /// A lattice that does not fit in memory, a handle that takes nothing on this lattice.
-    pub(crate) fn prepare(&self, setting: &Setting) -> Result<Prepared, RunError> {
+    pub(super) fn prepare(&self, setting: &Setting) -> Result<Prepared, RunError> {
         let Setting { dynamics, method } = *setting;
         let mut scene = self.scene.clone();
         scene.simulation.substeps = Substeps::Fixed(dynamics.substeps);
@@ -164,7 +155,7 @@ impl Physical {
     /// # Errors
     ///
     /// As [`Physical::prepare`].
-    pub(crate) fn prepare_free(&self, dynamics: Dynamics) -> Result<Prepared, RunError> {
+    pub(super) fn prepare_free(&self, dynamics: Dynamics) -> Result<Prepared, RunError> {
         let mut free = self.clone();
         free.scene.simulation.gravity = [0.0; 3];
         free.scene.colliders.clear();

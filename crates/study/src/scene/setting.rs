@@ -6,7 +6,7 @@ use supple::volume::{Preservation, VolumeScope};
 
 /// How the volume is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Method {
+pub(super) struct Method {
     /// Whether, and by which measure.
     pub measure: Preservation,
     /// Where it is given back.
@@ -15,7 +15,7 @@ pub(crate) struct Method {
 
 impl Method {
     /// As scenes have it: `off`, `mesh global`.
-    pub(crate) fn name(self) -> String {
+    pub(super) fn name(self) -> String {
         match self.measure {
             Preservation::Off => "off".to_owned(),
             measure => format!("{} {}", measure.name(), self.scope.name()),
@@ -23,12 +23,12 @@ impl Method {
     }
 
     /// No correction.
-    pub(crate) fn off() -> Self {
+    pub(super) fn off() -> Self {
         Self { measure: Preservation::Off, scope: VolumeScope::Global }
     }
 
     /// All of them: off, and each measure with each scope.
-    pub(crate) fn all() -> Vec<Self> {
+    pub(super) fn all() -> Vec<Self> {
         let kept = Preservation::NAMED.iter().map(|&(_, measure)| measure);
         let kept = kept.filter(|measure| matches!(measure, Preservation::By(_)));
         let scopes = VolumeScope::NAMED.map(|(_, scope)| scope);
@@ -39,7 +39,7 @@ impl Method {
 
 /// How the goal positions are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Sums {
+pub(super) enum Sums {
     /// As the core does: window sums in f32 over staircase regions.
     Fast,
     /// Explicit sums in f64, over regions of either kind.
@@ -48,7 +48,7 @@ pub(crate) enum Sums {
 
 impl Sums {
     /// What it is called in tables.
-    pub(crate) fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Fast => "fast",
             Self::Naive(Regions::Staircase) => "naive",
@@ -59,7 +59,7 @@ impl Sums {
 
 /// One point of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Setting {
+pub(super) struct Setting {
     /// Dynamics, which points that differ in the method alone share.
     pub dynamics: Dynamics,
     /// How the volume is kept.
@@ -68,7 +68,7 @@ pub(crate) struct Setting {
 
 /// What of a setting changes the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Dynamics {
+pub(super) struct Dynamics {
     /// Cells per length, over those of the scene: the regions keep their radius, so that half-widths grow with it.
     pub refinement: f64,
     /// Radius of the regions over that of the scene: another one than 1 is another material.
@@ -97,7 +97,7 @@ pub enum Axis {
 
 impl Axis {
     /// Its name in files.
-    pub(crate) fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Base => "base",
             Self::Resolution => "resolution",

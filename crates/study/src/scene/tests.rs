@@ -6,18 +6,18 @@ use supple::reference::Regions;
 use supple_io::scene::Scene;
 use tempfile::TempDir;
 
-use crate::physical::Physical;
-use crate::setting::{Dynamics, Sums};
+use super::physical::Physical;
+use super::setting::{Dynamics, Sums};
 
 /// A block of 2 x 3 x 1.
-const BLOCK: &str = include_str!("../tests/block.obj");
+const BLOCK: &str = include_str!("../../tests/block.obj");
 
 /// How the scene itself moves, by the core and by the naive sums.
-pub(crate) const FAST: Dynamics = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
-pub(crate) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..FAST };
+pub(super) const FAST: Dynamics = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
+pub(super) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..FAST };
 
 /// The scene, with blocks of these half-widths, in a folder that goes with the first of what is returned.
-pub(crate) fn physical(frames: u32, half_widths: &[usize]) -> (TempDir, Physical) {
+pub(super) fn physical(frames: u32, half_widths: &[usize]) -> (TempDir, Physical) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("block.obj"), BLOCK).unwrap();
     let mut text = format!("[simulation]\nframes = {frames}\nfps = 30\nsubsteps = 2\n");

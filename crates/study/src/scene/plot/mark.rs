@@ -1,12 +1,15 @@
-//! Marks: what stands for a point.
+//! Marks that stand for points, their colours, and letters.
 
 use plotters::coord::Shift;
-use plotters::prelude::{Circle, DrawingArea, PathElement, Polygon, SVGBackend};
-use plotters::style::{BLACK, Color, RGBColor, WHITE};
+use plotters::prelude::{Circle, DrawingArea, DrawingAreaErrorKind, PathElement, Polygon, SVGBackend};
+use plotters::style::{BLACK, Color, FontStyle, IntoFont, RGBColor, TextStyle, WHITE};
 
-use super::Drawn;
-use crate::point::Point;
-use crate::setting::Axis;
+use crate::scene::point::Point;
+use crate::scene::setting::Axis;
+
+/// The page, or a part of it.
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// Pixels from the middle of a mark to its edge, and to a ring around it.
 pub(super) const RADIUS: i32 = 5;
@@ -44,13 +47,7 @@ impl Mark {
     }
 
     /// Draws it at a pixel.
-    pub(super) fn draw(
-        self,
-        area: &DrawingArea<SVGBackend<'_>, Shift>,
-        (x, y): (i32, i32),
-        colour: RGBColor,
-        ringed: bool,
-    ) -> Drawn {
+    pub(super) fn draw(self, area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, ringed: bool) -> Drawn {
         if ringed {
             area.draw(&Circle::new((x, y), RING, WHITE.filled()))?;
             area.draw(&Circle::new((x, y), RING, BLACK.stroke_width(2)))?;
@@ -72,4 +69,28 @@ impl Mark {
             }
         }
     }
+}
+
+/// A colour a method (Okabe & Ito 2008: told apart by those who see fewer colours too).
+pub(super) const METHODS: [(&str, RGBColor); 7] = [
+    ("off", RGBColor(130, 130, 130)),
+    ("lattice global", RGBColor(230, 159, 0)),
+    ("lattice regional", RGBColor(213, 94, 0)),
+    ("cells global", RGBColor(86, 180, 233)),
+    ("cells regional", RGBColor(0, 114, 178)),
+    ("mesh global", RGBColor(0, 158, 115)),
+    ("mesh regional", RGBColor(204, 121, 167)),
+];
+
+/// The colour of the front.
+pub(super) const FRONT: RGBColor = RGBColor(40, 40, 40);
+
+/// The colour of a method.
+pub(super) fn colour(method: &str) -> RGBColor {
+    METHODS.iter().find(|(name, _)| *name == method).map_or(BLACK, |(_, colour)| *colour)
+}
+
+/// Letters of a size in a colour.
+pub(super) fn text<'a>(size: f64, colour: &'a impl Color) -> TextStyle<'a> {
+    ("sans-serif", size, FontStyle::Normal).into_font().color(colour)
 }

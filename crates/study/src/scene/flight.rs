@@ -1,15 +1,15 @@
-//! Free flight: what should be kept, and how well it is.
+//! Free flight: the changes of momenta and energy, which should be none.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use supple::reference::{Mass, Momenta, Naive, Regions};
 use supple::{Body, Simulation};
 
+use super::motion::{is_moment, visits};
+use super::physical::Physical;
+use super::setting::Dynamics;
 use crate::error::Halt;
-use crate::moments::is_moment;
 use crate::observer::Meter;
-use crate::physical::Physical;
-use crate::setting::Dynamics;
 
 /// How much a body is longer than at rest when it is let go.
 const STRETCH: f64 = 1.1;
@@ -32,15 +32,15 @@ pub struct Free {
     pub energy: Vec<[f64; 3]>,
 }
 
-/// Lets the bodies of a scene fly. `visits` limits the naive sums that the energy takes.
-pub(crate) fn fly(
+/// Lets the bodies of a scene fly. `budget` limits the visits of the naive sums that the energy takes.
+pub(super) fn fly(
     physical: &Physical,
     dynamics: Dynamics,
-    visits: f64,
+    budget: f64,
     meter: &mut Meter<'_>,
 ) -> Result<Free, Halt> {
     let prepared = physical.prepare_free(dynamics)?;
-    let measured = crate::dynamics::visits(&prepared.simulation) <= visits;
+    let measured = visits(&prepared.simulation) <= budget;
     let mut simulation = prepared.simulation;
     let frames = physical.scene().simulation.frames;
     let time = f64::from(frames) / physical.scene().simulation.fps;

@@ -3,23 +3,21 @@
 use nalgebra::Vector3;
 use supple::reference::{Naive, Regions};
 
-use crate::distance::{Distances, Gathered};
+use super::flight::{self, Free};
+use super::motion::{Motion, is_moment, visits};
+use super::physical::Physical;
+use super::point::{Distances, Path};
+use super::setting::{Dynamics, Method, Setting, Sums};
 use crate::error::Halt;
-use crate::free::{self, Free};
-use crate::moments::is_moment;
-use crate::motion::Motion;
 use crate::observer::Meter;
-use crate::physical::Physical;
-use crate::point::Path;
-use crate::setting::{Dynamics, Method, Setting, Sums};
 
 /// How much work the naive sums may take, in visits of a vertex by a region.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Budget {
+pub(super) struct Budget {
     /// For the path of a body through a motion.
-    pub(crate) path: f64,
+    pub(super) path: f64,
     /// For the goal positions at one moment.
-    pub(crate) goals: f64,
+    pub(super) goals: f64,
 }
 
 /// A path is not worth comparing with over less than this share of the frames.
@@ -29,10 +27,10 @@ const GOALS: u32 = 4;
 
 /// The errors of the motion.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Errors {
-    pub(crate) goals: Option<Distances>,
-    pub(crate) path: Option<Path>,
-    pub(crate) free: Option<Free>,
+pub(super) struct Errors {
+    pub(super) goals: Option<Distances>,
+    pub(super) path: Option<Path>,
+    pub(super) free: Option<Free>,
 }
 
 /// For each body, its vertices.
@@ -42,18 +40,18 @@ type NaivePath = Vec<Moment>;
 
 /// Works out the errors of motions; keeps the paths of the naive sums.
 #[derive(Debug)]
-pub(crate) struct Judge {
+pub(super) struct Judge {
     budget: Budget,
     paths: Vec<(Dynamics, NaivePath)>,
 }
 
 impl Judge {
-    pub(crate) fn new(budget: Budget) -> Self {
+    pub(super) fn new(budget: Budget) -> Self {
         Self { budget, paths: Vec::new() }
     }
 
     /// The frames through which the naive sums can be followed; 0 if these are too few.
-    pub(crate) fn frames(&self, physical: &Physical, visits: f64, substeps: u32) -> u32 {
+    pub(super) fn frames(&self, physical: &Physical, visits: f64, substeps: u32) -> u32 {
         let frames = physical.scene().simulation.frames;
         let affordable = self.budget.path / (visits * f64::from(substeps));
         let followed = affordable.min(f64::from(frames)).floor();
@@ -61,7 +59,7 @@ impl Judge {
     }
 
     /// The errors of a motion.
-    pub(crate) fn errors(
+    pub(super) fn errors(
         &mut self,
         physical: &Physical,
         dynamics: Dynamics,
@@ -99,7 +97,7 @@ impl Judge {
         }
         let path = beside.distances().map(|distances| Path { frames: followed, distances });
         let free = match dynamics.sums {
-            Sums::Fast => Some(free::fly(physical, dynamics, budget.goals, meter)?),
+            Sums::Fast => Some(flight::fly(physical, dynamics, budget.goals, meter)?),
             Sums::Naive(_) => None,
         };
         Ok(Errors { goals: goals.distances(), path, free })
@@ -143,17 +141,45 @@ impl Judge {
     }
 }
 
-/// Visits of a vertex by a region in one evaluation of the naive sums.
-pub(crate) fn visits(simulation: &supple::Simulation) -> f64 {
-    let of_body =
-        |body: &supple::Body| body.lattice().len() as f64 * (2.0 * body.half_width() as f64 + 1.0).powi(3);
-    simulation.bodies().iter().map(of_body).sum()
+/// Distances being gathered.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Gathered {
+    squares: f64,
+    squares_cells: f64,
+    count: usize,
+    max: f64,
+    max_cells: f64,
+}
+
+impl Gathered {
+    /// Adds those of a body with cells of this edge.
+    pub(super) fn add(&mut self, a: &[Vector3<f64>], b: &[Vector3<f64>], cell_size: f64) {
+        for (a, b) in a.iter().zip(b) {
+            let square = (a - b).norm_squared();
+            self.squares += square;
+            self.squares_cells += square / (cell_size * cell_size);
+            self.max = self.max.max(square.sqrt());
+            self.max_cells = self.max_cells.max(square.sqrt() / cell_size);
+        }
+        self.count += a.len();
+    }
+
+    /// What they come to; `None` of nothing.
+    pub(super) fn distances(&self) -> Option<Distances> {
+        let mean = |squares: f64| (squares / self.count as f64).sqrt();
+        (self.count > 0).then(|| Distances {
+            rms_cells: mean(self.squares_cells),
+            max_cells: self.max_cells,
+            rms: mean(self.squares),
+            max: self.max,
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block;
+    use crate::scene::tests as block;
 
     #[test]
     fn naive_sums_that_take_too_long_are_not_even_built() {

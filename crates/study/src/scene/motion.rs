@@ -3,18 +3,18 @@
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
-use supple::{Error, Simulation};
+use supple::{Body, Error, Simulation};
 use supple_io::run::Prepared;
 use supple_io::scene::Scene;
 
-use crate::naive::NaiveBody;
-use crate::setting::Sums;
+use super::naive::NaiveBody;
+use super::setting::Sums;
 
 /// A point in motion.
-pub(crate) struct Motion<'a> {
+pub(super) struct Motion<'a> {
     /// What is looked at. Beside the naive sums it makes the same frames, so that it knows what is held and what is
     /// pushed, and is then put where these are.
-    pub(crate) simulation: Simulation,
+    pub(super) simulation: Simulation,
     substeps: u64,
     /// One for each body; none where the core steps.
     naive: Vec<NaiveBody<'a>>,
@@ -22,7 +22,7 @@ pub(crate) struct Motion<'a> {
 
 impl<'a> Motion<'a> {
     /// A point in motion by the core, from time 0.
-    pub(crate) fn fast(prepared: Prepared) -> Self {
+    pub(super) fn fast(prepared: Prepared) -> Self {
         let Prepared { simulation, substeps, .. } = prepared;
         Self { simulation, substeps: substeps.into(), naive: Vec::new() }
     }
@@ -33,7 +33,7 @@ impl<'a> Motion<'a> {
     /// # Errors
     ///
     /// Pins, handles or colliders that cannot be.
-    pub(crate) fn new(
+    pub(super) fn new(
         prepared: Prepared,
         model: &'a Prepared,
         scene: &Scene,
@@ -54,7 +54,7 @@ impl<'a> Motion<'a> {
     /// # Errors
     ///
     /// Positions that are no longer finite.
-    pub(crate) fn frame(&mut self) -> Result<Duration, Error> {
+    pub(super) fn frame(&mut self) -> Result<Duration, Error> {
         let start = Instant::now();
         if self.naive.is_empty() {
             self.simulation.steps(self.substeps);
@@ -74,7 +74,7 @@ impl<'a> Motion<'a> {
     }
 
     /// Where the vertices of a body are.
-    pub(crate) fn positions(&self, body: usize) -> Vec<Vector3<f64>> {
+    pub(super) fn positions(&self, body: usize) -> Vec<Vector3<f64>> {
         match self.naive.get(body) {
             Some(naive) => naive.positions.clone(),
             None => self.simulation.body(body).positions().iter().map(|p| p.coords).collect(),
@@ -82,10 +82,39 @@ impl<'a> Motion<'a> {
     }
 
     /// The goal positions that its sums give where it is now.
-    pub(crate) fn goals(&self, body: usize) -> Vec<Vector3<f64>> {
+    pub(super) fn goals(&self, body: usize) -> Vec<Vector3<f64>> {
         match self.naive.get(body) {
             Some(naive) => naive.goals(),
             None => self.simulation.body(body).goals().iter().map(|p| p.coords).collect(),
         }
+    }
+}
+
+/// Visits of a vertex by a region in one evaluation of the naive sums.
+pub(super) fn visits(simulation: &Simulation) -> f64 {
+    let of_body = |body: &Body| body.lattice().len() as f64 * (2.0 * body.half_width() as f64 + 1.0).powi(3);
+    simulation.bodies().iter().map(of_body).sum()
+}
+
+/// Whether a frame, from 1 on, is one of so many moments, spread evenly over all frames, the last among them. Of fewer
+/// frames than moments each is one.
+pub(super) fn is_moment(frame: u32, frames: u32, moments: u32) -> bool {
+    let before = |frame: u32| u64::from(frame) * u64::from(moments) / u64::from(frames);
+    before(frame) != before(frame - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_are_spread_evenly() {
+        let of = |frames, moments| -> Vec<u32> {
+            (1..=frames).filter(|&frame| is_moment(frame, frames, moments)).collect()
+        };
+        assert_eq!(of(12, 4), [3, 6, 9, 12]);
+        assert_eq!(of(10, 4), [3, 5, 8, 10]);
+        assert_eq!(of(3, 12), [1, 2, 3]);
+        assert!(is_moment(u32::MAX, u32::MAX, 12) && !is_moment(1, u32::MAX, 12));
     }
 }

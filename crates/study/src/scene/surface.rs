@@ -4,15 +4,15 @@ use nalgebra::{Point3, Vector3};
 
 /// How far a surface is from another.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Distance {
+pub(super) struct Distance {
     /// Sum of the squared distances of vertices with the same number.
-    pub(crate) squares: f64,
+    pub(super) squares: f64,
     /// The Hausdorff distance: the greatest of the distances of either's vertices from the other surface.
-    pub(crate) hausdorff: f64,
+    pub(super) hausdorff: f64,
 }
 
 /// The distance of two surfaces with the same triangles.
-pub(crate) fn distance(a: &[Point3<f64>], b: &[Point3<f64>], triangles: &[[u32; 3]]) -> Distance {
+pub(super) fn distance(a: &[Point3<f64>], b: &[Point3<f64>], triangles: &[[u32; 3]]) -> Distance {
     let squares: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).collect();
     // No vertex is farther from the other surface than from the vertex of its own number: from the farthest on, once
     // these are nearer than the greatest distance found, no other can be greater.

@@ -1,20 +1,48 @@
-//! The study of a scene: point after point, each kept as soon as it is there.
+//! The study of a scene: error against run time.
+//!
+//! ```text
+//! Scene -> physical (materials in lengths and seconds) -> matrix of settings -> points -> report, table, plot
+//!
+//! points: one setting -> display      run times, volumes, and the surface beside the finest (surface)
+//!                     -> motion_errors goals, path and free flight (flight), beside the naive sums (naive, motion)
+//! ```
+
+mod display;
+mod flight;
+mod matrix;
+mod motion;
+mod motion_errors;
+mod naive;
+mod physical;
+mod plot;
+mod point;
+mod points;
+mod report;
+mod setting;
+mod surface;
+mod table;
+#[cfg(test)]
+mod tests;
 
 use std::path::PathBuf;
 
 use supple::volume::Preservation;
 use supple::{Body, VolumeMeasure};
-use supple_io::run::{difference, fingerprint};
+use supple_io::run::{difference, fingerprint, prepare};
 use supple_io::scene::Scene;
 
 use crate::error::{Halt, StudyError};
 use crate::machine::Machine;
-use crate::matrix::Matrix;
-use crate::observer::Observer;
-use crate::physical::Physical;
-use crate::points::Points;
-use crate::report::Report;
-use crate::setting::Method;
+use crate::observer::{Observer, Outcome};
+use matrix::Matrix;
+use physical::Physical;
+use points::Points;
+use setting::Method;
+
+pub use flight::Free;
+pub use point::{Distances, Errors, Front, Path, Point};
+pub use report::Report;
+pub use setting::Axis;
 
 /// A study of a scene.
 #[derive(Clone, Debug)]
@@ -31,17 +59,6 @@ pub struct Study {
     pub resume: bool,
 }
 
-/// How a study ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// All points are there.
-    Finished,
-    /// The observer asked to stop; the points so far are there.
-    Stopped,
-    /// An earlier study had finished; nothing was written.
-    AlreadyFinished,
-}
-
 impl Study {
     /// Runs the study.
     ///
@@ -54,7 +71,7 @@ impl Study {
         }
         let fingerprint = self.fingerprint()?;
         let physical = Physical::new(self.scene.clone())?;
-        let bodies = physical.as_it_is()?;
+        let bodies = prepare(physical.scene())?;
         let threads = bodies.simulation.threads();
         let methods = usable(bodies.simulation.bodies());
         let method = physical.method(&bodies.simulation.body(0), &methods);
@@ -62,23 +79,29 @@ impl Study {
         let mut report = match self.earlier(&fingerprint, threads)? {
             Some(report) if report.complete => return Ok((report, Outcome::AlreadyFinished)),
             Some(report) => report,
-            None => Report::new(self, fingerprint, Machine::here(threads), method.name()),
+            None => Report {
+                scene: self.name.clone(),
+                complete: false,
+                quick: self.quick,
+                machine: Machine::here(threads),
+                frames: self.scene.simulation.frames,
+                fps: self.scene.simulation.fps,
+                method: method.name(),
+                points: Vec::new(),
+                fingerprint,
+            },
         };
         drop(bodies);
         report.open(&self.directory)?;
         let mut points = Points::new(physical, matrix, self.quick);
-        match points.run(&mut report, &self.directory, observer) {
-            Ok(()) => {
-                report.complete = true;
-                report.write(&self.directory)?;
-                Ok((report, Outcome::Finished))
-            }
-            Err(Halt::Stopped) => {
-                report.write(&self.directory)?;
-                Ok((report, Outcome::Stopped))
-            }
-            Err(Halt::Failed(error)) => Err(error.later(Report::path(&self.directory))),
-        }
+        let outcome = match points.run(&mut report, &self.directory, observer) {
+            Ok(()) => Outcome::Finished,
+            Err(Halt::Stopped) => Outcome::Stopped,
+            Err(Halt::Failed(error)) => return Err(error.later(Report::path(&self.directory))),
+        };
+        report.complete = outcome == Outcome::Finished;
+        report.write(&self.directory)?;
+        Ok((report, outcome))
     }
 
     /// What an earlier study must share with this one.
@@ -96,14 +119,11 @@ impl Study {
         }
         let Some(report) = Report::read(&self.directory)? else { return Ok(None) };
         let machine = Machine::here(threads);
-        let what = match difference(&report.fingerprint, fingerprint) {
-            Some(what) => Some(what),
-            None if report.machine != machine => {
-                Some(format!("it was measured on {}, this is {}", report.machine.line(), machine.line()))
-            }
-            None => None,
+        let other_machine = || {
+            (report.machine != machine)
+                .then(|| format!("it was measured on {}, this is {}", report.machine.line(), machine.line()))
         };
-        match what {
+        match difference(&report.fingerprint, fingerprint).or_else(other_machine) {
             Some(what) => Err(StudyError::Resume { path: Report::path(&self.directory), what }),
             None => Ok(Some(report)),
         }

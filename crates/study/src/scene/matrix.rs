@@ -1,19 +1,19 @@
 //! The points of a study.
 //!
-//! Not the full product, most of which nobody would look at: every method on every lattice, and around the scene as it
-//! is, one at a time, the steps, the half-width and the sums.
+//! Not the full product: every method on every lattice, and around the scene as it is, one at a time, the steps, the
+//! half-width and the sums.
 
 use supple::reference::Regions;
 
-use crate::physical::Physical;
-use crate::setting::{Axis, Dynamics, Method, Setting, Sums};
+use super::physical::Physical;
+use super::setting::{Axis, Dynamics, Method, Setting, Sums};
 
 /// The points of a study, in the order in which they are run.
 #[derive(Clone, Debug)]
-pub(crate) struct Matrix {
-    pub(crate) points: Vec<(Axis, Setting)>,
+pub(super) struct Matrix {
+    pub(super) points: Vec<(Axis, Setting)>,
     /// The finest lattice, whose surface the others are compared with.
-    pub(crate) finest: Setting,
+    pub(super) finest: Setting,
 }
 
 /// Which values the axes take. Of values that come to the same half-widths the first is kept: those come first that are
@@ -46,7 +46,7 @@ const QUICK: Axes = Axes {
 
 impl Matrix {
     /// The points around a scene that keeps its volume by `method`, one of `methods`, those that its bodies can have.
-    pub(crate) fn new(physical: &Physical, method: Method, methods: &[Method], quick: bool) -> Self {
+    pub(super) fn new(physical: &Physical, method: Method, methods: &[Method], quick: bool) -> Self {
         let axes = if quick { QUICK } else { FULL };
         let base = Dynamics { refinement: 1.0, reach: 1.0, substeps: physical.substeps, sums: Sums::Fast };
         let widths = |refinement| physical.half_widths(refinement, 1.0);
@@ -108,7 +108,7 @@ fn distinct(values: &[f64], widths: impl Fn(f64) -> Vec<usize>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block;
+    use crate::scene::tests as block;
 
     /// The refinements and reaches of the points of a scene, ascending, and the name of each point.
     fn axes(half_widths: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<String>) {

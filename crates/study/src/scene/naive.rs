@@ -1,0 +1,258 @@
+//! A body stepped by the naive method: positions and velocities in f64, explicit sums over each region.
+//!
+//! Pins, handles and contacts are the core's own stages, and act on both alike.
+
+use nalgebra::{Point3, Vector3};
+use supple::internals::{Colliders, Contacts, SampleCells};
+use supple::dynamics::{Constraint, Constraints};
+use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
+use supple::state::{BodyFrame, BodyState, Interval};
+use supple::{Body, Error, Lanes};
+use supple_io::scene::{BodyData, Scene};
+
+/// A body stepped by the naive method.
+pub(super) struct NaiveBody<'a> {
+    naive: Naive<'a>,
+    /// The component of the lattice that each vertex belongs to.
+    components: &'a supple::Components,
+    /// Those of the step before: damping takes the rotations from them, as the core does.
+    motions: Vec<RegionMotion>,
+    /// In scene units.
+    pub(super) positions: Vec<Vector3<f64>>,
+    /// In scene units per second.
+    pub(super) velocities: Vec<Vector3<f64>>,
+    /// alpha/dt, in 1/s.
+    pull: f64,
+    damping: f64,
+    gravity: Vector3<f64>,
+    dt: f64,
+    steps: u64,
+    stages: Option<Stages>,
+}
+
+impl<'a> NaiveBody<'a> {
+    /// A body as it is now, at time 0, in a scene whose steps take `dt` seconds.
+    ///
+    /// # Errors
+    ///
+    /// Colliders, pins or handles that cannot be; the core would have refused the same.
+    pub(super) fn new(
+        body: &'a Body,
+        data: &BodyData,
+        scene: &Scene,
+        dt: f64,
+        regions: Regions,
+    ) -> Result<Self, Error> {
+        let naive = Naive::new(body.lattice(), body.half_width(), regions).listed();
+        let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
+        let material = body.material();
+        Ok(Self {
+            motions: naive.motions(&positions),
+            components: body.lattice().components(),
+            naive,
+            positions,
+            velocities: body.velocities(),
+            pull: material.alpha(dt) / dt,
+            damping: material.damping_share(dt),
+            gravity: scene.simulation.gravity.into(),
+            dt,
+            steps: 0,
+            stages: Stages::new(body, data, scene)?,
+        })
+    }
+
+    /// The goal positions that its sums give where it is now.
+    pub(super) fn goals(&self) -> Vec<Vector3<f64>> {
+        self.naive.goals(&self.naive.motions(&self.positions))
+    }
+
+    /// One step, stage for stage as the core's.
+    pub(super) fn step(&mut self) {
+        let interval = Interval::of_step(self.steps, self.dt);
+        if let Some(stages) = &mut self.stages {
+            stages.begin(interval, &self.positions, &self.velocities);
+        }
+        let books = self.momenta();
+        if self.damping > 0.0 {
+            self.velocities = self.naive.damped_velocities(&self.motions, &self.velocities, self.damping);
+        }
+        if let Some(stages) = &mut self.stages {
+            stages.before(&self.velocities);
+        }
+        self.motions = self.naive.motions(&self.positions);
+        let goals = self.naive.goals(&self.motions);
+        for ((x, v), goal) in self.positions.iter().zip(&mut self.velocities).zip(&goals) {
+            *v += (goal - x) * self.pull + self.gravity * self.dt;
+        }
+        self.keep(&books);
+        for (x, v) in self.positions.iter_mut().zip(&self.velocities) {
+            *x += v * self.dt;
+        }
+        if let Some(stages) = &mut self.stages {
+            stages.end(interval, self.gravity, &mut self.positions, &mut self.velocities);
+        }
+        self.steps += 1;
+    }
+
+    /// The vertices of a component of the lattice.
+    fn masses(&self, component: usize) -> impl Iterator<Item = Mass> + Clone {
+        let of_vertex = self.components.of_vertex.iter().enumerate();
+        of_vertex.filter(move |(_, of)| **of as usize == component).map(|(v, _)| Mass {
+            mass: self.naive.weights().masses[v],
+            position: self.positions[v],
+            velocity: self.velocities[v],
+        })
+    }
+
+    /// The momenta of each component of which nothing is held.
+    fn momenta(&self) -> Vec<Option<Momenta>> {
+        let mut held = vec![false; self.components.count];
+        for (vertex, &component) in self.components.of_vertex.iter().enumerate() {
+            held[component as usize] |= self.stages.as_ref().is_some_and(|stages| stages.holds(vertex));
+        }
+        (0..)
+            .zip(held)
+            .map(|(component, held)| (!held).then(|| Momenta::of(self.masses(component))))
+            .collect()
+    }
+
+    /// Gives the momenta back that a step before contacts must not change but by gravity. Without the core's books of them,
+    /// the damping of a deformed body, whose lever arms are those of the rest shape, would slow its spin.
+    fn keep(&mut self, books: &[Option<Momenta>]) {
+        for (component, book) in books.iter().enumerate() {
+            let Some(book) = book else { continue };
+            let aim = Momenta { linear: book.linear + self.gravity * (self.dt * book.mass), ..*book };
+            let now = Momenta::of(self.masses(component));
+            let (velocity, spin) = now.missing(&aim, self.masses(component));
+            for (vertex, v) in self.velocities.iter_mut().enumerate() {
+                if self.components.of_vertex[vertex] as usize == component {
+                    *v += velocity + spin.cross(&(self.positions[vertex] - now.centre));
+                }
+            }
+        }
+    }
+}
+
+/// Slots in a block of [`Lanes`].
+const SLOTS: usize = 8;
+
+/// Pins, handles and contacts of the core.
+struct Stages {
+    constraints: Constraints,
+    contacts: Option<(Contacts, Colliders)>,
+    slots: Vec<u32>,
+    state: SingleState,
+}
+
+/// The state as the core's stages take it: f32 with a carry, 48 bits of the positions.
+struct SingleState {
+    frame: BodyFrame,
+    positions: Lanes<3>,
+    carry: Lanes<3>,
+    velocities: Lanes<3>,
+}
+
+impl SingleState {
+    fn new(body: &Body) -> Self {
+        let (lattice, points) = (body.lattice(), body.positions());
+        let sum: Vector3<f64> = points.iter().map(|p| p.coords).sum();
+        let origin: Point3<f64> = (sum / points.len() as f64).into();
+        let zeros = || Lanes::zeros(lattice.len().div_ceil(SLOTS));
+        Self {
+            frame: BodyFrame { origin, cell_size: lattice.cell_size() },
+            positions: zeros(),
+            carry: zeros(),
+            velocities: zeros(),
+        }
+    }
+
+    fn view(&mut self) -> BodyState<'_> {
+        let Self { frame, positions, carry, velocities } = self;
+        BodyState { positions, carry: Some(carry), velocities, frame: *frame }
+    }
+
+    /// Copies positions and velocities in; returns the state.
+    fn set(&mut self, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> BodyState<'_> {
+        let frame = self.frame;
+        let mut state = self.view();
+        for (slot, (&x, v)) in (0..).zip(positions.iter().zip(velocities)) {
+            state.set_position(slot, frame.to_local(&x.into()));
+            state.set_velocity(slot, v / frame.cell_size);
+        }
+        state
+    }
+}
+
+impl Stages {
+    /// `None` if nothing holds the body and nothing can touch it.
+    fn new(body: &Body, data: &BodyData, scene: &Scene) -> Result<Option<Self>, Error> {
+        let lattice = body.lattice();
+        let mut constraints = Vec::new();
+        for pin in &data.pins {
+            constraints.push(Constraint::new(body.select(&pin.selection)?, pin.window, None)?);
+        }
+        for handle in &data.handles {
+            constraints.push(Constraint::new(
+                body.select(&handle.selection)?,
+                handle.window,
+                Some(&handle.keys),
+            )?);
+        }
+        let colliders = Colliders::new(&scene.colliders)?;
+        if constraints.is_empty() && colliders.is_empty() {
+            return Ok(None);
+        }
+        let slots: Vec<u32> = (0..lattice.len() as u32).collect();
+        let samples = || match body.mesh() {
+            Some(mesh) => SampleCells::of_mesh(mesh, lattice, &slots),
+            None => SampleCells::of_lattice(lattice, &slots),
+        };
+        Ok(Some(Self {
+            constraints: Constraints::new(lattice.len(), constraints),
+            contacts: (!colliders.is_empty()).then(|| (Contacts::new(samples()), colliders)),
+            state: SingleState::new(body),
+            slots,
+        }))
+    }
+
+    fn begin(&mut self, interval: Interval, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) {
+        self.constraints.begin(interval, &self.state.set(positions, velocities), &self.slots);
+    }
+
+    /// Whether a pin or a handle holds a vertex in the step that was begun last.
+    fn holds(&self, vertex: usize) -> bool {
+        self.constraints.held()[vertex]
+    }
+
+    /// Contacts note the velocities before the step.
+    fn before(&mut self, velocities: &[Vector3<f64>]) {
+        let Some((contacts, _)) = &mut self.contacts else { return };
+        for (slot, v) in (0..).zip(velocities) {
+            self.state.velocities.set(slot, (v / self.state.frame.cell_size).map(|v| v as f32).into());
+        }
+        contacts.begin(&self.state.velocities);
+    }
+
+    /// Contacts, pins and handles act; vertices that they leave alone keep their bits.
+    fn end(
+        &mut self,
+        interval: Interval,
+        gravity: Vector3<f64>,
+        positions: &mut [Vector3<f64>],
+        velocities: &mut [Vector3<f64>],
+    ) {
+        let Self { constraints, contacts, slots, state } = self;
+        let (frame, mut state) = (state.frame, state.set(positions, velocities));
+        let mut changed: Vec<u32> = Vec::new();
+        if let Some((contacts, colliders)) = contacts {
+            contacts.resolve(&mut state, colliders, interval, gravity.into());
+            changed.extend(contacts.touched());
+        }
+        constraints.apply(interval, &mut state, slots);
+        changed.extend((0..).zip(constraints.held()).filter(|(_, held)| **held).map(|(vertex, _)| vertex));
+        for vertex in changed {
+            positions[vertex as usize] = frame.to_world(state.position(vertex)).coords;
+            velocities[vertex as usize] = state.velocity(vertex) * frame.cell_size;
+        }
+    }
+}

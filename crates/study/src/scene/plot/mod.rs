@@ -1,0 +1,78 @@
+//! `study.svg`: error over run time, a panel an error.
+
+mod axis;
+mod mark;
+mod panel;
+
+use plotters::prelude::{IntoDrawingArea, PathElement, SVGBackend, WHITE};
+use plotters::style::{BLACK, Color};
+
+use super::point::Front;
+use super::report::Report;
+use axis::Axis;
+use mark::{Area, Drawn, FRONT, METHODS, Mark, text};
+use panel::Panel;
+
+/// Pixels, as a browser shows them at its own scale.
+const SIZE: (u32, u32) = (1180, 1000);
+const TITLE: u32 = 64;
+const LEGEND: u32 = 96;
+
+/// What the panels show, in reading order.
+const PANELS: [(Front, &str, &str); 4] = [
+    (Front::Surface, "Surface: distance from the finest lattice", "rms distance / diagonal"),
+    (Front::Volume, "Volume: of the mesh, greatest in the motion", "|volume / volume at rest - 1|"),
+    (Front::Cells, "Cells: their volumes one by one", "rms of volume / volume at rest - 1"),
+    (Front::Path, "Path: distance from the naive sums in f64", "rms distance, cells"),
+];
+
+/// Draws the plot; returns it as SVG.
+pub(super) fn draw(report: &Report) -> Result<String, impl std::error::Error> {
+    let mut svg = String::new();
+    page(report, &mut svg).map(|()| svg)
+}
+
+fn page(report: &Report, svg: &mut String) -> Drawn {
+    let page = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    page.fill(&WHITE)?;
+    let (_, rest) = page.split_vertically(TITLE);
+    let (panels, _) = rest.split_vertically(SIZE.1 - TITLE - LEGEND);
+    let grey = BLACK.mix(0.7);
+    let title = format!("{}: error against run time", report.scene);
+    page.draw_text(&title, &text(22.0, &BLACK), (20, 12))?;
+    page.draw_text(&report.machine.line(), &text(14.0, &grey), (20, 42))?;
+    let times = report.points.iter().map(|point| point.timing.total.median);
+    let time = Axis::around(times);
+    for (area, (front, title, unit)) in panels.split_evenly((2, 2)).iter().zip(PANELS) {
+        let points = report.points.iter().filter(|point| front.tells(point, &report.method)).collect();
+        Panel { front, title, unit, time: &time, points }.draw(&page, area)?;
+    }
+    legend(&page, (SIZE.1 - LEGEND) as i32)?;
+    page.present()
+}
+
+/// Pixels from one entry to the next.
+const METHOD: i32 = 160;
+const MARK: i32 = 232;
+
+/// Draws the legend at the foot of the page, `top` pixels from its head.
+fn legend(page: &Area<'_>, top: i32) -> Drawn {
+    let style = text(14.0, &BLACK);
+    for (index, (name, colour)) in METHODS.iter().enumerate() {
+        let at = (30 + METHOD * index as i32, top + 22);
+        Mark::Circle.draw(page, at, *colour, false)?;
+        let label = if *name == "off" { "volume not kept" } else { name };
+        page.draw_text(label, &style, (at.0 + 12, at.1 - 8))?;
+    }
+    for (index, (mark, label)) in Mark::NAMED.iter().enumerate() {
+        let at = (30 + MARK * index as i32, top + 48);
+        mark.draw(page, at, BLACK, false)?;
+        page.draw_text(label, &style, (at.0 + 12, at.1 - 8))?;
+    }
+    let at = top + 74;
+    page.draw(&PathElement::new([(14, at), (46, at)], FRONT.stroke_width(2)))?;
+    Mark::Circle.draw(page, (30, at), BLACK, true)?;
+    let label = "front: nothing is both faster and better; lattice vertices beside it, and steps a frame where these are \
+                 not the scene's. At the foot of a panel: no error at all";
+    page.draw_text(label, &style, (54, at - 8))
+}

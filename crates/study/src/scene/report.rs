@@ -1,0 +1,165 @@
+//! The report of a study: JSON with all of it, CSV, and the plot.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::flight::Free;
+use super::plot;
+use super::point::{self, Distances, Front, Point};
+use super::table;
+use crate::error::StudyError;
+use crate::machine::Machine;
+use crate::output::{open_folder, write_csv, write_json, write_whole};
+
+/// A study as it is written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// What is studied.
+    pub scene: String,
+    /// Whether all points are there.
+    pub complete: bool,
+    /// Whether it is the quick one.
+    pub quick: bool,
+    /// Where it was run.
+    pub machine: Machine,
+    /// Frames of the motion.
+    pub frames: u32,
+    /// Frames per second.
+    pub fps: f64,
+    /// How the scene itself keeps the volume of its first body.
+    pub method: String,
+    /// The points.
+    pub points: Vec<Point>,
+    /// What a study that goes on must share: the scene and the options as text.
+    pub fingerprint: String,
+}
+
+impl Report {
+    /// Where the report lies in a folder.
+    pub(super) fn path(directory: &Path) -> PathBuf {
+        directory.join("study.json")
+    }
+
+    /// The report in a folder, if there is one.
+    pub(super) fn read(directory: &Path) -> Result<Option<Self>, StudyError> {
+        let path = Self::path(directory);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(StudyError::file("read", &path, error)),
+        };
+        match serde_json::from_str(&text) {
+            Ok(report) => Ok(Some(report)),
+            Err(error) => Err(StudyError::Resume { path, what: format!("it is no study: {error}") }),
+        }
+    }
+
+    /// Whether a point is there.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.points.iter().any(|point| point.name == name)
+    }
+
+    /// Makes the folder and writes what is there, so that a folder that cannot be written is found before the work.
+    pub(super) fn open(&self, directory: &Path) -> Result<(), StudyError> {
+        open_folder(directory)?;
+        self.save(directory)
+    }
+
+    /// Adds a point, and keeps it.
+    pub(super) fn add(&mut self, point: Point, directory: &Path) -> Result<(), StudyError> {
+        self.points.push(point);
+        point::mark(&mut self.points, &self.method);
+        self.save(directory)
+    }
+
+    /// Writes all files.
+    pub(super) fn write(&self, directory: &Path) -> Result<(), StudyError> {
+        self.save(directory)?;
+        write_csv(&directory.join("study.csv"), &self.records())?;
+        let path = directory.join("study.svg");
+        let svg = plot::draw(self)
+            .map_err(|error| StudyError::Plot { path: path.clone(), what: error.to_string() })?;
+        write_whole(&path, svg.as_bytes())
+    }
+
+    /// The rows of `study.csv`: the names of the columns, and a row a point.
+    fn records(&self) -> Vec<Vec<String>> {
+        let mut records = Vec::new();
+        for point in &self.points {
+            let (names, values): (Vec<_>, Vec<_>) = columns(point).into_iter().unzip();
+            if records.is_empty() {
+                records.push(names.into_iter().map(str::to_owned).collect());
+            }
+            records.push(values);
+        }
+        records
+    }
+
+    /// Writes `study.json`: under its name only when it is whole.
+    fn save(&self, directory: &Path) -> Result<(), StudyError> {
+        write_json(&Self::path(directory), self)
+    }
+
+    /// A table of at most 80 columns.
+    pub fn table(&self) -> String {
+        table::of(self)
+    }
+}
+
+/// The columns of a point in `study.csv`: names and values. Unknown values are empty.
+fn columns(point: &Point) -> Vec<(&'static str, String)> {
+    let Point { timing, errors, free, .. } = point;
+    // The shortest text that reads back.
+    let number = |value: f64| format!("{value:?}");
+    let known = |value: Option<f64>| value.map_or_else(String::new, number);
+    let goals = |part: fn(&Distances) -> f64| known(errors.goals.as_ref().map(part));
+    let path = |part: fn(&super::point::Path) -> f64| known(errors.path.as_ref().map(part));
+    let free = |part: fn(&Free) -> Option<f64>| known(free.as_ref().and_then(part));
+    let front: Vec<String> = Front::ALL.iter().map(|front| point.front.contains(front).to_string()).collect();
+    vec![
+        ("axis", point.axis.name().to_owned()),
+        ("method", point.method.clone()),
+        ("sums", point.sums.clone()),
+        ("lattice_vertices", point.lattice_vertices.to_string()),
+        ("cell_size", number(point.cell_size)),
+        ("half_width", point.half_width.to_string()),
+        ("reach", number(point.reach)),
+        ("substeps", point.substeps.to_string()),
+        ("alpha", number(point.alpha)),
+        ("softened", point.softened.to_string()),
+        ("finest", point.finest.to_string()),
+        ("ms_step", number(timing.step.median)),
+        ("ms_correction", number(timing.correction.median)),
+        ("ms_update", number(timing.update.median)),
+        ("ms_total", number(timing.total.median)),
+        ("ms_total_low", number(timing.total.low)),
+        ("ms_total_high", number(timing.total.high)),
+        ("repeats", timing.samples.len().to_string()),
+        ("goals_rms_cells", goals(|goals| goals.rms_cells)),
+        ("goals_max_cells", goals(|goals| goals.max_cells)),
+        ("goals_rms", goals(|goals| goals.rms)),
+        ("goals_max", goals(|goals| goals.max)),
+        ("path_frames", errors.path.map_or_else(String::new, |path| path.frames.to_string())),
+        ("path_rms_cells", path(|path| path.distances.rms_cells)),
+        ("path_max_cells", path(|path| path.distances.max_cells)),
+        ("path_rms", path(|path| path.distances.rms)),
+        ("path_max", path(|path| path.distances.max)),
+        ("mesh_volume", known(errors.mesh_volume)),
+        ("cells_volume", known(errors.cells_volume)),
+        ("cell_volumes", known(errors.cell_volumes)),
+        ("surface_rms", known(errors.surface_rms)),
+        ("surface_hausdorff", known(errors.surface_hausdorff)),
+        ("capped_frames", errors.capped.to_string()),
+        ("linear_momentum", free(|free| Some(free.linear_momentum))),
+        ("angular_momentum", free(|free| Some(free.angular_momentum))),
+        ("energy_gain", free(|free| free.energy_gain)),
+        ("energy_loss", free(|free| free.energy_loss)),
+        ("front_surface", front[0].clone()),
+        ("front_volume", front[1].clone()),
+        ("front_cells", front[2].clone()),
+        ("front_path", front[3].clone()),
+    ]
+}

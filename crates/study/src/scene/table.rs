@@ -1,0 +1,132 @@
+//! The tables for the terminal: at most 80 columns.
+
+use std::fmt::Write as _;
+
+use super::point::{Front, Point};
+use super::report::Report;
+use super::setting::Axis;
+use crate::output::small;
+
+/// A column: heading, width, and the cell of a point.
+type Column = (&'static str, usize, fn(&Point) -> String);
+
+const MAIN: [Column; 12] = [
+    ("method", 16, |point| if point.axis == Axis::Sums { &point.sums } else { &point.method }.clone()),
+    VERTICES,
+    HALF_WIDTH,
+    SUBSTEPS,
+    ("step", 5, |point| milliseconds(point.timing.step.median)),
+    ("corr", 5, |point| milliseconds(point.timing.correction.median)),
+    ("mesh", 5, |point| milliseconds(point.timing.update.median)),
+    ("surf", 6, |point| if point.finest { "=".to_owned() } else { small(point.errors.surface_rms) }),
+    ("volume", 6, |point| small(Front::Volume.error(point))),
+    ("cells", 6, |point| small(Front::Cells.error(point))),
+    ("path", 6, |point| small(Front::Path.error(point))),
+    ("best", 4, best),
+];
+
+const MOTION: [Column; 12] = [
+    ("motion", 7, |point| if point.sums == "breadth-first" { "breadth" } else { &point.sums }.to_owned()),
+    VERTICES,
+    HALF_WIDTH,
+    SUBSTEPS,
+    ("goals", 6, |point| small(point.errors.goals.map(|goals| goals.rms_cells))),
+    ("most", 6, |point| small(point.errors.goals.map(|goals| goals.max_cells))),
+    ("path", 6, |point| small(point.errors.path.map(|path| path.distances.rms_cells))),
+    ("most", 6, |point| small(point.errors.path.map(|path| path.distances.max_cells))),
+    ("linear", 6, |point| small(point.free.as_ref().map(|free| free.linear_momentum))),
+    ("spin", 6, |point| small(point.free.as_ref().map(|free| free.angular_momentum))),
+    ("gain", 6, |point| small(point.free.as_ref().and_then(|free| free.energy_gain))),
+    ("loss", 6, |point| small(point.free.as_ref().and_then(|free| free.energy_loss))),
+];
+
+const VERTICES: Column = ("n", 6, |point| point.lattice_vertices.to_string());
+const HALF_WIDTH: Column = ("w", 2, |point| point.half_width.to_string());
+const SUBSTEPS: Column = ("k", 2, |point| point.substeps.to_string());
+
+/// The parts of the main table.
+const PARTS: [(&[Axis], &str); 4] = [
+    (&[Axis::Base, Axis::Resolution], "lattices and methods; the radius of the regions stays"),
+    (&[Axis::Substeps], "steps a frame; frequency and damping rate stay"),
+    (&[Axis::HalfWidth], "half-width on the lattice of the scene: another material"),
+    (&[Axis::Sums], "naive sums in f64, on one thread"),
+];
+
+const MAIN_LEGEND: &str = "\
+n lattice vertices, w half-width in cells, k steps a frame; step, correction and
+mesh update in ms a frame. surf: rms distance from the surface of the finest
+lattice (=), over the diagonal. volume: greatest relative error, of the mesh;
+cells: rms, of single cells. path: rms distance from the naive sums, in cells.
+best: nothing is both faster and better by s surface, v volume, c cells, p path.
+~ steps too long: softer than asked. ! a correction met its cap in some frame.
+";
+
+const MOTION_LEGEND: &str = "\
+goals and path: rms and greatest distance from the naive sums, in cells. In free
+flight, undamped: change of linear and angular momentum (spin), energy gained
+and lost.";
+
+/// The tables of a report.
+pub(super) fn of(report: &Report) -> String {
+    let mut text = format!("{}\n{}\n\n{}", report.scene, report.machine.line(), headings(&MAIN));
+    for (axes, heading) in PARTS {
+        let points = sorted(report, |point| axes.contains(&point.axis));
+        if !points.is_empty() {
+            let _ = writeln!(text, "{heading}");
+        }
+        points.iter().for_each(|point| text += &row(&MAIN, point));
+    }
+    let _ = write!(text, "\n{MAIN_LEGEND}\n{}", headings(&MOTION));
+    for point in sorted(report, |point| point.method == report.method) {
+        text += &row(&MOTION, point);
+    }
+    text + "\n" + MOTION_LEGEND
+}
+
+/// Some points, from coarse to fine.
+fn sorted(report: &Report, which: impl Fn(&&Point) -> bool) -> Vec<&Point> {
+    let mut points: Vec<&Point> = report.points.iter().filter(which).collect();
+    points.sort_by_key(|point| (point.lattice_vertices, point.half_width, point.substeps));
+    points
+}
+
+/// The letters of the fronts that a point is on, and its warnings.
+fn best(point: &Point) -> String {
+    let mut best: String = point.front.iter().map(|front| front.letter()).collect();
+    best.extend(point.softened.then_some('~'));
+    best.extend((point.errors.capped > 0).then_some('!'));
+    best
+}
+
+fn headings(columns: &[Column]) -> String {
+    line(columns, |(heading, ..)| (*heading).to_owned())
+}
+
+fn row(columns: &[Column], point: &Point) -> String {
+    line(columns, |(.., cell)| cell(point))
+}
+
+/// The first column and the last of the main table to the left, the others to the right.
+fn line(columns: &[Column], cell: impl Fn(&Column) -> String) -> String {
+    let mut line = String::new();
+    for (index, column @ (heading, width, _)) in columns.iter().enumerate() {
+        let (gap, cell) = (if index == 0 { "" } else { " " }, cell(column));
+        let _ = match index == 0 || *heading == "best" {
+            true => write!(line, "{gap}{cell:<width$}"),
+            false => write!(line, "{gap}{cell:>width$}"),
+        };
+    }
+    line.trim_end().to_owned() + "\n"
+}
+
+/// About three digits in at most five columns.
+fn milliseconds(value: f64) -> String {
+    let decimals = match value {
+        _ if !value.is_finite() => return "-".to_owned(),
+        _ if value >= 100.0 => 0,
+        _ if value >= 10.0 => 1,
+        _ if value >= 1.0 => 2,
+        _ => 3,
+    };
+    format!("{value:.decimals$}")
+}
