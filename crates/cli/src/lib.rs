@@ -4,6 +4,7 @@
 //! by Ctrl-C.
 
 mod args;
+mod exit;
 mod inspect;
 mod interrupt;
 mod progress;
@@ -14,39 +15,9 @@ mod study;
 use std::process::ExitCode;
 
 use clap::Parser;
-use supple_io::run::RunError;
 
 use args::{Cli, Command};
-
-/// How a command ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Exit {
-    /// Everything that was asked for is there.
-    Done,
-    /// Something failed while it ran.
-    Failed,
-    /// Arguments, scene or mesh are wrong; nothing was written.
-    Input,
-    /// Ended by Ctrl-C.
-    Interrupted,
-}
-
-impl From<&RunError> for Exit {
-    fn from(error: &RunError) -> Self {
-        if error.is_input() { Self::Input } else { Self::Failed }
-    }
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> Self {
-        Self::from(match exit {
-            Exit::Done => 0,
-            Exit::Failed => 1,
-            Exit::Input => 2,
-            Exit::Interrupted => 130,
-        })
-    }
-}
+use exit::Exit;
 
 /// Runs the program on the arguments it was started with.
 pub fn main() -> ExitCode {

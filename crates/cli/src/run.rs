@@ -6,8 +6,9 @@ use supple_io::run::{Job, Outcome, RunError, RunReport};
 use supple_io::scene::Scene;
 
 use crate::args::RunArgs;
+use crate::exit::Exit;
 use crate::progress::Watch;
-use crate::{Exit, interrupt, say};
+use crate::{interrupt, say};
 
 /// Runs every input.
 pub(crate) fn run(args: &RunArgs) -> Exit {

@@ -7,8 +7,9 @@ use supple_study::stability::StabilityStudy;
 use supple_study::{Outcome, Study, StudyError, SumsStudy};
 
 use crate::args::StudyArgs;
+use crate::exit::Exit;
 use crate::progress::Watch;
-use crate::{Exit, interrupt, say};
+use crate::{interrupt, say};
 
 /// Runs the study that is asked for.
 pub(crate) fn study(args: &StudyArgs) -> Exit {

@@ -6,7 +6,8 @@ mod text;
 use supple_io::run::{RunError, prepare};
 
 use crate::args::InspectArgs;
-use crate::{Exit, say};
+use crate::exit::Exit;
+use crate::say;
 use facts::Facts;
 
 /// Inspects one input.

@@ -34,6 +34,7 @@ use supple_io::scene::Scene;
 use crate::error::{Halt, StudyError};
 use crate::machine::Machine;
 use crate::observer::{Observer, Outcome};
+use crate::output::write_csv;
 use matrix::Matrix;
 use physical::Physical;
 use points::Points;
@@ -100,8 +101,15 @@ impl Study {
             Err(Halt::Failed(error)) => return Err(error.later(Report::path(&self.directory))),
         };
         report.complete = outcome == Outcome::Finished;
-        report.write(&self.directory)?;
+        self.write(&report)?;
         Ok((report, outcome))
+    }
+
+    /// Writes all files.
+    fn write(&self, report: &Report) -> Result<(), StudyError> {
+        report.save(&self.directory)?;
+        write_csv(&self.directory.join("study.csv"), &report.records())?;
+        plot::write(report, &self.directory.join("study.svg"))
     }
 
     /// What an earlier study must share with this one.

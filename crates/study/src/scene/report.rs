@@ -7,12 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::flight::Free;
-use super::plot;
 use super::point::{self, Distances, Front, Point};
-use super::table;
 use crate::error::StudyError;
 use crate::machine::Machine;
-use crate::output::{open_folder, write_csv, write_json, write_whole};
+use crate::output::{open_folder, write_json};
 
 /// A study as it is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,18 +73,8 @@ impl Report {
         self.save(directory)
     }
 
-    /// Writes all files.
-    pub(super) fn write(&self, directory: &Path) -> Result<(), StudyError> {
-        self.save(directory)?;
-        write_csv(&directory.join("study.csv"), &self.records())?;
-        let path = directory.join("study.svg");
-        let svg = plot::draw(self)
-            .map_err(|error| StudyError::Plot { path: path.clone(), what: error.to_string() })?;
-        write_whole(&path, svg.as_bytes())
-    }
-
     /// The rows of `study.csv`: the names of the columns, and a row a point.
-    fn records(&self) -> Vec<Vec<String>> {
+    pub(super) fn records(&self) -> Vec<Vec<String>> {
         let mut records = Vec::new();
         for point in &self.points {
             let (names, values): (Vec<_>, Vec<_>) = columns(point).into_iter().unzip();
@@ -99,13 +87,8 @@ impl Report {
     }
 
     /// Writes `study.json`: under its name only when it is whole.
-    fn save(&self, directory: &Path) -> Result<(), StudyError> {
+    pub(super) fn save(&self, directory: &Path) -> Result<(), StudyError> {
         write_json(&Self::path(directory), self)
-    }
-
-    /// A table of at most 80 columns.
-    pub fn table(&self) -> String {
-        table::of(self)
     }
 }
 

@@ -66,21 +66,23 @@ goals and path: rms and greatest distance from the naive sums, in cells. In free
 flight, undamped: change of linear and angular momentum (spin), energy gained
 and lost.";
 
-/// The tables of a report.
-pub(super) fn of(report: &Report) -> String {
-    let mut text = format!("{}\n{}\n\n{}", report.scene, report.machine.line(), headings(&MAIN));
-    for (axes, heading) in PARTS {
-        let points = sorted(report, |point| axes.contains(&point.axis));
-        if !points.is_empty() {
-            let _ = writeln!(text, "{heading}");
+impl Report {
+    /// A table of at most 80 columns.
+    pub fn table(&self) -> String {
+        let mut text = format!("{}\n{}\n\n{}", self.scene, self.machine.line(), headings(&MAIN));
+        for (axes, heading) in PARTS {
+            let points = sorted(self, |point| axes.contains(&point.axis));
+            if !points.is_empty() {
+                let _ = writeln!(text, "{heading}");
+            }
+            points.iter().for_each(|point| text += &row(&MAIN, point));
         }
-        points.iter().for_each(|point| text += &row(&MAIN, point));
+        let _ = write!(text, "\n{MAIN_LEGEND}\n{}", headings(&MOTION));
+        for point in sorted(self, |point| point.method == self.method) {
+            text += &row(&MOTION, point);
+        }
+        text + "\n" + MOTION_LEGEND
     }
-    let _ = write!(text, "\n{MAIN_LEGEND}\n{}", headings(&MOTION));
-    for point in sorted(report, |point| point.method == report.method) {
-        text += &row(&MOTION, point);
-    }
-    text + "\n" + MOTION_LEGEND
 }
 
 /// Some points, from coarse to fine.

@@ -10,7 +10,8 @@ use std::thread::available_parallelism;
 use serde::Serialize;
 use supple_io::run::Flow;
 
-use super::{Bound, Case, Effort, Measure, Row, cases};
+use super::case::{Bound, Case, Effort, Measure, Row};
+use super::cases::cases;
 use crate::error::StudyError;
 use crate::machine::Machine;
 use crate::observer::{Observer, Progress};
@@ -162,7 +163,7 @@ fn run_all(cases: &[Case], threads: usize, observer: &mut (dyn Observer + Send))
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stability::Figures;
+    use crate::stability::case::Figures;
 
     #[test]
     fn a_case_fails_by_a_bound_by_a_figure_that_is_not_there_by_an_error_and_by_a_panic() {

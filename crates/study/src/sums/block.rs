@@ -4,6 +4,9 @@ use nalgebra::Vector3;
 
 use super::windows::{Summing, Windows};
 
+/// Distances of the blocks' corners from the origin along each axis, in cells.
+pub(super) const DISTANCES: [f64; 4] = [0.0, 1e2, 1e4, 1e6];
+
 /// A block of `side` vertices along each edge, x fastest, with cells of edge 1.
 #[derive(Clone, Debug)]
 pub(super) struct Block {

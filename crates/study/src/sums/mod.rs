@@ -17,7 +17,7 @@ use supple::{Body, Lattice, Simulation};
 use crate::error::{Halt, StudyError};
 use crate::machine::Machine;
 use crate::observer::{Meter, Observer, Outcome};
-use block::Block;
+use block::{Block, DISTANCES};
 use moments::{Moments, Rival};
 pub use report::{SumsError, SumsReport, SumsRow};
 use windows::{Number, Summing};
@@ -35,8 +35,6 @@ pub struct SumsStudy {
 const FULL: [(usize, usize); 5] = [(22, 1), (22, 3), (22, 8), (10, 3), (47, 3)];
 /// Those of a quick study.
 const QUICK: [(usize, usize); 3] = [(10, 1), (10, 3), (22, 3)];
-/// Distances of the blocks' corners from the origin along each axis, in cells.
-const DISTANCES: [f64; 4] = [0.0, 1e2, 1e4, 1e6];
 /// Times that each sum is timed; the median counts.
 const REPEATS: usize = 7;
 /// Steps of the core that are timed together.

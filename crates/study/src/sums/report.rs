@@ -6,8 +6,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::DISTANCES;
-use super::block::Block;
+use super::block::{Block, DISTANCES};
 use crate::error::StudyError;
 use crate::machine::Machine;
 use crate::output::{open_folder, small, write_csv, write_json};

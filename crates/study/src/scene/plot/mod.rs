@@ -4,11 +4,15 @@ mod axis;
 mod mark;
 mod panel;
 
+use std::path::Path;
+
 use plotters::prelude::{IntoDrawingArea, PathElement, SVGBackend, WHITE};
 use plotters::style::{BLACK, Color};
 
 use super::point::Front;
 use super::report::Report;
+use crate::error::StudyError;
+use crate::output::write_whole;
 use axis::Axis;
 use mark::{Area, Drawn, FRONT, METHODS, Mark, text};
 use panel::Panel;
@@ -26,10 +30,12 @@ const PANELS: [(Front, &str, &str); 4] = [
     (Front::Path, "Path: distance from the naive sums in f64", "rms distance, cells"),
 ];
 
-/// Draws the plot; returns it as SVG.
-pub(super) fn draw(report: &Report) -> Result<String, impl std::error::Error> {
+/// Draws the plot.
+pub(super) fn write(report: &Report, path: &Path) -> Result<(), StudyError> {
     let mut svg = String::new();
-    page(report, &mut svg).map(|()| svg)
+    page(report, &mut svg)
+        .map_err(|error| StudyError::Plot { path: path.to_owned(), what: error.to_string() })?;
+    write_whole(path, svg.as_bytes())
 }
 
 fn page(report: &Report, svg: &mut String) -> Drawn {
