@@ -186,7 +186,7 @@ impl<'a> Trial<'a> {
         let Self { simulation, figures, starts, surroundings } = self;
         let [mut speed, mut shape, mut shape_at_start, mut volume] = [0.0_f64; 4];
         let (mut energy, mut energy_at_start, mut still) = (Some(0.0), 0.0, 0.0);
-        for (index, start) in starts.into_iter().enumerate() {
+        for (index, start) in starts.iter_mut().enumerate() {
             let body = simulation.body(index);
             let now = Now::of(&body, simulation.dt());
             let report = body.volume_report();
