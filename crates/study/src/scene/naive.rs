@@ -3,8 +3,8 @@
 //! Pins, handles and contacts are the core's own stages, and act on both alike.
 
 use nalgebra::{Point3, Vector3};
-use supple::internals::{Colliders, Contacts, SampleCells};
 use supple::dynamics::{Constraint, Constraints};
+use supple::internals::{Colliders, Contacts, SampleCells};
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
 use supple::state::{BodyFrame, BodyState, Interval};
 use supple::{Body, Error, Lanes};
