@@ -1,9 +1,12 @@
 """What errors say of arguments: which one, what came, what was expected."""
 
+import inspect
+
 import numpy as np
 import pytest
 
 import supple
+from supple import _core
 
 ONES = np.ones((2, 2, 2), bool)
 
@@ -63,3 +66,9 @@ def test_settable_numbers(name, value):
 def test_functions(cube, make, error, message):
     with pytest.raises(error, match=message):
         make(cube)
+
+
+def test_body_takes_the_keys_of_a_scene():
+    shape, *arguments = inspect.signature(supple.Body).parameters
+    assert shape == "shape"
+    assert sorted(arguments) == sorted(_core.body_keys())

@@ -275,3 +275,61 @@ proptest! {
         exercise(bytes);
     }
 }
+
+/// The positions and faces that obj-rs reads, where a file is plain enough for it.
+fn by_obj_rs(bytes: &[u8]) -> Option<(Vec<[f32; 3]>, Vec<Vec<usize>>)> {
+    use ::obj::raw::object::{Polygon, parse_obj};
+    let read = std::panic::catch_unwind(|| parse_obj(bytes)).ok()?.ok()?;
+    let vertices = |polygon: &Polygon| match polygon {
+        Polygon::P(corners) => corners.clone(),
+        Polygon::PT(corners) | Polygon::PN(corners) => corners.iter().map(|corner| corner.0).collect(),
+        Polygon::PTN(corners) => corners.iter().map(|corner| corner.0).collect(),
+    };
+    let positions = read.positions.iter().map(|&(x, y, z, _)| [x, y, z]).collect();
+    Some((positions, read.polygons.iter().map(vertices).collect()))
+}
+
+#[test]
+fn surfaces_are_those_that_obj_rs_reads() {
+    let mut compared = Vec::new();
+    let mut compare = |name: String, bytes: Vec<u8>| {
+        let Some((positions, faces)) = by_obj_rs(&bytes) else { return };
+        let mesh = parse(&bytes).unwrap();
+        let bits = |point: [f32; 3]| point.map(|number| f64::from(number).to_bits());
+        assert_eq!(mesh.vertices().len(), positions.len(), "{name}");
+        let same = mesh
+            .vertices()
+            .iter()
+            .zip(positions)
+            .all(|(ours, theirs)| <[f64; 3]>::from(ours.coords).map(f64::to_bits) == bits(theirs));
+        assert!(same, "{name}");
+        let ours = mesh.faces().map(|face| face.iter().map(|&vertex| vertex as usize).collect::<Vec<_>>());
+        assert!(ours.eq(faces), "{name}");
+        compared.push(name);
+    };
+    for folder in ["examples/scenes", "tests/data"] {
+        for entry in std::fs::read_dir(file(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|extension| extension == "obj") {
+                compare(path.display().to_string(), std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut text = String::new();
+    for _ in 0..3000 {
+        let mut number = || match random.u32(0..4) {
+            0 => format!("{:e}", f32::from_bits(random.u32(0..0x7f80_0000))),
+            1 => format!("-{}", random.u64(..)),
+            2 => format!("{:.9}", random.f64() - 0.5),
+            _ => format!("+.{}e{}", random.u64(..), random.i32(-40..20)),
+        };
+        text += &format!("v {} {}\t {}\n", number(), number(), number());
+    }
+    for _ in 0..500 {
+        let corners: Vec<_> = (0..random.usize(3..6)).map(|_| random.u32(1..3001).to_string()).collect();
+        text += &format!("f {}\n", corners.join(" "));
+    }
+    compare("random".to_owned(), text.into_bytes());
+    assert!(compared.len() >= 3 && compared.contains(&"random".to_owned()), "{compared:?}");
+}

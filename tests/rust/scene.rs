@@ -6,7 +6,7 @@ use supple::dynamics::Selection;
 use supple::volume::{FieldKind, Preservation, VolumeMeasure, VolumeScope};
 use supple::{Damping, RegionSize, Resolution, Shape, Stiffness};
 use supple_io::frames::Format;
-use supple_io::scene::{Scene, SceneError, Substeps};
+use supple_io::scene::{Scene, SceneError, Substeps, body_keys};
 
 const FULL: &str = r#"
 [simulation]
@@ -197,6 +197,15 @@ fn wrong_types_are_named() {
     ] {
         let message = refusal(line);
         assert!(message.contains(words), "{line}: {message}");
+    }
+}
+
+#[test]
+fn a_body_takes_the_keys_of_the_table() {
+    // A date is right for no key.
+    for key in body_keys().iter().filter(|key| !["name", "mesh"].contains(&key.as_str())) {
+        let message = refusal(&format!("{key} = 1979-05-27"));
+        assert!(message.contains(&format!("scene.toml:4: `body.bust.{key}` must be")), "{message}");
     }
 }
 

@@ -42,7 +42,7 @@ mod _core {
     }
 
     #[pymodule_export]
-    use crate::body::{Body, Hold};
+    use crate::body::{Body, Hold, body_keys};
     #[pymodule_export]
     use crate::collider::check_collider;
     #[pymodule_export]

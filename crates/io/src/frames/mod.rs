@@ -6,12 +6,13 @@
 //! | [`Format::Ply`] | `NAME_0000.ply`, ... | binary little endian: positions, vertex normals, faces |
 //! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: the positions of all frames, for the input's vertex order |
 //!
+//! A [`Sequence`] names the files, a [`FrameWriter`] writes them: [`Source`] and positions -> obj (with turned_normals and
+//! library_path), plain, ply or pc2.
+//!
 //! Every file is written under another name (`.part` at its end) and renamed when it is whole, so that a final name
 //! never stands for half a file.
 
 mod error;
-mod file;
-mod format;
 mod library_path;
 mod number;
 mod obj;
@@ -23,8 +24,6 @@ mod turned_normals;
 mod writer;
 
 pub use error::OutputError;
-pub(crate) use file::part_of;
-pub use format::{Format, UnknownFormat};
-pub use sequence::Sequence;
+pub use sequence::{Format, Sequence, UnknownFormat};
 pub use turned_normals::shared_normals;
 pub use writer::{FrameWriter, Source};

@@ -17,8 +17,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use super::file::part_of;
 use super::{OutputError, Sequence};
+use crate::file::part_of;
 
 const SIGNATURE: &[u8; 12] = b"POINTCACHE2\0";
 const HEADER: u64 = 32;

@@ -1,11 +1,70 @@
-//! The files of a frame sequence.
+//! The files of a frame sequence: their formats, and which of them belong to it.
 
+use std::fmt;
 use std::fs;
-use std::path::Path;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
-use super::file::{PART, part_of};
-use super::{Format, OutputError};
+use serde::{Deserialize, Serialize};
+
+use super::OutputError;
+use crate::file::{PART, part_of};
+
+/// A format of frames. Shown and read as `obj`, `ply`, `pc2`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Format {
+    /// Wavefront OBJ, one file a frame: the input with new positions and normals. The default.
+    #[default]
+    Obj,
+    /// PLY, binary little endian, one file a frame: polygons where all have the same number of corners, else their
+    /// triangles, as many readers take lists of one length only.
+    Ply,
+    /// Point Cache 2, one file a body.
+    ///
+    /// A reader applies it to the *input* mesh: it must have the same number of points in the same order (all `v` of
+    /// an OBJ file, those that no face uses included), loaded without reordering, merging or splitting vertices. The
+    /// positions are in world space, in the axes of the scene: a program that turns the input on import (y up to z
+    /// up) must turn the cache likewise.
+    Pc2,
+}
+
+impl Format {
+    /// All formats.
+    pub const ALL: [Self; 3] = [Self::Obj, Self::Ply, Self::Pc2];
+
+    /// The name, which is also the ending of the files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Ply => "ply",
+            Self::Pc2 => "pc2",
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A name that no [`Format`] has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown format `{0}`: it must be obj, ply or pc2")]
+pub struct UnknownFormat(pub String);
+
+impl FromStr for Format {
+    type Err = UnknownFormat;
+
+    fn from_str(name: &str) -> Result<Self, UnknownFormat> {
+        Self::ALL
+            .into_iter()
+            .find(|format| format.name() == name)
+            .ok_or_else(|| UnknownFormat(name.to_owned()))
+    }
+}
 
 /// The files of one body: where they lie, what they are called, which frames there are.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,12 +143,15 @@ impl Sequence {
     }
 
     /// Refuses an `input` whose name a frame would take, or that would be removed as an older frame.
-    pub(super) fn spare(&self, input: &Path) -> Result<(), OutputError> {
-        let own = input.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.owns(name));
-        let parent = input.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let same = || Some(fs::canonicalize(parent).ok()? == fs::canonicalize(&self.directory).ok()?);
-        if own && same() == Some(true) {
-            return Err(OutputError::OverwritesInput { path: input.to_owned() });
+    pub(crate) fn spare(&self, input: &Path) -> Result<(), OutputError> {
+        // A link and the file that it leads to.
+        for path in [Some(input.to_owned()), fs::canonicalize(input).ok()].into_iter().flatten() {
+            let own = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.owns(name));
+            let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+            let folders = [parent.unwrap_or(Path::new(".")), &self.directory].map(fs::canonicalize);
+            if own && matches!(folders, [Ok(ref a), Ok(ref b)] if a == b) {
+                return Err(OutputError::OverwritesInput { path });
+            }
         }
         Ok(())
     }

@@ -2,13 +2,16 @@
 
 use std::borrow::Cow;
 use std::fs;
+use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::obj::ObjTemplate;
 use super::pc2::PointCache;
 use super::plain::PlainObj;
 use super::ply::Ply;
-use super::{Format, OutputError, Sequence, file};
+use super::{Format, OutputError, Sequence};
+use crate::file::write_whole;
 use crate::obj::{Document, Part};
 use supple::Executor;
 use supple::mesh::Mesh;
@@ -171,7 +174,7 @@ impl FrameWriter {
             Kind::Plain(plain) => plain.fill(positions, &mut self.buffer),
             Kind::Obj(template) => {
                 template.fill(positions);
-                return file::replace(&self.sequence.path(frame), template.texts());
+                return replace(&self.sequence.path(frame), template.texts());
             }
             Kind::Ply(ply) => {
                 assert_eq!(normals.len(), self.vertices, "one normal per vertex");
@@ -179,7 +182,7 @@ impl FrameWriter {
             }
             Kind::Cache(cache, points) => return cache.write(&points.sample(positions)),
         }
-        file::replace(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
+        replace(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
     }
 
     /// Ends the sequence: a point cache gets its final name. Without it the cache stays as `.part`, to be resumed.
@@ -192,6 +195,12 @@ impl FrameWriter {
             _ => Ok(()),
         }
     }
+}
+
+/// Writes texts one after another to a file.
+fn replace<'a>(path: &Path, mut texts: impl Iterator<Item = &'a [u8]>) -> Result<(), OutputError> {
+    write_whole(path, |file| texts.try_for_each(|text| file.write_all(text)))
+        .map_err(OutputError::io("write", path))
 }
 
 impl CachedPoints {

@@ -2,12 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::clean::{self, NO_NORMAL, Parsed};
-use super::error::{At, ObjError, ObjProblem};
-use super::part::Part;
-use super::scan::{self, IgnoredStatement, Numbers, Scan};
+use super::error::{ObjError, ObjProblem};
+use super::parse::{IgnoredStatement, NO_NORMAL, Numbers, Parsed, parse};
 use super::{Group, Library, library};
-use supple::Mesh;
 
 /// An OBJ file: its text kept byte for byte, its surface, and the names of its objects and groups.
 ///
@@ -16,7 +13,6 @@ use supple::Mesh;
 pub struct Document {
     path: PathBuf,
     raw: Vec<u8>,
-    scan: Scan,
     parsed: Parsed,
 }
 
@@ -43,27 +39,10 @@ impl Document {
     /// As [`Document::read`].
     pub fn from_bytes(path: impl Into<PathBuf>, raw: Vec<u8>) -> Result<Self, ObjError> {
         let path = path.into();
-        match analyse(&raw) {
-            Ok((scan, parsed)) => Ok(Self { path, raw, scan, parsed }),
+        match parse(&raw) {
+            Ok(parsed) => Ok(Self { path, raw, parsed }),
             Err((line, problem)) => Err(ObjError { path, line, problem }),
         }
-    }
-
-    /// The mesh of the whole file (its vertices are all `v` of the file, in order), or of one object or group (its
-    /// vertices are those that its faces use, in order).
-    ///
-    /// # Errors
-    /// A name that no `o` or `g` with faces has (the error lists those there are); a surface without extent.
-    pub fn mesh(&self, object: Option<&str>) -> Result<Mesh, ObjError> {
-        Ok(self.part(object)?.into_mesh())
-    }
-
-    /// As [`Document::mesh`], together with what is needed to write the file back.
-    ///
-    /// # Errors
-    /// As [`Document::mesh`].
-    pub fn part(&self, object: Option<&str>) -> Result<Part, ObjError> {
-        Part::new(self, object)
     }
 
     /// The file as it was given.
@@ -88,32 +67,32 @@ impl Document {
 
     /// How many faces with three corners or more there are.
     pub fn face_count(&self) -> usize {
-        self.parsed.offsets.len() - 1
+        self.parsed.face_count()
     }
 
     /// How many lines the file has.
     pub fn line_count(&self) -> usize {
-        self.scan.lines
+        self.parsed.lines
     }
 
     /// Faces with fewer than three corners, which are left out of the mesh, and the line of the first.
     pub fn short_faces(&self) -> (usize, Option<usize>) {
-        (self.scan.short_faces, self.scan.first_short_face)
+        (self.parsed.short_faces, self.parsed.first_short_face)
     }
 
     /// Names given by `o` and `g` statements that have faces, in order.
     pub fn groups(&self) -> impl Iterator<Item = &Group> {
-        self.scan.groups.iter().filter(|group| !group.is_alias)
+        self.parsed.groups.iter().filter(|group| !group.is_alias)
     }
 
     /// Statements that are not used: unknown ones, lines, points, free-form curves and surfaces.
     pub fn ignored_statements(&self) -> &[IgnoredStatement] {
-        &self.scan.ignored
+        &self.parsed.ignored
     }
 
     /// The material libraries that `mtllib` statements name, in order.
     pub fn libraries(&self) -> Vec<Library> {
-        let statements = self.scan.libraries.iter().cloned();
+        let statements = self.parsed.libraries.iter().cloned();
         statements.flat_map(|names| library::split(&self.raw, names, self.directory())).collect()
     }
 
@@ -132,17 +111,17 @@ impl Document {
 
     /// The numbers of all `vn`.
     pub(crate) fn normals(&self) -> &[[f32; 3]] {
-        &self.parsed.normals
+        &self.parsed.directions
     }
 
     /// Where the numbers of all `v` stand.
     pub(crate) fn vertex_numbers(&self) -> &[Numbers] {
-        &self.scan.vertices
+        &self.parsed.vertices
     }
 
     /// Where the numbers of all `vn` stand.
     pub(crate) fn normal_numbers(&self) -> &[Numbers] {
-        &self.scan.normals
+        &self.parsed.normals
     }
 
     /// The `v` of the corners of a face.
@@ -157,7 +136,7 @@ impl Document {
     }
 
     pub(super) fn all_groups(&self) -> &[Group] {
-        &self.scan.groups
+        &self.parsed.groups
     }
 
     /// An error about this file as a whole.
@@ -169,10 +148,4 @@ impl Document {
         let offsets = &self.parsed.offsets;
         offsets[face as usize] as usize..offsets[face as usize + 1] as usize
     }
-}
-
-fn analyse(raw: &[u8]) -> Result<(Scan, Parsed), At<ObjProblem>> {
-    let mut scan = scan::scan(raw)?;
-    let parsed = clean::parse(raw, &mut scan)?;
-    Ok((scan, parsed))
 }

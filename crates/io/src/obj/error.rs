@@ -90,9 +90,9 @@ pub enum ObjProblem {
     /// The file is read, but its faces make no mesh.
     #[error("{0}")]
     Mesh(#[source] MeshError),
-    /// A statement that the parser refuses although nothing else is wrong with it.
-    #[error("{0}")]
-    Parser(String),
+    /// A file beyond what 32-bit indices can count.
+    #[error("more vertices, normals or corners, or a longer line, than 32-bit indices can count")]
+    TooLarge,
 }
 
 impl std::fmt::Display for ObjError {

@@ -1,19 +1,22 @@
 //! Wavefront OBJ: reading surfaces from it, and keeping what is needed to write it back byte for byte.
 //!
-//! A scanner goes over the bytes once and hands [obj-rs](https://crates.io/crates/obj-rs) clean `v`, `vn` and `f`
-//! statements. Everything that real files hold is taken: polygons of any size, texture coordinates, normals, several
-//! `o` and `g`, negative indices, vertex colours, a fourth coordinate, any line ends, continued lines, names with
-//! spaces, bytes that are no UTF-8, statements of other programs.
+//! ```text
+//! bytes -> lines (statements, words) -> parse (with corner, groups) -> Document -> Part: the mesh of an object
+//! ```
+//!
+//! The bytes are passed over once. Everything that real files hold is taken: polygons of any size, texture
+//! coordinates, normals, several `o` and `g`, negative indices, vertex colours, a fourth coordinate, any line ends,
+//! continued lines, names with spaces, bytes that are no UTF-8, statements of other programs. Tests compare what is
+//! read with [obj-rs](https://crates.io/crates/obj-rs), which takes plainer files and keeps no places.
 
-mod clean;
 mod corner;
 mod document;
 mod error;
 mod groups;
 mod library;
 mod lines;
+mod parse;
 mod part;
-mod scan;
 
 use std::path::Path;
 
@@ -21,8 +24,8 @@ pub use document::Document;
 pub use error::{ObjError, ObjProblem};
 pub use groups::Group;
 pub use library::Library;
+pub use parse::IgnoredStatement;
 pub use part::Part;
-pub use scan::IgnoredStatement;
 
 use supple::Mesh;
 

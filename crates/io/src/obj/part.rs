@@ -19,8 +19,27 @@ pub struct Part {
 
 const UNUSED: u32 = u32::MAX;
 
+impl Document {
+    /// The mesh of the whole file (its vertices are all `v` of the file, in order), or of one object or group (its
+    /// vertices are those that its faces use, in order).
+    ///
+    /// # Errors
+    /// A name that no `o` or `g` with faces has (the error lists those there are); a surface without extent.
+    pub fn mesh(&self, object: Option<&str>) -> Result<Mesh, ObjError> {
+        Ok(self.part(object)?.into_mesh())
+    }
+
+    /// As [`Document::mesh`], together with what is needed to write the file back.
+    ///
+    /// # Errors
+    /// As [`Document::mesh`].
+    pub fn part(&self, object: Option<&str>) -> Result<Part, ObjError> {
+        Part::new(self, object)
+    }
+}
+
 impl Part {
-    pub(super) fn new(document: &Document, object: Option<&str>) -> Result<Self, ObjError> {
+    fn new(document: &Document, object: Option<&str>) -> Result<Self, ObjError> {
         let Some(name) = object else {
             let mesh = build(document, 0..document.face_count() as u32, None)?;
             return Ok(Self { mesh, vertices: None, faces: None });

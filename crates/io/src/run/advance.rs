@@ -9,9 +9,8 @@ use super::job::Job;
 use super::observer::{Flow, Observer, Progress};
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
-use super::row::{Row, Times};
-use super::sinks::Sinks;
-use super::stats::Stats;
+use super::stats::{Row, Stats, Times};
+use crate::frames::FrameWriter;
 use supple::{Display, Simulation};
 
 /// A job under way.
@@ -21,7 +20,8 @@ pub(super) struct Running<'a> {
     simulation: Arc<Mutex<Simulation>>,
     substeps: u32,
     inputs: Vec<Input>,
-    sinks: Sinks,
+    /// One for each body.
+    writers: Vec<FrameWriter>,
     stats: Option<Stats>,
     fingerprint: String,
     /// The frame after which this run goes on.
@@ -40,7 +40,7 @@ impl<'a> Running<'a> {
     pub(super) fn new(
         job: &'a Job,
         prepared: Prepared,
-        sinks: Sinks,
+        writers: Vec<FrameWriter>,
         stats: Option<Stats>,
         fingerprint: String,
         after: Option<u32>,
@@ -51,7 +51,7 @@ impl<'a> Running<'a> {
             simulation: Arc::new(Mutex::new(simulation)),
             substeps,
             inputs,
-            sinks,
+            writers,
             stats,
             fingerprint,
             after,
@@ -88,7 +88,7 @@ impl<'a> Running<'a> {
             let stop = observer.frame(&progress) == Flow::Stop;
             let simulation = locked(&shared);
             if stop || frame == last {
-                std::mem::take(&mut self.sinks).finish()?;
+                std::mem::take(&mut self.writers).into_iter().try_for_each(FrameWriter::finish)?;
                 self.save(&simulation, frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
                 return Ok(self.report(&simulation, outcome, first, frame, begun));
@@ -111,14 +111,14 @@ impl<'a> Running<'a> {
         for (index, display) in self.displays.iter_mut().enumerate() {
             let body = simulation.body(index);
             let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
-            let needs_normals = self.sinks.needs_normals(index);
+            let needs_normals = self.writers[index].needs_normals();
             self.positions.resize(vertices, [0.0; 3]);
             self.normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
             let normals = needs_normals.then_some(&mut self.normals[..]);
             let mut shown = display.evaluate(body);
             shown.surface_into(&mut self.positions, normals);
             let writing = Instant::now();
-            self.sinks.write(index, number, &self.positions, &self.normals)?;
+            self.writers[index].write(number, &self.positions, &self.normals)?;
             if self.stats.is_some() {
                 let write = writing.elapsed();
                 let step = stepping.div_f64(simulation.bodies().len() as f64);
@@ -167,7 +167,8 @@ impl<'a> Running<'a> {
     }
 }
 
-/// Whatever panicked with the lock in hand left a simulation as whole as any.
+/// Ignores poisoning: a panic in a step ends the job, and the calls by which observers change a simulation each leave it
+/// whole.
 fn locked(simulation: &Mutex<Simulation>) -> MutexGuard<'_, Simulation> {
     simulation.lock().unwrap_or_else(PoisonError::into_inner)
 }

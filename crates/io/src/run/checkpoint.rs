@@ -1,16 +1,25 @@
-//! What a run needs to go on, beside its frames.
+//! What a run needs to go on, beside its frames: a file that holds one value whole or is refused.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::container;
 use super::error::RunError;
-use super::fingerprint;
+use super::fingerprint::{difference, fnv1a};
+use crate::file::write_whole;
 use supple::SimulationState;
 
 /// The name of the checkpoint in the folder of the frames.
 pub const CHECKPOINT: &str = "supple.checkpoint";
+
+/// Says what the file is.
+const MAGIC: [u8; 8] = *b"SUPPLECK";
+/// Counts the changes of what a checkpoint holds; older files are refused.
+const VERSION: u32 = 3;
+/// Magic, version, length and checksum.
+const HEADER: usize = 8 + 4 + 8 + 8;
 
 /// The state of a run after a frame.
 #[derive(Debug, Serialize, Deserialize)]
@@ -28,14 +37,14 @@ pub(super) struct Checkpoint {
 impl Checkpoint {
     /// Writes the checkpoint of a folder over the one that is there.
     pub(super) fn write(&self, folder: &Path) -> Result<(), RunError> {
-        container::write(&path(folder), self)
+        write(&path(folder), self)
     }
 
     /// Reads the checkpoint of a folder, if there is one, and checks that it is of this motion.
     pub(super) fn read(folder: &Path, fingerprint: &str) -> Result<Option<Self>, RunError> {
         let path = path(folder);
-        let Some(checkpoint) = container::read::<Self>(&path)? else { return Ok(None) };
-        match fingerprint::difference(&checkpoint.fingerprint, fingerprint) {
+        let Some(checkpoint) = read::<Self>(&path)? else { return Ok(None) };
+        match difference(&checkpoint.fingerprint, fingerprint) {
             None => Ok(Some(checkpoint)),
             Some(difference) => Err(RunError::Differs { path, difference }),
         }
@@ -55,4 +64,75 @@ impl Checkpoint {
 
 fn path(folder: &Path) -> PathBuf {
     folder.join(CHECKPOINT)
+}
+
+/// Writes a header, a length, a checksum and a value.
+fn write<T: Serialize>(path: &Path, value: &T) -> Result<(), RunError> {
+    let save = |file: &mut std::fs::File| {
+        let payload = postcard::to_stdvec(value)
+            .map_err(|error| std::io::Error::other(format!("cannot encode: {error}")))?;
+        file.write_all(&MAGIC)?;
+        file.write_all(&VERSION.to_le_bytes())?;
+        file.write_all(&(payload.len() as u64).to_le_bytes())?;
+        file.write_all(&fnv1a(&payload).to_le_bytes())?;
+        file.write_all(&payload)
+    };
+    write_whole(path, save).map_err(|source| RunError::io("write", path, source))
+}
+
+/// Reads a value back; `None` if there is no file.
+fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, RunError> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(RunError::io("read", path, source)),
+    };
+    let damaged = |what: &str| RunError::Checkpoint { path: path.to_owned(), what: what.to_owned() };
+    if bytes.len() < HEADER || bytes[..8] != MAGIC {
+        return Err(damaged("it is not a checkpoint of supple, or only its beginning"));
+    }
+    let number = |range: std::ops::Range<usize>| {
+        bytes[range].iter().rev().fold(0_u64, |number, &byte| number << 8 | u64::from(byte))
+    };
+    let version = number(8..12);
+    if version != u64::from(VERSION) {
+        return Err(damaged(&format!("its format is version {version}, this program reads {VERSION}")));
+    }
+    let payload = &bytes[HEADER..];
+    if payload.len() as u64 != number(12..20) {
+        let expected = number(12..20);
+        return Err(damaged(&format!("it holds {} bytes of {expected}", payload.len())));
+    }
+    if fnv1a(payload) != number(20..28) {
+        return Err(damaged("its checksum does not match"));
+    }
+    postcard::from_bytes(payload).map(Some).map_err(|error| damaged(&format!("it does not decode: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_damaged_file_is_refused_wherever_it_is_damaged() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("supple.checkpoint");
+        assert!(read::<Vec<f32>>(&path).unwrap().is_none());
+        let value = vec![1.0_f32, -2.5, f32::NAN];
+        write(&path, &value).unwrap();
+        let back: Vec<f32> = read(&path).unwrap().unwrap();
+        assert!(back.iter().zip(&value).all(|(a, b)| a.to_bits() == b.to_bits()));
+
+        let whole = std::fs::read(&path).unwrap();
+        for length in 0..whole.len() {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            assert!(matches!(read::<Vec<f32>>(&path), Err(RunError::Checkpoint { .. })), "{length}");
+        }
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x20;
+            std::fs::write(&path, &bytes).unwrap();
+            assert!(matches!(read::<Vec<f32>>(&path), Err(RunError::Checkpoint { .. })), "{at}");
+        }
+    }
 }

@@ -9,6 +9,7 @@ use crate::scene::SceneError;
 
 /// What can stop a job.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RunError {
     /// The scene says what no scene can say.
     #[error(transparent)]
@@ -59,12 +60,6 @@ pub enum RunError {
     /// A file that is to be continued holds something else.
     #[error("{} is not a stats file of supple, so it cannot be continued; name another", path.display())]
     NotStats {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A file that is read would be written over.
-    #[error("{} would be written over; choose another output folder or body name", path.display())]
-    OverInput {
         /// The file.
         path: PathBuf,
     },
@@ -120,7 +115,10 @@ pub enum RunError {
 impl RunError {
     /// Whether arguments, scene or mesh are to blame, so that nothing was written.
     pub fn is_input(&self) -> bool {
-        !matches!(self, Self::Io { .. } | Self::Locked { .. } | Self::Output(_))
+        match self {
+            Self::Output(error) => matches!(error, OutputError::OverwritesInput { .. }),
+            other => !matches!(other, Self::Io { .. } | Self::Locked { .. }),
+        }
     }
 
     pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use super::error::RunError;
-use super::hash::fnv1a;
 use crate::scene::{OutputData, Scene};
 
 /// The fingerprint of a scene: its text without what changes no bit of the motion (frames, threads,
@@ -56,6 +55,13 @@ fn key(line: &str) -> Option<&str> {
     line.split_once(" = ").map(|(key, _)| key)
 }
 
+/// FNV-1a, 64 bits: tells files apart that changed by accident or by editing, the same on every machine.
+pub(super) fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,5 +81,13 @@ mod tests {
             assert!(difference.contains(words), "{difference}");
         }
         assert!(difference(TEXT, "").is_some() && difference("", TEXT).is_some());
+    }
+
+    /// Test vectors of Fowler, Noll and Vo.
+    #[test]
+    fn matches_the_published_vectors() {
+        assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(fnv1a(b"a"), 0xaf63_dc4c_8601_ec8c);
+        assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
     }
 }

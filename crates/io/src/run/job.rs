@@ -1,20 +1,11 @@
 //! A job: a scene, a folder, and how its frames are kept.
 
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
+use std::time::Duration;
 
-use super::advance::Running;
-use super::checkpoint::Checkpoint;
 use super::error::RunError;
-use super::fingerprint::fingerprint;
-use super::lock::Lock;
-use super::observer::{Note, Observer};
-use super::prepare::{Prepared, prepare};
-use super::report::{Outcome, RunReport};
-use super::resume::{self, Start};
-use super::sinks::Sinks;
-use super::stats::{self, Stats};
-use crate::frames::{OutputError, Sequence};
+use super::stats;
+use crate::frames::Sequence;
 use crate::scene::{BodyData, Scene};
 
 /// A scene, the folder that its frames go to, and which of them are kept.
@@ -51,42 +42,6 @@ impl Job {
         }
     }
 
-    /// Runs the job: everything that can be wrong with it is looked for before anything is written.
-    ///
-    /// Frames appear under their names only when they are whole. With [`Job::resume`]: nothing there
-    /// starts at frame 0; a finished sequence is left alone; a sequence that ended early, or is now to
-    /// be longer, goes on after its checkpoint, with the bits of an uninterrupted run.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::is_input`] tells what the user's input is to blame for from what failed while running.
-    pub fn run(&self, observer: &mut dyn Observer) -> Result<RunReport, RunError> {
-        let begun = Instant::now();
-        self.check()?;
-        let fingerprint = fingerprint(&self.scene)?;
-
-        let mut lock = None;
-        let mut start = Start::Fresh;
-        if self.resume && self.directory.is_dir() {
-            lock = Some(Lock::take(&self.directory)?);
-            start = resume::decide(self, &fingerprint, observer)?;
-        }
-        if matches!(start, Start::Finished) {
-            return Ok(self.already_finished(begun));
-        }
-
-        let prepared = prepare(&self.scene)?;
-        let _lock = match lock {
-            Some(lock) => lock,
-            None => self.open_folder()?,
-        };
-        let running = match start {
-            Start::After(checkpoint) => self.reopen(prepared, *checkpoint, fingerprint, observer)?,
-            _ => self.open(prepared, fingerprint)?,
-        };
-        running.run(begun, observer)
-    }
-
     /// The files of each body, in the order of the scene.
     pub fn sequences(&self) -> Vec<Sequence> {
         let sequence = |body: &BodyData| Sequence {
@@ -111,7 +66,7 @@ impl Job {
     }
 
     /// Looks for what is wrong without reading a mesh.
-    fn check(&self) -> Result<(), RunError> {
+    pub(super) fn check(&self) -> Result<(), RunError> {
         if self.every == 0 {
             return Err(RunError::Option { option: "every", value: "0".into(), range: "at least 1" });
         }
@@ -121,89 +76,11 @@ impl Job {
         if self.directory.exists() && !self.directory.is_dir() {
             return Err(RunError::NotAFolder { path: self.directory.clone() });
         }
-        self.check_inputs_are_safe()
-    }
-
-    /// A mesh that lies in the folder of the frames must not look like one of them.
-    fn check_inputs_are_safe(&self) -> Result<(), RunError> {
-        if !self.directory.is_dir() {
-            return Ok(());
-        }
+        // A mesh that lies in the folder of the frames must not look like one of them.
         for sequence in self.sequences() {
-            for path in sequence.existing()? {
-                let is_mesh = |body: &BodyData| is_same(&self.scene.resolve(&body.mesh), &path);
-                if self.scene.bodies.iter().any(is_mesh) {
-                    return Err(RunError::OverInput { path });
-                }
-            }
+            let spared = |body: &BodyData| sequence.spare(&self.scene.resolve(&body.mesh));
+            self.scene.bodies.iter().try_for_each(spared)?;
         }
         Ok(())
-    }
-
-    fn open_folder(&self) -> Result<Lock, RunError> {
-        std::fs::create_dir_all(&self.directory)
-            .map_err(|source| RunError::io("create the folder", &self.directory, source))?;
-        Lock::take(&self.directory)
-    }
-
-    /// Replaces whatever sequence is there.
-    fn open(&self, prepared: Prepared, fingerprint: String) -> Result<Running<'_>, RunError> {
-        let stats = self.stats.as_deref().map(Stats::create).transpose()?;
-        Checkpoint::remove(&self.directory)?;
-        let sinks = Sinks::create(self, &prepared)?;
-        Ok(Running::new(self, prepared, sinks, stats, fingerprint, None))
-    }
-
-    /// Goes on after a checkpoint.
-    fn reopen(
-        &self,
-        mut prepared: Prepared,
-        checkpoint: Checkpoint,
-        fingerprint: String,
-        observer: &mut dyn Observer,
-    ) -> Result<Running<'_>, RunError> {
-        let frame = checkpoint.frame;
-        let sinks = match Sinks::resume(self, &prepared, frame) {
-            // A cache of other frames of the same motion.
-            Err(RunError::Output(error @ OutputError::Cache { .. })) => {
-                observer.note(&Note::StartsAgain { reason: error.to_string() });
-                return self.open(prepared, fingerprint);
-            }
-            sinks => sinks?,
-        };
-        let level = supple::simd_level();
-        if checkpoint.level != level {
-            observer.note(&Note::OtherLevel { before: checkpoint.level, now: level.to_string() });
-        }
-        prepared.simulation.restore(&checkpoint.state).map_err(|error| RunError::Checkpoint {
-            path: self.directory.join(super::CHECKPOINT),
-            what: error.to_string(),
-        })?;
-        let last = self.number(frame);
-        let stats = self.stats.as_deref().map(|path| Stats::resume(path, last)).transpose()?;
-        observer.note(&Note::Resumed { frame });
-        Ok(Running::new(self, prepared, sinks, stats, fingerprint, Some(frame)))
-    }
-
-    fn already_finished(&self, begun: Instant) -> RunReport {
-        RunReport {
-            directory: self.directory.clone(),
-            outcome: Outcome::AlreadyFinished,
-            resumed_after: None,
-            last: self.scene.simulation.frames,
-            simulated: 0,
-            written: 0,
-            substeps: 0,
-            elapsed: begun.elapsed(),
-            bodies: Vec::new(),
-        }
-    }
-}
-
-/// Whether two paths lead to the same file.
-fn is_same(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
     }
 }

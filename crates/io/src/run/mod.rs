@@ -1,7 +1,8 @@
 //! Running a scene: from data to frames on disk, with checkpoints.
 //!
 //! ```text
-//! Scene -> prepare (meshes, lattices, simulation) -> Job::run: steps, frames, statistics, checkpoints
+//! Scene -> prepare (meshes, lattices, simulation; substeps) -> Job -> start (fresh, or after a checkpoint of the
+//! same fingerprint; one at a time by its lock) -> advance: steps, frames, stats, checkpoint -> report
 //! ```
 //!
 //! Both the command line and Python call [`Job::run`]; progress bars, Ctrl-C and callbacks sit outside,
@@ -9,18 +10,14 @@
 
 mod advance;
 mod checkpoint;
-mod container;
 mod error;
 mod fingerprint;
-mod hash;
 mod job;
 mod lock;
 mod observer;
 mod prepare;
 mod report;
-mod resume;
-mod row;
-mod sinks;
+mod start;
 mod stats;
 pub mod substeps;
 
@@ -32,4 +29,4 @@ pub use lock::LOCK;
 pub use observer::{Flow, Note, Observer, Progress};
 pub use prepare::{Input, Prepared, prepare};
 pub use report::{BodyReport, Outcome, RunReport};
-pub use row::Row;
+pub use stats::Row;

@@ -1,46 +1,68 @@
-//! What a scene says, as plain data: one field for each key, defaults filled in.
+//! What a scene says, as plain data: one field for each key, defaults filled in. serde reads and writes it.
+//!
+//! A field called `@...` has keys of its own among those beside it: see [`super::keys`].
 
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
+use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys};
 use crate::frames::Format;
 use supple::dynamics::{Handle, Pin};
 use supple::volume::VolumeOptions;
-use supple::{Collider, Material, Placement, Resolution};
+use supple::{Collider, LatticeOptions, Material, Placement, Resolution};
+
+/// The most frames of a run: almost four days at 30 a second.
+const MAX_FRAMES: u32 = 10_000_000;
+/// The most steps of a frame.
+const MAX_SUBSTEPS: u32 = 100_000;
+/// The most threads: more than machines have, and less than systems refuse.
+const MAX_THREADS: u32 = 1024;
 
 /// A scene: what is simulated, and how its frames are written.
 ///
 /// Lengths are in whatever unit the meshes use, times in seconds, masses in kilograms.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// The folder that `mesh` and `output.directory` are relative to: that of the scene file.
+    #[serde(skip)]
     pub base: PathBuf,
     /// `[simulation]`: time and gravity.
+    #[serde(default)]
     pub simulation: SimulationData,
     /// `[output]`: where the frames go.
+    #[serde(default)]
     pub output: OutputData,
     /// `[[body]]`, in the order of the file; at least one.
+    #[serde(default, rename = "body")]
     pub bodies: Vec<BodyData>,
     /// `[[collider]]`, in the order of the file.
+    #[serde(default, rename = "collider", with = "keys::colliders")]
     pub colliders: Vec<Collider>,
 }
 
 /// `[simulation]`: time, gravity and threads.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SimulationData {
     /// Frames after frame 0; default 240.
+    #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_FRAMES>")]
     pub frames: u32,
     /// Frames per second, above 0; default 30.
+    #[serde(deserialize_with = "keys::positive")]
     pub fps: f64,
     /// Steps per frame; default 2.
     pub substeps: Substeps,
     /// Acceleration of every body, length/s^2; default `[0, -9.81, 0]`.
     pub gravity: [f64; 3],
     /// Threads; 0, the default, takes all.
+    #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_THREADS>")]
     pub threads: usize,
 }
 
 /// Steps per frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "toml::Value", try_from = "toml::Value")]
 pub enum Substeps {
     /// This many, at least 1.
     Fixed(u32),
@@ -49,37 +71,121 @@ pub enum Substeps {
 }
 
 /// `[output]`: where the frames go and what they look like.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct OutputData {
     /// Folder of the frames, relative to the scene file; default `frames`.
+    #[serde(deserialize_with = "keys::folder")]
     pub directory: PathBuf,
     /// File format; default OBJ.
     pub format: Format,
 }
 
 /// `[[body]]`: a mesh, how it is placed, and what it is made of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct BodyData {
     /// Unique name: letters, digits, `-`, `_` and `.`.
+    #[serde(deserialize_with = "keys::name")]
     pub name: String,
     /// OBJ file, relative to the scene file.
+    #[serde(deserialize_with = "keys::mesh")]
     pub mesh: PathBuf,
     /// Only this `o` or `g` of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
     /// Factor on the mesh, applied first; above 0, default 1.
+    #[serde(deserialize_with = "keys::positive")]
     pub scale: f64,
     /// `rotate`, then `translate`, applied after the scale; `velocity` and `spin` at the start.
+    #[serde(rename = "@placement", with = "PlacementKeys")]
     pub placement: Placement,
     /// How fine the lattice is; default 1,000 lattice vertices.
+    #[serde(rename = "@resolution", with = "ResolutionKeys")]
     pub resolution: Resolution,
     /// Whether parts that float apart are bridged to the largest; default true.
     pub join: bool,
     /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `damping` or `damping_rate`, `density`.
+    #[serde(rename = "@material", with = "MaterialKeys")]
     pub material: Material,
     /// How the volume is kept; default automatic.
+    #[serde(with = "VolumeKeys")]
     pub volume: VolumeOptions,
     /// `[[body.pin]]`, in the order of the file.
+    #[serde(rename = "pin", with = "keys::pins")]
     pub pins: Vec<Pin>,
     /// `[[body.handle]]`, in the order of the file.
+    #[serde(rename = "handle", with = "keys::handles")]
     pub handles: Vec<Handle>,
+}
+
+impl BodyData {
+    /// A body of this name and mesh, with every default.
+    pub fn new(name: impl Into<String>, mesh: impl Into<PathBuf>) -> Self {
+        let LatticeOptions { resolution, join, .. } = LatticeOptions::default();
+        Self {
+            name: name.into(),
+            mesh: mesh.into(),
+            object: None,
+            scale: 1.0,
+            placement: Placement::default(),
+            resolution,
+            join,
+            material: Material::default(),
+            volume: VolumeOptions::default(),
+            pins: Vec::new(),
+            handles: Vec::new(),
+        }
+    }
+}
+
+/// What a file leaves out of a body; reading fills in its mesh and name.
+impl Default for BodyData {
+    fn default() -> Self {
+        Self::new("", "")
+    }
+}
+
+impl Default for SimulationData {
+    fn default() -> Self {
+        Self { frames: 240, fps: 30.0, substeps: Substeps::Fixed(2), gravity: [0.0, -9.81, 0.0], threads: 0 }
+    }
+}
+
+impl Default for OutputData {
+    fn default() -> Self {
+        Self { directory: "frames".into(), format: Format::default() }
+    }
+}
+
+impl From<Substeps> for toml::Value {
+    fn from(substeps: Substeps) -> Self {
+        match substeps {
+            Substeps::Fixed(steps) => steps.into(),
+            Substeps::Auto => "auto".into(),
+        }
+    }
+}
+
+impl TryFrom<toml::Value> for Substeps {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, String> {
+        let steps = value.as_integer().and_then(|steps| u32::try_from(steps).ok());
+        match (value.as_str(), steps) {
+            (Some("auto"), _) => Ok(Self::Auto),
+            (_, Some(steps @ 1..=MAX_SUBSTEPS)) => Ok(Self::Fixed(steps)),
+            _ => Err(format!("\"auto\" or a whole number from 1 to {MAX_SUBSTEPS}")),
+        }
+    }
+}
+
+/// The keys of `[[body]]`.
+pub fn body_keys() -> Vec<String> {
+    let body = BodyData { object: Some(String::new()), ..BodyData::default() };
+    let fields = toml::Table::try_from(body).unwrap_or_default();
+    keys::expand(&fields.keys().map(String::as_str).collect::<Vec<_>>())
+        .into_iter()
+        .map(str::to_owned)
+        .collect()
 }

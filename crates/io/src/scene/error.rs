@@ -31,6 +31,7 @@ impl fmt::Display for Place {
 
 /// What is wrong with a scene.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// The file cannot be read.
     #[error("{}: cannot read the scene: {source}", path.display())]

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::body::name_from;
 use super::data::{BodyData, OutputData, Scene, SimulationData, Substeps};
 use super::error::SceneError;
-use supple::{Collider, Damping, Shape};
+use super::keys::name_from;
+use supple::{Collider, Damping};
 
 /// Which axis of a model points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,12 +78,7 @@ impl Scene {
             },
             output: OutputData::default(),
             bodies: vec![body],
-            colliders: vec![Collider {
-                shape: Shape::Plane { point, normal },
-                friction: 0.5,
-                restitution: 0.0,
-                keys: Vec::new(),
-            }],
+            colliders: vec![Collider::plane(point, normal)],
         }
     }
 }

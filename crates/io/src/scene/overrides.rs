@@ -3,18 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::body::name_from;
-use super::document::{Data, Table, Value, parse_value};
 use super::error::{Place, SceneError};
-use super::fields::nearest;
-
-/// Two ways to say one thing: setting one takes the other's place.
-const PAIRS: [(&str, &str); 4] = [
-    ("lattice_vertices", "cell_size"),
-    ("half_width", "stiffness_radius"),
-    ("stiffness", "frequency"),
-    ("damping", "damping_rate"),
-];
+use super::field::nearest;
+use super::keys::{ALTERNATIVES, name_from};
+use super::value::{Data, Table, Value, parse_value};
 
 /// Applies overrides in their order.
 pub(super) fn apply(root: &mut Value, overrides: &[String]) -> Result<(), SceneError> {
@@ -61,16 +53,10 @@ fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), 
 
 /// Sets a key and removes the other way to say the same thing, unless an override said it too.
 fn replace(table: &mut Table, key: &str, value: Value, place: &Place) {
-    let other = PAIRS.iter().find_map(|&(a, b)| match key {
-        _ if key == a => Some(b),
-        _ if key == b => Some(a),
-        _ => None,
-    });
-    if let Some(other) = other {
-        let from_file = table.get(other).is_some_and(|value| !matches!(value.place, Place::Override(_)));
-        if from_file {
-            table.remove(other);
-        }
+    if let Some(ways) = ALTERNATIVES.iter().find(|ways| ways.contains(&key)) {
+        table.retain(|other, value| {
+            !ways.contains(&other.as_str()) || matches!(value.place, Place::Override(_))
+        });
     }
     table.insert(key.to_owned(), Value { place: place.clone(), ..value });
 }
@@ -104,12 +90,8 @@ fn find<'a>(values: &[Value], path: &'a str) -> Result<(usize, Option<&'a str>),
 
 /// The name that an element goes by: a body without one is called after its mesh.
 fn name(value: &Value) -> Option<String> {
-    let Data::Table(table) = &value.data else { return None };
-    let text = |key| match &table.get(key)?.data {
-        Data::Text(text) => Some(text),
-        _ => None,
-    };
-    text("name").cloned().or_else(|| text("mesh").map(|mesh| name_from(Path::new(mesh))))
+    let name = value.text("name").map(str::to_owned);
+    name.or_else(|| value.text("mesh").map(|mesh| name_from(Path::new(mesh))))
 }
 
 /// What is left of a path after a name; `None` if the path does not begin with it.

@@ -1,22 +1,15 @@
-//! From a text to a scene: `[simulation]`, `[output]` and the lists of bodies and colliders.
+//! From a text to a scene: parsed, changed by overrides, read, and checked where keys depend on each other.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::data::{OutputData, Scene, SimulationData, Substeps};
+use super::data::{BodyData, Scene};
 use super::error::{Place, SceneError};
-use super::fields::{Field, Fields};
-use super::range::Range;
-use super::{body, document, motion, overrides};
-use crate::frames::Format;
-
-/// The most frames of a run: almost four days at 30 a second.
-const MAX_FRAMES: u32 = 10_000_000;
-/// The most steps of a frame.
-const MAX_SUBSTEPS: u32 = 100_000;
-/// The most threads: more than machines have, and less than systems refuse.
-const MAX_THREADS: u32 = 1024;
+use super::field::Field;
+use super::keys::{meaning, name_from};
+use super::{overrides, value};
+use supple::dynamics::{Key, Selection, Window};
 
 impl Scene {
     /// Reads a scene file.
@@ -43,8 +36,7 @@ impl Scene {
         let bytes = std::fs::read(path).map_err(read)?;
         let file = path.to_string_lossy();
         let text = String::from_utf8(bytes).map_err(|error| {
-            let valid = error.utf8_error().valid_up_to();
-            let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
+            let line = value::line_of(error.as_bytes(), error.utf8_error().valid_up_to());
             let place = Place::Line { file: file.as_ref().into(), line };
             SceneError::Syntax { place, message: "not valid TOML: the text is not UTF-8".to_owned() }
         })?;
@@ -60,28 +52,32 @@ impl Scene {
     /// As [`Scene::read_with`].
     pub fn parse(text: &str, file: &str, base: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let file: Arc<str> = file.into();
-        let mut root = document::parse(text.trim_start_matches('\u{feff}'), &file)?;
+        let mut root = value::parse(text.trim_start_matches('\u{feff}'), &file)?;
         overrides::apply(&mut root, overrides)?;
         let root = Field::root(&root);
-        let fields = Fields::new(&root, &["simulation", "output", "body", "collider"])?;
-
-        let simulation = read_simulation(fields.get("simulation"))?;
-        let output = read_output(fields.get("output"))?;
-        let tables = fields.tables("body")?;
-        if tables.is_empty() {
-            return Err(fields.missing("body", "a scene needs at least one [[body]] with a `mesh`"));
+        let mut scene: Self = root.read()?;
+        scene.base = base.to_owned();
+        if scene.bodies.is_empty() {
+            return Err(root.missing("body", "a scene needs at least one [[body]] with a `mesh`"));
         }
-        let bodies = tables.iter().map(body::read).collect::<Result<Vec<_>, _>>()?;
         let mut names = HashSet::new();
-        for (table, body) in tables.iter().zip(&bodies) {
-            if !names.insert(body.name.as_str()) {
-                let place = table.place().clone();
-                return Err(SceneError::DuplicateName { place, name: body.name.clone() });
+        for (index, body) in scene.bodies.iter_mut().enumerate() {
+            let field = root.at(&format!("body.{index}"));
+            if body.mesh.as_os_str().is_empty() {
+                return Err(field.missing("mesh", meaning("mesh")));
             }
+            if body.name.is_empty() {
+                body.name = name_from(&body.mesh);
+            }
+            if !names.insert(body.name.clone()) {
+                return Err(field.duplicate(&body.name));
+            }
+            check_holds(body, &field)?;
         }
-        let colliders =
-            fields.tables("collider")?.iter().map(motion::read_collider).collect::<Result<_, _>>()?;
-        Ok(Self { base: base.to_owned(), simulation, output, bodies, colliders })
+        for (index, collider) in scene.colliders.iter().enumerate() {
+            check_times(&collider.keys, &root.at(&format!("collider.{index}")))?;
+        }
+        Ok(scene)
     }
 
     /// Where a path of the scene leads: absolute as it is, relative to the scene file otherwise.
@@ -95,54 +91,37 @@ impl Scene {
     }
 }
 
-fn read_simulation(field: Option<Field<'_>>) -> Result<SimulationData, SceneError> {
-    let mut data = SimulationData::default();
-    let Some(field) = field else { return Ok(data) };
-    let fields = Fields::new(&field, &["frames", "fps", "substeps", "gravity", "threads"])?;
-    data.frames = fields.read_or("frames", data.frames, |field| field.count(0, MAX_FRAMES))?;
-    data.fps = fields.read_or("fps", data.fps, |field| field.number(Range::Positive))?;
-    data.substeps = fields.read_or("substeps", data.substeps, read_substeps)?;
-    data.gravity = fields.read_or("gravity", data.gravity, Field::vector)?;
-    let threads = fields.read_or("threads", 0, |field| field.count(0, MAX_THREADS))?;
-    data.threads = threads as usize;
-    Ok(data)
-}
-
-fn read_substeps(field: &Field<'_>) -> Result<Substeps, SceneError> {
-    if field.is_text() {
-        return match field.text()? {
-            "auto" => Ok(Substeps::Auto),
-            _ => Err(field.out_of_range("\"auto\" or a whole number of at least 1")),
-        };
-    }
-    field.count(1, MAX_SUBSTEPS).map(Substeps::Fixed)
-}
-
-fn read_output(field: Option<Field<'_>>) -> Result<OutputData, SceneError> {
-    let mut data = OutputData::default();
-    let Some(field) = field else { return Ok(data) };
-    let fields = Fields::new(&field, &["directory", "format"])?;
-    if let Some(directory) = fields.get("directory") {
-        let text = directory.text()?;
-        if text.is_empty() {
-            return Err(directory.out_of_range("a folder; write \".\" for that of the scene"));
+/// Checks boxes, windows and poses of pins and handles.
+fn check_holds(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
+    let pins = body.pins.iter().enumerate().map(|(index, pin)| {
+        let none: &[Key] = &[];
+        (format!("pin.{index}"), &pin.selection, pin.window, none)
+    });
+    let handles = body.handles.iter().enumerate().map(|(index, handle)| {
+        (format!("handle.{index}"), &handle.selection, handle.window, &handle.keys[..])
+    });
+    for (path, selection, Window { from, until }, keys) in pins.chain(handles) {
+        let hold = field.at(&path);
+        if let Selection::Box { min, max } = selection
+            && (0..3).any(|axis| min[axis] > max[axis])
+        {
+            return Err(hold.at("box.max").out_of_range("at least `min` on every axis"));
         }
-        data.directory = text.into();
+        if until <= from {
+            return Err(hold.at("until").out_of_range(&format!("a number above {from}")));
+        }
+        check_times(keys, &hold)?;
     }
-    data.format = fields.read_or("format", data.format, |field| {
-        Ok(Format::ALL[field.choice(&Format::ALL.map(Format::name))?])
-    })?;
-    Ok(data)
+    Ok(())
 }
 
-impl Default for SimulationData {
-    fn default() -> Self {
-        Self { frames: 240, fps: 30.0, substeps: Substeps::Fixed(2), gravity: [0.0, -9.81, 0.0], threads: 0 }
-    }
-}
-
-impl Default for OutputData {
-    fn default() -> Self {
-        Self { directory: "frames".into(), format: Format::default() }
+/// Two poses at one time would be a jump, which no speed can follow.
+fn check_times(keys: &[Key], field: &Field<'_>) -> Result<(), SceneError> {
+    match keys.windows(2).position(|pair| pair[1].time <= pair[0].time) {
+        None => Ok(()),
+        Some(index) => {
+            let range = format!("a number above {}", keys[index].time);
+            Err(field.at(&format!("keys.{}.time", index + 1)).out_of_range(&range))
+        }
     }
 }

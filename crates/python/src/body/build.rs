@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::volume::{FieldKind, Preservation, VolumeScope};
 use supple::{BodyBuilder, Damping, Material, Placement, RegionSize, Stiffness, VolumeOptions};
+use supple_io::scene::{ALTERNATIVES, BodyData};
 
 use crate::argument::{self, wrong_type};
 use crate::error;
@@ -12,42 +13,19 @@ use crate::lattice::Lattice;
 use crate::mesh::mesh_like;
 use crate::settings::Settings;
 
-/// The keyword arguments: the keys of a scene's `[[body]]`.
-pub(super) const KEYS: [&str; 19] = [
-    "name",
-    "object",
-    "scale",
-    "rotate",
-    "translate",
-    "lattice_vertices",
-    "cell_size",
-    "join",
-    "half_width",
-    "stiffness_radius",
-    "stiffness",
-    "frequency",
-    "damping",
-    "damping_rate",
-    "density",
-    "volume",
-    "velocity",
-    "spin",
-    "memory_limit",
-];
+/// The keyword arguments: the keys of a scene's `[[body]]`, but for its file and what methods add; and the memory limit.
+#[pyfunction]
+pub(crate) fn body_keys() -> Vec<String> {
+    let keys = supple_io::scene::body_keys().into_iter();
+    let of_scene = keys.filter(|key| !["mesh", "pin", "handle"].contains(&key.as_str()));
+    of_scene.chain(["memory_limit".to_owned()]).collect()
+}
 
 /// Those that may be `None`: not asked for, or said in another way.
-pub(super) const OPTIONAL: [&str; 10] = [
-    "object",
-    "lattice_vertices",
-    "cell_size",
-    "half_width",
-    "stiffness_radius",
-    "stiffness",
-    "frequency",
-    "damping",
-    "damping_rate",
-    "memory_limit",
-];
+pub(super) const OPTIONAL: [&str; 10] = {
+    let [[a, b], [c, d], [e, f], [g, h]] = ALTERNATIVES;
+    [a, b, c, d, e, f, g, h, "object", "memory_limit"]
+};
 
 /// Arguments about the lattice of a mesh, which a lattice does not need any more.
 const OF_MESH: [&str; 5] = ["object", "lattice_vertices", "cell_size", "join", "memory_limit"];
@@ -58,10 +36,14 @@ pub(super) fn body<'py>(
     settings: &Settings<'py>,
 ) -> PyResult<(Bound<'py, PyAny>, supple::Body)> {
     let py = shape.py();
+    for [one, other] in ALTERNATIVES {
+        settings.exclusive(one, other)?;
+    }
     let (shape, builder) = builder(shape, settings)?;
+    let default = BodyData::default();
     let builder = builder
         .name(settings.text("name")?.unwrap_or_else(|| "body".to_owned()))
-        .scale(settings.number("scale")?.unwrap_or(1.0))
+        .scale(settings.number("scale")?.unwrap_or(default.scale))
         .material(material(settings)?)
         .placement(placement(settings)?)
         .volume(settings.get("volume")?.map(|v| read_volume(&v)).transpose()?.unwrap_or_default());
@@ -85,7 +67,6 @@ fn builder<'py>(
     }
     let mesh = mesh_like(shape, "shape", settings.text("object")?)?;
     let mut builder = supple::Body::builder(mesh.get().mesh.clone());
-    settings.exclusive("lattice_vertices", "cell_size")?;
     if let Some(vertices) = settings.count("lattice_vertices", 8)? {
         builder = builder.lattice_vertices(vertices);
     }
@@ -103,9 +84,6 @@ fn builder<'py>(
 
 fn material(settings: &Settings<'_>) -> PyResult<Material> {
     let mut material = Material::default();
-    settings.exclusive("half_width", "stiffness_radius")?;
-    settings.exclusive("stiffness", "frequency")?;
-    settings.exclusive("damping", "damping_rate")?;
     if let Some(cells) = settings.count("half_width", 1)? {
         material.region_size = RegionSize::Cells(cells);
     }

@@ -8,7 +8,7 @@ mod material;
 mod pickle;
 mod state;
 
-pub(crate) use build::volume_settings;
+pub(crate) use build::{body_keys, volume_settings};
 pub(crate) use holds::Hold;
 pub(crate) use home::{Home, World};
 pub(crate) use pickle::{Recipe, decode, encode};
@@ -96,8 +96,10 @@ impl Body {
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
+        let keys = body_keys();
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let (shape, body) =
-            build::body(shape, &Settings::of_call(settings, "Body()", &build::KEYS, &build::OPTIONAL)?)?;
+            build::body(shape, &Settings::of_call(settings, "Body()", &keys, &build::OPTIONAL)?)?;
         let settings = match settings {
             Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
             None => PyDict::new(py),

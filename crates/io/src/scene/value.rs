@@ -46,18 +46,26 @@ impl Value {
             Data::Table(_) => "a table".to_owned(),
         }
     }
+
+    /// The text under a key, if the value is a table that has one there.
+    pub(super) fn text(&self, key: &str) -> Option<&str> {
+        let Data::Table(table) = &self.data else { return None };
+        match &table.get(key)?.data {
+            Data::Text(text) => Some(text),
+            _ => None,
+        }
+    }
 }
 
 /// Parses a whole text; `file` is the name that messages give it.
 pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Value, SceneError> {
-    let table = DeTable::parse(text).map_err(|error| {
-        let line = line_of(text, error.span().map_or(0, |span| span.start));
-        let message = format!("not valid TOML: {}", error.message());
-        SceneError::Syntax { place: Place::Line { file: file.clone(), line }, message }
+    let place = |offset: usize| Place::Line { file: file.clone(), line: line_of(text.as_bytes(), offset) };
+    let table = DeTable::parse(text).map_err(|error| SceneError::Syntax {
+        place: place(error.span().map_or(0, |span| span.start)),
+        message: format!("not valid TOML: {}", error.message()),
     })?;
-    let place = |offset: usize| Place::Line { file: file.clone(), line: line_of(text, offset) };
-    let span = table.span();
-    Ok(Value { data: Data::Table(convert_table(table.into_inner(), &place)?), place: place(span.start) })
+    let at = place(table.span().start);
+    Ok(Value { data: Data::Table(convert_table(table.into_inner(), &place)?), place: at })
 }
 
 /// Parses one value, as it stands right of an override's `=`. `None` if it is no TOML value.
@@ -67,15 +75,12 @@ pub(super) fn parse_value(text: &str, place: &Place) -> Option<Value> {
 }
 
 fn convert_table(table: DeTable<'_>, place: &dyn Fn(usize) -> Place) -> Result<Table, SceneError> {
-    let mut converted = Table::new();
-    for (key, value) in table {
+    let entry = |(key, value): (Spanned<_>, _)| {
         // The line of the key: a table's own span may begin at its header or its first key.
         let at = place(key.span().start);
-        let mut value = convert(value, place)?;
-        value.place = at;
-        converted.insert(key.into_inner().into_owned(), value);
-    }
-    Ok(converted)
+        Ok((String::from(key.into_inner()), Value { place: at, ..convert(value, place)? }))
+    };
+    table.into_iter().map(entry).collect()
 }
 
 fn convert(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> Place) -> Result<Value, SceneError> {
@@ -102,6 +107,6 @@ fn convert(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> Place) -> Resul
 }
 
 /// The line of a byte offset, counted from 1.
-fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.as_bytes()[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
+pub(super) fn line_of(text: &[u8], offset: usize) -> usize {
+    1 + text[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
 }

@@ -1,8 +1,7 @@
-//! One pass over the bytes of an OBJ file: where everything is, and clean statements for the parser.
+//! One pass over the bytes of an OBJ file: the surface, its groups, and where its numbers stand.
 
 use std::ops::Range;
 
-use super::clean::CleanText;
 use super::corner::{self, Corner};
 use super::error::{At, ObjProblem};
 use super::groups::{Group, GroupBuilder};
@@ -43,15 +42,26 @@ pub struct IgnoredStatement {
     pub first_line: usize,
 }
 
+/// Stands for "no normal" in [`Parsed::corner_normals`].
+pub(super) const NO_NORMAL: u32 = u32::MAX;
+
 /// What one pass finds.
 #[derive(Debug, Default)]
-pub(super) struct Scan {
+pub(super) struct Parsed {
     pub(super) vertices: Vec<Numbers>,
+    pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<Numbers>,
-    pub(super) textures: usize,
-    /// Faces with three corners or more.
-    pub(super) faces: usize,
-    /// Faces with fewer, and the line of the first.
+    pub(super) directions: Vec<[f32; 3]>,
+    /// How many `vt` there are.
+    textures: usize,
+    /// Corners of face `f`, which has three or more, are `offsets[f]..offsets[f + 1]`.
+    pub(super) offsets: Vec<u32>,
+    /// The `v` of each corner, from 0.
+    pub(super) corners: Vec<u32>,
+    /// The `vn` of each corner, from 0, up to the last face that has any. A face of which a corner lacks its normal has
+    /// none.
+    pub(super) corner_normals: Vec<u32>,
+    /// Faces with fewer than three corners, and the line of the first.
     pub(super) short_faces: usize,
     pub(super) first_short_face: Option<usize>,
     /// The names of `mtllib` statements: everything after the word.
@@ -59,7 +69,12 @@ pub(super) struct Scan {
     pub(super) groups: Vec<Group>,
     pub(super) ignored: Vec<IgnoredStatement>,
     pub(super) lines: usize,
-    pub(super) clean: CleanText,
+}
+
+impl Parsed {
+    pub(super) fn face_count(&self) -> usize {
+        self.offsets.len() - 1
+    }
 }
 
 /// A corner that refers to something further down: right iff the file has it.
@@ -70,59 +85,56 @@ struct Forward {
     index: i64,
 }
 
-struct Scanner<'a> {
+struct Parser<'a> {
     raw: &'a [u8],
-    scan: Scan,
+    parsed: Parsed,
     groups: GroupBuilder,
     forward: Vec<Forward>,
-    corners: Vec<[u32; 2]>,
+    /// The `v` and the `vn`, from 1, of the corners of a face; 0 is none.
+    face: Vec<[u32; 2]>,
 }
 
 const VERTEX: &str = "vertex";
 const TEXTURE: &str = "texture coordinate";
 const NORMAL: &str = "normal";
 
-/// Scans a whole file.
-pub(super) fn scan(raw: &[u8]) -> Result<Scan, At<ObjProblem>> {
+/// Parses a whole file.
+pub(super) fn parse(raw: &[u8]) -> Result<Parsed, At<ObjProblem>> {
     // Eight bytes at a time, unlike a search for the place.
     if raw.contains(&0) {
         let at = raw.iter().take_while(|&&byte| byte != 0).count();
         let text = "it holds binary data (a zero byte on this line)".to_owned();
         return Err((Some(line_of(raw, at)), ObjProblem::NotObj(text)));
     }
-    let mut scanner = Scanner {
-        raw,
-        scan: Scan::default(),
-        groups: GroupBuilder::default(),
-        forward: Vec::new(),
-        corners: Vec::new(),
-    };
+    let parsed = Parsed { offsets: vec![0], ..Parsed::default() };
+    let mut parser =
+        Parser { raw, parsed, groups: GroupBuilder::default(), forward: Vec::new(), face: Vec::new() };
     let mut statements = Statements::new(raw);
     for statement in statements.by_ref() {
-        scanner.statement(&statement).map_err(|problem| scanner.blame(statement.line, problem))?;
+        parser.statement(&statement).map_err(|problem| parser.blame(statement.line, problem))?;
     }
     let lines = statements.lines();
-    scanner.finish(lines)
+    parser.finish(lines)
 }
 
-impl Scanner<'_> {
+impl Parser<'_> {
     fn statement(&mut self, statement: &Statement) -> Result<(), ObjProblem> {
         let raw = self.raw;
         let mut words = Words::new(raw, &statement.bytes);
         let Some(keyword) = words.next() else { return Ok(()) };
-        let faces = self.scan.faces as u32;
+        let faces = self.parsed.face_count() as u32;
         match &raw[keyword.clone()] {
             b"v" => {
-                let numbers = three_numbers("v", words)?;
-                self.scan.clean.vertex(raw, &numbers);
-                self.scan.vertices.push(numbers);
+                let (numbers, position) = three_numbers("v", raw, words)?;
+                self.parsed.vertices.push(numbers);
+                self.parsed.positions.push(position);
             }
             b"vn" => {
-                let numbers = three_numbers("vn", words)?;
-                self.scan.clean.normal(raw, &numbers);
-                self.scan.normals.push(numbers);
+                let (numbers, direction) = three_numbers("vn", raw, words)?;
+                self.parsed.normals.push(numbers);
+                self.parsed.directions.push(direction);
             }
-            b"vt" => self.scan.textures += 1,
+            b"vt" => self.parsed.textures += 1,
             b"f" | b"fo" => self.face(statement.line, words)?,
             b"o" => self.groups.start_object(decode(&raw[words.rest()]), faces),
             b"g" => {
@@ -130,7 +142,7 @@ impl Scanner<'_> {
                 let names = words.map(|word| decode(&raw[word])).collect();
                 self.groups.start_groups(names, text, faces);
             }
-            b"mtllib" => self.scan.libraries.push(words.rest()),
+            b"mtllib" => self.parsed.libraries.push(words.rest()),
             // How surfaces look, not where they are.
             b"usemtl" | b"s" => {}
             _ => self.ignore(&raw[keyword], statement.line),
@@ -139,32 +151,37 @@ impl Scanner<'_> {
     }
 
     fn face(&mut self, line: usize, words: Words<'_>) -> Result<(), ObjProblem> {
-        let face = self.scan.faces + self.scan.short_faces + 1;
-        self.corners.clear();
+        let face = self.parsed.face_count() + self.parsed.short_faces + 1;
+        self.face.clear();
         let mut with_normals = true;
         for word in words {
             let text = &self.raw[word];
             let Some(Corner { vertex, texture, normal }) = corner::parse(text) else {
                 return Err(ObjProblem::Corner { face, text: decode(text) });
             };
-            let vertex = self.resolve(line, face, VERTEX, self.scan.vertices.len(), vertex)?;
+            let vertex = self.resolve(line, face, VERTEX, self.parsed.vertices.len(), vertex)?;
             if let Some(texture) = texture {
-                self.resolve(line, face, TEXTURE, self.scan.textures, texture)?;
+                self.resolve(line, face, TEXTURE, self.parsed.textures, texture)?;
             }
             let normal = match normal {
-                Some(normal) => self.resolve(line, face, NORMAL, self.scan.normals.len(), normal)?,
+                Some(normal) => self.resolve(line, face, NORMAL, self.parsed.normals.len(), normal)?,
                 None => 0,
             };
             with_normals &= normal != 0;
-            self.corners.push([vertex, normal]);
+            self.face.push([vertex, normal]);
         }
-        if self.corners.len() < 3 {
-            self.scan.short_faces += 1;
-            self.scan.first_short_face.get_or_insert(line);
-        } else {
-            self.scan.faces += 1;
-            self.scan.clean.face(&self.corners, with_normals);
+        let Parsed { offsets, corners, corner_normals, .. } = &mut self.parsed;
+        if self.face.len() < 3 {
+            self.parsed.short_faces += 1;
+            self.parsed.first_short_face.get_or_insert(line);
+            return Ok(());
         }
+        if with_normals {
+            corner_normals.resize(corners.len(), NO_NORMAL);
+            corner_normals.extend(self.face.iter().map(|&[_, normal]| normal - 1));
+        }
+        corners.extend(self.face.iter().map(|&[vertex, _]| vertex - 1));
+        offsets.push(corners.len() as u32);
         Ok(())
     }
 
@@ -191,7 +208,7 @@ impl Scanner<'_> {
     fn ignore(&mut self, keyword: &[u8], line: usize) {
         /// More different words than this are not told apart.
         const MOST: usize = 64;
-        let ignored = &mut self.scan.ignored;
+        let ignored = &mut self.parsed.ignored;
         let full = ignored.len() >= MOST;
         let known = ignored.iter().position(|entry| entry.keyword.as_bytes() == keyword);
         match known.or(full.then_some(MOST - 1)) {
@@ -205,40 +222,45 @@ impl Scanner<'_> {
     /// Names the line of a problem; in a file that had no vertex before, but something else, says that it is no OBJ.
     fn blame(&self, line: usize, problem: ObjProblem) -> At<ObjProblem> {
         let maybe_foreign =
-            self.scan.vertices.is_empty() && !matches!(problem, ObjProblem::IndexOutOfRange { .. });
+            self.parsed.vertices.is_empty() && !matches!(problem, ObjProblem::IndexOutOfRange { .. });
         maybe_foreign.then(|| self.foreign()).flatten().unwrap_or((Some(line), problem))
     }
 
     /// The first statement that the format does not know.
     fn foreign(&self) -> Option<At<ObjProblem>> {
-        let first = self.scan.ignored.iter().find(|entry| !FORMAT.contains(&entry.keyword.as_str()))?;
+        let first = self.parsed.ignored.iter().find(|entry| !FORMAT.contains(&entry.keyword.as_str()))?;
         let text =
             format!("line starts with `{}`, and no vertices or faces come before or after", first.keyword);
         Some((Some(first.first_line), ObjProblem::NotObj(text)))
     }
 
-    fn finish(mut self, lines: usize) -> Result<Scan, At<ObjProblem>> {
-        let empty = self.scan.vertices.is_empty() && self.scan.faces == 0;
+    fn finish(mut self, lines: usize) -> Result<Parsed, At<ObjProblem>> {
+        let faces = self.parsed.face_count();
+        let empty = self.parsed.vertices.is_empty() && faces == 0;
         if let Some(foreign) = empty.then(|| self.foreign()).flatten() {
             return Err(foreign);
         }
         for &Forward { line, face, what, index } in &self.forward {
             let count = match what {
-                VERTEX => self.scan.vertices.len(),
-                TEXTURE => self.scan.textures,
-                _ => self.scan.normals.len(),
+                VERTEX => self.parsed.vertices.len(),
+                TEXTURE => self.parsed.textures,
+                _ => self.parsed.normals.len(),
             };
             if index > count as i64 {
                 return Err((Some(line), ObjProblem::IndexOutOfRange { face, what, index, count }));
             }
         }
-        if self.scan.faces == 0 {
-            let (vertices, faces) = (self.scan.vertices.len(), self.scan.short_faces);
-            return Err((self.scan.first_short_face, ObjProblem::NoFaces { vertices, faces }));
+        if faces == 0 {
+            let (vertices, faces) = (self.parsed.vertices.len(), self.parsed.short_faces);
+            return Err((self.parsed.first_short_face, ObjProblem::NoFaces { vertices, faces }));
         }
-        self.scan.groups = self.groups.finish(self.scan.faces as u32);
-        self.scan.lines = lines;
-        Ok(self.scan)
+        let counts = [self.parsed.vertices.len(), self.parsed.normals.len(), self.parsed.corners.len()];
+        if counts.iter().any(|&count| count >= u32::MAX as usize) {
+            return Err((None, ObjProblem::TooLarge));
+        }
+        self.parsed.groups = self.groups.finish(faces as u32);
+        self.parsed.lines = lines;
+        Ok(self.parsed)
     }
 }
 
@@ -250,17 +272,34 @@ const FORMAT: &[&str] = &[
     "maplib", "usemap", "call", "csh",
 ];
 
-fn three_numbers(statement: &'static str, mut words: Words<'_>) -> Result<Numbers, ObjProblem> {
+/// The first three numbers of a statement, and where they stand.
+fn three_numbers(
+    statement: &'static str,
+    raw: &[u8],
+    mut words: Words<'_>,
+) -> Result<(Numbers, [f32; 3]), ObjProblem> {
     let mut ranges: [Range<usize>; 3] = [0..0, 0..0, 0..0];
     for (found, range) in ranges.iter_mut().enumerate() {
         *range = words.next().ok_or(ObjProblem::TooFewNumbers { statement, needed: 3, found })?;
+    }
+    let mut values = [0.0; 3];
+    for (value, range) in values.iter_mut().zip(&ranges) {
+        *value = number(statement, &raw[range.clone()])?;
     }
     let [x, y, z] = ranges;
     let start = x.start;
     // A statement longer than 4 GiB is made of blanks; such a file does not fit the 32-bit indices elsewhere either.
     let ends = [x.end, y.start, y.end, z.start, z.end].map(|end| u32::try_from(end - start));
-    let [Ok(a), Ok(b), Ok(c), Ok(d), Ok(e)] = ends else {
-        return Err(ObjProblem::TooFewNumbers { statement, needed: 3, found: 0 });
-    };
-    Ok(Numbers { start, ends: [a, b, c, d, e] })
+    let [Ok(a), Ok(b), Ok(c), Ok(d), Ok(e)] = ends else { return Err(ObjProblem::TooLarge) };
+    Ok((Numbers { start, ends: [a, b, c, d, e] }, values))
+}
+
+/// The `f32` nearest to a number.
+#[inline]
+fn number(statement: &'static str, bytes: &[u8]) -> Result<f32, ObjProblem> {
+    match std::str::from_utf8(bytes).ok().and_then(|text| text.parse::<f32>().ok()) {
+        Some(number) if number.is_finite() => Ok(number),
+        Some(_) => Err(ObjProblem::NotFinite { statement, text: decode(bytes) }),
+        None => Err(ObjProblem::NotANumber { statement, text: decode(bytes) }),
+    }
 }

@@ -1,0 +1,350 @@
+//! The deserializer of a scene: a value of the document and its whole key, which errors name.
+//!
+//! It knows two things that TOML's own does not. A field called `@...` is read from the table itself, as serde's
+//! `flatten` does, but its errors keep their key and line. And an enum that is read from a table is the one of its
+//! variants that the table has as a key; two of them are an error.
+
+use std::vec::IntoIter;
+
+use serde::de::value::{MapAccessDeserializer, StrDeserializer};
+use serde::de::{
+    Deserialize, DeserializeSeed, Deserializer, Error, Expected, IntoDeserializer, MapAccess, SeqAccess,
+    Unexpected, Visitor,
+};
+use serde::forward_to_deserialize_any;
+
+use super::error::SceneError;
+use super::keys::{expand, is_name, meaning};
+use super::value::{Data, Table, Value};
+
+/// A value and its whole key, `body.bust.half_width`; that of the document is empty.
+#[derive(Clone, Debug)]
+pub(super) struct Field<'a> {
+    value: &'a Value,
+    name: String,
+    /// Whether it stands for a part of its table: other keys are none of its business.
+    is_part: bool,
+}
+
+impl<'a> Field<'a> {
+    /// The whole document.
+    pub(super) fn root(value: &'a Value) -> Self {
+        Self { value, name: String::new(), is_part: false }
+    }
+
+    /// Reads the value.
+    pub(super) fn read<T: Deserialize<'a>>(&self) -> Result<T, SceneError> {
+        T::deserialize(self.clone()).map_err(|fault| match self.locate(fault) {
+            Fault::Known(error) => error,
+            // `locate` leaves no other.
+            fault => SceneError::Syntax { place: self.value.place.clone(), message: format!("{fault:?}") },
+        })
+    }
+
+    /// What a path of keys and numbers leads to; the last that is there.
+    pub(super) fn at(&self, path: &str) -> Self {
+        path.split('.').fold(self.clone(), |field, part| {
+            let next = match &field.value.data {
+                Data::Table(table) => table.get(part).map(|value| field.child(part, value)),
+                Data::Array(values) => {
+                    let index = part.parse().unwrap_or(usize::MAX);
+                    values.get(index).map(|value| field.item(index, value))
+                }
+                _ => None,
+            };
+            next.unwrap_or(field)
+        })
+    }
+
+    /// Another value under this key.
+    fn child(&self, key: &str, value: &'a Value) -> Self {
+        Self { value, name: self.full(key), is_part: false }
+    }
+
+    /// An element of a list: a body goes by its own name, not by its number.
+    fn item(&self, index: usize, value: &'a Value) -> Self {
+        match value.text("name").filter(|name| is_name(name)) {
+            Some(name) => self.child(name, value),
+            None => self.child(&index.to_string(), value),
+        }
+    }
+
+    fn full(&self, key: &str) -> String {
+        if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
+    }
+
+    /// The error of a key of this table that is not given.
+    pub(super) fn missing(&self, key: &str, hint: &str) -> SceneError {
+        SceneError::Missing { place: self.value.place.clone(), key: self.full(key), hint: hint.to_owned() }
+    }
+
+    /// The error of a value that is not what it must be.
+    pub(super) fn out_of_range(&self, range: &str) -> SceneError {
+        SceneError::OutOfRange {
+            place: self.value.place.clone(),
+            key: self.name.clone(),
+            value: self.value.describe(),
+            range: range.to_owned(),
+        }
+    }
+
+    /// The error of a second body of this name.
+    pub(super) fn duplicate(&self, name: &str) -> SceneError {
+        SceneError::DuplicateName { place: self.value.place.clone(), name: name.to_owned() }
+    }
+
+    /// Says where a fault is, if that is not known yet.
+    fn locate(&self, fault: Fault) -> Fault {
+        Fault::Known(match fault {
+            Fault::Known(error) => error,
+            Fault::Range(range) => self.out_of_range(&range),
+            Fault::Unknown(key, nearest) => {
+                let place = self.at(&key).value.place.clone();
+                SceneError::UnknownKey { place, key: self.full(&key), nearest }
+            }
+            Fault::Missing(field) => match expand(&[field])[..] {
+                [key] => self.missing(key, meaning(key)),
+                ref keys => self.missing(keys[0], &format!("give one of `{}`", keys.join("`, `"))),
+            },
+            Fault::Type(expected) => {
+                let mut found = self.value.describe();
+                let key = self.name.rsplit('.').next().unwrap_or_default();
+                let expected = match (expected.as_str(), &self.value.data) {
+                    ("f64", _) => "a number".to_owned(),
+                    ("u32", Data::Integer(_) | Data::Float(_)) => {
+                        return Fault::Known(
+                            self.out_of_range(&format!("a whole number from 0 to {}", u32::MAX)),
+                        );
+                    }
+                    ("u32", _) => "a whole number".to_owned(),
+                    ("a boolean", _) => "true or false".to_owned(),
+                    ("a string" | "path string", _) => "a text in quotes".to_owned(),
+                    ("a sequence", Data::Table(_)) if !matches!(key, "keys" | "vertices") => {
+                        "one table".clone_into(&mut found);
+                        // Only bodies hold tables of their own.
+                        let parent = if self.name.contains('.') { "body." } else { "" };
+                        format!("a list of tables; write [[{parent}{key}]] in double brackets")
+                    }
+                    ("a sequence", _) => meaning(key).to_owned(),
+                    (other, _) if other.starts_with("struct") => "a table".to_owned(),
+                    (other, _) => other.to_owned(),
+                };
+                let (place, key) = (self.value.place.clone(), self.name.clone());
+                SceneError::WrongType { place, key, expected, found }
+            }
+        })
+    }
+
+    /// The parts of a struct of these fields. An unknown key is found before any value is looked at.
+    fn entries(&self, fields: &[&'static str]) -> Result<Entries<'a>, Fault> {
+        let Data::Table(table) = &self.value.data else { return Err(Fault::Type("struct".to_owned())) };
+        let known = expand(fields);
+        let unknown = table.keys().find(|key| !known.contains(&key.as_str()));
+        if let Some(key) = unknown.filter(|_| !self.is_part) {
+            return Err(Fault::unknown_key(key, &known));
+        }
+        let entry = |&field: &&'static str| match table.get(field) {
+            Some(value) => Some((field, self.child(field, value))),
+            None if field.starts_with('@') => {
+                let given = expand(&[field]).into_iter().any(|key| table.contains_key(key));
+                given.then(|| (field, Self { is_part: true, ..self.clone() }))
+            }
+            None => None,
+        };
+        Ok(Entries::new(fields.iter().filter_map(entry).collect()))
+    }
+
+    /// The one of several keys that the table has.
+    fn one_of(&self, table: &'a Table, keys: &'static [&'static str]) -> Result<Entries<'a>, Fault> {
+        let mut given = keys.iter().filter_map(|&key| Some((key, self.child(key, table.get(key)?))));
+        let first = given.next().ok_or(Fault::Missing(keys[0]))?;
+        if let Some((_, Field { value, name: key, .. })) = given.next() {
+            let (place, other) = (value.place.clone(), first.0.to_owned());
+            return Err(Fault::Known(SceneError::Exclusive { place, key, other }));
+        }
+        Ok(Entries::new(vec![first]))
+    }
+}
+
+/// What is wrong with a value, before it is known which one.
+#[derive(Debug)]
+pub(super) enum Fault {
+    /// It must be of this type.
+    Type(String),
+    /// It must be this.
+    Range(String),
+    /// It lacks this field.
+    Missing(&'static str),
+    /// It has this key, and not the nearest known one.
+    Unknown(String, String),
+    /// All is known.
+    Known(SceneError),
+}
+
+impl Fault {
+    fn unknown_key(key: &str, known: &[&str]) -> Self {
+        Self::Unknown(key.to_owned(), nearest(key, known).unwrap_or_default().to_owned())
+    }
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{self:?}")
+    }
+}
+
+impl std::error::Error for Fault {}
+
+impl Error for Fault {
+    fn custom<T: std::fmt::Display>(message: T) -> Self {
+        Self::Range(message.to_string())
+    }
+
+    fn invalid_type(_: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::Type(expected.to_string())
+    }
+
+    fn invalid_value(_: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::Type(expected.to_string())
+    }
+
+    fn unknown_variant(_: &str, expected: &'static [&'static str]) -> Self {
+        Self::Range(format!("one of \"{}\"", expected.join("\", \"")))
+    }
+
+    fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
+        Self::unknown_key(field, expected)
+    }
+
+    fn missing_field(field: &'static str) -> Self {
+        Self::Missing(field)
+    }
+}
+
+impl<'de> Deserializer<'de> for Field<'de> {
+    type Error = Fault;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        match &self.value.data {
+            Data::Boolean(value) => visitor.visit_bool(*value),
+            Data::Integer(value) => visitor.visit_i64(*value),
+            Data::Float(value) => visitor.visit_f64(*value),
+            Data::Text(value) => visitor.visit_borrowed_str(value),
+            Data::Date(_) => visitor.visit_unit(),
+            Data::Array(values) => {
+                let items = values.iter().enumerate().map(|(index, value)| self.item(index, value));
+                visitor.visit_seq(Items(items.collect::<Vec<_>>().into_iter()))
+            }
+            Data::Table(table) => {
+                let entries = table.iter().map(|(key, value)| (&**key, self.child(key, value)));
+                visitor.visit_map(Entries::new(entries.collect()))
+            }
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    /// A vector: its numbers must be finite.
+    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Fault> {
+        let list = match &self.value.data {
+            Data::Array(values) if values.len() == length => values,
+            _ => return Err(Fault::Type("a list of three numbers".to_owned())),
+        };
+        let is_bad = |value: &Value| matches!(value.data, Data::Float(value) if !value.is_finite());
+        if let Some(index) = list.iter().position(is_bad) {
+            return Err(Fault::Known(self.item(index, &list[index]).out_of_range("a finite number")));
+        }
+        self.deserialize_any(visitor)
+    }
+
+    /// A text stands for the first field of volume options.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        if name == "VolumeOptions" && !matches!(self.value.data, Data::Table(_)) {
+            if !matches!(self.value.data, Data::Text(_)) {
+                let expected = "a text, as \"auto\", or a table, as { measure = \"mesh\" }";
+                return Err(Fault::Type(expected.to_owned()));
+            }
+            return visitor.visit_map(Entries::new(vec![(fields[0], self)]));
+        }
+        visitor.visit_map(self.entries(fields)?)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        match &self.value.data {
+            Data::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
+            Data::Table(table) => {
+                visitor.visit_enum(MapAccessDeserializer::new(self.one_of(table, variants)?))
+            }
+            _ => Err(Fault::Type("a string".to_owned())),
+        }
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq
+        tuple_struct map identifier ignored_any
+    }
+}
+
+/// The entries of a table.
+struct Entries<'a> {
+    rest: IntoIter<(&'a str, Field<'a>)>,
+    value: Option<Field<'a>>,
+}
+
+impl<'a> Entries<'a> {
+    fn new(entries: Vec<(&'a str, Field<'a>)>) -> Self {
+        Self { rest: entries.into_iter(), value: None }
+    }
+}
+
+impl<'de> MapAccess<'de> for Entries<'de> {
+    type Error = Fault;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Fault> {
+        let Some((key, value)) = self.rest.next() else { return Ok(None) };
+        self.value = Some(value);
+        seed.deserialize(key.into_deserializer()).map(Some)
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
+        let field = self.value.take().ok_or_else(|| Fault::custom("a key and a value"))?;
+        seed.deserialize(field.clone()).map_err(|fault| field.locate(fault))
+    }
+}
+
+/// The elements of a list.
+struct Items<'a>(IntoIter<Field<'a>>);
+
+impl<'de> SeqAccess<'de> for Items<'de> {
+    type Error = Fault;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Fault> {
+        let Some(field) = self.0.next() else { return Ok(None) };
+        seed.deserialize(field.clone()).map_err(|fault| field.locate(fault)).map(Some)
+    }
+}
+
+/// The candidate that is spelled most like `word`; ties go to the first.
+pub fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    candidates.iter().copied().min_by_key(|candidate| strsim::damerau_levenshtein(word, candidate))
+}

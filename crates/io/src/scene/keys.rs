@@ -1,0 +1,359 @@
+//! The keys of what the method's own types say: their names, ranges, and which of them exclude each other.
+//!
+//! Each `...Keys` tells serde how a scene spells a type of [`supple`]; their defaults are those types' own.
+
+use std::path::{Path, PathBuf};
+
+use serde::de::{Deserializer, Error};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+
+use supple::dynamics::{Handle, Key, Pin, Selection, Window};
+use supple::volume::{FieldKind, Preservation, VolumeOptions, VolumeScope};
+use supple::{Collider, Damping, Material, Placement, RegionSize, Resolution, Shape, Stiffness};
+
+/// The most lattice vertices that may be asked for: their indices fit in 32 bits.
+const MAX_VERTICES: u32 = 2_000_000_000;
+/// The widest region, in cells: wider than any lattice.
+const MAX_HALF_WIDTH: u32 = 1_000_000;
+
+/// Keys of a body that say one thing in two ways: each excludes the other.
+pub const ALTERNATIVES: [[&str; 2]; 4] = [
+    ["lattice_vertices", "cell_size"],
+    ["half_width", "stiffness_radius"],
+    ["stiffness", "frequency"],
+    ["damping", "damping_rate"],
+];
+
+/// The keys that some fields stand for: `@...` for those of a part of the table, the others for themselves.
+pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
+    let keys = |field: &&'a str| -> Vec<&'a str> {
+        match *field {
+            "@placement" => vec!["rotate", "translate", "velocity", "spin"],
+            "@material" => expand(&["@region_size", "@stiffness", "@damping", "density"]),
+            "@resolution" => ALTERNATIVES[0].to_vec(),
+            "@region_size" => ALTERNATIVES[1].to_vec(),
+            "@stiffness" => ALTERNATIVES[2].to_vec(),
+            "@damping" => ALTERNATIVES[3].to_vec(),
+            "@selection" => vec!["box", "sphere", "plane", "vertices"],
+            "@shape" => vec!["plane", "sphere", "box", "capsule"],
+            "@window" => vec!["from", "until"],
+            key => vec![key],
+        }
+    };
+    fields.iter().flat_map(keys).collect()
+}
+
+/// What is to be written for a key that is missing, or is no list.
+pub(super) fn meaning(key: &str) -> &'static str {
+    match key {
+        "mesh" => "the path of an OBJ file, relative to the scene",
+        "keys" => "a list of poses, as [{ time = 1, translate = [0, 1, 0] }]",
+        "vertices" => "a list of lattice vertices, as [0, 5]",
+        "time" => "seconds",
+        "radius" => "a length",
+        "min" => "the least corner, three numbers",
+        "max" => "the greatest corner, three numbers",
+        "a" | "b" => "an end of the axis, three numbers",
+        "half_extents" => "half of each edge, three lengths",
+        "normal" => "a direction, three numbers",
+        "center" | "point" => "three numbers",
+        _ => "a list of tables",
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Placement", default, bound = "")]
+pub(super) struct PlacementKeys {
+    rotate: [f64; 3],
+    translate: [f64; 3],
+    velocity: [f64; 3],
+    spin: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Resolution", rename_all = "snake_case")]
+pub(super) enum ResolutionKeys {
+    #[serde(rename = "lattice_vertices")]
+    Vertices(#[serde(deserialize_with = "count::<_, _, 8, MAX_VERTICES>")] usize),
+    CellSize(#[serde(deserialize_with = "positive")] f64),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Material", default, bound = "")]
+pub(super) struct MaterialKeys {
+    #[serde(rename = "@region_size", with = "RegionSizeKeys")]
+    region_size: RegionSize,
+    #[serde(rename = "@stiffness", with = "StiffnessKeys")]
+    stiffness: Stiffness,
+    #[serde(rename = "@damping", with = "DampingKeys")]
+    damping: Damping,
+    #[serde(deserialize_with = "positive")]
+    density: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "RegionSize")]
+enum RegionSizeKeys {
+    #[serde(rename = "half_width")]
+    Cells(#[serde(deserialize_with = "count::<_, _, 1, MAX_HALF_WIDTH>")] usize),
+    #[serde(rename = "stiffness_radius")]
+    Radius(#[serde(deserialize_with = "positive")] f64),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Stiffness")]
+enum StiffnessKeys {
+    #[serde(rename = "stiffness")]
+    PerStep(#[serde(deserialize_with = "share")] f64),
+    #[serde(rename = "frequency")]
+    Frequency(#[serde(deserialize_with = "positive")] f64),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Damping")]
+enum DampingKeys {
+    #[serde(rename = "damping")]
+    PerStep(#[serde(deserialize_with = "unit")] f64),
+    #[serde(rename = "damping_rate")]
+    Rate(#[serde(deserialize_with = "not_negative")] f64),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "VolumeOptions", rename = "VolumeOptions", default, bound = "")]
+pub(super) struct VolumeKeys {
+    #[serde(with = "measure")]
+    measure: Preservation,
+    #[serde(with = "scope")]
+    scope: VolumeScope,
+    #[serde(with = "field")]
+    field: FieldKind,
+    #[serde(deserialize_with = "not_negative")]
+    max_correction: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Pin")]
+struct PinKeys {
+    #[serde(rename = "@selection", with = "SelectionKeys")]
+    selection: Selection,
+    #[serde(default, rename = "@window", with = "WindowKeys")]
+    window: Window,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Handle")]
+struct HandleKeys {
+    #[serde(rename = "@selection", with = "SelectionKeys")]
+    selection: Selection,
+    #[serde(default, rename = "@window", with = "WindowKeys")]
+    window: Window,
+    #[serde(with = "poses")]
+    keys: Vec<Key>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Selection", rename_all = "snake_case", deny_unknown_fields)]
+enum SelectionKeys {
+    Box {
+        min: [f64; 3],
+        max: [f64; 3],
+    },
+    Sphere {
+        center: [f64; 3],
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+    Plane {
+        point: [f64; 3],
+        #[serde(deserialize_with = "direction")]
+        normal: [f64; 3],
+    },
+    Vertices(Vec<u32>),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Window", default, bound = "")]
+struct WindowKeys {
+    #[serde(deserialize_with = "not_negative")]
+    from: f64,
+    #[serde(deserialize_with = "finite", skip_serializing_if = "is_infinite")]
+    until: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Key")]
+struct KeyKeys {
+    #[serde(deserialize_with = "finite")]
+    time: f64,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default)]
+    rotate: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Collider")]
+struct ColliderKeys {
+    #[serde(rename = "@shape", with = "ShapeKeys")]
+    shape: Shape,
+    #[serde(default = "friction", deserialize_with = "not_negative")]
+    friction: f64,
+    #[serde(default, deserialize_with = "unit")]
+    restitution: f64,
+    #[serde(default, with = "poses", skip_serializing_if = "Vec::is_empty")]
+    keys: Vec<Key>,
+}
+
+fn friction() -> f64 {
+    Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Shape", rename_all = "snake_case", deny_unknown_fields)]
+enum ShapeKeys {
+    Plane {
+        point: [f64; 3],
+        #[serde(deserialize_with = "direction")]
+        normal: [f64; 3],
+    },
+    Sphere {
+        center: [f64; 3],
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+    Box {
+        center: [f64; 3],
+        #[serde(deserialize_with = "extents")]
+        half_extents: [f64; 3],
+        #[serde(default)]
+        rotate: [f64; 3],
+    },
+    Capsule {
+        a: [f64; 3],
+        b: [f64; 3],
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+}
+
+/// Lists of types that are spelled by their `...Keys`.
+macro_rules! lists {
+    ($($module:ident: $of:ident by $keys:literal, $check:expr;)*) => {$(
+        pub(super) mod $module {
+            use super::*;
+
+            #[derive(Serialize, Deserialize)]
+            #[serde(transparent)]
+            struct One(#[serde(with = $keys)] $of);
+
+            pub(in crate::scene) fn serialize<S: Serializer>(list: &[$of], serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_seq(list.iter().cloned().map(One))
+            }
+
+            pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Vec<$of>, D::Error> {
+                let list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|One(one)| one).collect();
+                let check: fn(&[$of]) -> Result<(), &str> = $check;
+                check(&list).map_err(D::Error::custom)?;
+                Ok(list)
+            }
+        }
+    )*};
+}
+
+lists! {
+    pins: Pin by "PinKeys", |_| Ok(());
+    handles: Handle by "HandleKeys", |_| Ok(());
+    colliders: Collider by "ColliderKeys", |_| Ok(());
+    poses: Key by "KeyKeys", |list| match list.is_empty() {
+        true => Err("at least one pose, as { time = 1, translate = [0, 1, 0] }"),
+        false => Ok(()),
+    };
+}
+
+/// Words that stand for values.
+macro_rules! words {
+    ($($module:ident: $of:ident;)*) => {$(
+        mod $module {
+            use super::*;
+
+            pub(super) fn serialize<S: Serializer>(value: &$of, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(value.name())
+            }
+
+            pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<$of, D::Error> {
+                let word = String::deserialize(value)?;
+                let known = $of::NAMED.iter().find(|(name, _)| *name == word);
+                known.map(|&(_, value)| value).ok_or_else(|| {
+                    let names = $of::NAMED.map(|(name, _)| name).join("\", \"");
+                    D::Error::custom(format_args!("one of \"{names}\""))
+                })
+            }
+        }
+    )*};
+}
+
+words! {
+    measure: Preservation;
+    scope: VolumeScope;
+    field: FieldKind;
+}
+
+/// Numbers, vectors and texts with a range.
+macro_rules! ranges {
+    ($($name:ident($of:ty, $value:ident): $holds:expr, $range:expr;)*) => {$(
+        pub(super) fn $name<'de, D: Deserializer<'de>, T: From<$of>>(value: D) -> Result<T, D::Error> {
+            let $value = <$of>::deserialize(value)?;
+            if $holds { Ok($value.into()) } else { Err(D::Error::custom($range)) }
+        }
+    )*};
+}
+
+ranges! {
+    finite(f64, x): x.is_finite(), "a finite number";
+    positive(f64, x): x.is_finite() && x > 0.0, "a number above 0";
+    not_negative(f64, x): x.is_finite() && x >= 0.0, "a number of at least 0";
+    share(f64, x): x > 0.0 && x <= 1.0, "in (0, 1]";
+    unit(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
+    direction([f64; 3], v): v != [0.0; 3], "a direction of any length but zero";
+    extents([f64; 3], v): v.iter().all(|&half| half > 0.0), "three numbers above 0";
+    name(String, name): is_name(&name),
+        "made of letters, digits, `-`, `_` and `.` only, because files are named after it";
+    mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of an OBJ file";
+    folder(PathBuf, path): !path.as_os_str().is_empty(), "a folder; write \".\" for that of the scene";
+}
+
+/// A whole number within closed bounds.
+pub(super) fn count<'de, D, T, const LOW: u32, const HIGH: u32>(value: D) -> Result<T, D::Error>
+where
+    D: Deserializer<'de>,
+    T: TryFrom<u32>,
+{
+    let number = f64::deserialize(value)?;
+    let is_whole = number.fract() == 0.0 && (f64::from(LOW)..=f64::from(HIGH)).contains(&number);
+    let count = is_whole.then(|| T::try_from(number as u32).ok()).flatten();
+    count.ok_or_else(|| D::Error::custom(format_args!("a whole number from {LOW} to {HIGH}")))
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_infinite(number: &f64) -> bool {
+    number.is_infinite()
+}
+
+/// Whether a body can have this name.
+pub(super) fn is_name(name: &str) -> bool {
+    // A leading point would hide the frames.
+    !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character)
+}
+
+fn is_name_character(character: char) -> bool {
+    character.is_ascii_alphanumeric() || matches!(character, '-' | '_' | '.')
+}
+
+/// The name of a body that has none: its file's, with `_` for what a name cannot hold.
+pub(super) fn name_from(mesh: &Path) -> String {
+    let stem = mesh.file_stem().unwrap_or_default().to_string_lossy();
+    let name: String =
+        stem.chars().map(|character| if is_name_character(character) { character } else { '_' }).collect();
+    if name.is_empty() { "body".to_owned() } else { name }
+}
