@@ -4,22 +4,12 @@ use fearless_simd::{Simd, dispatch};
 use nalgebra::{Point3, Vector3};
 
 use super::limits::Limit;
-use super::{Correction, CorrectionWorkspace};
 use crate::contact::{
     Colliders, Curved, Field, PosedShape, RowSet, SampleBlock, SampleCells, SignedDistance, Vec4, may_touch,
     monomials, wide,
 };
-use crate::parallel::Executor;
 use crate::simd::level;
 use crate::state::BodyFrame;
-
-/// Most rounds of [`Correction::keep_out`]: the first, those in which vertices go farther than was searched, and those in
-/// which the corrected surface enters a curved collider all the same. One or two are common.
-const ROUNDS: usize = 16;
-
-/// Limits are searched this many times as far as vertices go, so that a later round that goes farther need not search
-/// again.
-const MARGIN: f64 = 1.25;
 
 /// A sample that is deeper by more than this, in cells, once it is corrected, is one that enters.
 const TOLERANCE: f64 = 1e-3;
@@ -33,7 +23,7 @@ pub(super) struct Clearance {
     rows: RowSet,
     /// Of each numbered row.
     nearest: Vec<Nearest>,
-    limits: Vec<Limit>,
+    pub(super) limits: Vec<Limit>,
 }
 
 /// What a body may enter, as it is at one time.
@@ -55,43 +45,6 @@ struct Nearest {
     normal: Vector3<f64>,
 }
 
-impl Correction {
-    /// Solves again, so that the correction moves no sample of the surface into a collider. To be called after
-    /// [`Correction::solve`]; `corrected` is scratch.
-    pub(crate) fn keep_out(
-        &self,
-        workspace: &mut CorrectionWorkspace,
-        executor: &Executor,
-        samples: &SampleCells,
-        obstacles: &Obstacles<'_>,
-        deformed: &[[f32; 3]],
-        corrected: &mut [[f32; 3]],
-    ) {
-        // Out of the workspace while its limits are applied to the rest of it.
-        let mut clearance = std::mem::take(&mut workspace.clearance);
-        let mut searched = 0.0;
-        let curved = obstacles.are_curved();
-        for _ in 0..ROUNDS {
-            let reach = self.reach(workspace);
-            let limited = if reach > searched {
-                searched = MARGIN * reach;
-                clearance.find(samples, deformed, obstacles, searched);
-                !clearance.limits.is_empty()
-            } else if searched > 0.0 && curved {
-                self.write(workspace, deformed, corrected);
-                clearance.cut(samples, corrected, obstacles)
-            } else {
-                false
-            };
-            if !limited {
-                break;
-            }
-            self.limit(workspace, executor, &clearance.limits);
-        }
-        workspace.clearance = clearance;
-    }
-}
-
 impl Clearance {
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
@@ -104,7 +57,13 @@ impl Clearance {
     ///
     /// Samples lie between the corners of their cells: where none of these goes farther than the nearest of the cell's
     /// samples has room, none of the samples enters a plane. Other shapes turn away within a cell: see [`cut`](Self::cut).
-    fn find(&mut self, samples: &SampleCells, positions: &[[f32; 3]], obstacles: &Obstacles<'_>, reach: f64) {
+    pub(super) fn find(
+        &mut self,
+        samples: &SampleCells,
+        positions: &[[f32; 3]],
+        obstacles: &Obstacles<'_>,
+        reach: f64,
+    ) {
         read(&mut self.places, samples, positions);
         self.rows.resize(samples.vertices.len());
         self.limits.clear();
@@ -125,7 +84,12 @@ impl Clearance {
     /// Adds limits where the corrected surface enters a collider all the same, so that each corner of such a cell goes as
     /// much less far as a sample of it goes too far against the normal where it was: no point of a convex collider lies
     /// before that. Says whether there is any.
-    fn cut(&mut self, samples: &SampleCells, positions: &[[f32; 3]], obstacles: &Obstacles<'_>) -> bool {
+    pub(super) fn cut(
+        &mut self,
+        samples: &SampleCells,
+        positions: &[[f32; 3]],
+        obstacles: &Obstacles<'_>,
+    ) -> bool {
         let before = self.limits.len();
         read(&mut self.corrected, samples, positions);
         for shape in obstacles.shapes().filter(|shape| shape.plane().is_none()) {
@@ -159,7 +123,7 @@ impl Clearance {
 
 impl Obstacles<'_> {
     /// Whether any of them turns away within a cell, so that [`Clearance::cut`] has something to do.
-    fn are_curved(&self) -> bool {
+    pub(super) fn are_curved(&self) -> bool {
         self.shapes().any(|shape| shape.plane().is_none())
     }
 

@@ -3,16 +3,18 @@
 use std::sync::{Arc, Weak};
 
 use super::adjacency::Adjacency;
-use super::clearance::Clearance;
+use super::clearance::{Clearance, Obstacles};
 use super::constraints::{self, Push};
 use super::cubic::smallest_root;
 use super::field::{Field, turned};
 use super::limits::{Limit, Limits};
 use super::line::Moving;
-use super::measure::{Measure, Scratch};
+use super::measure::Measure;
 use super::regional::{Regional, RegionalScratch};
+use super::sums::Scratch;
 use super::surface::Surface;
 use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
+use crate::contact::SampleCells;
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
@@ -22,6 +24,14 @@ const KEPT: f64 = 1e-6;
 /// Most passes of the active set of limited vertices. Three to five are common; the residual reports what the last one
 /// leaves.
 const LIMITED_PASSES: usize = 8;
+
+/// Most rounds of [`Correction::keep_out`]: the first, those in which vertices go farther than was searched, and those in
+/// which the corrected surface enters a curved collider all the same. One or two are common.
+const ROUNDS: usize = 16;
+
+/// Limits are searched this many times as far as vertices go, so that a later round that goes farther need not search
+/// again.
+const MARGIN: f64 = 1.25;
 
 /// Moves the vertices of a deformed lattice along a field until the volume is that at rest: equation (1) of
 /// Takamatsu & Kanai (2009), `vol(P^ + lambda V) = vol(P)`. With the scope `regional` they first move by a scale of
@@ -53,7 +63,7 @@ pub struct CorrectionWorkspace {
     /// Pushes by vertex.
     order: Vec<(u32, u32)>,
     limits: Limits,
-    pub(super) clearance: Clearance,
+    clearance: Clearance,
     lambdas: Vec<f64>,
     reports: Vec<ComponentReport>,
 }
@@ -210,7 +220,7 @@ impl Correction {
     }
 
     /// The farthest that a vertex is to move, in cells.
-    pub(super) fn reach(&self, workspace: &CorrectionWorkspace) -> f64 {
+    fn reach(&self, workspace: &CorrectionWorkspace) -> f64 {
         let lambda = of_vertex(&workspace.lambdas, &self.adjacency);
         let scales = self.scales(&workspace.regional);
         let way = |(i, point): (usize, &Moving)| {
@@ -221,9 +231,44 @@ impl Correction {
         workspace.scratch.points.iter().enumerate().map(way).fold(0.0, f64::max)
     }
 
+    /// Solves again, so that the correction moves no sample of the surface into a collider. To be called after
+    /// [`Correction::solve`]; `corrected` is scratch.
+    pub(crate) fn keep_out(
+        &self,
+        workspace: &mut CorrectionWorkspace,
+        executor: &Executor,
+        samples: &SampleCells,
+        obstacles: &Obstacles<'_>,
+        deformed: &[[f32; 3]],
+        corrected: &mut [[f32; 3]],
+    ) {
+        // Out of the workspace while its limits are applied to the rest of it.
+        let mut clearance = std::mem::take(&mut workspace.clearance);
+        let mut searched = 0.0;
+        let curved = obstacles.are_curved();
+        for _ in 0..ROUNDS {
+            let reach = self.reach(workspace);
+            let limited = if reach > searched {
+                searched = MARGIN * reach;
+                clearance.find(samples, deformed, obstacles, searched);
+                !clearance.limits.is_empty()
+            } else if searched > 0.0 && curved {
+                self.write(workspace, deformed, corrected);
+                clearance.cut(samples, corrected, obstacles)
+            } else {
+                false
+            };
+            if !limited {
+                break;
+            }
+            self.limit(workspace, executor, &clearance.limits);
+        }
+        workspace.clearance = clearance;
+    }
+
     /// Solves again with these limits: a vertex at its limit slides along the obstacle, and the others take up the
     /// volume. An active set, in which the volume stays an exact cubic.
-    pub(super) fn limit(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
+    fn limit(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
         let scales = self.scales(&workspace.regional);
         workspace.limits.begin(limits, &mut workspace.scratch.points, scales);
         for _ in 0..LIMITED_PASSES {

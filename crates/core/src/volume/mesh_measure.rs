@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
-use super::measure::{ChunkedSum, DETERMINANTS, Scratch};
+use super::sums::{ChunkedSum, DETERMINANTS, Scratch};
 use crate::lattice::{Embedding, polynomial};
 use crate::parallel::Executor;
 use crate::simd::level;

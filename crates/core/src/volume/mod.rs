@@ -22,6 +22,7 @@
 //! | `options`, `report` | the choices of a user, and the results |
 //! | `adjacency` | the lattice as tables: links, boundary faces |
 //! | `line` | points that move along lines, and determinants of them: cubics |
+//! | `sums` | buffers of an evaluation; sums of fixed shape |
 //! | `measure`, `mesh_measure` | the volume as a cubic, by each measure |
 //! | `surface`, `shells` | the parts of a mesh that bound the body, as a measure |
 //! | `volumes` | all measures of a body, for reports |
@@ -29,10 +30,8 @@
 //! | `constraints` | external forces and held vertices |
 //! | `cubic` | the root of a cubic |
 //! | `regional` | a scale for each vertex, before the cubic |
-//! | `correction` | all of it, in order |
 //! | `limits`, `clearance` | vertices that stop at a collider, or slide along it |
-//!
-//! `correction` and `clearance` name each other: the second extends [`Correction`], whose workspace holds its buffers.
+//! | `correction` | all of it, in order |
 
 mod adjacency;
 mod clearance;
@@ -48,6 +47,7 @@ mod options;
 mod regional;
 mod report;
 mod shells;
+mod sums;
 mod surface;
 mod volumes;
 
@@ -55,8 +55,7 @@ pub(crate) use clearance::Obstacles;
 pub use constraints::{HALF_PUSH, Push};
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
-pub use field::FieldKind;
-pub use options::{Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
+pub use options::{FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub use surface::Surface;
 pub use volumes::VolumeMeasures;

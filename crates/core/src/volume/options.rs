@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use super::FieldKind;
-
 /// A definition of the volume of a body. Each is an exact cubic in the scale of the correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -61,7 +59,7 @@ impl Preservation {
 }
 
 /// The name of a value among the named ones, which are all that there are.
-pub(super) fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'static str {
+fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'static str {
     named.iter().find(|(_, one)| *one == value).map_or("", |(name, _)| name)
 }
 
@@ -82,6 +80,33 @@ impl VolumeScope {
     pub const NAMED: [(&'static str, Self); 2] = [("global", Self::Global), ("regional", Self::Regional)];
 
     /// Its name among [`VolumeScope::NAMED`].
+    pub fn name(self) -> &'static str {
+        name_of(self, &Self::NAMED)
+    }
+}
+
+/// How the deformation field is built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum FieldKind {
+    /// As in Takamatsu & Kanai (2009): unit normals at boundary vertices, from the neighbours that exist; inwards,
+    /// layer by layer, the mean direction of the layer before, at a length that falls from 1 to 0 at the centre.
+    Paper,
+    /// The smoothest field that moves the boundary faces of the cells by 1 along their normals.
+    Cells,
+    /// The smoothest field that moves the surface mesh by 1 along its normals, whatever the stairs of the lattice. A
+    /// bare lattice has `Cells`.
+    #[default]
+    Surface,
+}
+
+impl FieldKind {
+    /// What it is called in scenes and in Python.
+    pub const NAMED: [(&'static str, Self); 3] =
+        [("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
+
+    /// Its name among [`FieldKind::NAMED`].
     pub fn name(self) -> &'static str {
         name_of(self, &Self::NAMED)
     }

@@ -1,7 +1,8 @@
 //! A body's volume by every measure, whether it is corrected or not.
 
 use super::adjacency::Adjacency;
-use super::measure::{Measure, Scratch};
+use super::measure::Measure;
+use super::sums::Scratch;
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
 use crate::lattice::Lattice;

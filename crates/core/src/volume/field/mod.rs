@@ -10,36 +10,9 @@ mod smooth;
 mod walls;
 
 use super::adjacency::{Adjacency, octants};
-use super::options::name_of;
+use super::options::FieldKind;
 use super::surface::Surface;
 use crate::lattice::Lattice;
-
-/// How the deformation field is built.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum FieldKind {
-    /// As in Takamatsu & Kanai (2009): unit normals at boundary vertices, from the neighbours that exist; inwards,
-    /// layer by layer, the mean direction of the layer before, at a length that falls from 1 to 0 at the centre.
-    Paper,
-    /// The smoothest field that moves the boundary faces of the cells by 1 along their normals.
-    Cells,
-    /// The smoothest field that moves the surface mesh by 1 along its normals, whatever the stairs of the lattice. A
-    /// bare lattice has `Cells`.
-    #[default]
-    Surface,
-}
-
-impl FieldKind {
-    /// What it is called in scenes and in Python.
-    pub const NAMED: [(&'static str, Self); 3] =
-        [("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
-
-    /// Its name among [`FieldKind::NAMED`].
-    pub fn name(self) -> &'static str {
-        name_of(self, &Self::NAMED)
-    }
-}
 
 /// The field at rest, in the model's frame; the rotations of the matching turn it with the body.
 #[derive(Clone, Debug)]
