@@ -79,7 +79,7 @@ impl Request<'_> {
             if surely(middle) { sure = middle } else { unsure = middle }
         }
         // Most lattices fill little of the grid: see how far a finer one may go. Not far below the size that is sure,
-        // since each try voxelises.
+        // since each try voxelizes.
         let mut finer = refused.max(round_up(sure / FINER));
         while let Err(LatticeError::TooMuchMemory { needed, limit, .. }) = self.candidate(finer) {
             if voxel::bytes(Grid::counts(bounds, finer)) > self.limit as f64 {

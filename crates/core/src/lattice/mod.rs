@@ -28,7 +28,7 @@ pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
 pub(crate) use layout::{AxisLinks, Layout, Neighbours};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
-pub(crate) use trilinear::polynomial;
+pub(crate) use trilinear::{corner_sums, monomials, polynomial};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.
 ///

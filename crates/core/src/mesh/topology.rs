@@ -30,7 +30,7 @@ pub struct Topology {
     pub unused_vertices: usize,
     /// Used vertices beyond the first at their position, as UV seams and hard edges leave them. They move alike.
     pub seam_vertices: usize,
-    /// Enclosed volume in cubed units of length, about the centre of the bounds; negative if flipped.
+    /// Enclosed volume in cubed units of length, about the center of the bounds; negative if flipped.
     pub signed_volume: f64,
 }
 
