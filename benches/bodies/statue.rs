@@ -3,8 +3,7 @@
 use std::fmt::Write;
 
 use nalgebra::Vector3;
-use supple::Mesh;
-use supple::mesh::vertex_normals;
+use supple::{Mesh, vertex_normals};
 
 /// A standing figure without limbs, about 2.4 high and 1 across.
 #[derive(Clone, Debug)]

@@ -163,9 +163,15 @@ fn nothing_in_a_steady_state() {
     assert_eq!(stages(&bare), ["momentum tracker", "shape matching", "integration"]);
 
     // The bytes that the plan names are those that building a simulation allocates, to 2 %.
-    for build in [|| everything(12, 1), || {
-        Simulation::builder().body(block(12).volume(VolumeOptions::off()).build().unwrap()).build().unwrap()
-    }] {
+    for build in [
+        || everything(12, 1),
+        || {
+            Simulation::builder()
+                .body(block(12).volume(VolumeOptions::off()).build().unwrap())
+                .build()
+                .unwrap()
+        },
+    ] {
         let before = BYTES.get();
         let mut sim = build();
         sim.step();

@@ -1,9 +1,9 @@
 //! Where contacts are felt: on the faces of a mesh, however coarse, and on the boundary of a bare lattice.
 
 use nalgebra::Point3;
-use supple::internals::{Colliders, ContactReport, Contacts, SampleCells};
+use supple::internals::{Colliders, ContactReport, Contacts, Lanes, SampleCells};
 use supple::state::{BodyFrame, BodyState, Interval};
-use supple::{Collider, Lanes, Lattice, LatticeOptions, Mesh, Resolution};
+use supple::{Collider, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// Contacts of a lattice at rest with one collider.
 fn touch(lattice: &Lattice, samples: SampleCells, collider: Collider) -> ContactReport {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use supple::mesh::{Mesh, VertexNormals};
+use supple::{Mesh, VertexNormals};
 use supple_io::frames::{Format, FrameWriter, OutputError, Sequence, Source};
 use supple_io::obj::{Document, Part};
 use tempfile::TempDir;

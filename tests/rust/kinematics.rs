@@ -1,10 +1,10 @@
 //! Selections, motions along keys, pins and handles.
 
 use nalgebra::{Point3, Vector3};
-use supple::Lanes;
 use supple::dynamics::{
     Constraint, ConstraintError, Constraints, Key, Motion, MotionError, Selection, SelectionError, Window,
 };
+use supple::internals::Lanes;
 use supple::state::euler_degrees;
 use supple::state::{BodyFrame, BodyState, Interval};
 

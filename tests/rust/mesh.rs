@@ -1,7 +1,7 @@
 //! The surface mesh: what is refused, what is counted, volumes and normals.
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::mesh::{Mesh, MeshError, VertexNormals, vertex_normals};
+use supple::{Mesh, MeshError, VertexNormals, vertex_normals};
 
 /// A unit cube of quads that face outwards.
 fn cube() -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {

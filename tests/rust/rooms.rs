@@ -9,8 +9,20 @@ use std::path::{Path, PathBuf};
 
 /// The rooms of the core: each may use those to its right.
 const ORDER: [&str; 14] = [
-    "simulation", "body", "volume", "contact", "skin", "dynamics", "matching", "state", "lattice", "voxel", "mesh",
-    "simd", "plan", "parallel",
+    "simulation",
+    "body",
+    "volume",
+    "contact",
+    "skin",
+    "dynamics",
+    "matching",
+    "state",
+    "lattice",
+    "voxel",
+    "mesh",
+    "simd",
+    "plan",
+    "parallel",
 ];
 
 /// The naive oracle stands beside the rooms, `range` checks the numbers of all, and `error` wraps their errors.
@@ -117,7 +129,9 @@ fn rooms(krate: &str) -> Arrows {
             })
             .collect();
         let paths = uses(&code).into_iter().filter(|path| path.len() > 1 && path[0] == "crate");
-        used.extend(paths.map(|path| path[1].clone()).filter(|name| name.starts_with(|c: char| c.is_lowercase())));
+        used.extend(
+            paths.map(|path| path[1].clone()).filter(|name| name.starts_with(|c: char| c.is_lowercase())),
+        );
         used.remove(&room);
         arrows.entry(room).or_default().extend(used);
     }
@@ -136,8 +150,11 @@ fn files_of_a_room(folder: &Path) -> Arrows {
         .map(|path| (path[path.len() - 1].clone(), path[0].clone()))
         .collect();
     let name = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
-    let beside: Vec<PathBuf> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|p| name(p) != "mod").collect();
+    let beside: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|p| name(p) != "mod")
+        .collect();
     let names: BTreeSet<String> = beside.iter().map(|path| name(path)).collect();
     let mut arrows = Arrows::new();
     for path in &beside {
@@ -160,7 +177,12 @@ fn files_of_a_room(folder: &Path) -> Arrows {
 
 /// A circle of arrows, if there is one.
 fn circle(arrows: &Arrows) -> Option<Vec<String>> {
-    fn visit(at: &str, arrows: &Arrows, way: &mut Vec<String>, done: &mut BTreeSet<String>) -> Option<Vec<String>> {
+    fn visit(
+        at: &str,
+        arrows: &Arrows,
+        way: &mut Vec<String>,
+        done: &mut BTreeSet<String>,
+    ) -> Option<Vec<String>> {
         if let Some(first) = way.iter().position(|step| step == at) {
             return Some(way[first..].to_vec());
         }

@@ -3,8 +3,7 @@
 #![allow(dead_code, reason = "each test takes what it needs")]
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use supple::Lanes;
-use supple::internals::{Colliders, ContactReport, Contacts, SampleCells};
+use supple::internals::{Colliders, ContactReport, Contacts, Lanes, SampleCells};
 use supple::state::{BodyFrame, BodyState, Interval};
 
 /// A body of `size` cells with its samples.

@@ -53,7 +53,8 @@
 //! # Units and conventions
 //!
 //! Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees but for `spin` (rad/s). Axes are
-//! right-handed, and none is "up" but for gravity. Axes 0, 1, 2 are x, y, z; corner k of a cell lies at the offset
+//! right-handed, and none is "up" but for gravity. Positions are `Point3<f64>` and vectors `Vector3<f64>` of nalgebra; where one is
+//! passed, `[f64; 3]` will do, and long arrays that are passed or written have rows `[T; 3]`. Axes 0, 1, 2 are x, y, z; corner k of a cell lies at the offset
 //! `(k & 1, k >> 1 & 1, k >> 2 & 1)`; lattice vertices are sorted by z, then y, then x. Results have the same bits for any
 //! number of threads. Contact between bodies is not simulated.
 //!
@@ -87,11 +88,12 @@ mod parallel;
 mod plan;
 mod range;
 pub mod reference;
-pub(crate) mod simd;
+mod simd;
 mod simulation;
 mod skin;
 pub mod state;
 pub mod volume;
+mod voxel;
 
 pub use body::{
     ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, ShownSurface,
@@ -109,9 +111,9 @@ pub use mesh::{Mesh, MeshError};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
 pub use range::RangeError;
-pub use simd::lanes::Lanes;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
 pub use simulation::{Simulation, SimulationBuilder, SimulationState};
+pub use skin::{VertexNormals, vertex_normals};
 pub use state::Placement;
 pub use volume::{
     Correction, CorrectionWorkspace, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport,
@@ -122,4 +124,5 @@ pub use volume::{
 #[doc(hidden)]
 pub mod internals {
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
+    pub use crate::simd::lanes::{Lanes, Row};
 }

@@ -13,8 +13,8 @@ use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
-use crate::simd::padded::{Padded, padded};
-use crate::skin::{Asked, Shown, SkinBuffers};
+use crate::simd::vec4::{Vec4, vec4};
+use crate::skin::{Outputs, Pose, SkinBuffers};
 use crate::volume::{
     ComponentReport, Correction, CorrectionWorkspace, Obstacles, Push, VolumeMeasures, VolumeReport,
 };
@@ -126,7 +126,7 @@ pub struct Display {
     /// mesh update reads it.
     deformed: Vec<[f32; 3]>,
     corrected: Vec<[f32; 3]>,
-    shown: Vec<Padded>,
+    shown: Vec<Vec4>,
     /// The rotations of the positions shown, which are a step ahead of those of the state.
     turned: Lanes<4>,
     rotations: Vec<[f32; 4]>,
@@ -222,7 +222,7 @@ impl Displayed<'_> {
     pub fn surface(&mut self) -> ShownSurface {
         let vertices = self.body.mesh().map_or(0, |mesh| mesh.vertices().len());
         let (mut positions, mut normals) = (vec![[0.0_f64; 3]; vertices], vec![[0.0_f32; 3]; vertices]);
-        self.update_mesh(Asked { positions: Some(&mut positions[..]), normals: Some(&mut normals[..]) });
+        self.update_mesh(Outputs { positions: Some(&mut positions[..]), normals: Some(&mut normals[..]) });
         ShownSurface { positions: positions.into_iter().map(Point3::from).collect(), normals }
     }
 
@@ -233,7 +233,7 @@ impl Displayed<'_> {
     ///
     /// If a slice has another length than the mesh has vertices.
     pub fn surface_into<T: Coordinate>(&mut self, positions: &mut [[T; 3]], normals: Option<&mut [[T; 3]]>) {
-        self.update_mesh(Asked { positions: Some(positions), normals });
+        self.update_mesh(Outputs { positions: Some(positions), normals });
     }
 
     /// Writes the unit normals of the mesh, one per mesh vertex.
@@ -242,18 +242,18 @@ impl Displayed<'_> {
     ///
     /// If there is another number of normals than of mesh vertices.
     pub fn normals_into<T: Coordinate>(&mut self, normals: &mut [[T; 3]]) {
-        self.update_mesh(Asked::<T, T> { positions: None, normals: Some(normals) });
+        self.update_mesh(Outputs::<T, T> { positions: None, normals: Some(normals) });
     }
 
-    fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, asked: Asked<'_, P, N>) {
+    fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, outputs: Outputs<'_, P, N>) {
         let start = Instant::now();
         if let Some(Surface { mesh, embedding, skin }) = &self.body.surface {
             let mut shown = std::mem::take(&mut self.display.shown);
             shown.clear();
-            shown.extend(self.lattice().iter().map(|&point| padded(point)));
+            shown.extend(self.lattice().iter().map(|&point| vec4(point)));
             let frame = &self.body.state.frame.body_frame();
-            let mesh = Shown { mesh, embedding, lattice: &shown, frame };
-            skin.show(&self.executor, mesh, asked, &mut self.display.skin);
+            let pose = Pose { mesh, embedding, lattice: &shown, frame };
+            skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
             self.display.shown = shown;
         }
         self.display.times.embed = start.elapsed();

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use super::samples::SampleBlock;
 use super::shape::PosedShape;
 use super::vec4::Vec4;
-use crate::lattice::polynomial;
+use crate::lattice::{self, polynomial};
 use crate::simd::lanes::LANES;
 
 /// The distance from a shape, as a function of the samples of a body.
@@ -150,16 +150,11 @@ impl Curved<'_> {
 #[inline(always)]
 pub(crate) fn monomials<S: Simd>(simd: S, places: &[[f32; LANES]; 3]) -> [[f64x4<S>; 8]; 2] {
     let one = f64x4::splat(simd, 1.0);
-    let mut halves = [[one; 8]; 2];
+    let mut halves = [[one; 3]; 2];
     for a in 0..3 {
-        let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, &places[a]));
-        let bit = 1 << a;
-        for k in 0..bit {
-            halves[0][k + bit] = halves[0][k] * low;
-            halves[1][k + bit] = halves[1][k] * high;
-        }
+        (halves[0][a], halves[1][a]) = simd.widen_f32x8(f32x8::load_array_ref(simd, &places[a]));
     }
-    halves
+    [lattice::monomials(one, halves[0]), lattice::monomials(one, halves[1])]
 }
 
 /// The value of a [`polynomial`](crate::lattice::polynomial), from its monomials.
@@ -200,7 +195,7 @@ mod tests {
     use fearless_simd::dispatch;
 
     use super::*;
-    use crate::contact::patch::corner_sums;
+    use crate::lattice::corner_sums;
     use crate::simd::level;
 
     /// Trilinear weights of the corners of a cell; corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1).

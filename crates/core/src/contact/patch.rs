@@ -3,6 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 
 use super::samples::SampleBlock;
+use crate::lattice::corner_sums;
 use crate::simd::lanes::LANES;
 
 /// A vertex and its neighbours: 3 x 3 x 3, x fastest, the vertex itself at 13.
@@ -120,17 +121,4 @@ impl Patch {
             (k < NEIGHBORHOOD).then(|| (self.rows[k], (self.weights[k] * share) as f32))
         })
     }
-}
-
-/// The sums of the corners' weights over places, from those of the monomials 1, x, y, xy, z, xz, yz, xyz.
-#[inline(always)]
-pub(super) fn corner_sums(mut sums: [f64; 8]) -> [f64; 8] {
-    for bit in [1, 2, 4] {
-        for k in 0..8 {
-            if k & bit != 0 {
-                sums[k - bit] -= sums[k];
-            }
-        }
-    }
-    sums
 }

@@ -11,6 +11,7 @@ use crate::matching::{
 };
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
+use crate::simd::vector::{cross, dot};
 use crate::state::State;
 
 /// The stage: the rest inertia of the regions.
@@ -137,14 +138,4 @@ impl VertexUpdate for Damp<'_> {
             store(v, velocities);
         }
     }
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> f32x8<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: [f32x8<S>; 3], b: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -1,72 +1,29 @@
-//! From a set of cells to a lattice.
+//! From a set of cells to a lattice: its vertices are the corners of the cells, with their links.
 
 use nalgebra::Point3;
 
-use super::components::{self, Components, RunLabels};
-use super::join::{self, Bridge};
-use super::report::{FloatingPart, LatticeReport};
-use super::runs::Runs;
-use super::{Lattice, LatticeError, corners, memory};
-
-/// The parts of a set of cells, and the cells once these are joined.
-pub(crate) struct Joined {
-    /// The cells, bridges among them.
-    pub(crate) cells: Runs,
-    /// The cells that bridges added.
-    pub(crate) bridge_cells: usize,
-    /// The parts before joining, of each run of the cells before joining.
-    pub(crate) parts: RunLabels,
-    bridges: Vec<Bridge>,
-}
-
-/// Joins the parts of a set of cells, if wished, unless the bridges take too much memory.
-pub(crate) fn join(cells: Runs, join: bool, cell_size: f64, limit: u64) -> Result<Joined, LatticeError> {
-    let parts = components::label(&cells);
-    let bridges = if join { join::bridges(&cells, &parts) } else { Vec::new() };
-    if bridges.is_empty() {
-        return Ok(Joined { cells, bridge_cells: 0, parts, bridges });
-    }
-    // Each further cell of a bridge shares a face with the one before and so adds four vertices.
-    let length = bridges.iter().fold(0u64, |sum, bridge| sum.saturating_add(bridge.len()));
-    memory::check(memory::of_vertices(length.saturating_mul(4)), limit, cell_size)?;
-    let (cells, bridge_cells) = join::with_bridges(&cells, &bridges);
-    Ok(Joined { cells, bridge_cells, parts, bridges })
-}
-
-/// The parts but the largest, as the report lists them.
-pub(crate) fn floating_parts(before: &Runs, joined: &Joined) -> Vec<FloatingPart> {
-    let mut floating = vec![FloatingPart::default(); joined.parts.count];
-    for (run, part) in joined.parts.of_run.iter().enumerate() {
-        floating[*part as usize].cells += before.span(run).len();
-    }
-    for bridge in &joined.bridges {
-        floating[bridge.part as usize].bridge_cells += bridge.len() as usize;
-    }
-    for part in &mut floating {
-        part.joined = !joined.bridges.is_empty();
-    }
-    floating.remove(join::largest(before, &joined.parts) as usize);
-    floating
-}
+use super::components::{Components, label};
+use super::{Lattice, LatticeError, LatticeReport, memory};
+use crate::voxel::GridSet;
 
 /// The lattice of a set of cells, which must not be empty.
-pub(crate) fn lattice(
-    cells: Runs,
+pub(super) fn lattice(
+    cells: GridSet,
     cell_size: f64,
     origin: Point3<f64>,
     report: LatticeReport,
     limit: u64,
 ) -> Result<Lattice, LatticeError> {
-    let count = corners::count(&cells);
+    let count = count_vertices(&cells);
     memory::check(memory::of_vertices(count as u64), limit, cell_size)?;
-    let labels = components::label(&cells);
-    let mut vertex_runs = Runs::default();
+    let labels = label(&cells);
+    let mut vertex_set = GridSet::default();
     let mut indices = Vec::with_capacity(count);
     let mut links = Vec::with_capacity(count);
     let mut occupied_cells = Vec::with_capacity(count);
     let mut of_vertex = Vec::with_capacity(count);
-    corners::visit(&cells, |corner| {
-        vertex_runs.push(corner.index, 1);
+    visit(&cells, |corner| {
+        vertex_set.push(corner.index, 1);
         indices.push(corner.index);
         links.push(corner.links);
         occupied_cells.push(corner.cells);
@@ -78,12 +35,111 @@ pub(crate) fn lattice(
         cell_size,
         origin,
         indices,
-        vertex_runs,
+        vertex_set,
         links,
         occupied_cells,
         cells: positions,
-        cell_runs: cells,
+        cell_set: cells,
         components,
         report,
     })
+}
+
+/// One lattice vertex, as it is met in the order of (z, y, x).
+struct Corner {
+    /// Grid index.
+    index: [i32; 3],
+    /// Bit n is set iff the vertex is linked to its neighbour n: -x, +x, -y, +y, -z, +z.
+    links: u8,
+    /// Occupied cells that have this corner, 1 to 8.
+    cells: u8,
+    /// The run of one of these cells.
+    cell_run: usize,
+}
+
+/// Visits the corners of all cells in the order of (z, y, x).
+///
+/// The four rows of cells around a row of corners, as bits of a mask:
+///
+/// ```text
+///   z ^   2 | 3
+///     |  ---+---      the corners lie on the cross, seen along x
+///     |   0 | 1
+///     +------> y
+/// ```
+fn visit(cells: &GridSet, mut emit: impl FnMut(Corner)) {
+    // Row `next[j]` of cells is the next to lie in quadrant j of a row of corners.
+    let mut next = [0; 4];
+    let offset = |quadrant: usize| (i32::from(quadrant < 2), i32::from(quadrant.is_multiple_of(2)));
+    loop {
+        let keys: [Option<(i32, i32)>; 4] = std::array::from_fn(|j| {
+            let (dz, dy) = offset(j);
+            (next[j] < cells.row_count()).then(|| {
+                let (z, y) = cells.row_key(next[j]);
+                (z + dz, y + dy)
+            })
+        });
+        let Some(key) = keys.iter().flatten().min().copied() else { return };
+        let mut rows = [None; 4];
+        for j in 0..4 {
+            if keys[j] == Some(key) {
+                rows[j] = Some(next[j]);
+                next[j] += 1;
+            }
+        }
+        visit_row(cells, key, rows, &mut emit);
+    }
+}
+
+/// Visits one row of corners between up to four rows of cells.
+fn visit_row(cells: &GridSet, (z, y): (i32, i32), rows: [Option<usize>; 4], emit: &mut impl FnMut(Corner)) {
+    const LOW_Y: u8 = 0b0101;
+    const LOW_Z: u8 = 0b0011;
+    let mut runs = rows.map(|row| row.map_or(0..0, |row| cells.row_runs(row)));
+    // The run under way in each quadrant, or the one to come.
+    let mut spans: [_; 4] = std::array::from_fn(|j| runs[j].next().map(|run| (run, cells.span(run))));
+    let mut before = 0;
+    let mut cell_run = 0;
+    let mut x = i32::MIN;
+    loop {
+        let mut here = 0;
+        let mut start = i32::MAX;
+        for j in 0..4 {
+            if spans[j].as_ref().is_some_and(|(_, span)| span.end <= x) {
+                spans[j] = runs[j].next().map(|run| (run, cells.span(run)));
+            }
+            if let Some((run, span)) = &spans[j] {
+                if span.start <= x {
+                    here |= 1 << j;
+                    cell_run = *run;
+                }
+                start = start.min(span.start);
+            }
+        }
+        let around: u8 = before | here;
+        if around == 0 {
+            if start == i32::MAX {
+                return;
+            }
+            x = start;
+            continue;
+        }
+        let links = u8::from(before != 0)
+            | u8::from(here != 0) << 1
+            | u8::from(around & LOW_Y != 0) << 2
+            | u8::from(around & !LOW_Y != 0) << 3
+            | u8::from(around & LOW_Z != 0) << 4
+            | u8::from(around & !LOW_Z != 0) << 5;
+        let cells = (before.count_ones() + u8::count_ones(here)) as u8;
+        emit(Corner { index: [x, y, z], links, cells, cell_run });
+        before = here;
+        x += 1;
+    }
+}
+
+/// Number of lattice vertices of a set of cells.
+pub(super) fn count_vertices(cells: &GridSet) -> usize {
+    let mut count = 0;
+    visit(cells, |_| count += 1);
+    count
 }

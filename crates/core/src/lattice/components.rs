@@ -1,12 +1,15 @@
-//! Connected parts of the link graph.
+//! Connected parts of a set of cells, and the bridges of cells that join parts which float apart.
 
-use super::disjoint::DisjointSets;
-use super::runs::Runs;
+use super::nearest::{Bounds, RunTree};
+use super::{FloatingPart, LatticeError, memory};
+use crate::mesh::UnionFind;
+use crate::voxel::GridSet;
 
 /// The connected parts of the link graph of a lattice.
 ///
 /// Cells that share a face, an edge or a single corner share a lattice vertex, so they are in the same component.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Components {
     /// Number of components, at least 1. They are numbered in the order of their first vertex.
     pub count: usize,
@@ -15,14 +18,58 @@ pub struct Components {
 }
 
 /// The component of each run of cells.
-pub(crate) struct RunLabels {
-    pub(crate) count: usize,
-    pub(crate) of_run: Vec<u32>,
+pub(super) struct RunLabels {
+    pub(super) count: usize,
+    pub(super) of_run: Vec<u32>,
+}
+
+/// The parts of a set of cells, and the cells once these are joined.
+pub(super) struct Joined {
+    /// The cells, bridges among them.
+    pub(super) cells: GridSet,
+    /// The cells that bridges added.
+    pub(super) bridge_cells: usize,
+    /// The parts before joining, of each run of the cells before joining.
+    pub(super) parts: RunLabels,
+    /// The largest part by cells; of equals, the first.
+    pub(super) largest: u32,
+    bridges: Vec<Bridge>,
+}
+
+/// Joins the parts of a set of cells, if wished, unless the bridges take too much memory.
+pub(super) fn join(cells: GridSet, join: bool, cell_size: f64, limit: u64) -> Result<Joined, LatticeError> {
+    let parts = label(&cells);
+    let largest = largest(&cells, &parts);
+    let bridges = if join { bridges(&cells, &parts, largest) } else { Vec::new() };
+    if bridges.is_empty() {
+        return Ok(Joined { cells, bridge_cells: 0, parts, largest, bridges });
+    }
+    // Each further cell of a bridge shares a face with the one before and so adds four vertices.
+    let length = bridges.iter().fold(0u64, |sum, bridge| sum.saturating_add(bridge.len()));
+    memory::check(memory::of_vertices(length.saturating_mul(4)), limit, cell_size)?;
+    let (cells, bridge_cells) = with_bridges(&cells, &bridges);
+    Ok(Joined { cells, bridge_cells, parts, largest, bridges })
+}
+
+impl Joined {
+    /// The parts but the largest, as the report lists them. `before`: the cells before joining.
+    pub(super) fn floating_parts(&self, before: &GridSet) -> Vec<FloatingPart> {
+        let joined = !self.bridges.is_empty();
+        let mut floating = vec![FloatingPart { joined, ..FloatingPart::default() }; self.parts.count];
+        for (run, part) in self.parts.of_run.iter().enumerate() {
+            floating[*part as usize].cells += before.span(run).len();
+        }
+        for bridge in &self.bridges {
+            floating[bridge.part as usize].bridge_cells += bridge.len() as usize;
+        }
+        floating.remove(self.largest as usize);
+        floating
+    }
 }
 
 /// Finds the components of a set of cells; cells that share a corner belong together.
-pub(crate) fn label(cells: &Runs) -> RunLabels {
-    let mut sets = DisjointSets::new(cells.run_count());
+pub(super) fn label(cells: &GridSet) -> RunLabels {
+    let mut sets = UnionFind::new(cells.run_count());
     for row in 0..cells.row_count() {
         let (z, y) = cells.row_key(row);
         for key in [(z - 1, y - 1), (z - 1, y), (z - 1, y + 1), (z, y - 1)] {
@@ -36,7 +83,7 @@ pub(crate) fn label(cells: &Runs) -> RunLabels {
 }
 
 /// Unites the runs of two neighbouring rows that touch, corners included.
-fn unite_rows(cells: &Runs, a: usize, b: usize, sets: &mut DisjointSets) {
+fn unite_rows(cells: &GridSet, a: usize, b: usize, sets: &mut UnionFind) {
     let (mut a, mut b) = (cells.row_runs(a), cells.row_runs(b));
     while !a.is_empty() && !b.is_empty() {
         let (left, right) = (cells.span(a.start), cells.span(b.start));
@@ -49,4 +96,121 @@ fn unite_rows(cells: &Runs, a: usize, b: usize, sets: &mut DisjointSets) {
             b.start += 1;
         }
     }
+}
+
+/// The cells that join one part to another.
+struct Bridge {
+    /// Part that asked for the bridge, numbered as its run labels.
+    part: u32,
+    from: [i32; 3],
+    to: [i32; 3],
+}
+
+impl Bridge {
+    /// Number of cells of the bridge, without the cells that it joins.
+    fn len(&self) -> u64 {
+        let steps: u64 = (0..3).map(|a| u64::from(self.from[a].abs_diff(self.to[a]))).sum();
+        steps.saturating_sub(1)
+    }
+
+    /// The cells strictly between the two ends: a shortest path from face to face that keeps near the straight line, by stepping
+    /// along the axis on which most is left.
+    fn cells(&self) -> impl Iterator<Item = [i32; 3]> {
+        let mut cell = self.from;
+        (0..self.len()).map(move |_| {
+            let left = |a: &usize| (cell[*a].abs_diff(self.to[*a]), std::cmp::Reverse(*a));
+            let axis = (0..3).max_by_key(left).unwrap_or(0);
+            cell[axis] += self.to[axis].cmp(&cell[axis]) as i32;
+            cell
+        })
+    }
+}
+
+/// The largest part by cells; of equals, the first.
+fn largest(cells: &GridSet, labels: &RunLabels) -> u32 {
+    let mut sizes = vec![0u64; labels.count];
+    for run in 0..cells.run_count() {
+        sizes[labels.of_run[run] as usize] += cells.span(run).len() as u64;
+    }
+    let largest = (0..labels.count).max_by_key(|&part| (sizes[part], std::cmp::Reverse(part)));
+    largest.unwrap_or(0) as u32
+}
+
+/// The bridges that make one part of all: each part but the largest is joined to its nearest neighbour, then each group of parts
+/// but that of the largest to its nearest, until all are one (Borůvka 1926).
+fn bridges(cells: &GridSet, labels: &RunLabels, largest: u32) -> Vec<Bridge> {
+    let mut bridges = Vec::new();
+    if labels.count < 2 {
+        return bridges;
+    }
+    let tree = RunTree::new(cells);
+    let mut groups = UnionFind::new(labels.count);
+    while bridges.len() + 1 < labels.count {
+        let group_of_part: Vec<u32> = (0..labels.count as u32).map(|part| groups.find(part)).collect();
+        let group = |run: u32| group_of_part[labels.of_run[run as usize] as usize];
+        let still = group_of_part[largest as usize];
+        for nearest in nearest_pairs(cells, &tree, labels.count, still, group).into_iter().flatten() {
+            let [a, b] = nearest.runs;
+            let [part, other] = [a, b].map(|run| labels.of_run[run as usize]);
+            if groups.unite(part, other) {
+                let (from, to) = closest_cells(cells, a, b);
+                bridges.push(Bridge { part, from, to });
+            }
+        }
+    }
+    bridges
+}
+
+/// A run of one group and the nearest run of another.
+#[derive(Clone, Copy)]
+struct Nearest {
+    steps: i64,
+    runs: [u32; 2],
+}
+
+/// For each group, by its lowest part, but `still`: the nearest run of any other group.
+fn nearest_pairs(
+    cells: &GridSet,
+    tree: &RunTree,
+    parts: usize,
+    still: u32,
+    group: impl Fn(u32) -> u32,
+) -> Vec<Option<Nearest>> {
+    let shared = tree.shared_labels(&group);
+    let mut best: Vec<Option<Nearest>> = vec![None; parts];
+    for (run, key) in cells.runs() {
+        let own = group(run as u32);
+        if own == still {
+            continue;
+        }
+        let bounds = Bounds::of_run(cells, key, run);
+        let found = tree.nearest(
+            best[own as usize].map_or(i64::MAX, |nearest| nearest.steps),
+            |other| bounds.steps(other),
+            |node| shared[node] == Some(own),
+            |other| group(other) != own,
+        );
+        if let Some((steps, other)) = found {
+            best[own as usize] = Some(Nearest { steps, runs: [run as u32, other] });
+        }
+    }
+    best
+}
+
+/// The nearest cells of two runs; where they overlap in x, at their lowest common x.
+fn closest_cells(cells: &GridSet, a: u32, b: u32) -> ([i32; 3], [i32; 3]) {
+    let [a, b] = [a, b].map(|run| Bounds::of_run(cells, cells.key_of_run(run as usize), run as usize));
+    let x = [(&a, &b), (&b, &a)].map(|(one, other)| other.low[0].clamp(one.low[0], one.high[0]));
+    let at = |bounds: &Bounds, x| [x, bounds.low[1], bounds.low[2]];
+    (at(&a, x[0]), at(&b, x[1]))
+}
+
+/// The cells with the bridges among them, and the number of cells that the bridges added.
+fn with_bridges(cells: &GridSet, bridges: &[Bridge]) -> (GridSet, usize) {
+    let mut positions = cells.positions();
+    positions.extend(bridges.iter().flat_map(Bridge::cells));
+    positions.sort_by_key(|&[x, y, z]| (z, y, x));
+    let joined = GridSet::from_sorted(&positions);
+    let added = joined.len() - cells.len();
+    (joined, added)
 }

@@ -3,16 +3,17 @@
 use nalgebra::Point3;
 
 use super::candidate::Request;
-use super::report::LatticeReport;
-use super::runs::Runs;
-use super::surface::Surface;
-use super::{HIGHEST_INDEX, Lattice, LatticeError, LatticeOptions, Resolution, assemble, memory, resolution};
-use crate::mesh::{Component, Mesh};
+use super::{
+    Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution, assemble, components, memory,
+    resolution,
+};
+use crate::mesh::Mesh;
+use crate::voxel::{GridSet, HIGHEST_INDEX};
 
 impl Lattice {
     /// The lattice of a surface mesh: the cells that the surface passes through and those that it encloses.
     ///
-    /// The bounding box is centred on the grid. A cell that the surface merely touches is not occupied; a face that lies in a grid plane
+    /// The bounding box is centerd on the grid. A cell that the surface merely touches is not occupied; a face that lies in a grid plane
     /// belongs to the cell on its inner side, so that a cube of n cells gives n^3, and a flat sheet one layer. A cell is enclosed
     /// iff no way leads to it from outside: an open mesh gives a layer of cells along the surface, where its openings are wider than
     /// a cell. That is told in the [report](Self::report).
@@ -22,15 +23,15 @@ impl Lattice {
     /// A cell size that is not positive and finite, fewer than 8 wished vertices, or more memory than allowed, with a cell size that
     /// would fit.
     pub fn from_mesh(mesh: &Mesh, options: &LatticeOptions) -> Result<Self, LatticeError> {
-        let topology = mesh.topology();
-        let surface = Surface {
-            vertices: mesh.vertices(),
-            triangles: mesh.triangles(),
-            bounds: mesh.bounds(),
-            closed: topology.boundary_edges == 0,
-            components: first_corners(mesh),
+        let request = Request { mesh, join: options.join, limit: memory::limit(options.memory_limit) };
+        let candidate = match options.resolution {
+            Resolution::CellSize(cell_size) => {
+                check_cell_size(cell_size)?;
+                request.candidate(cell_size)
+            }
+            Resolution::Vertices(wished) => resolution::search(&request, wished),
         };
-        Self::from_surface(&surface, options)
+        candidate.and_then(|candidate| candidate.build(&request)).map_err(|error| request.with_way_out(error))
     }
 
     /// The lattice `factor` times as large, about the origin.
@@ -44,18 +45,6 @@ impl Lattice {
         self.origin *= factor;
         check_cell_size(self.cell_size)?;
         Ok(self)
-    }
-
-    fn from_surface(surface: &Surface<'_>, options: &LatticeOptions) -> Result<Self, LatticeError> {
-        let request = Request { surface, join: options.join, limit: memory::limit(options.memory_limit) };
-        let candidate = match options.resolution {
-            Resolution::CellSize(cell_size) => {
-                check_cell_size(cell_size)?;
-                request.candidate(cell_size)
-            }
-            Resolution::Vertices(wished) => resolution::search(&request, wished),
-        };
-        candidate.and_then(|candidate| candidate.build(&request)).map_err(|error| request.with_way_out(error))
     }
 
     /// The lattice of the given cells, with their indices kept.
@@ -74,10 +63,11 @@ impl Lattice {
     pub fn from_cells(
         cells: &[[i32; 3]],
         cell_size: f64,
-        origin: Point3<f64>,
+        origin: impl Into<Point3<f64>>,
         join: bool,
     ) -> Result<Self, LatticeError> {
         check_cell_size(cell_size)?;
+        let origin = origin.into();
         if !origin.iter().all(|x| x.is_finite()) {
             return Err(LatticeError::Origin(origin.x, origin.y, origin.z));
         }
@@ -93,23 +83,16 @@ impl Lattice {
         memory::check(memory::of_vertices(cells.len() as u64), limit, cell_size)?;
         let mut sorted = cells.to_vec();
         sorted.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
-        let given = Runs::from_sorted(&sorted);
-        let joined = assemble::join(given.clone(), join, cell_size, limit)?;
+        let given = GridSet::from_sorted(&sorted);
+        let joined = components::join(given.clone(), join, cell_size, limit)?;
         let report = LatticeReport {
             surface_cells: given.len(),
             bridge_cells: joined.bridge_cells,
-            floating: assemble::floating_parts(&given, &joined),
+            floating: joined.floating_parts(&given),
             ..LatticeReport::default()
         };
         assemble::lattice(joined.cells, cell_size, origin, report, limit)
     }
-}
-
-/// A vertex of each component of a mesh.
-fn first_corners(mesh: &Mesh) -> Vec<u32> {
-    let first =
-        |component: &Component| mesh.faces().nth(component.first_face).and_then(|face| face.first().copied());
-    mesh.topology().components.iter().filter_map(first).collect()
 }
 
 /// Refuses a cell size that is no positive, finite length.

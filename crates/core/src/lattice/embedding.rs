@@ -1,14 +1,12 @@
 //! Points embedded in the cells of a lattice, which carry them along.
 
-use std::ops::Range;
-
 use nalgebra::Point3;
 
 use super::Lattice;
-use super::locate::{locate, nearest};
-use super::run_tree::RunTree;
+use super::nearest::RunTree;
 use super::trilinear;
-use crate::simd::padded::{Padded, padded};
+use crate::mesh::Csr;
+use crate::simd::vec4::{Vec4, vec4};
 
 /// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
 ///
@@ -20,10 +18,10 @@ pub struct Embedding {
     local: Vec<[f32; 3]>,
     /// Group of each point.
     group: Vec<u32>,
-    /// The points, sorted by cell.
-    order: Vec<u32>,
     /// The cells that hold points, in order.
     groups: Vec<Group>,
+    /// The points of each of them, rising.
+    members: Csr<u32>,
 }
 
 /// A cell that holds points.
@@ -31,12 +29,11 @@ pub struct Embedding {
 struct Group {
     cell: u32,
     corners: [u32; 8],
-    /// First of its points in the order.
-    start: u32,
 }
 
 /// The points of one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CellPoints<'a> {
     /// Number of the cell.
     pub cell: u32,
@@ -51,14 +48,15 @@ impl Embedding {
     ///
     /// A point with a coordinate that is not finite belongs to some cell, and its coordinates there are not finite either.
     pub fn new(lattice: &Lattice, points: &[Point3<f64>]) -> Self {
-        let cells = &lattice.cell_runs;
+        let cells = &lattice.cell_set;
         let mut tree = None;
         let mut cell_of = Vec::with_capacity(points.len());
         let mut local = Vec::with_capacity(points.len());
         for point in points {
             let place: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
-            let cell = locate(cells, place)
-                .unwrap_or_else(|| nearest(cells, tree.get_or_insert_with(|| RunTree::new(cells)), place));
+            let cell = cells.locate(place).unwrap_or_else(|| {
+                tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, place)
+            });
             let corner = lattice.cells[cell as usize];
             local.push(std::array::from_fn(|a| (place[a] - f64::from(corner[a])) as f32));
             cell_of.push(cell);
@@ -67,17 +65,15 @@ impl Embedding {
     }
 
     fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
-        let order = sorted_by_cell(cell_of, lattice.cells.len());
-        let mut group = vec![0; cell_of.len()];
-        let mut groups: Vec<Group> = Vec::new();
-        for (start, &point) in order.iter().enumerate() {
-            let cell = cell_of[point as usize];
-            if groups.last().is_none_or(|last| last.cell != cell) {
-                groups.push(Group { cell, corners: lattice.cell_corners(cell), start: start as u32 });
-            }
-            group[point as usize] = groups.len() as u32 - 1;
+        let order = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..)).into_items();
+        let (mut group, mut groups, mut starts) = (vec![0; cell_of.len()], Vec::new(), vec![0]);
+        for members in order.chunk_by(|&a, &b| cell_of[a as usize] == cell_of[b as usize]) {
+            members.iter().for_each(|&point| group[point as usize] = groups.len() as u32);
+            let cell = cell_of[members[0] as usize];
+            groups.push(Group { cell, corners: lattice.cell_corners(cell) });
+            starts.push(starts[starts.len() - 1] + members.len() as u32);
         }
-        Self { local, group, order, groups }
+        Self { local, group, groups, members: Csr::from_parts(starts, order) }
     }
 
     /// Number of points.
@@ -122,16 +118,8 @@ impl Embedding {
 
     /// The cells that hold points, in the order of the cells, each with its points.
     pub fn by_cell(&self) -> impl ExactSizeIterator<Item = CellPoints<'_>> {
-        (0..self.groups.len()).map(|group| {
-            let Group { cell, corners, .. } = &self.groups[group];
-            CellPoints { cell: *cell, corners, points: &self.order[self.range(group)] }
-        })
-    }
-
-    /// The points of a group in the order.
-    fn range(&self, group: usize) -> Range<usize> {
-        let end = self.groups.get(group + 1).map_or(self.order.len(), |next| next.start as usize);
-        self.groups[group].start as usize..end
+        let groups = self.groups.iter().zip(self.members.rows());
+        groups.map(|(Group { cell, corners }, points)| CellPoints { cell: *cell, corners, points })
     }
 
     /// Where the points are, given where the lattice vertices are, in any frame and unit.
@@ -153,39 +141,23 @@ impl Embedding {
     }
 
     /// Where one point is.
-    pub(crate) fn carried(&self, point: usize, lattice: &[Padded]) -> Padded {
+    pub(crate) fn carried(&self, point: usize, lattice: &[Vec4]) -> Vec4 {
         carried_outside(&self.group_of(point).corners, lattice, self.local[point])
     }
 
     /// Bytes of memory that the embedding takes.
     pub fn memory(&self) -> usize {
         let point = size_of::<[f32; 3]>() + 2 * size_of::<u32>();
-        self.len() * point + self.groups.len() * size_of::<Group>() + size_of::<Self>()
+        let group = size_of::<Group>() + size_of::<u32>();
+        self.len() * point + self.groups.len() * group + size_of::<Self>()
     }
 }
 
 /// Where a place in a cell with these corners is taken, within or outside.
-pub(crate) fn carried_outside(corners: &[u32; 8], lattice: &[Padded], place: [f32; 3]) -> Padded {
+pub(crate) fn carried_outside(corners: &[u32; 8], lattice: &[Vec4], place: [f32; 3]) -> Vec4 {
     let corners = corners.map(|corner| {
         let [x, y, z, _] = lattice[corner as usize];
         [x, y, z]
     });
-    padded(trilinear::CellMap::new(corners).at(place))
-}
-
-/// The numbers of the points, by cell, then by number: a counting sort.
-fn sorted_by_cell(cell_of: &[u32], cells: usize) -> Vec<u32> {
-    let mut next = vec![0u32; cells + 1];
-    for &cell in cell_of {
-        next[cell as usize + 1] += 1;
-    }
-    for cell in 0..cells {
-        next[cell + 1] += next[cell];
-    }
-    let mut order = vec![0; cell_of.len()];
-    for (point, &cell) in cell_of.iter().enumerate() {
-        order[next[cell as usize] as usize] = point as u32;
-        next[cell as usize] += 1;
-    }
-    order
+    vec4(trilinear::CellMap::new(corners).at(place))
 }

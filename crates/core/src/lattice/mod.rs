@@ -1,46 +1,34 @@
 //! The lattice: cells along the axes that cover a shape, and their corners.
+//!
+//! In the order of the data: what is asked for ([`options`], [`error`], [`memory`]); the cell size for a number of vertices
+//! ([`resolution`]), the cells at one size ([`candidate`]), their connected parts and the bridges between these ([`components`],
+//! [`nearest`]), the vertices and links of a set of cells ([`assemble`]), the ways to a lattice ([`construct`]); how its vertices are
+//! stored in blocks of eight ([`layout`]); points that its cells carry along ([`embedding`], [`trilinear`]).
 
 mod assemble;
-mod bitmap;
 mod candidate;
 mod components;
 mod construct;
-mod corners;
-mod disjoint;
 mod embedding;
 mod error;
-mod flood;
-mod grid;
-mod join;
-pub(crate) mod layout;
-pub(crate) mod links;
-mod locate;
+mod layout;
 mod memory;
+mod nearest;
 mod options;
-mod overlap;
-mod report;
 mod resolution;
-mod run_tree;
-mod runs;
-mod surface;
-mod trace;
 mod trilinear;
-mod voxelise;
 
 use nalgebra::Point3;
 
+use crate::voxel::GridSet;
+
 pub use components::Components;
-pub(crate) use disjoint::DisjointSets;
 pub(crate) use embedding::carried_outside;
 pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
-pub use options::{LatticeOptions, Resolution};
-pub use report::{FloatingPart, LatticeReport};
-use runs::Runs;
-pub(crate) use trilinear::polynomial;
-
-/// Highest magnitude of a grid index, so that differences of two are 32-bit numbers too.
-const HIGHEST_INDEX: i32 = 1 << 30;
+pub(crate) use layout::{AxisLinks, Layout, Neighbours};
+pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
+pub(crate) use trilinear::{corner_sums, monomials, polynomial};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.
 ///
@@ -58,18 +46,18 @@ const HIGHEST_INDEX: i32 = 1 << 30;
 /// ```
 ///
 /// A *link* joins two vertices one step apart along an axis iff some occupied cell has that edge. Two vertices on either side of a
-/// gap are not neighbours, however close. After Rivers and James 2007, whose particles lie at the centres of cells; on the corners,
+/// gap are not neighbours, however close. After Rivers and James 2007, whose particles lie at the centers of cells; on the corners,
 /// each vertex belongs to at least one cell, so that every region spans space even where a part is one cell thick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     cell_size: f64,
     origin: Point3<f64>,
     indices: Vec<[i32; 3]>,
-    vertex_runs: Runs,
+    vertex_set: GridSet,
     links: Vec<u8>,
     occupied_cells: Vec<u8>,
     cells: Vec<[i32; 3]>,
-    cell_runs: Runs,
+    cell_set: GridSet,
     components: Components,
     report: LatticeReport,
 }
@@ -125,8 +113,7 @@ impl Lattice {
         let mut corners = [0; 8];
         for (pair, corner) in corners.chunks_exact_mut(2).enumerate() {
             let (dy, dz) = (pair as i32 & 1, pair as i32 >> 1);
-            let first =
-                self.vertex_runs.find([x, y + dy, z + dz]).expect("each corner of a cell is a vertex");
+            let first = self.vertex_set.find([x, y + dy, z + dz]).expect("each corner of a cell is a vertex");
             // Corners one step apart along x follow each other.
             corner.copy_from_slice(&[first, first + 1]);
         }
@@ -135,12 +122,12 @@ impl Lattice {
 
     /// The vertex at a grid index, if there is one.
     pub fn vertex_at(&self, index: [i32; 3]) -> Option<u32> {
-        self.vertex_runs.find(index)
+        self.vertex_set.find(index)
     }
 
     /// The occupied cell at a grid index, if there is one.
     pub fn cell_at(&self, index: [i32; 3]) -> Option<u32> {
-        self.cell_runs.find(index)
+        self.cell_set.find(index)
     }
 
     /// Links of each vertex, shape `(n,)`: bit n is set iff the vertex is linked to its neighbour n, in the order -x, +x, -y, +y,
@@ -164,7 +151,7 @@ impl Lattice {
             _ => {
                 let mut neighbour = index;
                 neighbour[n / 2] += if n % 2 == 0 { -1 } else { 1 };
-                self.vertex_runs.find(neighbour)
+                self.vertex_set.find(neighbour)
             }
         })
     }
@@ -190,8 +177,8 @@ impl Lattice {
         let vertex = size_of::<[i32; 3]>() + 2 * size_of::<u8>() + size_of::<u32>();
         self.len() * vertex
             + self.cells.len() * size_of::<[i32; 3]>()
-            + self.vertex_runs.bytes()
-            + self.cell_runs.bytes()
+            + self.vertex_set.bytes()
+            + self.cell_set.bytes()
             + size_of::<Self>()
     }
 }

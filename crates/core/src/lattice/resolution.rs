@@ -1,8 +1,8 @@
 //! The cell size for a wished number of lattice vertices.
 
 use super::candidate::{Candidate, Request};
-use super::surface::Measure;
 use super::{LatticeError, memory};
+use crate::mesh::RelativeMeasure;
 
 /// Lattices that are tried before the best of them is taken.
 const TRIES: usize = 24;
@@ -24,14 +24,11 @@ struct Tried {
 ///
 /// The number falls with the cell size, on the whole but not strictly, by a power between 1 (a rod) and 3 (a solid). The first guess
 /// is from the volume and the area; each next one is on the line through the two nearest tries on either side, in logarithms.
-pub(crate) fn search(request: &Request<'_>, wished: usize) -> Result<Candidate, LatticeError> {
+pub(super) fn search(request: &Request<'_>, wished: usize) -> Result<Candidate, LatticeError> {
     if wished < 8 {
         return Err(LatticeError::TooFewVertices(wished));
     }
-    let measure = request.surface.measure();
-    if measure.extent <= 0.0 {
-        return Err(LatticeError::NoCells);
-    }
+    let measure = RelativeMeasure::of(request.mesh);
     let mut size = guess(&measure, wished as f64);
     memory::check(memory::of_vertices(wished as u64), request.limit, size)?;
     let mut best: Option<(f64, Candidate)> = None;
@@ -84,7 +81,7 @@ fn between(fine: &Tried, coarse: &Tried, tries: usize) -> f64 {
 }
 
 /// The cell size at which a body of the given volume and area, or a bare line, has about so many lattice vertices.
-fn guess(measure: &Measure, wished: f64) -> f64 {
+fn guess(measure: &RelativeMeasure, wished: f64) -> f64 {
     // A surface of area A passes through about 1.5 A / h^2 cells, half of which lie within the volume; their corners reach half a
     // cell further out.
     let vertices = |k: f64| measure.volume * k.powi(3) + 1.5 * measure.area * k * k + 4.0 * k + 4.0;

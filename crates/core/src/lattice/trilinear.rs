@@ -1,6 +1,6 @@
 //! Trilinear interpolation within a cell, continued linearly outside.
 
-use std::ops::Sub;
+use std::ops::{Mul, Sub};
 
 use nalgebra::Vector3;
 
@@ -37,6 +37,32 @@ pub(crate) fn polynomial<T: Copy + Sub<Output = T>>(mut terms: [T; 8]) -> [T; 8]
         }
     }
     terms
+}
+
+/// The monomials 1, x, y, xy, z, xz, yz, xyz of a place.
+#[inline(always)]
+pub(crate) fn monomials<T: Copy + Mul<Output = T>>(one: T, place: [T; 3]) -> [T; 8] {
+    let mut monomials = [one; 8];
+    for a in 0..3 {
+        let bit = 1 << a;
+        for k in 0..bit {
+            monomials[k + bit] = monomials[k] * place[a];
+        }
+    }
+    monomials
+}
+
+/// The sums of the corners' weights over places, from those of their [`monomials`]: the transpose of [`polynomial`].
+#[inline(always)]
+pub(crate) fn corner_sums(mut sums: [f64; 8]) -> [f64; 8] {
+    for bit in [1, 2, 4] {
+        for k in 0..8 {
+            if k & bit != 0 {
+                sums[k - bit] -= sums[k];
+            }
+        }
+    }
+    sums
 }
 
 /// The trilinear map of one deformed cell, as a polynomial about corner 0: small differences, so that little is lost to rounding.

@@ -23,8 +23,7 @@ pub(crate) use windows::Weighted;
 
 use std::sync::atomic::AtomicUsize;
 
-use crate::lattice::Lattice;
-use crate::lattice::layout::Layout;
+use crate::lattice::{Lattice, Layout};
 use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
 use goals::{FitRotations, WriteGoals};

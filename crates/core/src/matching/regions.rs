@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::lattice::Lattice;
-use crate::lattice::layout::Layout;
+use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{LANES, Lanes};
 
 /// The regions of a lattice: one around each vertex, of half-width w.

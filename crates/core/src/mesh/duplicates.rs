@@ -23,7 +23,7 @@ pub(super) fn count(mesh: &Mesh) -> Repeated {
     let mut corners = Vec::with_capacity(mesh.corners().len());
     let mut faces = Vec::with_capacity(mesh.face_count());
     let mut turned = Vec::new();
-    for face in (0..mesh.face_count()).map(|face| mesh.face(face)) {
+    for face in mesh.faces() {
         if topology::is_degenerate(face, mesh.weld()) {
             continue;
         }

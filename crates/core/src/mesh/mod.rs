@@ -1,25 +1,25 @@
 //! The surface mesh: vertices, polygons, what they enclose, and what is unusual about them.
+//!
+//! [`Mesh`] itself is here, its vertices welded by [`weld`]. [`topology`] describes it, with [`duplicates`] for faces that repeat, and [`measure`] for volumes and areas.
+//! [`csr`] and [`union_find`] are tables for this room and those above it.
 
-mod components;
+mod csr;
 mod duplicates;
-mod edges;
 mod error;
 mod measure;
-pub(crate) mod normals;
-pub(crate) mod rings;
 mod topology;
-mod walks;
+mod union_find;
 mod weld;
 
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point3;
 
-pub use components::Component;
+pub(crate) use csr::Csr;
 pub use error::MeshError;
-pub(crate) use measure::signed_volume;
-pub use normals::{VertexNormals, vertex_normals};
-pub use topology::Topology;
+pub(crate) use measure::{RelativeMeasure, signed_volume};
+pub use topology::{Component, Topology};
+pub(crate) use union_find::UnionFind;
 
 /// A surface mesh: vertices in `f64` and polygons of any size.
 ///
@@ -41,11 +41,10 @@ pub struct Mesh {
     topology: Arc<OnceLock<Topology>>,
 }
 
-/// The polygons: corners of face `f` are `corners[offsets[f]..offsets[f + 1]]`.
 #[derive(Debug)]
 struct Faces {
-    offsets: Vec<u32>,
-    corners: Vec<u32>,
+    /// The corners of each polygon.
+    polygons: Csr<u32>,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -91,31 +90,27 @@ impl Mesh {
         offsets: Vec<u32>,
         corners: Vec<u32>,
     ) -> Result<Self, MeshError> {
-        let in_order = offsets.first() == Some(&0) && offsets.is_sorted();
-        assert!(
-            in_order && offsets.last().is_some_and(|&end| end as usize == corners.len()),
-            "offsets of faces"
-        );
+        let polygons = Csr::from_parts(offsets, corners);
         countable("vertices", vertices.len())?;
         check_finite(&vertices)?;
-        check_indices(&offsets, &corners, vertices.len())?;
-        let bounds = bounds(&vertices, &corners);
+        check_indices(&polygons, vertices.len())?;
+        let bounds = bounds(&vertices, polygons.items());
         let weld = weld::weld(&vertices);
-        let faces = Faces { triangles: fan(&offsets, &corners), offsets, corners };
-        let no_faces = MeshError::NoFaces { faces: faces.offsets.len() - 1, vertices: vertices.len() };
-        let (Some(bounds), false) = (bounds, faces.triangles.is_empty()) else { return Err(no_faces) };
+        let triangles = fan(&polygons);
+        let no_faces = MeshError::NoFaces { faces: polygons.len(), vertices: vertices.len() };
+        let (Some(bounds), false) = (bounds, triangles.is_empty()) else { return Err(no_faces) };
         if bounds.0 == bounds.1 {
-            let mut used = faces.corners.clone();
+            let mut used = polygons.items().to_vec();
             used.sort_unstable();
             used.dedup();
             return Err(MeshError::NoExtent { vertices: used.len(), at: bounds.0.into() });
         }
-        if (0..faces.offsets.len() - 1).all(|face| topology::is_degenerate(faces.get(face), &weld)) {
+        if polygons.rows().all(|face| topology::is_degenerate(face, &weld)) {
             return Err(no_faces);
         }
         Ok(Self {
             vertices: vertices.into(),
-            faces: Arc::new(faces),
+            faces: Arc::new(Faces { polygons, triangles }),
             weld: weld.into(),
             bounds,
             topology: Arc::default(),
@@ -129,12 +124,12 @@ impl Mesh {
 
     /// How many faces there are, degenerate ones included.
     pub fn face_count(&self) -> usize {
-        self.faces.offsets.len() - 1
+        self.faces.polygons.len()
     }
 
     /// The faces in input order: the vertices of their corners.
-    pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> {
-        self.faces.offsets.windows(2).map(|ends| &self.faces.corners[ends[0] as usize..ends[1] as usize])
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> + Clone {
+        self.faces.polygons.rows()
     }
 
     /// The faces fanned from their first vertex, in the order of the faces: `n - 2` triangles for `n >= 3` corners.
@@ -163,7 +158,7 @@ impl Mesh {
     }
 
     /// Enclosed volume, in cubed units of length, never negative. For an open mesh it is that of the surface coned
-    /// from the centre of its bounds, and says little.
+    /// from the center of its bounds, and says little.
     pub fn volume(&self) -> f64 {
         self.signed_volume().abs()
     }
@@ -200,22 +195,24 @@ impl Mesh {
         })
     }
 
-    fn face(&self, face: usize) -> &[u32] {
-        self.faces.get(face)
+    /// The vertices of the corners of a face.
+    pub(crate) fn face(&self, face: usize) -> &[u32] {
+        self.faces.polygons.row(face)
     }
 
     fn corners(&self) -> &[u32] {
-        &self.faces.corners
+        self.faces.polygons.items()
     }
 
-    fn centre(&self) -> Point3<f64> {
+    /// The center of the bounds.
+    fn center(&self) -> Point3<f64> {
         nalgebra::center(&self.bounds.0, &self.bounds.1)
     }
-}
 
-impl Faces {
-    fn get(&self, face: usize) -> &[u32] {
-        &self.corners[self.offsets[face] as usize..self.offsets[face + 1] as usize]
+    /// Signed volume of some of the triangles, about the center of the bounds.
+    fn volume_of(&self, triangles: &[[u32; 3]]) -> f64 {
+        let center = self.center();
+        signed_volume(triangles, |vertex| self.vertices[vertex as usize] - center)
     }
 }
 
@@ -235,12 +232,12 @@ fn check_finite(vertices: &[Point3<f64>]) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn check_indices(offsets: &[u32], corners: &[u32], count: usize) -> Result<(), MeshError> {
-    match corners.iter().position(|&corner| corner as usize >= count) {
+fn check_indices(polygons: &Csr<u32>, count: usize) -> Result<(), MeshError> {
+    match polygons.items().iter().position(|&corner| corner as usize >= count) {
         None => Ok(()),
         Some(at) => {
-            let face = offsets.partition_point(|&offset| offset as usize <= at) - 1;
-            Err(MeshError::IndexOutOfRange { face, vertex: corners[at], count })
+            let (face, vertex) = (polygons.row_of(at), polygons.items()[at]);
+            Err(MeshError::IndexOutOfRange { face, vertex, count })
         }
     }
 }
@@ -253,13 +250,11 @@ fn bounds(vertices: &[Point3<f64>], corners: &[u32]) -> Option<(Point3<f64>, Poi
     used.fold(None, |bounds, point| Some(grow(bounds.unwrap_or((point, point)), point)))
 }
 
-fn fan(offsets: &[u32], corners: &[u32]) -> Vec<[u32; 3]> {
-    let mut triangles = Vec::with_capacity((corners.len()).saturating_sub(2 * (offsets.len() - 1)));
-    for ends in offsets.windows(2) {
-        let face = &corners[ends[0] as usize..ends[1] as usize];
-        if face.len() > 2 {
-            triangles.extend(face[1..].windows(2).map(|edge| [face[0], edge[0], edge[1]]));
-        }
+fn fan(polygons: &Csr<u32>) -> Vec<[u32; 3]> {
+    let count = polygons.items().len().saturating_sub(2 * polygons.len());
+    let mut triangles = Vec::with_capacity(count);
+    for face in polygons.rows().filter(|face| face.len() > 2) {
+        triangles.extend(face[1..].windows(2).map(|edge| [face[0], edge[0], edge[1]]));
     }
     triangles
 }

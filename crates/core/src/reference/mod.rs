@@ -3,15 +3,13 @@
 //! Everything here is a function of the lattice and of positions in the units of its cell size, and costs of the order of
 //! `(2 w + 1)^3` for each lattice vertex. [`Naive`] keeps what does not change from one call to the next.
 
-mod damping;
 mod matching;
 mod momenta;
 mod naive;
 mod regions;
 mod rotation;
 
-pub use damping::damped_velocities;
-pub use matching::{Weights, goals, rotations, weights};
+pub use matching::{Weights, damped_velocities, goals, rotations, weights};
 pub use momenta::{Mass, Momenta};
 pub use naive::{Naive, RegionMotion};
 pub use regions::{Regions, region};

@@ -6,7 +6,7 @@ use fearless_simd::Level;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 use fearless_simd::Simd;
 
-/// The environment variable that forces a SIMD level, one of [`LEVELS`].
+/// The environment variable that forces a SIMD level.
 const LEVEL_VARIABLE: &str = "SUPPLE_SIMD";
 
 /// The SIMD level that runs: the best that the machine has, or what `SUPPLE_SIMD` names if the machine has it.
@@ -18,11 +18,9 @@ pub(crate) fn level() -> Level {
     })
 }
 
-/// The levels that `SUPPLE_SIMD` may name, of all machines; `scalar` of one that has no other.
-const LEVELS: [&str; 6] = ["scalar", "sse2", "sse4.2", "avx2", "avx512", "neon"];
-
 /// A SIMD level was asked for that is not there; the best one runs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 #[error("{LEVEL_VARIABLE} is {name:?}, which this machine does not have; it has {}", known.join(", "))]
 pub struct SimdError {
     /// What was asked for.
@@ -43,50 +41,32 @@ pub fn check_simd_request() -> Result<(), SimdError> {
     if name.is_empty() || lowered(best, &name).is_some() {
         return Ok(());
     }
-    let known = LEVELS.into_iter().filter(|level| lowered(best, level).is_some()).collect();
-    Err(SimdError { name, known })
+    Err(SimdError { name, known: levels(best).map(|(name, _)| name).collect() })
 }
 
 /// `best` lowered to the level called `name`; `None` if the machine lacks it.
-#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 fn lowered(best: Level, name: &str) -> Option<Level> {
-    match name {
-        "sse2" => best.as_sse2().map(|token| token.level()),
-        "sse4.2" => best.as_sse4_2().map(|token| token.level()),
-        "avx2" => best.as_avx2().map(|token| token.level()),
-        "avx512" => best.as_avx512().map(|token| token.level()),
-        _ => (name == level_name_of(best)).then_some(best),
-    }
-}
-
-#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-fn lowered(best: Level, name: &str) -> Option<Level> {
-    (name == level_name_of(best)).then_some(best)
+    levels(best).find(|(known, _)| *known == name).map(|(_, level)| level)
 }
 
 /// The name of the SIMD level that runs, as `supple inspect` shows it and a checkpoint records it.
 pub fn simd_level() -> &'static str {
-    level_name_of(level())
+    levels(level()).last().map_or("scalar", |(name, _)| name)
 }
 
-#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-fn level_name_of(level: Level) -> &'static str {
-    if level.as_avx512().is_some() {
-        "avx512"
-    } else if level.as_avx2().is_some() {
-        "avx2"
-    } else if level.as_sse4_2().is_some() {
-        "sse4.2"
-    } else if level.as_sse2().is_some() {
-        "sse2"
-    } else {
-        "scalar"
-    }
-}
-
-#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-fn level_name_of(level: Level) -> &'static str {
-    if level.is_fallback() { "scalar" } else { "neon" }
+/// The levels up to `best`, with their names; `scalar` of a machine that has no other.
+fn levels(best: Level) -> impl Iterator<Item = (&'static str, Level)> {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let levels = [
+        ("sse2", best.as_sse2().map(Simd::level)),
+        ("sse4.2", best.as_sse4_2().map(Simd::level)),
+        ("avx2", best.as_avx2().map(Simd::level)),
+        ("avx512", best.as_avx512().map(Simd::level)),
+    ];
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let levels = [("neon", (!best.is_fallback()).then_some(best))];
+    let scalar = levels.iter().all(|(_, level)| level.is_none()).then_some(best);
+    [("scalar", scalar)].into_iter().chain(levels).filter_map(|(name, level)| Some((name, level?)))
 }
 
 #[cfg(test)]
@@ -96,8 +76,9 @@ mod tests {
     #[test]
     fn the_best_level_can_be_asked_for_by_its_name() {
         let best = Level::new();
-        let name = level_name_of(best);
-        assert!(LEVELS.contains(&name), "{name}");
-        assert_eq!(lowered(best, name).map(level_name_of), Some(name));
+        let (name, _) = levels(best).last().expect("a level");
+        let asked = lowered(best, name).expect("the best level");
+        assert_eq!(levels(asked).last().map(|(name, _)| name), Some(name));
+        assert!(lowered(best, "none").is_none());
     }
 }

@@ -3,8 +3,9 @@
 mod coordinate;
 pub(crate) mod lanes;
 mod level;
-pub(crate) mod padded;
 pub(crate) mod tile;
+pub(crate) mod vec4;
+pub(crate) mod vector;
 
 pub use coordinate::Coordinate;
 pub(crate) use level::level;

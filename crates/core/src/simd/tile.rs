@@ -4,10 +4,10 @@ use std::cell::RefCell;
 
 use fearless_simd::{Bytes, Simd, SimdBase, f32x4, f32x8, u8x16};
 
-use crate::simd::padded::{Eight, Padded, Pair};
+use crate::simd::vec4::{Eight, Pair, Vec4};
 
 /// Bytes of a row.
-const ROW: usize = size_of::<Padded>();
+const ROW: usize = size_of::<Vec4>();
 
 /// Rows that a [`Tile`] holds.
 pub(crate) const ROWS: usize = (1 << 16) / ROW;
@@ -39,13 +39,13 @@ impl Tile {
     }
 
     /// The rows.
-    pub(crate) fn rows(&mut self) -> &mut [Padded] {
+    pub(crate) fn rows(&mut self) -> &mut [Vec4] {
         bytemuck::cast_slice_mut(&mut self.0)
     }
 
     /// The row at an offset.
     #[inline(always)]
-    pub(crate) fn get(&self, offset: u16) -> Padded {
+    pub(crate) fn get(&self, offset: u16) -> Vec4 {
         bytemuck::pod_read_unaligned(self.bytes(offset))
     }
 

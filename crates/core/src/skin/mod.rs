@@ -1,13 +1,16 @@
-//! The mesh update: the mesh carried along by the lattice, with its normals.
+//! The skin: the mesh as the lattice carries it along, with its normals.
 //!
-//! Vertices are worked on in chunks. Those of a chunk, and for normals those around them, are carried cell by cell into
-//! near memory; their normals are found there; and what was asked for is written from there.
+//! Vertices are evaluated in chunks. In the order of the data: the one-ring of a vertex ([`one_ring`]) and those of all vertices in
+//! blocks of eight ([`rings`]), prepared once; the vertices of a chunk carried cell by cell into a tile, which is near memory
+//! ([`carry`]), their normals ([`normals`]), and what is written from there ([`evaluate`]).
 
-mod bare;
-mod runs;
-mod sorted;
-mod turning;
-mod write;
+mod carry;
+mod evaluate;
+mod normals;
+mod one_ring;
+mod rings;
+
+pub use normals::{VertexNormals, vertex_normals};
 
 use std::sync::OnceLock;
 
@@ -15,20 +18,18 @@ use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
-use crate::simd::padded::{Padded, Pair};
+use crate::simd::vec4::{Pair, Vec4};
 use crate::state::BodyFrame;
-use bare::Bare;
-use sorted::Sorted;
-use turning::Turning;
+use evaluate::{Normals, Positions};
 
 /// The tables of an embedded mesh, each built when it is first needed. Its buffers are [`SkinBuffers`].
 #[derive(Debug, Default)]
 pub(crate) struct Skin {
-    bare: OnceLock<Bare>,
-    turning: OnceLock<InOrder>,
+    positions: OnceLock<Positions>,
+    normals: OnceLock<Normals>,
 }
 
-/// The buffers of a mesh update. Every use overwrites them.
+/// The buffers of an evaluation. Every use overwrites them.
 #[derive(Debug, Default)]
 pub(crate) struct SkinBuffers(Vec<Pair>);
 
@@ -39,26 +40,19 @@ impl SkinBuffers {
     }
 }
 
-/// Vertices in the order of the input, if that keeps neighbours together, or in one that does.
-#[derive(Debug)]
-enum InOrder {
-    Own(Turning),
-    Sorted(Sorted),
-}
-
 /// Where the lattice is, and the mesh in it.
 #[derive(Clone, Copy)]
-pub(crate) struct Shown<'a> {
+pub(crate) struct Pose<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) embedding: &'a Embedding,
     /// One row per lattice vertex, in cells from the body's origin.
-    pub(crate) lattice: &'a [Padded],
+    pub(crate) lattice: &'a [Vec4],
     /// Where that origin is.
     pub(crate) frame: &'a BodyFrame,
 }
 
-/// What is asked for, one each per mesh vertex.
-pub(crate) struct Asked<'a, P, N> {
+/// Where the results are written, one each per mesh vertex.
+pub(crate) struct Outputs<'a, P, N> {
     /// Positions in the world.
     pub(crate) positions: Option<&'a mut [[P; 3]]>,
     /// Unit normals.
@@ -68,48 +62,32 @@ pub(crate) struct Asked<'a, P, N> {
 impl Skin {
     /// Memory that it takes.
     pub(crate) fn bytes(&self) -> usize {
-        let turning = match self.turning.get() {
-            None => 0,
-            Some(InOrder::Own(turning)) => turning.bytes(),
-            Some(InOrder::Sorted(sorted)) => sorted.bytes(),
-        };
-        self.bare.get().map_or(0, Bare::bytes) + turning
+        self.positions.get().map_or(0, Positions::bytes) + self.normals.get().map_or(0, Normals::bytes)
     }
 
-    /// Moves the mesh with the lattice, and writes what is asked for.
+    /// Moves the mesh with the lattice, and writes the outputs.
     ///
     /// # Panics
     ///
     /// If there is another number of positions or normals than of mesh vertices.
-    pub(crate) fn show<P: Coordinate, N: Coordinate>(
+    pub(crate) fn evaluate<P: Coordinate, N: Coordinate>(
         &self,
         executor: &Executor,
-        shown: Shown,
-        asked: Asked<P, N>,
+        pose: Pose,
+        outputs: Outputs<P, N>,
         buffers: &mut SkinBuffers,
     ) {
-        let Asked { positions, normals } = asked;
+        let Outputs { positions, normals } = outputs;
         let lengths = [positions.as_ref().map(|p| p.len()), normals.as_ref().map(|n| n.len())];
         for length in lengths.into_iter().flatten() {
-            assert_eq!(length, shown.embedding.len(), "one position, one normal per mesh vertex");
+            assert_eq!(length, pose.embedding.len(), "one position, one normal per mesh vertex");
         }
-        match (positions, normals) {
-            (None, None) => {}
-            (Some(positions), None) => {
-                self.bare.get_or_init(|| Bare::new(shown.embedding)).show(executor, shown, positions);
-            }
-            (positions, Some(normals)) => match self.turning.get_or_init(|| InOrder::new(shown)) {
-                InOrder::Own(turning) => turning.show(executor, shown, positions, normals),
-                InOrder::Sorted(sorted) => sorted.show(executor, shown, positions, normals, &mut buffers.0),
-            },
+        if let Some(out) = normals {
+            let normals = self.normals.get_or_init(|| Normals::new(pose.mesh, pose.embedding));
+            normals.evaluate(executor, pose, positions.unwrap_or_default(), out, &mut buffers.0);
+        } else if let Some(out) = positions {
+            let positions = self.positions.get_or_init(|| Positions::new(pose.embedding));
+            positions.evaluate(executor, pose, out);
         }
-    }
-}
-
-impl InOrder {
-    fn new(Shown { mesh, embedding, .. }: Shown) -> Self {
-        let own = (0..embedding.len() as u32).collect();
-        let turning = Turning::new(mesh.triangles(), mesh.weld(), embedding, own);
-        if turning.keeps_together() { Self::Own(turning) } else { Self::Sorted(Sorted::new(mesh, embedding)) }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::Lanes;
+use crate::simd::lanes::Lanes;
 
 /// The frame of a body's state: world = `base` + `cell_size` (`shift` + x).
 ///

@@ -18,8 +18,7 @@ pub use placement::Placement;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::lattice::Lattice;
-use crate::lattice::layout::Layout;
+use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{Block, Lanes, Row};
 
 /// Positions, velocities and rotations of a body's lattice vertices, in storage order.

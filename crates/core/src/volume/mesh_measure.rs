@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 
 use super::line::{Arm, Determinants, Line, Moving, load};
 use super::sums::{ChunkedSum, DETERMINANTS, Scratch};
-use crate::lattice::{Embedding, polynomial};
+use crate::lattice::{Embedding, monomials, polynomial};
 use crate::parallel::Executor;
 use crate::simd::level;
 
@@ -160,7 +160,7 @@ impl Patch {
     pub(super) fn new(corners: [u32; 8], triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
         let mut moments = [0.0; MOMENTS];
         for triangle in triangles {
-            let [a, b, c] = triangle.map(basis);
+            let [a, b, c] = triangle.map(|place| monomials(1.0, place.map(f64::from)));
             for (moment, [i, j, k]) in moments.iter_mut().zip(triples()) {
                 *moment += a[i] * (b[j] * c[k] - b[k] * c[j])
                     + a[j] * (b[k] * c[i] - b[i] * c[k])
@@ -191,9 +191,4 @@ impl Patch {
             }
         }
     }
-}
-
-fn basis([x, y, z]: [f32; 3]) -> [f64; 8] {
-    let [x, y, z] = [x, y, z].map(f64::from);
-    [1.0, x, y, x * y, z, x * z, y * z, x * y * z]
 }

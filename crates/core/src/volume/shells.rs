@@ -27,7 +27,7 @@ impl Shell {
         let first = vertices[triangles[0][0] as usize];
         let bounds = corners().fold((first, first), |(low, high), x| (low.inf(&x), high.sup(&x)));
         let middle = center(&bounds.0, &bounds.1);
-        let volume = signed_volume(vertices, &triangles, middle);
+        let volume = signed_volume(&triangles, |corner| vertices[corner as usize] - middle);
         Self { triangles, component, volume, bounds }
     }
 

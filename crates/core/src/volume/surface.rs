@@ -4,8 +4,8 @@ use super::VolumeError;
 use super::adjacency::Adjacency;
 use super::mesh_measure::{MeshMeasure, Parts, Patch, WORTHWHILE};
 use super::shells::{self, Shell};
-use crate::lattice::{DisjointSets, Embedding, Lattice};
-use crate::mesh::Mesh;
+use crate::lattice::{Embedding, Lattice};
+use crate::mesh::{Mesh, UnionFind};
 
 /// The least part of the cells' volume that a surface must enclose to be a measure.
 const LEAST_SHARE: f64 = 0.01;
@@ -91,7 +91,7 @@ fn split(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, Volu
     let (mesh, weld) = (surface.mesh, surface.mesh.weld());
     let triangles = mesh.triangles().iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
     let triangles: Vec<[u32; 3]> = triangles.filter(|[a, b, c]| a != b && b != c && c != a).collect();
-    let mut sets = DisjointSets::new(weld.len());
+    let mut sets = UnionFind::new(weld.len());
     for [a, b, c] in &triangles {
         sets.unite(*a, *b);
         sets.unite(*a, *c);

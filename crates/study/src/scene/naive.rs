@@ -4,10 +4,10 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::dynamics::{Constraint, Constraints};
-use supple::internals::{Colliders, Contacts, SampleCells};
+use supple::internals::{Colliders, Contacts, Lanes, SampleCells};
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
 use supple::state::{BodyFrame, BodyState, Interval};
-use supple::{Body, Error, Lanes};
+use supple::{Body, Error};
 use supple_io::scene::{BodyData, Scene};
 
 /// A body stepped by the naive method.

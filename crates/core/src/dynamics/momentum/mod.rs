@@ -12,8 +12,7 @@ pub(crate) use sums::{Fields, RigidVelocity, Sums, add};
 use fearless_simd::dispatch;
 use nalgebra::Vector3;
 
-use crate::lattice::Lattice;
-use crate::lattice::layout::Layout;
+use crate::lattice::{Lattice, Layout};
 use crate::parallel::Executor;
 use crate::simd::lanes::{LANES, Lanes};
 use crate::simd::level;

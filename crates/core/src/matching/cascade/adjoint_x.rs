@@ -6,7 +6,7 @@ use fearless_simd::Simd;
 
 use super::VertexUpdate;
 use super::plane::Scratch;
-use crate::lattice::layout::Layout;
+use crate::lattice::Layout;
 use crate::matching::windows::{Source, Window};
 use crate::simd::lanes::{Block, Row};
 

@@ -28,7 +28,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use fearless_simd::{Simd, dispatch};
 
 use super::windows::{self, Slide, Weighted, Window};
-use crate::lattice::layout::Layout;
+use crate::lattice::Layout;
 use crate::parallel::{CHUNK, Executor};
 use crate::simd::lanes::{Block, Lanes};
 use crate::simd::level;

@@ -9,7 +9,7 @@ use std::ops::Range;
 use fearless_simd::Simd;
 
 use super::{Purpose, RegionTransform};
-use crate::lattice::layout::Layout;
+use crate::lattice::Layout;
 use crate::matching::windows::{Carry, Source, Weighted, Window};
 use crate::simd::lanes::{Block, Lanes};
 

@@ -13,6 +13,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
 use super::{columns, eigen};
 use crate::simd::lanes::LANES;
+use crate::simd::vector::{dot_fused as dot, scaled};
 
 /// Steps before the lanes that are left go through the eigenvalue problem. A warm start needs one or two.
 const STEPS: usize = 4;
@@ -159,14 +160,4 @@ fn turned<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f3
 #[inline(always)]
 fn symmetric<S: Simd>(c: [f32x16<S>; 6], v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
     [dot([c[0], c[1], c[2]], v), dot([c[1], c[3], c[4]], v), dot([c[2], c[4], c[5]], v)]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: [f32x16<S>; 3], b: [f32x16<S>; 3]) -> f32x16<S> {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
-}
-
-#[inline(always)]
-fn scaled<S: Simd>(by: f32x16<S>, v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
-    [v[0] * by, v[1] * by, v[2] * by]
 }

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8};
 
 use super::NARROW_ACROSS;
 use super::terms::Terms;
-use crate::lattice::links::Neighbours;
+use crate::lattice::Neighbours;
 use crate::simd::lanes::LANES;
 
 /// The windows of a block along an axis across the lanes.

@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
-use crate::lattice::links::AxisLinks;
+use crate::lattice::AxisLinks;
 use crate::simd::lanes::{Block, Row, load};
 use running::Trail;
 use terms::{Adjoint, Carried, Forward, RunningAdjoint, Windows};

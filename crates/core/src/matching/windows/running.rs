@@ -12,7 +12,7 @@ use fearless_simd::{Simd, f32x8};
 
 use super::terms::Carried;
 use super::{NARROW_ACROSS, direct};
-use crate::lattice::links::{AxisLinks, Neighbours};
+use crate::lattice::{AxisLinks, Neighbours};
 use crate::simd::lanes::{Block, Lanes};
 
 /// What enters and leaves the windows of a block, seen from those of the block before it.

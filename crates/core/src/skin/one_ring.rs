@@ -1,8 +1,10 @@
-//! Walks around the vertices of a surface.
+//! The one-ring of a vertex: the vertices around it, in order.
 
-/// The edges opposite to each vertex, to be walked along: the *ring* of a vertex lists, for each triangle at it, the
-/// two other corners in order; what one triangle shares with the next is listed once. Where triangles at a vertex have
-/// no edge in common, the vertex itself stands between them:
+use crate::mesh::Csr;
+
+/// The edges opposite to each vertex, from which its one-ring is found. The *one-ring* of a vertex lists, for each triangle at it,
+/// the two other corners in order; a corner that one triangle shares with the next is listed once. Where triangles at a vertex
+/// have no edge in common, the vertex itself stands between them:
 ///
 /// ```text
 ///       c---b
@@ -12,43 +14,28 @@
 ///       e---f
 /// ```
 ///
-/// So the triangles of a ring are `v` and two entries that follow each other, those that `v` is one of left out.
-pub(super) struct Walks {
-    /// Edges of vertex `v`: `edges[starts[v]..starts[v + 1]]`.
-    starts: Vec<u32>,
-    edges: Vec<[u32; 2]>,
-    /// Of the vertex at hand: ends of its edges, sorted, and of those edges that begin alike how many were walked.
+/// So the triangles of a one-ring are `v` and two entries that follow each other, those that `v` is one of left out.
+pub(super) struct OneRings {
+    /// The edges of each vertex.
+    edges: Csr<[u32; 2]>,
+    /// Scratch of [`OneRings::append`]: ends of the vertex's edges, sorted, and of edges that begin alike how many were walked.
     ends: Vec<u32>,
     walked: Vec<u32>,
 }
 
-impl Walks {
-    /// The walks of vertices with numbers below `count`. Triangles with a corner twice have no area and are left out.
+impl OneRings {
+    /// The one-rings of vertices with numbers below `count`. Triangles with a corner twice have no area and are left out.
     pub(super) fn new(triangles: impl Iterator<Item = [u32; 3]> + Clone, count: usize) -> Self {
-        let corners = triangles
+        let edges = triangles
             .filter(|[a, b, c]| a != b && b != c && c != a)
             .flat_map(|[a, b, c]| [(a, [b, c]), (b, [c, a]), (c, [a, b])]);
-        let mut starts = vec![0_u32; count + 1];
-        for (vertex, _) in corners.clone() {
-            starts[vertex as usize + 1] += 1;
-        }
-        for vertex in 0..count {
-            starts[vertex + 1] += starts[vertex];
-        }
-        let mut next = starts.clone();
-        let mut edges = vec![[0; 2]; starts[count] as usize];
-        for (vertex, edge) in corners {
-            let at = &mut next[vertex as usize];
-            edges[*at as usize] = edge;
-            *at += 1;
-        }
-        Self { starts, edges, ends: Vec::new(), walked: Vec::new() }
+        Self { edges: Csr::sorted(count, edges), ends: Vec::new(), walked: Vec::new() }
     }
 
-    /// Appends the ring of a vertex to `ring`.
-    pub(super) fn walk(&mut self, vertex: u32, ring: &mut Vec<u32>) {
-        let Self { starts, edges, ends, walked } = self;
-        let edges = &mut edges[starts[vertex as usize] as usize..starts[vertex as usize + 1] as usize];
+    /// Appends the one-ring of a vertex to `ring`.
+    pub(super) fn append(&mut self, vertex: u32, ring: &mut Vec<u32>) {
+        let Self { edges, ends, walked } = self;
+        let edges = edges.row_mut(vertex as usize);
         edges.sort_unstable();
         ends.clear();
         ends.extend(edges.iter().map(|edge| edge[1]));
@@ -86,7 +73,7 @@ mod tests {
 
     fn ring(triangles: &[[u32; 3]]) -> Vec<u32> {
         let mut ring = Vec::new();
-        Walks::new(triangles.iter().copied(), 20).walk(0, &mut ring);
+        OneRings::new(triangles.iter().copied(), 20).append(0, &mut ring);
         ring
     }
 

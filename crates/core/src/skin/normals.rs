@@ -2,11 +2,13 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 
-use super::Mesh;
-use super::rings::{CHUNK, EightRings, Layout, NO_NORMAL, Rings};
+use nalgebra::Vector3;
+
+use super::rings::{CHUNK, EightRings, NO_NORMAL, Rings, TileLayout};
+use crate::mesh::Mesh;
 use crate::simd::level;
-use crate::simd::padded::{Eight, Padded, padded, spread, squares, store, turned};
 use crate::simd::tile::{Tile, with_tiles};
+use crate::simd::vec4::{Eight, Vec4, spread, squares, store, turned, vec4};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
 ///
@@ -17,14 +19,8 @@ use crate::simd::tile::{Tile, with_tiles};
 #[derive(Clone, Debug)]
 pub struct VertexNormals {
     rings: Rings,
-    members: Members,
-}
-
-/// The vertices of each tile, in their order.
-#[derive(Clone, Debug, Default)]
-struct Members {
-    vertices: Vec<u32>,
-    ends: Vec<usize>,
+    /// The vertices of each tile, in their order.
+    members: Vec<Vec<u32>>,
 }
 
 impl VertexNormals {
@@ -34,7 +30,7 @@ impl VertexNormals {
     }
 
     fn of_triangles(triangles: &[[u32; 3]], weld: &[u32]) -> Self {
-        let mut members = Members::default();
+        let mut members = Vec::new();
         Self { rings: Rings::new(triangles, weld, &mut members), members }
     }
 
@@ -48,10 +44,10 @@ impl VertexNormals {
         let Self { rings, members } = self;
         assert_eq!(positions.len(), rings.len(), "one position per vertex");
         assert_eq!(out.len(), rings.len(), "one normal per vertex");
-        let at = |vertex: u32| padded(positions[vertex as usize]);
+        let at = |vertex: u32| vec4(positions[vertex as usize]);
         for (chunk, out) in out.chunks_mut(CHUNK).enumerate() {
             with_tiles(|near, normals| {
-                for (row, &vertex) in near.rows().iter_mut().zip(members.of(chunk)) {
+                for (row, &vertex) in near.rows().iter_mut().zip(&members[chunk]) {
                     *row = at(vertex);
                 }
                 rings.find_normals(chunk, near, normals);
@@ -62,26 +58,18 @@ impl VertexNormals {
         }
         for single in rings.singles() {
             let ring = single.ring.iter().map(|&vertex| at(vertex));
-            out[single.vertex as usize] = components(around_one(at(single.centre), ring));
+            out[single.vertex as usize] = components(around_one(at(single.center), ring));
         }
     }
 }
 
-impl Members {
-    fn of(&self, chunk: usize) -> &[u32] {
-        let begin = if chunk == 0 { 0 } else { self.ends[chunk - 1] };
-        &self.vertices[begin..self.ends[chunk]]
-    }
-}
-
-impl Layout for Members {
+impl TileLayout for Vec<Vec<u32>> {
     fn rows(&self, vertices: &[u32]) -> Vec<usize> {
         (0..vertices.len()).collect()
     }
 
     fn add(&mut self, vertices: &[u32]) {
-        self.vertices.extend(vertices);
-        self.ends.push(self.vertices.len());
+        self.push(vertices.to_vec());
     }
 }
 
@@ -98,13 +86,13 @@ pub fn vertex_normals(triangles: &[[u32; 3]], positions: &[[f32; 3]], weld: &[u3
 
 /// A normal from its row, `(z, x, y)` as cross products leave it.
 #[inline(always)]
-pub(crate) fn components([z, x, y, _]: Padded) -> [f32; 3] {
+pub(super) fn components([z, x, y, _]: Vec4) -> [f32; 3] {
     [x, y, z]
 }
 
 impl Rings {
     /// Finds the unit normals of a chunk whose vertices lie in the tile `near`.
-    pub(crate) fn find_normals(&self, chunk: usize, near: &Tile, normals: &mut Tile) {
+    pub(super) fn find_normals(&self, chunk: usize, near: &Tile, normals: &mut Tile) {
         normals.rows()[NO_NORMAL] = [0.0; 4];
         dispatch!(level(), simd => {
             for (block, normals) in self.blocks(chunk).zip(normals.eights()) {
@@ -126,7 +114,7 @@ fn around<S: Simd>(simd: S, near: &Tile, rings: &EightRings, normals: &mut Eight
     store(sums, normals);
     if !(squared.simd_ge(f32::MIN_POSITIVE) & squared.simd_le(f32::MAX)).all_true() {
         for (lane, normal) in normals.as_flattened_mut().as_chunks_mut().0.iter_mut().enumerate() {
-            *normal = around_one(near.get(rings.centres[lane]), rings.ring(lane).map(|at| near.get(at)));
+            *normal = around_one(near.get(rings.centers[lane]), rings.ring(lane).map(|at| near.get(at)));
         }
     }
 }
@@ -136,13 +124,13 @@ fn around<S: Simd>(simd: S, near: &Tile, rings: &EightRings, normals: &mut Eight
 /// Two triangles that share `b` are one product: `(a - v) x (b - v) + (b - v) x (c - v) = (b - v) x (c - a)`.
 #[inline(always)]
 fn sums<S: Simd>(simd: S, near: &Tile, rings: &EightRings) -> [f32x8<S>; 4] {
-    let centres = near.gather(simd, rings.centres);
+    let centers = near.gather(simd, rings.centers);
     let mut before = near.gather(simd, rings.first);
     let mut sums = [f32x8::splat(simd, 0.0); 4];
     for [middle, after] in rings.pairs {
         let (middle, after) = (near.gather(simd, middle), near.gather(simd, after));
         for k in 0..4 {
-            let (arm, edge) = (middle[k] - centres[k], after[k] - before[k]);
+            let (arm, edge) = (middle[k] - centers[k], after[k] - before[k]);
             // a yzx(b) - yzx(a) b is the cross product, turned by one.
             sums[k] = arm.mul_add(turned(simd, edge), sums[k]);
             sums[k] = (-turned(simd, arm)).mul_add(edge, sums[k]);
@@ -154,17 +142,15 @@ fn sums<S: Simd>(simd: S, near: &Tile, rings: &EightRings) -> [f32x8<S>; 4] {
 
 /// The unit normal of one vertex in `f64`, for squares that leave the range of `f32` and rings that no tile holds; zero
 /// where no triangle has area.
-pub(crate) fn around_one(centre: Padded, ring: impl Iterator<Item = Padded>) -> Padded {
-    let (mut sum, mut last) = ([0.0; 3], [0.0; 3]);
+pub(super) fn around_one(center: Vec4, ring: impl Iterator<Item = Vec4>) -> Vec4 {
+    let wide = |[x, y, z, _]: Vec4| Vector3::new(x, y, z).map(f64::from);
+    let (mut sum, mut last) = (Vector3::zeros(), Vector3::zeros());
     for at in ring {
-        let arm: [f64; 3] = std::array::from_fn(|k| f64::from(at[k]) - f64::from(centre[k]));
-        for k in 0..3 {
-            let (next, after) = ((k + 1) % 3, (k + 2) % 3);
-            sum[k] += last[next] * arm[after] - last[after] * arm[next];
-        }
+        let arm = wide(at) - wide(center);
+        sum += last.cross(&arm);
         last = arm;
     }
-    let [x, y, z] = sum;
-    let length = (x * x + y * y + z * z).sqrt();
-    if length > 0.0 { padded([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
+    let [x, y, z] = sum.into();
+    let length: f64 = (x * x + y * y + z * z).sqrt();
+    if length > 0.0 { vec4([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
 }

@@ -1,11 +1,11 @@
-//! Disjoint sets (union-find) over numbered elements.
+//! Union-find (disjoint sets) over numbered elements.
 
 /// Disjoint sets of the elements `0..n`; the root of a set is its lowest element.
-pub(crate) struct DisjointSets {
+pub(crate) struct UnionFind {
     parent: Vec<u32>,
 }
 
-impl DisjointSets {
+impl UnionFind {
     /// `n` sets of one element each.
     pub(crate) fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }

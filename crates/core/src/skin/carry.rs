@@ -1,11 +1,11 @@
-//! Points carried along by their cells, cell after cell.
+//! Points carried along by their cells, cell after cell: trilinear interpolation.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
+use super::rings::TileLayout;
 use crate::lattice::{Embedding, carried_outside, polynomial};
-use crate::mesh::rings::Layout;
 use crate::simd::level;
-use crate::simd::padded::{Padded, Pair, spread};
+use crate::simd::vec4::{Pair, Vec4, spread};
 
 /// How far outside its cell, along two axes at once, a point may lie for the polynomial of the cell to be used as it
 /// is: the product of the two ways, whose share in the point is below the rounding of `f32`.
@@ -13,11 +13,11 @@ const OUTSIDE: f32 = 1e-8;
 
 /// Points in the order in which they are carried: chunk by chunk, within a chunk cell by cell, an even number in each.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Runs {
+pub(super) struct Carried {
     /// The lattice vertices at the corners of each cell that is named below.
     corners: Vec<[u32; 8]>,
     ends: Vec<Ends>,
-    runs: Vec<Run>,
+    runs: Vec<CellRun>,
     /// Where in their cell two points each lie: `(u, v, w, 0)`.
     places: Vec<Pair>,
     /// Points well outside their cells: rows in the chunk, and the cells.
@@ -34,34 +34,34 @@ struct Ends {
 
 /// Points of one cell.
 #[derive(Clone, Debug)]
-struct Run {
+struct CellRun {
     cell: u32,
     pairs: u32,
 }
 
-/// [`Runs`] while they are gathered.
-pub(super) struct RunsOf {
+/// [`Carried`], and what is needed to add chunks to it.
+pub(super) struct CarriedBuilder {
     /// Of each point, the index of its cell among those that hold any, and its place there.
     points: Vec<(u32, [f32; 3])>,
-    runs: Runs,
+    carried: Carried,
 }
 
-impl RunsOf {
-    /// None yet, of points of an embedding: of `points[k]` as number `k`.
+impl CarriedBuilder {
+    /// No chunk yet. Point `k` of the chunks to come is `points[k]` of the embedding.
     pub(super) fn new(embedding: &Embedding, points: &[u32]) -> Self {
         let mut cell_of = vec![0; embedding.len()];
-        let mut runs = Runs::default();
+        let mut carried = Carried::default();
         for (cell, held) in (0..).zip(embedding.by_cell()) {
-            runs.corners.push(*held.corners);
+            carried.corners.push(*held.corners);
             held.points.iter().for_each(|&point| cell_of[point as usize] = cell);
         }
         let place = |&point: &u32| (cell_of[point as usize], embedding.local(point as usize));
-        Self { points: points.iter().map(place).collect(), runs }
+        Self { points: points.iter().map(place).collect(), carried }
     }
 
-    /// The runs gathered.
-    pub(super) fn finish(self) -> Runs {
-        self.runs
+    /// The chunks that were added.
+    pub(super) fn finish(self) -> Carried {
+        self.carried
     }
 
     /// Points sorted by cell, as indices in `points`.
@@ -72,7 +72,7 @@ impl RunsOf {
     }
 }
 
-impl Layout for RunsOf {
+impl TileLayout for CarriedBuilder {
     fn rows(&self, points: &[u32]) -> Vec<usize> {
         let cell = |&k: &usize| self.points[points[k] as usize].0;
         let mut rows = vec![0; points.len()];
@@ -84,40 +84,31 @@ impl Layout for RunsOf {
         rows
     }
 
+    /// If the points of a cell are odd in number, the last one is there twice.
     fn add(&mut self, points: &[u32]) {
         let order = self.by_cell(points);
-        let Self { points: all, runs } = self;
-        let point = |&k: &usize| all[points[k] as usize];
+        let point = |&k: &usize| self.points[points[k] as usize];
+        let Carried { ends, runs, places, strays, .. } = &mut self.carried;
+        let begin = places.len();
         for run in order.chunk_by(|a, b| point(a).0 == point(b).0) {
-            let places: Vec<_> = run.iter().map(|k| point(k).1).collect();
-            runs.add(point(&run[0]).0, &places);
+            let cell = point(&run[0]).0;
+            let first = 2 * (places.len() - begin) as u32;
+            let outside = (first..).zip(run).filter(|(_, k)| is_outside(point(k).1));
+            strays.extend(outside.map(|(row, _)| (row, cell)));
+            places.extend(run.chunks(2).map(|two| {
+                let ([a, b, c], [d, e, f]) = (point(&two[0]).1, point(&two[two.len() - 1]).1);
+                [a, b, c, 0.0, d, e, f, 0.0]
+            }));
+            runs.push(CellRun { cell, pairs: run.len().div_ceil(2) as u32 });
         }
-        runs.end();
+        ends.push(Ends { runs: runs.len(), places: places.len(), strays: strays.len() });
     }
 }
 
-impl Runs {
-    /// Adds points of one cell to the chunk at hand. If they are odd in number, the last one is there twice.
-    fn add(&mut self, cell: u32, places: &[[f32; 3]]) {
-        let first = 2 * (self.places.len() - self.ends.last().map_or(0, |ends| ends.places));
-        let strays = (first as u32..).zip(places).filter(|(_, place)| is_outside(**place));
-        self.strays.extend(strays.map(|(row, _)| (row, cell)));
-        self.places.extend(places.chunks(2).map(|two| {
-            let ([a, b, c], [d, e, f]) = (two[0], two[two.len() - 1]);
-            [a, b, c, 0.0, d, e, f, 0.0]
-        }));
-        self.runs.push(Run { cell, pairs: places.len().div_ceil(2) as u32 });
-    }
-
+impl Carried {
     /// How many points are carried.
     pub(super) fn len(&self) -> usize {
         2 * self.places.len()
-    }
-
-    /// Ends the chunk at hand.
-    fn end(&mut self) {
-        let Self { runs, places, strays, .. } = self;
-        self.ends.push(Ends { runs: runs.len(), places: places.len(), strays: strays.len() });
     }
 
     /// Memory that they take.
@@ -128,7 +119,7 @@ impl Runs {
     }
 
     /// Where the points of a chunk are, given where the lattice vertices are.
-    pub(super) fn carry(&self, chunk: usize, lattice: &[Padded], pairs: &mut [Pair]) {
+    pub(super) fn carry(&self, chunk: usize, lattice: &[Vec4], pairs: &mut [Pair]) {
         let begin = if chunk == 0 { Ends::default() } else { self.ends[chunk - 1] };
         let end = self.ends[chunk];
         let places = &self.places[begin.places..end.places];
@@ -160,7 +151,7 @@ fn is_outside(place: [f32; 3]) -> bool {
 
 /// The points of one cell: its trilinear map as a polynomial about corner 0, at each place.
 #[inline(always)]
-fn carry_cell<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Padded], places: &[Pair], pairs: &mut [Pair]) {
+fn carry_cell<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Vec4], places: &[Pair], pairs: &mut [Pair]) {
     let mut terms = [f32x4::splat(simd, 0.0); 8];
     for k in 0..8 {
         terms[k] = f32x4::load_array_ref(simd, &lattice[corners[k] as usize]);

@@ -14,7 +14,7 @@ const AXES: usize = 10;
 ///
 /// A convex body and an open box are disjoint iff they do not overlap along one of the axes of the box, the normal of the triangle,
 /// or the products of their edges. The axes of the box are left to the caller, who looks only at boxes that overlap along them.
-pub(crate) struct TriangleAxes {
+pub(super) struct TriangleAxes {
     x: [f64; AXES],
     y: [f64; AXES],
     z: [f64; AXES],
@@ -24,7 +24,7 @@ pub(crate) struct TriangleAxes {
 }
 
 impl TriangleAxes {
-    pub(crate) fn new(corners: &[[f64; 3]; 3]) -> Self {
+    pub(super) fn new(corners: &[[f64; 3]; 3]) -> Self {
         let corners = corners.map(Vector3::from);
         let edges = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
         let mut axes = Self {
@@ -60,12 +60,12 @@ impl TriangleAxes {
     }
 
     /// Whether the triangle passes through the inside of a box that it overlaps along each axis of the box.
-    pub(crate) fn enter(&self, low: [f64; 3], high: [f64; 3]) -> bool {
-        let centre: [f64; 3] = std::array::from_fn(|a| 0.5 * (low[a] + high[a]));
+    pub(super) fn enter(&self, low: [f64; 3], high: [f64; 3]) -> bool {
+        let center: [f64; 3] = std::array::from_fn(|a| 0.5 * (low[a] + high[a]));
         let half: [f64; 3] = std::array::from_fn(|a| 0.5 * (high[a] - low[a]));
         let mut separated = false;
         for i in 0..AXES {
-            let middle = self.x[i] * centre[0] + self.y[i] * centre[1] + self.z[i] * centre[2];
+            let middle = self.x[i] * center[0] + self.y[i] * center[1] + self.z[i] * center[2];
             let reach = self.x[i].abs() * half[0] + self.y[i].abs() * half[1] + self.z[i].abs() * half[2];
             separated |= (self.low[i] >= middle + reach) | (self.high[i] <= middle - reach);
         }
@@ -75,7 +75,7 @@ impl TriangleAxes {
 
 /// The depth along an axis, whose longest coordinate is 1, up to which a contact counts as touching.
 ///
-/// Where the surface crosses the line between the centres of two neighbouring cells, it lies at least half the sum of the two
+/// Where the surface crosses the line between the centers of two neighbouring cells, it lies at least half the sum of the two
 /// shorter coordinates deep in one of them. Less than that is allowed for, so that no closed surface springs a leak.
 fn touching(axis: &Vector3<f64>) -> f64 {
     let shorter = axis.abs().sum() - 1.0;

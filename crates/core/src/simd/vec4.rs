@@ -1,11 +1,11 @@
-//! Points padded to four numbers, `(x, y, z, x)`, for kernels that take points one by one.
+//! Points as four numbers, `(x, y, z, x)`, for kernels that take points one by one.
 //!
 //! Such a point is one load. Turned by one lane its first three lanes are `(y, z, x)`, which a cross product takes.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, u8x32};
 
 /// A point, or what is linear in points: `(x, y, z, x)`.
-pub(crate) type Padded = [f32; 4];
+pub(crate) type Vec4 = [f32; 4];
 
 /// Two of them in a register.
 pub(crate) type Pair = [f32; 8];
@@ -13,9 +13,9 @@ pub(crate) type Pair = [f32; 8];
 /// Eight of them, two in each register.
 pub(crate) type Eight = [Pair; 4];
 
-/// A point, padded.
+/// `(x, y, z, x)`.
 #[inline(always)]
-pub(crate) fn padded([x, y, z]: [f32; 3]) -> Padded {
+pub(crate) fn vec4([x, y, z]: [f32; 3]) -> Vec4 {
     [x, y, z, x]
 }
 
@@ -78,8 +78,7 @@ mod tests {
 
     #[test]
     fn squares_of_lengths_and_back() {
-        let points: [Padded; 8] =
-            std::array::from_fn(|k| padded([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
+        let points: [Vec4; 8] = std::array::from_fn(|k| vec4([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
         let pairs: &[Pair] = points.as_flattened().as_chunks().0;
         let (mut squared, mut back) = ([0.0; 8], [[0.0; 8]; 4]);
         dispatch!(level(), simd => {

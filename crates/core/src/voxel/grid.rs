@@ -2,22 +2,25 @@
 
 use nalgebra::Point3;
 
+/// Highest magnitude of a grid index, so that differences of two are 32-bit numbers too.
+pub(crate) const HIGHEST_INDEX: i32 = 1 << 30;
+
 /// Depth in cells up to which a surface merely touches a cell: far above rounding and far below what can be seen.
-pub(crate) const TOUCHING: f64 = 1e-6;
+pub(super) const TOUCHING: f64 = 1e-6;
 
 /// Precision of coordinates as fraction of the largest: they are often written with six digits.
 const PRECISION: f64 = 2e-6;
 
 /// Most, in cells, that a coordinate is moved into a grid plane, for meshes that are far from their origin or very finely divided.
-pub(crate) const FARTHEST_MOVE: f64 = 1e-3;
+pub(super) const FARTHEST_MOVE: f64 = 1e-3;
 
-/// Cells along each axis around a bounding box, which is centred on them.
+/// Cells along each axis around a bounding box, which is centerd on them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Grid {
     pub(crate) cell_size: f64,
     /// Number of cells along each axis, at least 1.
     pub(crate) size: [usize; 3],
-    centre: Point3<f64>,
+    center: Point3<f64>,
     tolerance: f64,
 }
 
@@ -25,13 +28,13 @@ impl Grid {
     /// The smallest grid around a box; none where it has more cells along an axis than can be numbered.
     pub(crate) fn new((low, high): (Point3<f64>, Point3<f64>), cell_size: f64) -> Option<Self> {
         let counts = Self::counts(&(low, high), cell_size);
-        if counts.iter().any(|&n| n > f64::from(super::HIGHEST_INDEX)) {
+        if counts.iter().any(|&n| n > f64::from(HIGHEST_INDEX)) {
             return None;
         }
         Some(Self {
             cell_size,
             size: counts.map(|n| n as usize),
-            centre: nalgebra::center(&low, &high),
+            center: nalgebra::center(&low, &high),
             tolerance: Self::tolerance(&(low, high), cell_size),
         })
     }
@@ -50,7 +53,7 @@ impl Grid {
 
     /// Where cell `[0, 0, 0]` begins.
     pub(crate) fn origin(&self) -> Point3<f64> {
-        let at = |a: usize| self.centre[a] - 0.5 * self.size[a] as f64 * self.cell_size;
+        let at = |a: usize| self.center[a] - 0.5 * self.size[a] as f64 * self.cell_size;
         Point3::new(at(0), at(1), at(2))
     }
 
@@ -59,7 +62,7 @@ impl Grid {
         std::array::from_fn(|a| {
             let size = self.size[a] as f64;
             // What lies in the box lies in the grid, but for rounding.
-            let x = ((point[a] - self.centre[a]) / self.cell_size + 0.5 * size).clamp(0.0, size);
+            let x = ((point[a] - self.center[a]) / self.cell_size + 0.5 * size).clamp(0.0, size);
             // The nearest whole number, without a call of `round`.
             let plane = f64::from((x + 0.5) as i32);
             if (x - plane).abs() <= self.tolerance { plane } else { x }

@@ -2,12 +2,17 @@
 
 use std::ops::Range;
 
+use super::grid::FARTHEST_MOVE;
+
+/// How far outside a cell, in cells, a point may lie and still count as in it: more than a surface was moved into grid planes.
+const SLACK: f64 = 2.0 * FARTHEST_MOVE;
+
 /// A set of grid positions, numbered in the order of (z, y, x), x fastest.
 ///
 /// Kept as the runs of consecutive x in each row (z, y) that holds a position. A run takes 8 bytes and a row 12, so that solid
 /// shapes need about one byte a position, and cells that lie far apart cost nothing for the space between them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Runs {
+pub(crate) struct GridSet {
     rows: Vec<Row>,
     runs: Vec<Run>,
     len: u32,
@@ -28,7 +33,7 @@ struct Run {
     first: u32,
 }
 
-impl Runs {
+impl GridSet {
     /// The set of the given positions, which must be sorted by (z, y, x) and may repeat.
     pub(crate) fn from_sorted(positions: &[[i32; 3]]) -> Self {
         let mut set = Self::default();
@@ -79,6 +84,11 @@ impl Runs {
         self.rows[row].first_run as usize..end
     }
 
+    /// All runs in order, each with its (z, y).
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (usize, (i32, i32))> {
+        (0..self.row_count()).flat_map(move |row| self.row_runs(row).map(move |run| (run, self.row_key(row))))
+    }
+
     /// The x of a run's positions.
     pub(crate) fn span(&self, run: usize) -> Range<i32> {
         let end = self.runs.get(run + 1).map_or(self.len, |next| next.first);
@@ -91,9 +101,9 @@ impl Runs {
         self.runs[run].first
     }
 
-    /// The row that holds a run.
-    pub(crate) fn row_of_run(&self, run: usize) -> usize {
-        self.rows.partition_point(|row| row.first_run as usize <= run) - 1
+    /// (z, y) of the row that holds a run.
+    pub(crate) fn key_of_run(&self, run: usize) -> (i32, i32) {
+        self.row_key(self.rows.partition_point(|row| row.first_run as usize <= run) - 1)
     }
 
     /// The row with the given (z, y).
@@ -114,14 +124,35 @@ impl Runs {
         self.runs.partition_point(|run| run.first <= number) - 1
     }
 
+    /// The cell of the set that holds a point, given in cells. A point between several cells goes to the one that begins there, or
+    /// else to the first that the set holds.
+    pub(crate) fn locate(&self, point: [f64; 3]) -> Option<u32> {
+        let middle = point.map(|x| x.floor());
+        // On each axis the cell of the point, and the one beyond the face near which it lies.
+        let beside: [f64; 3] = std::array::from_fn(|a| match point[a] - middle[a] {
+            depth if depth <= SLACK => middle[a] - 1.0,
+            depth if depth >= 1.0 - SLACK => middle[a] + 1.0,
+            _ => middle[a],
+        });
+        let mut last = None;
+        for k in 0..8 {
+            let cell = std::array::from_fn(|a| if k >> a & 1 == 0 { middle[a] } else { beside[a] });
+            if last != Some(cell) {
+                // Saturates: no cell has such an index.
+                if let Some(cell) = self.find(cell.map(|x| x as i32)) {
+                    return Some(cell);
+                }
+            }
+            last = Some(cell);
+        }
+        None
+    }
+
     /// All positions in order.
     pub(crate) fn positions(&self) -> Vec<[i32; 3]> {
         let mut positions = Vec::with_capacity(self.len());
-        for row in 0..self.rows.len() {
-            let (z, y) = self.row_key(row);
-            for run in self.row_runs(row) {
-                positions.extend(self.span(run).map(|x| [x, y, z]));
-            }
+        for (run, (z, y)) in self.runs() {
+            positions.extend(self.span(run).map(|x| [x, y, z]));
         }
         positions
     }
@@ -139,7 +170,7 @@ mod tests {
     #[test]
     fn positions_are_found_by_their_number_and_others_are_not() {
         let positions = [[-2, 0, 0], [-1, 0, 0], [3, 0, 0], [0, 5, 0], [0, -7, 1], [1, -7, 1], [9, -7, 1]];
-        let set = Runs::from_sorted(&positions);
+        let set = GridSet::from_sorted(&positions);
         assert_eq!(set.positions(), positions);
         assert_eq!((set.len(), set.row_count(), set.run_count()), (7, 3, 5));
         for (number, position) in positions.iter().enumerate() {
@@ -154,6 +185,6 @@ mod tests {
         for absent in [[0, 0, 0], [4, 0, 0], [-3, 0, 0], [0, 5, 1], [2, -7, 1], [0, 6, 0]] {
             assert_eq!(set.find(absent), None);
         }
-        assert_eq!(Runs::default().find([0, 0, 0]), None);
+        assert_eq!(GridSet::default().find([0, 0, 0]), None);
     }
 }

@@ -1,12 +1,12 @@
-//! A tree of boxes over the runs of a cell set, for the nearest cell.
+//! A tree of boxes over the runs of a set of cells (BVH), for the nearest cell.
 
-use super::runs::Runs;
+use crate::voxel::GridSet;
 
 /// Runs in a leaf; more make the tree smaller and each leaf slower.
 const LEAF: usize = 8;
 
 /// A bounding box tree over the runs of a set of cells.
-pub(crate) struct RunTree {
+pub(super) struct RunTree {
     /// The runs in the order of the leaves, each with its box in cells, ends included.
     items: Vec<(u32, Bounds)>,
     /// Preorder: the first child of an inner node follows it.
@@ -23,21 +23,21 @@ struct Node {
 
 /// A box of cells: lowest and highest index on each axis.
 #[derive(Clone, Copy)]
-pub(crate) struct Bounds {
-    pub(crate) low: [i32; 3],
-    pub(crate) high: [i32; 3],
+pub(super) struct Bounds {
+    pub(super) low: [i32; 3],
+    pub(super) high: [i32; 3],
 }
 
 impl Bounds {
     /// The cells of a run.
-    pub(crate) fn of_run(cells: &Runs, key: (i32, i32), run: usize) -> Self {
+    pub(super) fn of_run(cells: &GridSet, key: (i32, i32), run: usize) -> Self {
         let (z, y) = key;
         let span = cells.span(run);
         Self { low: [span.start, y, z], high: [span.end - 1, y, z] }
     }
 
     /// Steps from cell to cell through faces between the nearest cells of two boxes.
-    pub(crate) fn steps(&self, other: &Self) -> i64 {
+    pub(super) fn steps(&self, other: &Self) -> i64 {
         let gap = |a| {
             (i64::from(self.low[a]) - i64::from(other.high[a]))
                 .max(i64::from(other.low[a]) - i64::from(self.high[a]))
@@ -46,7 +46,7 @@ impl Bounds {
     }
 
     /// Square of the distance to a point, in cells; a cell reaches from its index to its index + 1.
-    pub(crate) fn distance_squared(&self, point: [f64; 3]) -> f64 {
+    pub(super) fn distance_squared(&self, point: [f64; 3]) -> f64 {
         let outside = |a: usize| {
             (f64::from(self.low[a]) - point[a]).max(point[a] - (f64::from(self.high[a]) + 1.0)).max(0.0)
         };
@@ -63,12 +63,9 @@ impl Bounds {
 
 impl RunTree {
     /// The tree of a set that is not empty.
-    pub(crate) fn new(cells: &Runs) -> Self {
-        let mut items = Vec::with_capacity(cells.run_count());
-        for row in 0..cells.row_count() {
-            let key = cells.row_key(row);
-            items.extend(cells.row_runs(row).map(|run| (run as u32, Bounds::of_run(cells, key, run))));
-        }
+    pub(super) fn new(cells: &GridSet) -> Self {
+        let items: Vec<_> =
+            cells.runs().map(|(run, key)| (run as u32, Bounds::of_run(cells, key, run))).collect();
         let mut tree = Self { nodes: Vec::with_capacity(2 * items.len().div_ceil(LEAF)), items };
         tree.build(0, tree.items.len());
         tree
@@ -98,7 +95,7 @@ impl RunTree {
     /// The run of least cost among those that `accept` takes and that cost less than `limit`.
     ///
     /// `cost` of a box must not exceed the cost of what lies in it. Nodes whose runs are known to be refused are skipped by `skip`.
-    pub(crate) fn nearest<C: PartialOrd + Copy>(
+    pub(super) fn nearest<C: PartialOrd + Copy>(
         &self,
         limit: C,
         cost: impl Fn(&Bounds) -> C,
@@ -132,8 +129,17 @@ impl RunTree {
         best.1.map(|run| (best.0, run))
     }
 
+    /// The cell nearest to a point, given in cells; `cells` is the set of the tree.
+    pub(super) fn nearest_cell(&self, cells: &GridSet, point: [f64; 3]) -> u32 {
+        let found = self.nearest(f64::INFINITY, |bounds| bounds.distance_squared(point), |_| false, |_| true);
+        let Some((_, run)) = found else { return 0 };
+        let span = cells.span(run as usize);
+        let x = (point[0].floor() as i32).clamp(span.start, span.end - 1);
+        cells.first(run as usize) + (x - span.start) as u32
+    }
+
     /// The label that all runs below each node share, if they do.
-    pub(crate) fn shared_labels(&self, mut label: impl FnMut(u32) -> u32) -> Vec<Option<u32>> {
+    pub(super) fn shared_labels(&self, mut label: impl FnMut(u32) -> u32) -> Vec<Option<u32>> {
         let mut shared = vec![None; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate().rev() {
             shared[index] = if node.second == 0 {

@@ -1,19 +1,19 @@
-//! The rings of a surface: the vertices around each vertex, in blocks of eight rings.
+//! The one-rings of all vertices of a surface, in blocks of eight.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::walks::Walks;
+use super::one_ring::OneRings;
 use crate::simd::tile::{ROWS, offset};
 
 /// Vertices in a chunk: what one thread works on at a time, and enough to find eight whose rings are of one length.
-pub(crate) const CHUNK: usize = 512;
+pub(super) const CHUNK: usize = 512;
 
-/// The row of those that have no normal, among the normals of a chunk.
+/// The row of vertices without a normal, among the normals of a chunk.
 pub(super) const NO_NORMAL: usize = CHUNK;
 
 /// Where vertices lie in a tile.
-pub(crate) trait Layout {
+pub(super) trait TileLayout {
     /// The row of each of `vertices`, which rise.
     fn rows(&self, vertices: &[u32]) -> Vec<usize>;
 
@@ -21,12 +21,12 @@ pub(crate) trait Layout {
     fn add(&mut self, vertices: &[u32]);
 }
 
-/// The rings of vertices, chunk by chunk in their order; what a ring is: [`Walks`].
+/// The one-rings of vertices, chunk by chunk in their order.
 ///
 /// A chunk is worked on in a tile that holds its vertices and those around them, welded. Their normals are found in
 /// another tile, block by block.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Rings {
+pub(super) struct Rings {
     blocks: Vec<Block>,
     pairs: Vec<[[u16; 8]; 2]>,
     /// Where the blocks of each chunk end.
@@ -37,15 +37,15 @@ pub(crate) struct Rings {
 
 /// Where a vertex and its normal are in the tiles, as offsets.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Place {
-    pub(crate) position: u16,
-    pub(crate) normal: u16,
+pub(super) struct Place {
+    pub(super) position: u16,
+    pub(super) normal: u16,
 }
 
 /// Eight rings, side by side.
 #[derive(Clone, Debug)]
 struct Block {
-    centres: [u16; 8],
+    centers: [u16; 8],
     /// The first entry of each ring.
     first: [u16; 8],
     /// Where the pairs begin that follow it.
@@ -54,29 +54,29 @@ struct Block {
 
 /// A vertex whose ring finds no room in the tile of its chunk, and the welded one that has this ring.
 #[derive(Clone, Debug)]
-pub(crate) struct Single {
-    pub(crate) vertex: u32,
-    pub(crate) centre: u32,
-    pub(crate) ring: Vec<u32>,
+pub(super) struct Single {
+    pub(super) vertex: u32,
+    pub(super) center: u32,
+    pub(super) ring: Vec<u32>,
 }
 
 /// Eight vertices and their rings, as offsets in the tile. All rings of a block have one entry and some pairs more;
 /// shorter ones end with the vertex.
 pub(super) struct EightRings<'a> {
-    pub(super) centres: &'a [u16; 8],
+    pub(super) centers: &'a [u16; 8],
     pub(super) first: &'a [u16; 8],
     pub(super) pairs: &'a [[[u16; 8]; 2]],
 }
 
 impl Rings {
     /// The rings of vertices that are welded as `weld` says.
-    pub(crate) fn new(triangles: &[[u32; 3]], weld: &[u32], layout: &mut impl Layout) -> Self {
+    pub(super) fn new(triangles: &[[u32; 3]], weld: &[u32], layout: &mut impl TileLayout) -> Self {
         let welded = triangles.iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
-        let mut walks = Walks::new(welded, weld.len());
+        let mut one_rings = OneRings::new(welded, weld.len());
         let mut this = Self { places: Vec::with_capacity(weld.len()), ..Self::default() };
         for first in (0..weld.len()).step_by(CHUNK) {
             let own = first..weld.len().min(first + CHUNK);
-            let mut chunk = Chunk::new(&mut walks, &weld[own.clone()]);
+            let mut chunk = Chunk::new(&mut one_rings, &weld[own.clone()]);
             let (vertices, rows) = loop {
                 let vertices = chunk.vertices();
                 let rows = layout.rows(&vertices);
@@ -84,11 +84,11 @@ impl Rings {
                     break (vertices, rows);
                 }
                 let longest = chunk.take_longest();
-                for (centre, ring) in longest {
-                    let of_ring = own.clone().filter(|&vertex| weld[vertex] == centre);
+                for (center, ring) in longest {
+                    let of_ring = own.clone().filter(|&vertex| weld[vertex] == center);
                     this.singles.extend(of_ring.map(|vertex| Single {
                         vertex: vertex as u32,
-                        centre,
+                        center,
                         ring: ring.clone(),
                     }));
                 }
@@ -107,12 +107,12 @@ impl Rings {
             let lane = |lane: usize| &eight[lane.min(eight.len() - 1)];
             let entry = |at: usize| {
                 std::array::from_fn(|k| {
-                    let (centre, ring) = lane(k);
-                    offset_of(*chunk.entries[ring.clone()].get(at).unwrap_or(centre))
+                    let (center, ring) = lane(k);
+                    offset_of(*chunk.entries[ring.clone()].get(at).unwrap_or(center))
                 })
             };
-            let centres = std::array::from_fn(|k| offset_of(lane(k).0));
-            self.blocks.push(Block { centres, first: entry(0), pairs: self.pairs.len() as u32 });
+            let centers = std::array::from_fn(|k| offset_of(lane(k).0));
+            self.blocks.push(Block { centers, first: entry(0), pairs: self.pairs.len() as u32 });
             let longest = lane(7).1.len();
             self.pairs.extend((1..longest).step_by(2).map(|at| [entry(at), entry(at + 1)]));
         }
@@ -139,22 +139,22 @@ impl Rings {
     #[inline]
     pub(super) fn block(&self, block: usize) -> EightRings<'_> {
         let end = self.blocks.get(block + 1).map_or(self.pairs.len(), |next| next.pairs as usize);
-        let Block { centres, first, pairs } = &self.blocks[block];
-        EightRings { centres, first, pairs: &self.pairs[*pairs as usize..end] }
+        let Block { centers, first, pairs } = &self.blocks[block];
+        EightRings { centers, first, pairs: &self.pairs[*pairs as usize..end] }
     }
 
     /// Where the vertices of a chunk are.
-    pub(crate) fn places(&self, chunk: usize) -> &[Place] {
+    pub(super) fn places(&self, chunk: usize) -> &[Place] {
         &self.places[chunk * CHUNK..self.places.len().min((chunk + 1) * CHUNK)]
     }
 
     /// The vertices whose rings find no room.
-    pub(crate) fn singles(&self) -> &[Single] {
+    pub(super) fn singles(&self) -> &[Single] {
         &self.singles
     }
 
     /// Memory that they take.
-    pub(crate) fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let Self { blocks, pairs, ends, places, singles } = self;
         let single = |single: &Single| size_of::<Single>() + size_of_val(&*single.ring);
         let tables = size_of_val(&**ends) + size_of_val(&**places);
@@ -179,14 +179,14 @@ struct Chunk {
 }
 
 impl Chunk {
-    fn new(walks: &mut Walks, welded: &[u32]) -> Self {
+    fn new(one_rings: &mut OneRings, welded: &[u32]) -> Self {
         let mut own = welded.to_vec();
         own.sort_unstable();
         own.dedup();
         let (mut rings, mut entries) = (Vec::new(), Vec::new());
         for &vertex in &own {
             let begin = entries.len();
-            walks.walk(vertex, &mut entries);
+            one_rings.append(vertex, &mut entries);
             if entries.len() > begin {
                 rings.push((vertex, begin..entries.len()));
             }
@@ -219,7 +219,7 @@ mod tests {
     #[derive(Default)]
     struct Apart(Vec<Vec<u32>>);
 
-    impl Layout for Apart {
+    impl TileLayout for Apart {
         fn rows(&self, vertices: &[u32]) -> Vec<usize> {
             (0..vertices.len()).map(|k| 2 * k).collect()
         }
@@ -232,7 +232,7 @@ mod tests {
     /// The ring of a vertex as it is stored.
     fn stored(rings: &Rings, tiles: &Apart, weld: &[u32], vertex: usize) -> Vec<u32> {
         if let Some(single) = rings.singles.iter().find(|single| single.vertex as usize == vertex) {
-            assert_eq!(single.centre, weld[vertex]);
+            assert_eq!(single.center, weld[vertex]);
             return single.ring.clone();
         }
         let chunk = vertex / CHUNK;
@@ -244,7 +244,7 @@ mod tests {
             return Vec::new();
         }
         let eight = rings.block(rings.blocks(chunk).start + normal / 8);
-        assert_eq!(at(eight.centres[normal % 8]), weld[vertex]);
+        assert_eq!(at(eight.centers[normal % 8]), weld[vertex]);
         eight.ring(normal % 8).map(at).collect()
     }
 

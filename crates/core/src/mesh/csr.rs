@@ -1,0 +1,81 @@
+//! Rows of different lengths in one array (compressed sparse rows, CSR).
+
+/// Rows of items, one after another: those of row `r` are `items[starts[r]..starts[r + 1]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Csr<T> {
+    starts: Vec<u32>,
+    items: Vec<T>,
+}
+
+impl<T> Csr<T> {
+    /// Rows from where each begins, and the end, and their items.
+    ///
+    /// # Panics
+    ///
+    /// If `starts` does not begin with 0, grow, and end with the number of items.
+    pub(crate) fn from_parts(starts: Vec<u32>, items: Vec<T>) -> Self {
+        let in_order = starts.first() == Some(&0) && starts.is_sorted();
+        assert!(in_order && starts.last().is_some_and(|&end| end as usize == items.len()), "starts of rows");
+        Self { starts, items }
+    }
+
+    /// `rows` rows with the given items, each `(row, item)`; those of a row keep their order (a counting sort).
+    pub(crate) fn sorted(rows: usize, entries: impl Iterator<Item = (u32, T)> + Clone) -> Self
+    where
+        T: Copy + Default,
+    {
+        let mut starts = vec![0_u32; rows + 1];
+        entries.clone().for_each(|(row, _)| starts[row as usize + 1] += 1);
+        for row in 0..rows {
+            starts[row + 1] += starts[row];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![T::default(); starts[rows] as usize];
+        entries.for_each(|(row, item)| {
+            let at = &mut next[row as usize];
+            items[*at as usize] = item;
+            *at += 1;
+        });
+        Self { starts, items }
+    }
+
+    /// Number of rows.
+    pub(crate) fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// The items of a row.
+    pub(crate) fn row(&self, row: usize) -> &[T] {
+        &self.items[self.range(row)]
+    }
+
+    /// The items of a row, to write to.
+    pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
+        let range = self.range(row);
+        &mut self.items[range]
+    }
+
+    /// All rows in order.
+    pub(crate) fn rows(&self) -> impl ExactSizeIterator<Item = &[T]> + Clone {
+        self.starts.windows(2).map(|ends| &self.items[ends[0] as usize..ends[1] as usize])
+    }
+
+    /// The items of all rows, one after another.
+    pub(crate) fn items(&self) -> &[T] {
+        &self.items
+    }
+
+    /// The items of all rows, without the rows.
+    pub(crate) fn into_items(self) -> Vec<T> {
+        self.items
+    }
+
+    /// The row that an item is in, given its number among all.
+    pub(crate) fn row_of(&self, item: usize) -> usize {
+        self.starts.partition_point(|&start| start as usize <= item) - 1
+    }
+
+    fn range(&self, row: usize) -> std::ops::Range<usize> {
+        self.starts[row] as usize..self.starts[row + 1] as usize
+    }
+}
