@@ -6,8 +6,7 @@ mod statue;
 use std::path::Path;
 
 use nalgebra::Point3;
-use supple::volume::Preservation;
-use supple::{Body, BodyBuilder, Lattice, Mesh, Simulation};
+use supple::{Body, BodyBuilder, Lattice, Mesh, Preservation, Simulation};
 
 pub use figures::Figure;
 pub use statue::Statue;

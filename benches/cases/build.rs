@@ -1,7 +1,7 @@
 //! Building what a run needs, once: the lattice of a large mesh, the body around it, the field of the correction.
 
-use supple::volume::{Preservation, Surface};
-use supple::{Body, Correction, Embedding, Lattice, LatticeOptions, Mesh, Resolution, VolumeMeasure};
+use supple::internals::{Correction, Embedding, Surface};
+use supple::{Body, Lattice, LatticeOptions, Mesh, Preservation, Resolution, VolumeMeasure};
 use supple_benches::Target::{self, AtMost};
 use supple_benches::bodies::Statue;
 

@@ -1,7 +1,6 @@
 //! What contact adds to a step: a fine mesh at rest on a plane, and one that falls and touches nothing.
 
-use supple::volume::Preservation;
-use supple::{Body, Collider, Mesh, Simulation};
+use supple::{Body, Collider, Mesh, Preservation, Simulation};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
 

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use supple::volume::Preservation;
-use supple::{Body, Display, Simulation, VolumeMeasure, VolumeOptions};
+use supple::{Body, Display, Preservation, Simulation, VolumeMeasure, VolumeOptions};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Statue, deform};
 

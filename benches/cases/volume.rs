@@ -1,7 +1,9 @@
 //! What each measure, scope and field of the volume correction costs, beside the plain step.
 
-use supple::volume::{FieldKind, Preservation, Surface, VolumeScope};
-use supple::{Correction, Embedding, Lattice, LatticeOptions, Resolution, VolumeMeasure, VolumeOptions};
+use supple::internals::{Correction, Embedding, Surface};
+use supple::{
+    FieldKind, Lattice, LatticeOptions, Preservation, Resolution, VolumeMeasure, VolumeOptions, VolumeScope,
+};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
 

@@ -5,10 +5,9 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Point3;
-use supple::volume::{Preservation, VolumeScope};
 use supple::{
-    Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation,
-    VolumeMeasure, VolumeOptions, Window,
+    Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Mesh, Pin, Preservation, Selection,
+    Simulation, VolumeMeasure, VolumeOptions, VolumeScope, Window,
 };
 
 struct Counting;

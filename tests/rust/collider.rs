@@ -2,10 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use supple::dynamics::Key;
-use supple::internals::Colliders;
-use supple::state::euler_degrees;
-use supple::{Collider, Shape};
+use supple::internals::{Colliders, euler_degrees};
+use supple::{Collider, Key, Shape};
 
 fn distance(shape: &Shape, point: [f64; 3]) -> f64 {
     shape.signed_distance(point).distance

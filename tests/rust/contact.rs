@@ -4,9 +4,7 @@ use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
 use proptest::prelude::*;
 use supple::Collider;
-use supple::internals::Colliders;
-use supple::state::Interval;
-use supple::state::euler_degrees;
+use supple::internals::{Colliders, Interval, euler_degrees};
 
 const DT: f64 = 1.0 / 60.0;
 const CELL: f64 = 0.3;

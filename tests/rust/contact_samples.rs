@@ -1,8 +1,9 @@
 //! Where contacts are felt: on the faces of a mesh, however coarse, and on the boundary of a bare lattice.
 
 use nalgebra::Point3;
-use supple::internals::{Colliders, ContactReport, Contacts, Lanes, SampleCells};
-use supple::state::{BodyFrame, BodyState, Interval};
+use supple::internals::{
+    BodyFrame, BodyState, Colliders, ContactReport, Contacts, Interval, Lanes, SampleCells,
+};
 use supple::{Collider, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// Contacts of a lattice at rest with one collider.

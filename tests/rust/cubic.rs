@@ -1,7 +1,7 @@
 //! The cubic solver against known roots, against exact evaluation, and over its whole range.
 
 use proptest::prelude::*;
-use supple::volume::{Root, smallest_root};
+use supple::internals::{Root, smallest_root};
 
 /// A cheap, repeatable stream of numbers (xorshift64*), for loops of a million cases.
 struct Stream(u64);

@@ -1,7 +1,8 @@
 //! Points carried along by the cells of a lattice.
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::{Embedding, Lattice, LatticeOptions, Mesh, Resolution};
+use supple::internals::Embedding;
+use supple::{Lattice, LatticeOptions, Mesh, Resolution};
 
 const BUST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust_parts.obj");
 

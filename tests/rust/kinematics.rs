@@ -1,12 +1,10 @@
 //! Selections, motions along keys, pins and handles.
 
 use nalgebra::{Point3, Vector3};
-use supple::dynamics::{
-    Constraint, ConstraintError, Constraints, Key, Motion, MotionError, Selection, SelectionError, Window,
+use supple::internals::{
+    BodyFrame, BodyState, Constraint, Constraints, Interval, Lanes, Motion, euler_degrees,
 };
-use supple::internals::Lanes;
-use supple::state::euler_degrees;
-use supple::state::{BodyFrame, BodyState, Interval};
+use supple::{ConstraintError, Key, MotionError, Selection, SelectionError, Window};
 
 const DT: f64 = 1.0 / 60.0;
 

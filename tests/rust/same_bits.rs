@@ -2,8 +2,7 @@
 
 use crate::common::{Random, block, coordinates, lattice, points, rest, worst};
 use nalgebra::{Point3, Vector3};
-use supple::volume::VolumeScope;
-use supple::{Body, Collider, Handle, Key, Pin, Selection, Simulation, VolumeOptions, Window};
+use supple::{Body, Collider, Handle, Key, Pin, Selection, Simulation, VolumeOptions, VolumeScope, Window};
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 

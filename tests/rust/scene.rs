@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use supple::dynamics::Selection;
-use supple::volume::{FieldKind, Preservation, VolumeMeasure, VolumeScope};
-use supple::{Damping, RegionSize, Resolution, Shape, Stiffness};
+use supple::{
+    Damping, FieldKind, Preservation, RegionSize, Resolution, Selection, Shape, Stiffness, VolumeMeasure,
+    VolumeScope,
+};
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Substeps, body_keys};
 

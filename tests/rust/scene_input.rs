@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use supple::volume::Preservation;
-use supple::{RegionSize, Shape};
+use supple::{Preservation, RegionSize, Shape};
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Up};
 

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::Point3;
 use proptest::prelude::*;
-use supple::{Embedding, Lattice, LatticeOptions, Mesh, Resolution};
+use supple::internals::Embedding;
+use supple::{Lattice, LatticeOptions, Mesh, Resolution};
 
 fn lattice(mesh: &Mesh, cell_size: f64, join: bool) -> Lattice {
     let options = LatticeOptions { resolution: Resolution::CellSize(cell_size), join, memory_limit: None };

@@ -3,8 +3,9 @@
 #![allow(dead_code, reason = "each test takes what it needs")]
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use supple::internals::{Colliders, ContactReport, Contacts, Lanes, SampleCells};
-use supple::state::{BodyFrame, BodyState, Interval};
+use supple::internals::{
+    BodyFrame, BodyState, Colliders, ContactReport, Contacts, Interval, Lanes, SampleCells,
+};
 
 /// A body of `size` cells with its samples.
 pub(crate) struct Block {

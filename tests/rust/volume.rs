@@ -2,8 +2,8 @@
 
 use crate::shapes::{apply, apply_in, ball, block, lattice, of_mesh, posed, shown, within};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use supple::volume::{FieldKind, Push, Surface, VolumeMeasure, VolumeScope};
-use supple::{Correction, CorrectionWorkspace, Lattice, Resolution, VolumeMeasures, VolumeOptions};
+use supple::internals::{Correction, CorrectionWorkspace, Push, Surface, VolumeMeasures};
+use supple::{FieldKind, Lattice, Resolution, VolumeMeasure, VolumeOptions, VolumeScope};
 
 fn correction(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
     Correction::new(lattice, None, &measure.into()).expect("usable").expect("not off")

@@ -3,9 +3,8 @@
 
 use crate::common::{block, lattice};
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::dynamics::{Key, Motion};
-use supple::volume::VolumeScope;
-use supple::{Body, BodyBuilder, BodyRef, Collider, Simulation, VolumeOptions};
+use supple::internals::Motion;
+use supple::{Body, BodyBuilder, BodyRef, Collider, Key, Simulation, VolumeOptions, VolumeScope};
 
 const DT: f64 = 1.0 / 60.0;
 const SCOPES: [VolumeScope; 2] = [VolumeScope::Global, VolumeScope::Regional];

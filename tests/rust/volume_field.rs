@@ -3,8 +3,8 @@
 use crate::common::{block, rms, surface_of};
 use crate::shapes::{apply_in, of_mesh};
 use nalgebra::{Rotation3, Vector3};
-use supple::volume::{FieldKind, Surface, VolumeMeasure};
-use supple::{Correction, CorrectionWorkspace, Mesh, Resolution, VolumeOptions};
+use supple::internals::{Correction, CorrectionWorkspace, Surface};
+use supple::{FieldKind, Mesh, Resolution, VolumeMeasure, VolumeOptions};
 
 const FIELDS: [FieldKind; 3] = [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface];
 

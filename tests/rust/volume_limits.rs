@@ -2,8 +2,11 @@
 
 use crate::shapes::{apply_in, ball, block, lattice, of_mesh, posed, sphere, within};
 use proptest::prelude::*;
-use supple::volume::{ComponentReport, Preservation, Surface, VolumeError, VolumeMeasure, VolumeScope};
-use supple::{Correction, CorrectionWorkspace, Lattice, Mesh, Resolution, VolumeMeasures, VolumeOptions};
+use supple::internals::{Correction, CorrectionWorkspace, Surface, VolumeMeasures};
+use supple::{
+    ComponentReport, Lattice, Mesh, Preservation, Resolution, VolumeError, VolumeMeasure, VolumeOptions,
+    VolumeScope,
+};
 
 const MEASURES: [VolumeMeasure; 2] = [VolumeMeasure::Lattice, VolumeMeasure::Cells];
 

@@ -3,8 +3,10 @@
 use crate::common::{block, pulled, surface_of};
 use crate::shapes::apply;
 use nalgebra::{Matrix3, Point3, Vector3};
-use supple::volume::{Preservation, VolumeMeasure, VolumeScope};
-use supple::{Body, BodyBuilder, Correction, Lattice, Mesh, Simulation, VolumeOptions};
+use supple::internals::Correction;
+use supple::{
+    Body, BodyBuilder, Lattice, Mesh, Preservation, Simulation, VolumeMeasure, VolumeOptions, VolumeScope,
+};
 
 /// The rms error of the cells' volumes, in volumes of a cell at rest.
 fn cell_error(lattice: &Lattice, at: &[Vector3<f64>]) -> f64 {

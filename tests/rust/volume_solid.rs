@@ -4,8 +4,7 @@
 
 use crate::common::{block, pulled, rms, surface_of};
 use nalgebra::Point3;
-use supple::volume::{FieldKind, Preservation, VolumeMeasure};
-use supple::{Body, BodyBuilder, Mesh, VolumeOptions};
+use supple::{Body, BodyBuilder, FieldKind, Mesh, Preservation, VolumeMeasure, VolumeOptions};
 
 /// The rows of a reference, comments and heading left out.
 fn rows(name: &str) -> Vec<Vec<f64>> {

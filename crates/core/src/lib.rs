@@ -79,7 +79,7 @@
 
 mod body;
 mod contact;
-pub mod dynamics;
+mod dynamics;
 mod error;
 mod lattice;
 mod matching;
@@ -91,8 +91,8 @@ pub mod reference;
 mod simd;
 mod simulation;
 mod skin;
-pub mod state;
-pub mod volume;
+mod state;
+mod volume;
 mod voxel;
 
 pub use body::{
@@ -100,11 +100,13 @@ pub use body::{
     StateError,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
-pub use dynamics::{Damping, Handle, Key, Material, Pin, RegionSize, Selection, Stiffness, Window};
+pub use dynamics::{
+    ConstraintError, Damping, Handle, Key, Material, MotionError, Pin, RegionSize, Selection, SelectionError,
+    Stiffness, Window,
+};
 pub use error::Error;
 pub use lattice::{
-    CellPoints, Components, Embedding, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport,
-    Resolution,
+    Components, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
 };
 pub use matching::rotations;
 pub use mesh::{Mesh, MeshError};
@@ -116,7 +118,8 @@ pub use simulation::{Simulation, SimulationBuilder, SimulationState};
 pub use skin::{VertexNormals, vertex_normals};
 pub use state::Placement;
 pub use volume::{
-    Correction, CorrectionWorkspace, VolumeError, VolumeMeasure, VolumeMeasures, VolumeOptions, VolumeReport,
+    ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,
+    VolumeScope, Volumes,
 };
 
 /// Internals of the stages, for studies, benches and tests. Not part of the interface: they may change at any time.
@@ -124,5 +127,11 @@ pub use volume::{
 #[doc(hidden)]
 pub mod internals {
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
+    pub use crate::dynamics::{Constraint, Constraints, Motion, Pose};
+    pub use crate::lattice::{CellPoints, Embedding};
     pub use crate::simd::lanes::{Lanes, Row};
+    pub use crate::state::{BodyFrame, BodyState, Interval, euler_degrees, sin_cos_degrees};
+    pub use crate::volume::{
+        Correction, CorrectionWorkspace, HALF_PUSH, Push, Root, Surface, VolumeMeasures, smallest_root,
+    };
 }

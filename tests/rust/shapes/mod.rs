@@ -4,8 +4,8 @@
 #![allow(dead_code)]
 
 use nalgebra::{Point3, Vector3};
-use supple::volume::{ComponentReport, Push};
-use supple::{Correction, CorrectionWorkspace, Embedding, Lattice, LatticeOptions, Mesh, Resolution};
+use supple::internals::{Correction, CorrectionWorkspace, Embedding, Push};
+use supple::{ComponentReport, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// No rotation.
 pub(crate) const UPRIGHT: [f32; 4] = [0.0, 0.0, 0.0, 1.0];

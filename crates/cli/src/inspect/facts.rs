@@ -1,8 +1,7 @@
 //! The facts about a scene before it runs, as `--json` prints them.
 
 use serde::Serialize;
-use supple::volume::Preservation;
-use supple::{Body, Lattice};
+use supple::{Body, Lattice, Preservation};
 use supple_io::frames::{Format, shared_normals};
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, Scene, Substeps};

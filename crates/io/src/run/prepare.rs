@@ -10,9 +10,8 @@ use super::substeps::{Placed, substeps};
 use crate::frames::Source;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, Scene, Substeps};
-use supple::Simulation;
-use supple::state::euler_degrees;
-use supple::{Body, Placement};
+use supple::internals::euler_degrees;
+use supple::{Body, Placement, Simulation};
 
 /// A scene, ready to run: the simulation at time zero, and the files that its bodies were read from.
 #[derive(Debug)]

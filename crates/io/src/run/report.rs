@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use supple::BodyRef;
-use supple::volume::VolumeReport;
+use supple::{BodyRef, VolumeReport};
 
 /// How a job ended.
 #[derive(Clone, Debug, PartialEq)]

@@ -19,8 +19,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::scene::{BodyData, Scene};
-use supple::dynamics::Key;
-use supple::{Collider, Shape, Stiffness};
+use supple::{Collider, Key, Shape, Stiffness};
 
 /// The most steps of a frame that are chosen by themselves.
 const MOST: f64 = 1000.0;

@@ -8,9 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys};
 use crate::frames::Format;
-use supple::dynamics::{Handle, Pin};
-use supple::volume::VolumeOptions;
-use supple::{Collider, LatticeOptions, Material, Placement, Resolution};
+use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, VolumeOptions};
 
 /// The most frames of a run: almost four days at 30 a second.
 const MAX_FRAMES: u32 = 10_000_000;

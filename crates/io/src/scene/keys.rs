@@ -8,9 +8,10 @@ use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use supple::dynamics::{Handle, Key, Pin, Selection, Window};
-use supple::volume::{FieldKind, Preservation, VolumeOptions, VolumeScope};
-use supple::{Collider, Damping, Material, Placement, RegionSize, Resolution, Shape, Stiffness};
+use supple::{
+    Collider, Damping, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, RegionSize,
+    Resolution, Selection, Shape, Stiffness, VolumeOptions, VolumeScope, Window,
+};
 
 /// The most lattice vertices that may be asked for: their indices fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;

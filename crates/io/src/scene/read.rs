@@ -9,7 +9,7 @@ use super::error::{Place, SceneError};
 use super::field::Field;
 use super::keys::{meaning, name_from};
 use super::{overrides, value};
-use supple::dynamics::{Key, Selection, Window};
+use supple::{Key, Selection, Window};
 
 impl Scene {
     /// Reads a scene file.

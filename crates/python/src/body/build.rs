@@ -3,8 +3,10 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple::volume::{FieldKind, Preservation, VolumeScope};
-use supple::{BodyBuilder, Damping, Material, Placement, RegionSize, Stiffness, VolumeOptions};
+use supple::{
+    BodyBuilder, Damping, FieldKind, Material, Placement, Preservation, RegionSize, Stiffness, VolumeOptions,
+    VolumeScope,
+};
 use supple_io::scene::{ALTERNATIVES, BodyData};
 
 use crate::argument::{self, wrong_type};

@@ -179,7 +179,7 @@ fn volume(corners: &[Vector3<f64>; 8]) -> f64 {
 mod tests {
     use nalgebra::Matrix3;
     use supple::Lattice;
-    use supple::volume::Preservation;
+    use supple::Preservation;
 
     use super::*;
 

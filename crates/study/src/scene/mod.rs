@@ -26,8 +26,7 @@ mod tests;
 
 use std::path::PathBuf;
 
-use supple::volume::Preservation;
-use supple::{Body, VolumeMeasure};
+use supple::{Body, Preservation, VolumeMeasure};
 use supple_io::run::{difference, fingerprint, prepare};
 use supple_io::scene::Scene;
 

@@ -3,10 +3,10 @@
 //! Pins, handles and contacts are the core's own stages, and act on both alike.
 
 use nalgebra::{Point3, Vector3};
-use supple::dynamics::{Constraint, Constraints};
-use supple::internals::{Colliders, Contacts, Lanes, SampleCells};
+use supple::internals::{
+    BodyFrame, BodyState, Colliders, Constraint, Constraints, Contacts, Interval, Lanes, SampleCells,
+};
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
-use supple::state::{BodyFrame, BodyState, Interval};
 use supple::{Body, Error};
 use supple_io::scene::{BodyData, Scene};
 

@@ -1,7 +1,8 @@
 //! A scene in physical terms, so that lattice and steps can change and the material stays.
 
-use supple::volume::{Preservation, VolumeOptions};
-use supple::{Body, Damping, Material, RegionSize, Resolution, Stiffness, VolumeMeasure};
+use supple::{
+    Body, Damping, Material, Preservation, RegionSize, Resolution, Stiffness, VolumeMeasure, VolumeOptions,
+};
 use supple_io::run::{Prepared, RunError, prepare};
 use supple_io::scene::{Scene, Substeps};
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use supple::reference::Regions;
-use supple::volume::{Preservation, VolumeScope};
+use supple::{Preservation, VolumeScope};
 
 /// How the volume is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
