@@ -85,7 +85,7 @@ fn a_box_has_all_corners_links_and_masses() {
     for size in [[1, 1, 1], [3, 1, 2], [4, 5, 6]] {
         let lattice = lattice(&block([-2, 7, 0], size), true);
         check(&lattice);
-        assert_eq!(lattice.len(), size.iter().map(|n| *n as usize + 1).product());
+        assert_eq!(lattice.len(), size.iter().map(|n| *n as usize + 1).product::<usize>());
         let mass: u32 = lattice.occupied_cells().iter().map(|&c| u32::from(c)).sum();
         assert_eq!(mass as i32, 8 * size.iter().product::<i32>());
     }
