@@ -58,7 +58,8 @@ pub(super) fn meaning(key: &str) -> &'static str {
         "a" | "b" => "an end of the axis, three numbers",
         "half_extents" => "half of each edge, three lengths",
         "normal" => "a direction, three numbers",
-        "center" | "point" => "three numbers",
+        "center" => "three numbers",
+        "point" => "a point of the plane, three numbers",
         _ => "a list of tables",
     }
 }
