@@ -161,7 +161,8 @@ fn nothing_in_a_steady_state() {
         Simulation::builder().body(block(6).volume(VolumeOptions::off()).build().unwrap()).build().unwrap();
     assert_eq!(stages(&bare), ["momentum tracker", "shape matching", "integration"]);
 
-    // The bytes that the plan names are those that building a simulation allocates, to 2 %.
+    // The plan names what building and stepping a simulation allocates; what it may miss are the slack of growing
+    // vectors and a few numbers for each component and constraint.
     for build in [
         || everything(12, 1),
         || {
@@ -176,6 +177,6 @@ fn nothing_in_a_steady_state() {
         sim.step();
         let held = (BYTES.get() - before) as f64;
         let told = sim.plan().bodies[0].bytes() as f64;
-        assert!((told / held - 1.0).abs() < 0.02, "the plan says {told} bytes, allocated are {held}");
+        assert!((0.95..=1.0).contains(&(told / held)), "the plan says {told} bytes, allocated are {held}");
     }
 }

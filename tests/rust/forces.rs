@@ -52,10 +52,16 @@ fn forces_come_in_any_order_and_leave_no_trace() {
 }
 
 #[test]
-#[should_panic(expected = "vertex 60 of 60")]
-fn a_force_on_no_vertex_is_a_bug_of_the_caller() {
+fn a_force_on_a_vertex_out_of_range_is_an_error_and_applies_nothing() {
     let mut body = Body::from_lattice(half_cells()).build().unwrap();
-    let _ = body.apply_forces(&[(60, [1.0; 3])]);
+    let error = body.apply_forces(&[(0, [1.0; 3]), (60, [1.0; 3])]).unwrap_err();
+    assert!(error.to_string().contains("vertex 60 is out of range"), "{error}");
+    let stepped = |body| {
+        let mut simulation = Simulation::builder().body(body).build().unwrap();
+        simulation.step();
+        simulation.body(0).velocities()
+    };
+    assert_eq!(stepped(body), stepped(Body::from_lattice(half_cells()).build().unwrap()));
 }
 
 #[test]

@@ -276,8 +276,11 @@ proptest! {
     }
 }
 
+/// Positions, and the vertices of each face.
+type Polygons = (Vec<[f32; 3]>, Vec<Vec<usize>>);
+
 /// The positions and faces that obj-rs reads, where a file is plain enough for it.
-fn by_obj_rs(bytes: &[u8]) -> Option<(Vec<[f32; 3]>, Vec<Vec<usize>>)> {
+fn by_obj_rs(bytes: &[u8]) -> Option<Polygons> {
     use ::obj::raw::object::{Polygon, parse_obj};
     let read = std::panic::catch_unwind(|| parse_obj(bytes)).ok()?.ok()?;
     let vertices = |polygon: &Polygon| match polygon {

@@ -63,15 +63,14 @@ fn code(path: &Path) -> String {
 /// The paths of all `use` items of a text, braces resolved: `use a::{b, c::d};` gives `a::b` and `a::c::d`.
 fn uses(code: &str) -> Vec<Vec<String>> {
     let mut paths = Vec::new();
-    for statement in code.split(';') {
-        let Some(at) = statement.find("use ") else { continue };
-        let before = statement[..at].trim_end();
-        let is_item = before.is_empty()
-            || before.ends_with(['}', ']', ')'])
-            || before.ends_with("pub")
-            || before.lines().next_back().is_some_and(str::is_empty);
-        if is_item {
-            expand(Vec::new(), &statement[at + 4..], &mut paths);
+    let mut rest = code;
+    while let Some(at) = rest.find("use ") {
+        let line =
+            rest[..at].lines().next_back().filter(|_| !rest[..at].ends_with('\n')).unwrap_or("").trim();
+        let is_item = line.is_empty() || line.starts_with("pub");
+        rest = &rest[at + 4..];
+        if let (true, Some(end)) = (is_item, rest.find(';')) {
+            expand(Vec::new(), &rest[..end], &mut paths);
         }
     }
     paths
@@ -223,12 +222,14 @@ fn rooms_of_no_crate_use_each_other_in_circles() {
 
 #[test]
 fn files_of_no_room_use_each_other_in_circles() {
+    let mut circles = Vec::new();
     for krate in ["core", "io", "study", "cli", "python"] {
         for door in files(&source(krate)).iter().filter(|path| path.ends_with("mod.rs")) {
             let folder = door.parent().unwrap();
-            assert_eq!(circle(&files_of_a_room(folder)), None, "room `{}`", folder.display());
+            circles.extend(circle(&files_of_a_room(folder)).map(|circle| (folder.to_owned(), circle)));
         }
     }
+    assert!(circles.is_empty(), "{circles:#?}");
 }
 
 #[test]

@@ -98,7 +98,7 @@ fn levels_with_fma_agree_bit_for_bit_and_others_to_a_tolerance() {
     for level in ["sse2", "sse4.2", "avx2", "avx512", "neon"] {
         let file = directory.path().join(level);
         let status = std::process::Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "levels_with_fma_agree_bit_for_bit_and_others_to_a_tolerance"])
+            .args(["--exact", "same_bits::levels_with_fma_agree_bit_for_bit_and_others_to_a_tolerance"])
             .env("SUPPLE_SIMD", level)
             .env(CHILD, &file)
             .stdout(std::process::Stdio::null())

@@ -89,7 +89,9 @@ fn a_lattice_that_does_not_fit_in_memory_names_one_that_does() {
 fn inputs_are_never_written_over() {
     let stage = Stage::of(&SCENE.replace("block.obj", "block_0003.obj"));
     stage.write("block_0003.obj", support::BLOCK);
-    stage.supple(&["run", "scene.toml", "-o", "."]).expect(2, &["block_0003.obj", "written over"]);
+    stage
+        .supple(&["run", "scene.toml", "-o", "."])
+        .expect(2, &["block_0003.obj is the input", "choose another output directory"]);
     assert_eq!(std::fs::read_to_string(stage.path("block_0003.obj")).unwrap(), support::BLOCK);
 }
 

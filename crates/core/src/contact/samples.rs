@@ -81,6 +81,7 @@ impl SampleCells {
             }
         }
         first.push(blocks.len() as u32);
+        blocks.shrink_to_fit();
 
         let vertices = sorted_once(&cell_corners);
         let mut row_of = vec![0; slots.len()];

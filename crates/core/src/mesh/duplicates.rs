@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::{Mesh, topology};
+use super::{Mesh, is_degenerate};
 
 /// How many faces repeat an earlier one.
 #[derive(Debug, Default)]
@@ -24,7 +24,7 @@ pub(super) fn count(mesh: &Mesh) -> Repeated {
     let mut faces = Vec::with_capacity(mesh.face_count());
     let mut turned = Vec::new();
     for face in mesh.faces() {
-        if topology::is_degenerate(face, mesh.weld()) {
+        if is_degenerate(face, mesh.weld()) {
             continue;
         }
         let start = corners.len();

@@ -105,7 +105,7 @@ impl Mesh {
             used.dedup();
             return Err(MeshError::NoExtent { vertices: used.len(), at: bounds.0.into() });
         }
-        if polygons.rows().all(|face| topology::is_degenerate(face, &weld)) {
+        if polygons.rows().all(|face| is_degenerate(face, &weld)) {
             return Err(no_faces);
         }
         Ok(Self {
@@ -257,4 +257,13 @@ fn fan(polygons: &Csr<u32>) -> Vec<[u32; 3]> {
         triangles.extend(face[1..].windows(2).map(|edge| [face[0], edge[0], edge[1]]));
     }
     triangles
+}
+
+/// Whether a face has fewer than three distinct corners.
+fn is_degenerate(face: &[u32], weld: &[u32]) -> bool {
+    let Some(&first) = face.first() else { return true };
+    let first = weld[first as usize];
+    let mut others = face.iter().map(|&corner| weld[corner as usize]).filter(|&corner| corner != first);
+    let Some(second) = others.next() else { return true };
+    others.all(|corner| corner == second)
 }

@@ -1,6 +1,6 @@
 //! What `inspect` says about a surface: found once, kept with the mesh.
 
-use super::{Csr, Mesh, UnionFind, duplicates};
+use super::{Csr, Mesh, UnionFind, duplicates, is_degenerate};
 
 /// What is usual and unusual about a surface. Nothing in it is an error.
 ///
@@ -74,15 +74,6 @@ impl Topology {
             signed_volume: mesh.volume_of(mesh.triangles()),
         }
     }
-}
-
-/// Whether a face has fewer than three distinct corners.
-pub(super) fn is_degenerate(face: &[u32], weld: &[u32]) -> bool {
-    let Some(&first) = face.first() else { return true };
-    let first = weld[first as usize];
-    let mut others = face.iter().map(|&corner| weld[corner as usize]).filter(|&corner| corner != first);
-    let Some(second) = others.next() else { return true };
-    others.all(|corner| corner == second)
 }
 
 /// Vertices that no face uses, and used ones beyond the first at their position.

@@ -77,11 +77,11 @@ impl VolumeMeasures {
     fn evaluate(&self, positions: impl Iterator<Item = [f64; 3]> + Clone) -> Vec<Vec<f64>> {
         let mut scratch = Scratch::default();
         scratch.place(positions, &self.adjacency);
-        let mut volumes = |measure: &Measure| {
+        let volumes = |measure: &Measure| {
             measure.evaluate(&Executor::sequential(), &mut scratch);
             scratch.coefficients.iter().map(|c| c[0] * self.cell_size.powi(3)).collect()
         };
-        self.measures.iter().map(|measure| volumes(measure)).collect()
+        self.measures.iter().map(volumes).collect()
     }
 
     fn volumes(&self, before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<(VolumeMeasure, Volumes)> {
