@@ -250,4 +250,4 @@ def test_repr_says_what_it_is(block, cube):
     assert re.match(
         r"<supple.Simulation: 1 body of 125 lattice vertices, time 0\.0000 s.* MB>", repr(supple.Simulation([body]))
     )
-    assert "region sums" in supple.Simulation([supple.Body(cube)]).plan()
+    assert "shape matching" in supple.Simulation([supple.Body(cube)]).plan()

@@ -8,7 +8,7 @@ use supple::{Collider, Key, Shape};
 
 use crate::argument::{number, wrong_type};
 use crate::arrays::vector;
-use crate::keys;
+use crate::constraint;
 
 /// The colliders of a simulation, as they were given.
 pub(crate) fn tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
@@ -37,8 +37,8 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
     if !collider.is_instance(base)? {
         return Err(wrong_type(collider, name, "a Plane, Sphere, Box or Capsule"));
     }
-    let place = |key: &str| vector(&collider.getattr(key)?, key);
-    let length = |key: &str| number(&collider.getattr(key)?, key);
+    let place = |key| vector(&collider.getattr(key)?, key);
+    let length = |key| number(&collider.getattr(key)?, key);
     let shape = match collider.getattr("shape")?.extract::<String>()?.as_str() {
         "plane" => Shape::Plane { point: place("point")?, normal: place("normal")? },
         "sphere" => Shape::Sphere { center: place("center")?, radius: length("radius")? },
@@ -51,7 +51,7 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         shape => return Err(PyValueError::new_err(format!("{name} has the unknown shape {shape:?}"))),
     };
     let (friction, restitution) = (length("friction")?, length("restitution")?);
-    let keys = keys::read(&collider.getattr("keys")?)?;
+    let keys = constraint::keys(&collider.getattr("keys")?)?;
     Ok(Collider { shape, friction, restitution, keys })
 }
 
@@ -63,32 +63,21 @@ pub(crate) fn to_python<'py>(py: Python<'py>, collider: &Collider) -> PyResult<B
 
 /// The Python class of a collider, and its fields.
 fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
-    let fields = PyDict::new(py);
-    let place = |key: &str, [x, y, z]: [f64; 3]| fields.set_item(key, (x, y, z));
-    let class = match collider.shape {
-        Shape::Plane { point, normal } => {
-            place("point", point)?;
-            place("normal", normal)?;
-            "Plane"
-        }
-        Shape::Sphere { center, radius } => {
-            place("center", center)?;
-            fields.set_item("radius", radius)?;
-            "Sphere"
-        }
+    let (class, places, radius) = match collider.shape {
+        Shape::Plane { point, normal } => ("Plane", vec![("point", point), ("normal", normal)], None),
+        Shape::Sphere { center, radius } => ("Sphere", vec![("center", center)], Some(radius)),
         Shape::Box { center, half_extents, rotate } => {
-            place("center", center)?;
-            place("half_extents", half_extents)?;
-            place("rotate", rotate)?;
-            "Box"
+            ("Box", vec![("center", center), ("half_extents", half_extents), ("rotate", rotate)], None)
         }
-        Shape::Capsule { a, b, radius } => {
-            place("a", a)?;
-            place("b", b)?;
-            fields.set_item("radius", radius)?;
-            "Capsule"
-        }
+        Shape::Capsule { a, b, radius } => ("Capsule", vec![("a", a), ("b", b)], Some(radius)),
     };
+    let fields = PyDict::new(py);
+    for (name, place) in places {
+        fields.set_item(name, <(f64, f64, f64)>::from(place))?;
+    }
+    if let Some(radius) = radius {
+        fields.set_item("radius", radius)?;
+    }
     let key =
         |key: &Key| (key.time, <(f64, f64, f64)>::from(key.translate), <(f64, f64, f64)>::from(key.rotate));
     fields.set_item("keys", PyTuple::new(py, collider.keys.iter().map(key))?)?;

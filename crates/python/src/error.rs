@@ -5,12 +5,10 @@ use std::path::Path;
 
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
 use supple_io::obj::{ObjError, ObjProblem};
 
-/// The exceptions of `supple.errors`.
-#[derive(Clone, Copy)]
+/// The exceptions of `supple.errors`, by their names without `Error`.
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum Exception {
     Mesh,
     Lattice,
@@ -21,16 +19,10 @@ pub(crate) enum Exception {
 impl Exception {
     /// The exception with a message.
     pub(crate) fn with(self, message: String) -> PyErr {
-        static CLASSES: [PyOnceLock<Py<PyType>>; 4] = [const { PyOnceLock::new() }; 4];
-        let name = match self {
-            Self::Mesh => "MeshError",
-            Self::Lattice => "LatticeError",
-            Self::Scene => "SceneError",
-            Self::Output => "OutputError",
-        };
-        Python::attach(|py| match CLASSES[self as usize].import(py, "supple.errors", name) {
-            Ok(class) => PyErr::from_type(class.clone(), (message,)),
-            Err(error) => error,
+        Python::attach(|py| {
+            let class =
+                py.import("supple.errors").and_then(|errors| errors.getattr(format!("{self:?}Error")));
+            class.and_then(|class| class.call1((message,))).map_or_else(|error| error, PyErr::from_value)
         })
     }
 
@@ -44,17 +36,12 @@ impl Exception {
 }
 
 /// Any error of the core.
-pub(crate) fn of(error: supple::Error) -> PyErr {
-    match error {
-        supple::Error::Mesh(error) => of_mesh(&error),
-        supple::Error::Lattice(error) => of_lattice(&error),
+pub(crate) fn of(error: impl Into<supple::Error>) -> PyErr {
+    match error.into() {
+        supple::Error::Mesh(error) => Exception::Mesh.with(error.to_string()),
+        supple::Error::Lattice(error) => Exception::Lattice.with(error.to_string()),
         error => value(error),
     }
-}
-
-/// What is wrong with a mesh.
-pub(crate) fn of_mesh(error: &supple::MeshError) -> PyErr {
-    Exception::Mesh.with(error.to_string())
 }
 
 /// What is wrong with an OBJ file.
@@ -63,11 +50,6 @@ pub(crate) fn of_obj(error: ObjError) -> PyErr {
         ObjError { path, problem: ObjProblem::Read(source), .. } => of_file(&path, &source),
         error => Exception::Mesh.with(error.to_string()),
     }
-}
-
-/// What is wrong with the request for a lattice.
-pub(crate) fn of_lattice(error: &supple::LatticeError) -> PyErr {
-    Exception::Lattice.with(error.to_string())
 }
 
 /// A wrong value.

@@ -8,11 +8,10 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
 use supple::{LatticeOptions, Resolution};
 
+use crate::argument::{self, Settings};
 use crate::arrays::{self, Side};
 use crate::error::{self, Exception};
 use crate::mesh::mesh_like;
-use crate::settings::Settings;
-use crate::{argument, arrays::of_vectors};
 
 /// Lattice vertices on the corners of cubic cells: what is simulated.
 ///
@@ -63,17 +62,12 @@ impl Lattice {
         let mesh = mesh_like(mesh, "mesh", None)?;
         settings.exclusive("vertices", "cell_size")?;
         let mut options = LatticeOptions::default();
-        if let Some(vertices) = settings.count("vertices", 8)? {
-            options.resolution = Resolution::Vertices(vertices);
-        }
-        if let Some(cell_size) = settings.number("cell_size")? {
-            options.resolution = Resolution::CellSize(cell_size);
-        }
-        options.join = settings.boolean("join")?.unwrap_or(options.join);
+        options.resolution = resolution(&settings, "vertices")?.unwrap_or(options.resolution);
+        options.join = settings.read("join", argument::boolean)?.unwrap_or(options.join);
         options.memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
         let mesh = &mesh.get().mesh;
         let lattice = py.detach(|| supple::Lattice::from_mesh(mesh, &options));
-        lattice.map(Self::from_core).map_err(|e| error::of_lattice(&e))
+        lattice.map(Self::from_core).map_err(error::of)
     }
 
     /// The lattice of given cells.
@@ -103,11 +97,7 @@ impl Lattice {
         let join = join.map_or(Ok(true), |join| argument::boolean(join, "join"))?;
         let wrong = |e| Exception::Lattice.of_value_error(e);
         let cells = occupied(cells).map_err(wrong)?;
-        let origin = origin
-            .map(|origin| arrays::vector(origin, "origin"))
-            .transpose()
-            .map_err(wrong)?
-            .unwrap_or([0.0; 3]);
+        let origin = origin.map_or(Ok([0.0; 3]), |origin| arrays::vector(origin, "origin")).map_err(wrong)?;
         Self::build(py, &cells, cell_size, origin, join)
     }
 
@@ -115,7 +105,7 @@ impl Lattice {
     #[getter]
     fn indices<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let indices = || self.lattice.indices().iter().map(|index| index.map(i64::from)).collect();
-        self.indices.get_or_init(py, || arrays::constant_integers(py, indices())).bind(py)
+        self.indices.get_or_init(py, || arrays::constant(py, indices())).bind(py)
     }
 
     /// (n, 3) float64, read-only: origin + cell_size * indices.
@@ -123,14 +113,14 @@ impl Lattice {
     fn rest_positions<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<f64>> {
         let rest = |vertex| self.lattice.rest_position(vertex).into();
         let positions = || (0..self.lattice.len() as u32).map(rest).collect();
-        self.rest_positions.get_or_init(py, || arrays::constant_vectors(py, positions())).bind(py)
+        self.rest_positions.get_or_init(py, || arrays::constant(py, positions())).bind(py)
     }
 
     /// (m, 3) int64, read-only: grid coordinates of the occupied cells, those of their least corner.
     #[getter]
     fn cells<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let cells = || self.lattice.cells().iter().map(|index| index.map(i64::from)).collect();
-        self.cells.get_or_init(py, || arrays::constant_integers(py, cells())).bind(py)
+        self.cells.get_or_init(py, || arrays::constant(py, cells())).bind(py)
     }
 
     /// Edge of a cell.
@@ -142,7 +132,7 @@ impl Lattice {
     /// (3,) float64: where index (0, 0, 0) lies.
     #[getter]
     fn origin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        arrays::of_numbers(py, self.lattice.origin().iter().copied().collect())
+        PyArray1::from_slice(py, self.lattice.origin().coords.as_slice())
     }
 
     /// Connected parts of the link graph.
@@ -169,7 +159,7 @@ impl Lattice {
         let (py, lattice) = (slf.py(), &slf.get().lattice);
         let restore = py.get_type::<Self>().getattr("_from_indices")?;
         let origin: [f64; 3] = lattice.origin().into();
-        let arguments = (slf.get().cells(py), lattice.cell_size(), of_vectors(py, vec![origin]));
+        let arguments = (slf.get().cells(py), lattice.cell_size(), arrays::of_vectors(py, vec![origin]));
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 
@@ -198,8 +188,14 @@ impl Lattice {
         join: bool,
     ) -> PyResult<Self> {
         let lattice = py.detach(|| supple::Lattice::from_cells(cells, cell_size, Point3::from(origin), join));
-        lattice.map(Self::from_core).map_err(|e| error::of_lattice(&e))
+        lattice.map(Self::from_core).map_err(error::of)
     }
+}
+
+/// How fine a lattice is to be: a wished number of vertices, under this key, or `cell_size`.
+pub(crate) fn resolution(settings: &Settings<'_>, vertices: &str) -> PyResult<Option<Resolution>> {
+    let vertices = settings.count(vertices, 8)?.map(Resolution::Vertices);
+    Ok(vertices.or(settings.number("cell_size")?.map(Resolution::CellSize)))
 }
 
 /// Indices of the true entries of an `(nx, ny, nz)` array.

@@ -2,31 +2,28 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `argument`, `settings` | numbers, words and keyword arguments, checked by name |
+//! | `argument` | numbers, words and keyword arguments, checked by name |
 //! | `arrays` | numpy arrays in and out |
 //! | `error` | Rust errors as the exceptions of `supple.errors` |
 //! | `forked` | locks, after a fork |
 //! | `mesh`, `lattice`, `body`, `simulation` | the classes |
-//! | `selection`, `keys`, `collider` | what pins, handles and colliders are described by |
+//! | `constraint`, `collider` | pins, handles and colliders, as they are described |
 //! | `scene` | scenes, loaded or run |
 //! | `report` | reports, as the dataclasses of `supple.reports` |
-//! | `reference`, `rotations` | functions over arrays |
+//! | `functions` | functions over arrays |
 
 mod argument;
 mod arrays;
 mod body;
 mod collider;
+mod constraint;
 mod error;
 mod forked;
-mod keys;
+mod functions;
 mod lattice;
 mod mesh;
-mod reference;
 mod report;
-mod rotations;
 mod scene;
-mod selection;
-mod settings;
 mod simulation;
 
 /// The compiled part of `supple`.
@@ -46,17 +43,13 @@ mod _core {
     #[pymodule_export]
     use crate::collider::check_collider;
     #[pymodule_export]
+    use crate::functions::{reference_goals, rotations};
+    #[pymodule_export]
     use crate::lattice::Lattice;
     #[pymodule_export]
     use crate::mesh::{Mesh, read_obj};
     #[pymodule_export]
-    use crate::reference::reference_goals;
-    #[pymodule_export]
-    use crate::rotations::rotations;
-    #[pymodule_export]
     use crate::scene::{load_scene, run};
     #[pymodule_export]
-    use crate::simulation::Simulation;
-    #[pymodule_export]
-    use crate::simulation::simd_level;
+    use crate::simulation::{Simulation, simd_level};
 }

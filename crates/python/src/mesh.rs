@@ -42,22 +42,21 @@ impl Mesh {
     #[pyo3(signature = (vertices, faces))]
     fn new(vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
         let points = read_vertices(vertices).map_err(|e| Exception::Mesh.of_value_error(e))?;
-        let faces = read_faces(faces, points.len()).map_err(|e| Exception::Mesh.of_value_error(e))?;
-        faces.mesh(points).map(Self::from_core)
+        of_faces(faces, points).map_err(|e| Exception::Mesh.of_value_error(e))
     }
 
     /// (n, 3) float64, read-only: the vertices in input order.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<f64>> {
         let vertices = || self.mesh.vertices().iter().map(|&p| p.into()).collect();
-        self.vertices.get_or_init(py, || arrays::constant_vectors(py, vertices())).bind(py)
+        self.vertices.get_or_init(py, || arrays::constant(py, vertices())).bind(py)
     }
 
     /// (m, 3) int64, read-only: the faces, larger ones fanned into triangles from their first vertex.
     #[getter]
     fn faces<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let faces = || self.mesh.triangles().iter().map(|face| face.map(i64::from)).collect();
-        self.faces.get_or_init(py, || arrays::constant_integers(py, faces())).bind(py)
+        self.faces.get_or_init(py, || arrays::constant(py, faces())).bind(py)
     }
 
     /// The enclosed volume, never negative. For an open mesh it says little.
@@ -113,7 +112,7 @@ impl Mesh {
         if sizes.iter().sum::<usize>() != corners.len() {
             return Err(PyValueError::new_err("sizes do not add up to the number of corners"));
         }
-        Faces::new(sizes, corners, points.len())?.mesh(points).map(Self::from_core)
+        of_polygons(&sizes, corners, points)
     }
 }
 
@@ -160,40 +159,27 @@ pub(crate) fn mesh_like<'py>(
     }
 }
 
-/// Faces as the core takes them: corners one after another.
-struct Faces {
-    sizes: Vec<usize>,
-    corners: Vec<u32>,
-}
-
-impl Faces {
-    fn new(sizes: Vec<usize>, corners: &[i64], vertices: usize) -> PyResult<Self> {
-        let within = |&corner: &i64| (0..vertices as i64).contains(&corner);
-        if let Some(at) = corners.iter().position(|corner| !within(corner)) {
-            let mut end = 0;
-            let face = sizes.iter().position(|size| {
-                end += size;
-                end > at
-            });
-            return Err(Exception::Mesh.with(format!(
-                "face {} refers to vertex {} of {vertices} (counted from 0)",
-                face.unwrap_or_default(),
-                corners[at]
-            )));
-        }
-        Ok(Self { sizes, corners: corners.iter().map(|&corner| corner as u32).collect() })
+/// A mesh from the number of corners of each face, and all corners one after another.
+fn of_polygons(sizes: &[usize], corners: &[i64], points: Vec<[f64; 3]>) -> PyResult<Mesh> {
+    let vertices = points.len();
+    let within = |corner: &i64| (0..vertices as i64).contains(corner);
+    if let Some(at) = corners.iter().position(|corner| !within(corner)) {
+        let mut end = 0;
+        let face = sizes.iter().position(|size| {
+            end += size;
+            end > at
+        });
+        return Err(Exception::Mesh.with(format!(
+            "face {} refers to vertex {} of {vertices} (counted from 0)",
+            face.unwrap_or_default(),
+            corners[at]
+        )));
     }
-
-    fn mesh(&self, vertices: Vec<[f64; 3]>) -> PyResult<supple::Mesh> {
-        let mut rest = &self.corners[..];
-        let mut faces = Vec::with_capacity(self.sizes.len());
-        for &size in &self.sizes {
-            let (face, after) = rest.split_at(size);
-            faces.push(face);
-            rest = after;
-        }
-        supple::Mesh::new(vertices, &faces).map_err(|error| error::of_mesh(&error))
-    }
+    let corners: Vec<u32> = corners.iter().map(|&corner| corner as u32).collect();
+    let mut rest = &corners[..];
+    let faces: Vec<&[u32]> =
+        sizes.iter().map(|&size| rest.split_off(..size).expect("a corner each")).collect();
+    supple::Mesh::new(points, &faces).map(Mesh::from_core).map_err(error::of)
 }
 
 /// `(n, 3)`; what is not finite is left to the core, which names the vertex.
@@ -202,27 +188,29 @@ fn read_vertices(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     Ok(array.as_slice()?.as_chunks().0.to_vec())
 }
 
-/// `(m, 3)` or `(m, 4)`, or a list of faces of any size.
-fn read_faces(value: &Bound<'_, PyAny>, vertices: usize) -> PyResult<Faces> {
-    if !value.is_instance_of::<PyUntypedArray>() {
-        match value.extract::<Vec<Vec<i64>>>() {
-            Ok(lists) => return of_lists(&lists, vertices),
-            Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => {
-                let message = format!("faces has an index beyond 64 bits; there are {vertices} vertices");
-                return Err(PyValueError::new_err(message));
+/// A mesh of faces as `(m, 3)` or `(m, 4)`, or as a list of faces of any size.
+fn of_faces(faces: &Bound<'_, PyAny>, points: Vec<[f64; 3]>) -> PyResult<Mesh> {
+    if !faces.is_instance_of::<PyUntypedArray>() {
+        match faces.extract::<Vec<Vec<i64>>>() {
+            Ok(lists) => return of_lists(&lists, points),
+            Err(error) if error.is_instance_of::<PyOverflowError>(faces.py()) => {
+                return Err(PyValueError::new_err(format!(
+                    "faces has an index beyond 64 bits; there are {} vertices",
+                    points.len()
+                )));
             }
             Err(_) => {}
         }
     }
-    let array = arrays::integers(value, "faces", &[Side::Any("m"), Side::Between(3, 4)])?;
-    Faces::new(vec![array.shape()[1]; array.shape()[0]], array.as_slice()?, vertices)
+    let array = arrays::integers(faces, "faces", &[Side::Any("m"), Side::Between(3, 4)])?;
+    of_polygons(&vec![array.shape()[1]; array.shape()[0]], array.as_slice()?, points)
 }
 
-fn of_lists(lists: &[Vec<i64>], vertices: usize) -> PyResult<Faces> {
-    if let Some(face) = lists.iter().position(|list| list.len() < 3) {
-        let corners = lists[face].len();
-        let message = format!("faces[{face}] has {corners} corners; a face has at least 3");
+fn of_lists(lists: &[Vec<i64>], points: Vec<[f64; 3]>) -> PyResult<Mesh> {
+    let sizes: Vec<usize> = lists.iter().map(Vec::len).collect();
+    if let Some(face) = sizes.iter().position(|&size| size < 3) {
+        let message = format!("faces[{face}] has {} corners; a face has at least 3", sizes[face]);
         return Err(PyValueError::new_err(message));
     }
-    Faces::new(lists.iter().map(Vec::len).collect(), &lists.concat(), vertices)
+    of_polygons(&sizes, &lists.concat(), points)
 }

@@ -2,18 +2,18 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use supple::{
     BodyBuilder, Damping, FieldKind, Material, Placement, Preservation, RegionSize, Stiffness, VolumeOptions,
     VolumeScope,
 };
 use supple_io::scene::{ALTERNATIVES, BodyData};
 
-use crate::argument::{self, wrong_type};
+use crate::argument::{self, Settings, wrong_type};
+use crate::arrays::vector;
 use crate::error;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, resolution};
 use crate::mesh::mesh_like;
-use crate::settings::Settings;
 
 /// The keyword arguments: the keys of a scene's `[[body]]`, but for its file and what methods add; and the memory limit.
 #[pyfunction]
@@ -44,11 +44,11 @@ pub(super) fn body<'py>(
     let (shape, builder) = builder(shape, settings)?;
     let default = BodyData::default();
     let builder = builder
-        .name(settings.text("name")?.unwrap_or_else(|| "body".to_owned()))
+        .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
         .scale(settings.number("scale")?.unwrap_or(default.scale))
         .material(material(settings)?)
         .placement(placement(settings)?)
-        .volume(settings.get("volume")?.map(|v| read_volume(&v)).transpose()?.unwrap_or_default());
+        .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default());
     let body = py.detach(|| builder.build()).map_err(error::of)?;
     Ok((shape, body))
 }
@@ -60,22 +60,18 @@ fn builder<'py>(
     if let Ok(lattice) = shape.cast::<Lattice>() {
         for key in OF_MESH {
             if settings.get(key)?.is_some() {
-                let message = format!("{key} is for a mesh; a Lattice is as it is");
-                return Err(PyValueError::new_err(message));
+                return Err(PyValueError::new_err(format!("{key} is for a mesh; a Lattice is as it is")));
             }
         }
         let builder = supple::Body::from_lattice(lattice.get().lattice.clone());
         return Ok((lattice.clone().into_any(), builder));
     }
-    let mesh = mesh_like(shape, "shape", settings.text("object")?)?;
+    let mesh = mesh_like(shape, "shape", settings.read("object", argument::text)?)?;
     let mut builder = supple::Body::builder(mesh.get().mesh.clone());
-    if let Some(vertices) = settings.count("lattice_vertices", 8)? {
-        builder = builder.lattice_vertices(vertices);
+    if let Some(resolution) = resolution(settings, "lattice_vertices")? {
+        builder = builder.resolution(resolution);
     }
-    if let Some(cell_size) = settings.number("cell_size")? {
-        builder = builder.cell_size(cell_size);
-    }
-    if let Some(join) = settings.boolean("join")? {
+    if let Some(join) = settings.read("join", argument::boolean)? {
         builder = builder.join(join);
     }
     if let Some(bytes) = settings.count("memory_limit", 0)? {
@@ -85,37 +81,28 @@ fn builder<'py>(
 }
 
 fn material(settings: &Settings<'_>) -> PyResult<Material> {
-    let mut material = Material::default();
-    if let Some(cells) = settings.count("half_width", 1)? {
-        material.region_size = RegionSize::Cells(cells);
-    }
-    if let Some(radius) = settings.number("stiffness_radius")? {
-        material.region_size = RegionSize::Radius(radius);
-    }
-    if let Some(alpha) = settings.number("stiffness")? {
-        material.stiffness = Stiffness::PerStep(alpha);
-    }
-    if let Some(hertz) = settings.number("frequency")? {
-        material.stiffness = Stiffness::Frequency(hertz);
-    }
-    if let Some(share) = settings.number("damping")? {
-        material.damping = Damping::PerStep(share);
-    }
-    if let Some(rate) = settings.number("damping_rate")? {
-        material.damping = Damping::Rate(rate);
-    }
-    if let Some(density) = settings.number("density")? {
-        material.density = density;
-    }
-    Ok(material)
+    let default = Material::default();
+    let cells = settings.count("half_width", 1)?.map(RegionSize::Cells);
+    let radius = settings.number("stiffness_radius")?.map(RegionSize::Radius);
+    let alpha = settings.number("stiffness")?.map(Stiffness::PerStep);
+    let hertz = settings.number("frequency")?.map(Stiffness::Frequency);
+    let share = settings.number("damping")?.map(Damping::PerStep);
+    let rate = settings.number("damping_rate")?.map(Damping::Rate);
+    Ok(Material {
+        region_size: cells.or(radius).unwrap_or(default.region_size),
+        stiffness: alpha.or(hertz).unwrap_or(default.stiffness),
+        damping: share.or(rate).unwrap_or(default.damping),
+        density: settings.number("density")?.unwrap_or(default.density),
+    })
 }
 
 fn placement(settings: &Settings<'_>) -> PyResult<Placement> {
+    let vector = |key| Ok::<_, PyErr>(settings.read(key, vector)?.unwrap_or_default());
     Ok(Placement {
-        rotate: settings.vector("rotate")?.unwrap_or_default(),
-        translate: settings.vector("translate")?.unwrap_or_default(),
-        velocity: settings.vector("velocity")?.unwrap_or_default(),
-        spin: settings.vector("spin")?.unwrap_or_default(),
+        rotate: vector("rotate")?,
+        translate: vector("translate")?,
+        velocity: vector("velocity")?,
+        spin: vector("spin")?,
     })
 }
 
@@ -128,29 +115,24 @@ pub(super) fn read_volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
         .cast::<PyDict>()
         .map_err(|_| wrong_type(value, "volume", "a string (\"off\" for none) or a dict"))?;
     let settings = Settings::of_dict(dict, "volume", &["measure", "scope", "field", "max_correction"])?;
-    let mut options = VolumeOptions::default();
-    if let Some(measure) = settings.get("measure")? {
-        options.measure = argument::choice(&measure, "volume measure", &Preservation::NAMED)?;
-    }
-    if let Some(scope) = settings.get("scope")? {
-        options.scope = argument::choice(&scope, "volume scope", &VolumeScope::NAMED)?;
-    }
-    if let Some(field) = settings.get("field")? {
-        options.field = argument::choice(&field, "volume field", &FieldKind::NAMED)?;
-    }
-    if let Some(cap) = settings.number("max_correction")? {
-        options.max_correction = cap;
-    }
-    Ok(options)
+    let default = VolumeOptions::default();
+    let measure =
+        settings.read("measure", |v, _| argument::choice(v, "volume measure", &Preservation::NAMED))?;
+    let scope = settings.read("scope", |v, _| argument::choice(v, "volume scope", &VolumeScope::NAMED))?;
+    let field = settings.read("field", |v, _| argument::choice(v, "volume field", &FieldKind::NAMED))?;
+    Ok(VolumeOptions {
+        measure: measure.unwrap_or(default.measure),
+        scope: scope.unwrap_or(default.scope),
+        field: field.unwrap_or(default.field),
+        max_correction: settings.number("max_correction")?.unwrap_or(default.max_correction),
+    })
 }
 
 /// Volume options as the dict that makes them.
 pub(crate) fn volume_settings<'py>(py: Python<'py>, options: &VolumeOptions) -> PyResult<Bound<'py, PyDict>> {
     let VolumeOptions { measure, scope, field, max_correction } = *options;
-    let settings = PyDict::new(py);
-    settings.set_item("measure", measure.name())?;
-    settings.set_item("scope", scope.name())?;
-    settings.set_item("field", field.name())?;
+    let words = [("measure", measure.name()), ("scope", scope.name()), ("field", field.name())];
+    let settings = words.into_py_dict(py)?;
     settings.set_item("max_correction", max_correction)?;
     Ok(settings)
 }

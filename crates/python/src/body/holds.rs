@@ -6,8 +6,11 @@ use pyo3::types::PyDict;
 use supple::{Handle, Pin};
 
 use super::Body;
-use crate::settings::Settings;
-use crate::{arrays, error, keys, selection};
+use crate::argument::Settings;
+use crate::{arrays, constraint, error};
+
+/// The arguments of handle; those of pin but for the first.
+const ARGUMENTS: [&str; 7] = ["keys", "box", "sphere", "plane", "vertices", "from_", "until"];
 
 #[pymethods]
 impl Body {
@@ -26,10 +29,9 @@ impl Body {
         text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, from_=0.0, until=None)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let known = ["box", "sphere", "plane", "vertices", "from_", "until"];
-        let settings = Settings::of_call(options, "pin()", &known, &selection::OPTIONAL)?;
-        let selection = selection::read(&settings, "pin()", slf.get().count(slf.py())?)?;
-        let pin = Pin { selection, window: selection::read_window(&settings)? };
+        let settings = Settings::of_call(options, "pin()", &ARGUMENTS[1..], &constraint::OPTIONAL)?;
+        let selection = constraint::selection(&settings, "pin()", slf.get().count(slf.py())?)?;
+        let pin = Pin { selection, window: constraint::window(&settings)? };
         Hold::add(slf, |body| body.pin(&pin))
     }
 
@@ -45,12 +47,11 @@ impl Body {
         text_signature = "($self, *, keys, box=None, sphere=None, plane=None, vertices=None, from_=0.0, until=None)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let known = ["keys", "box", "sphere", "plane", "vertices", "from_", "until"];
-        let settings = Settings::of_call(options, "handle()", &known, &selection::OPTIONAL)?;
-        let selection = selection::read(&settings, "handle()", slf.get().count(slf.py())?)?;
+        let settings = Settings::of_call(options, "handle()", &ARGUMENTS, &constraint::OPTIONAL)?;
+        let selection = constraint::selection(&settings, "handle()", slf.get().count(slf.py())?)?;
         let keys = settings.get("keys")?.ok_or_else(|| PyTypeError::new_err("handle() needs keys="))?;
-        let window = selection::read_window(&settings)?;
-        let handle = Handle { selection, keys: keys::read(&keys)?, window };
+        let window = constraint::window(&settings)?;
+        let handle = Handle { selection, keys: constraint::keys(&keys)?, window };
         Hold::add(slf, |body| body.handle(&handle))
     }
 
@@ -70,8 +71,8 @@ impl Body {
         force: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let settings = Settings::of_call(options, "apply_force()", &selection::SHAPES, &selection::SHAPES)?;
-        let selection = selection::read(&settings, "apply_force()", self.count(py)?)?;
+        let settings = Settings::of_call(options, "apply_force()", &constraint::SHAPES, &constraint::SHAPES)?;
+        let selection = constraint::selection(&settings, "apply_force()", self.count(py)?)?;
         let force = arrays::vector(force, "force")?;
         self.with(py, |body| body.apply_force(force, &selection))?.map_err(error::of)
     }
@@ -111,7 +112,7 @@ impl Hold {
     ///
     /// keys : list of (time, translate, rotate), as for Body.handle
     fn set_keys(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<()> {
-        let keys = keys::read(keys)?;
+        let keys = constraint::keys(keys)?;
         self.body.get().with(py, |body| body.set_keys(self.index, &keys))?.map_err(error::value)
     }
 

@@ -6,8 +6,6 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyWeakrefMethods, PyWeakrefReference};
 
-use supple::BodyRef;
-
 use super::Body;
 use crate::forked::{Forked, Owner};
 
@@ -81,6 +79,12 @@ impl World {
     }
 }
 
+/// Where a body lives, locked.
+enum Place<'a> {
+    Alone(&'a mut supple::Body),
+    In(&'a mut supple::Simulation, usize),
+}
+
 impl Body {
     /// Lets `work` have the body, without the GIL.
     pub(crate) fn with<R: Send>(
@@ -88,17 +92,10 @@ impl Body {
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Body) -> R + Send,
     ) -> PyResult<R> {
-        let done = py.detach(|| {
-            let mut home = self.home()?;
-            let (world, index) = match &mut *home {
-                Home::Alone(body) => return Ok(work(body)),
-                Home::In(world, index) => (world.clone(), *index),
-                Home::Moving => unreachable!("a body moves under its lock"),
-            };
-            drop(home);
-            world.lock().map(|mut simulation| work(simulation.body_mut(index)))
-        });
-        Ok(done?)
+        self.visit(py, |place| match place {
+            Place::Alone(body) => work(body),
+            Place::In(simulation, index) => work(simulation.body_mut(index)),
+        })
     }
 
     /// Lets `work` have the body as it is shown, without the GIL.
@@ -107,19 +104,27 @@ impl Body {
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Displayed<'_>) -> R + Send,
     ) -> PyResult<R> {
-        let evaluate = |body: BodyRef<'_>| {
+        self.visit(py, |place| {
+            let body = match place {
+                Place::Alone(body) => body.alone(),
+                Place::In(simulation, index) => simulation.body(index),
+            };
             let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
             work(&mut display.evaluate(body))
-        };
+        })
+    }
+
+    /// Lets `work` go to where the body lives, under its lock and without the GIL.
+    fn visit<R: Send>(&self, py: Python<'_>, work: impl FnOnce(Place<'_>) -> R + Send) -> PyResult<R> {
         let done = py.detach(|| {
-            let home = self.home()?;
-            let (world, index) = match &*home {
-                Home::Alone(body) => return Ok(evaluate(body.alone())),
+            let mut home = self.home()?;
+            let (world, index) = match &mut *home {
+                Home::Alone(body) => return Ok(work(Place::Alone(body))),
                 Home::In(world, index) => (world.clone(), *index),
                 Home::Moving => unreachable!("a body moves under its lock"),
             };
             drop(home);
-            world.lock().map(|simulation| evaluate(simulation.body(index)))
+            world.lock().map(|mut simulation| work(Place::In(&mut simulation, index)))
         });
         Ok(done?)
     }

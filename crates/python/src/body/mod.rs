@@ -3,26 +3,25 @@
 mod build;
 mod holds;
 mod home;
-mod look;
-mod material;
-mod pickle;
-mod state;
+mod values;
 
 pub(crate) use build::{body_keys, volume_settings};
 pub(crate) use holds::Hold;
 pub(crate) use home::{Home, World};
-pub(crate) use pickle::{Recipe, decode, encode};
 
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
+use supple::BodySnapshot;
 
+use crate::argument::Settings;
+use crate::error;
 use crate::forked::Owner;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
-use crate::settings::Settings;
 
 /// A soft body: a lattice, what it is made of, and the mesh that is shown.
 ///
@@ -72,20 +71,27 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// A body that a scene has put into a simulation.
-    pub(crate) fn of_scene(shape: Py<PyAny>, settings: Py<PyDict>, world: Arc<World>, index: usize) -> Self {
-        let home = Mutex::new(Home::In(world, index));
+    /// A body that lives here, and how it was made.
+    pub(crate) fn of(home: Home, (shape, settings): Recipe<'_>) -> Self {
         Self {
-            home,
+            home: Mutex::new(home),
             display: Mutex::default(),
             owner: Owner::new(),
-            shape,
-            settings,
+            shape: shape.unbind(),
+            settings: settings.unbind(),
             mesh: PyOnceLock::new(),
             lattice: PyOnceLock::new(),
         }
     }
+
+    /// How the body was made.
+    pub(crate) fn recipe<'py>(&self, py: Python<'py>) -> Recipe<'py> {
+        (self.shape.bind(py).clone(), self.settings.bind(py).clone())
+    }
 }
+
+/// How a body is made anew: its shape and its keyword arguments.
+pub(crate) type Recipe<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
 #[pymethods]
 impl Body {
@@ -108,15 +114,7 @@ impl Body {
         if settings.contains("object")? {
             settings.del_item("object")?;
         }
-        Ok(Self {
-            home: Mutex::new(Home::Alone(Box::new(body))),
-            display: Mutex::default(),
-            owner: Owner::new(),
-            shape: shape.unbind(),
-            settings: settings.unbind(),
-            mesh: PyOnceLock::new(),
-            lattice: PyOnceLock::new(),
-        })
+        Ok(Self::of(Home::Alone(Box::new(body)), (shape, settings)))
     }
 
     /// The name, as in reports and file names.
@@ -174,4 +172,51 @@ impl Body {
             )
         })
     }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let class = py.get_type::<Self>();
+        // A body of a living simulation goes where that goes, as one of its bodies.
+        if let Some((world, index)) = slf.get().world(py)?
+            && let Some(simulation) = world.python(py)
+        {
+            return (class.getattr("_of")?, (simulation, index)).into_pyobject(py);
+        }
+        let snapshot = slf.get().read(py, supple::Body::snapshot)?;
+        let state = PyBytes::new(py, &encode(&snapshot)?);
+        let (shape, settings) = slf.get().recipe(py);
+        (class.getattr("_restore")?, (shape, settings, state)).into_pyobject(py)
+    }
+
+    /// The body of a simulation that has this index.
+    #[staticmethod]
+    fn _of<'py>(simulation: &Bound<'py, PyAny>, index: usize) -> PyResult<Bound<'py, PyAny>> {
+        simulation.getattr("bodies")?.get_item(index)
+    }
+
+    /// A body made anew, in the state that another was in.
+    #[staticmethod]
+    fn _restore(
+        py: Python<'_>,
+        shape: &Bound<'_, PyAny>,
+        settings: &Bound<'_, PyDict>,
+        state: &[u8],
+    ) -> PyResult<Self> {
+        let snapshot: BodySnapshot = decode(state)?;
+        let body = Self::new(shape, Some(settings))?;
+        body.with(py, |body| body.restore(&snapshot))?.map_err(error::of)?;
+        Ok(body)
+    }
+}
+
+/// The bytes of a state.
+pub(crate) fn encode(state: &impl serde::Serialize) -> PyResult<Vec<u8>> {
+    postcard::to_stdvec(state).map_err(error::value)
+}
+
+/// The state of bytes that `encode` made.
+pub(crate) fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> PyResult<T> {
+    postcard::from_bytes(bytes).map_err(|error| {
+        PyValueError::new_err(format!("the pickle is not of this version of supple: {error}"))
+    })
 }

@@ -12,7 +12,6 @@ use super::Simulation;
 use crate::argument::wrong_type;
 use crate::body::{Body, Home, World};
 use crate::error;
-use crate::forked::Forked;
 
 /// The simulation of `bodies`, all of which move in, or none.
 pub(super) fn simulation(
@@ -32,43 +31,30 @@ pub(super) fn simulation(
         return Err(PyValueError::new_err(message));
     }
     let shared: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
-    let moved = py.detach(|| move_in(&shared, builder, threads));
-    let world = moved.map_err(|refusal| match refusal {
-        Refusal::Error(error) => error::of(error),
-        Refusal::Taken(index) => PyValueError::new_err(format!(
-            "bodies[{index}] already belongs to a simulation; build another Body for this one"
-        )),
-        Refusal::Forked(forked) => forked.into(),
-    })?;
+    let world = py.detach(|| move_in(&shared, builder, threads))?;
     let bodies = bodies.iter().map(|body| body.clone().unbind()).collect();
     Ok(Simulation::of(world, bodies, colliders))
 }
 
-/// Why bodies stay where they are.
-enum Refusal {
-    Taken(usize),
-    Forked(Forked),
-    Error(supple::Error),
-}
-
 /// Takes the bodies out of their homes, all or none, into a world.
-fn move_in(bodies: &[&Body], builder: SimulationBuilder, threads: usize) -> Result<Arc<World>, Refusal> {
+fn move_in(bodies: &[&Body], mut builder: SimulationBuilder, threads: usize) -> PyResult<Arc<World>> {
     // In the order of their addresses, so that two threads that want the same bodies do not wait for each other.
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
     let home = |&index: &usize| bodies[index].home().map(|home| (index, home));
-    let mut homes = order.iter().map(home).collect::<Result<Vec<_>, _>>().map_err(Refusal::Forked)?;
+    let mut homes = order.iter().map(home).collect::<Result<Vec<_>, _>>()?;
     homes.sort_by_key(|(index, _)| *index);
     if let Some((taken, _)) = homes.iter().find(|(_, home)| !matches!(**home, Home::Alone(_))) {
-        return Err(Refusal::Taken(*taken));
+        return Err(PyValueError::new_err(format!(
+            "bodies[{taken}] already belongs to a simulation; build another Body for this one"
+        )));
     }
-    let mut builder = builder;
     for (_, home) in &mut homes {
         if let Home::Alone(body) = mem::replace(&mut **home, Home::Moving) {
             builder = builder.body(*body);
         }
     }
-    let simulation = builder.build().map_err(Refusal::Error)?;
+    let simulation = builder.build().map_err(error::of)?;
     let world = Arc::new(World::new(Arc::new(Mutex::new(simulation)), threads));
     for (index, home) in &mut homes {
         **home = Home::In(world.clone(), *index);

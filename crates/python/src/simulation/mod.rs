@@ -1,20 +1,21 @@
 //! `supple.Simulation`: bodies and time.
 
 mod build;
-mod pickle;
-mod step;
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyList, PyTuple, PyType};
+use supple::SimulationState;
 
-use crate::argument;
-use crate::arrays;
-use crate::body::{Body, World};
-use crate::settings::Settings;
-use crate::{collider, error};
+use crate::argument::{self, Settings};
+use crate::body::{Body, Recipe, World, decode, encode};
+use crate::{arrays, collider, error};
+
+/// How long steps go on before signals get their chance.
+const CHUNK: Duration = Duration::from_millis(10);
 
 /// Bodies that move through time, each by itself, among colliders.
 ///
@@ -63,13 +64,11 @@ impl Simulation {
         if let Some(dt) = settings.number("dt")? {
             builder = builder.dt(dt);
         }
-        if let Some(gravity) = settings.vector("gravity")? {
+        if let Some(gravity) = settings.read("gravity", arrays::vector)? {
             builder = builder.gravity(gravity);
         }
-        let colliders = match settings.get("colliders")? {
-            Some(colliders) => collider::tuple(&colliders)?,
-            None => PyTuple::empty(bodies.py()),
-        };
+        let colliders = settings.read("colliders", |colliders, _| collider::tuple(colliders))?;
+        let colliders = colliders.unwrap_or_else(|| PyTuple::empty(bodies.py()));
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
         let threads = settings.count("threads", 0)?.unwrap_or(0);
         builder = builder.threads(threads);
@@ -121,8 +120,7 @@ impl Simulation {
     /// (3,) float64, length/s^2. Can be set.
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let gravity = self.world.with(py, |simulation| simulation.gravity())?;
-        Ok(arrays::of_numbers(py, gravity.to_vec()))
+        Ok(PyArray1::from_slice(py, &self.world.with(py, |simulation| simulation.gravity())?))
     }
 
     #[setter]
@@ -163,6 +161,25 @@ impl Simulation {
         self.world.with(py, |simulation| simulation.threads())
     }
 
+    /// n steps of length dt. Other Python threads run meanwhile; Ctrl-C ends it between two steps.
+    #[pyo3(signature = (n=None), text_signature = "($self, n=1)")]
+    fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let mut left = n.map_or(Ok(1), |n| argument::count(n, "n", 0))? as u64;
+        let mut chunk = 1;
+        while left > 0 {
+            let steps = left.min(chunk);
+            let took = self.world.with(py, |simulation| {
+                let start = Instant::now();
+                simulation.steps(steps);
+                start.elapsed()
+            })?;
+            left -= steps;
+            chunk = if took < CHUNK / 2 { chunk * 2 } else { chunk.div_ceil(2) };
+            py.check_signals()?;
+        }
+        Ok(())
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         self.world.with(py, |simulation| {
             let bodies = simulation.bodies();
@@ -176,6 +193,37 @@ impl Simulation {
                 counted(simulation.threads(), "thread", "threads"),
             )
         })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, this) = (slf.py(), slf.get());
+        let state = this.world.with(py, |simulation| simulation.state())?;
+        let state = PyBytes::new(py, &encode(&state)?);
+        let bodies = PyList::new(py, this.bodies.iter().map(|body| body.get().recipe(py)))?;
+        let settings = PyDict::new(py);
+        settings.set_item("dt", this.dt(py)?)?;
+        settings.set_item("colliders", this.colliders(py))?;
+        settings.set_item("threads", this.world.threads())?;
+        settings.set_item("substeps", this.substeps(py)?)?;
+        (py.get_type::<Self>().getattr("_restore")?, (bodies, settings, state)).into_pyobject(py)
+    }
+
+    /// A simulation made anew, in the state that another was in.
+    #[classmethod]
+    fn _restore<'py>(
+        class: &Bound<'py, PyType>,
+        bodies: Vec<Recipe<'py>>,
+        settings: &Bound<'py, PyDict>,
+        state: &[u8],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = class.py();
+        let state: SimulationState = decode(state)?;
+        let body = |(shape, settings): &Recipe<'py>| py.get_type::<Body>().call((shape,), Some(settings));
+        let bodies: Vec<_> = bodies.iter().map(body).collect::<PyResult<_>>()?;
+        let simulation = class.call((bodies,), Some(settings))?;
+        let world = &simulation.cast::<Self>()?.get().world;
+        world.with(py, |simulation| simulation.restore(&state))?.map_err(error::of)?;
+        Ok(simulation)
     }
 }
 

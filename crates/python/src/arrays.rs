@@ -1,7 +1,10 @@
-//! Arrays in: lists, tuples, arrays of any number type, strided or read-only.
+//! Numpy arrays: anything array-like in (lists, tuples, arrays of any number type, strided or read-only), checked by
+//! name; fresh `float64` out, read-only where it is constant, or into the caller's `out`.
 
-use numpy::{PyArrayDescrMethods, get_array_module};
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use nalgebra::{Matrix3, Point3};
+use numpy::ndarray::{Array2, Array3};
+use numpy::{Element, IntoPyArray, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, get_array_module};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
@@ -71,34 +74,25 @@ pub(crate) fn truths<'py>(
 ) -> PyResult<PyReadonlyArrayDyn<'py, bool>> {
     let array = array(value, name, shape, "booleans", b"bfiu")?;
     if array.dtype().kind() == b'f' {
-        let numbers = contiguous::<f64>(array.clone(), "float64")?;
-        check_finite(numbers.as_slice()?, numbers.shape(), name)?;
+        check_finite(&contiguous(array.clone(), "float64")?, name)?;
     }
     contiguous(array, "bool")
 }
 
 /// Finite `(n, 3)`; `n` as expected or any.
 pub(crate) fn vectors(value: &Bound<'_, PyAny>, name: &str, rows: Side) -> PyResult<Vec<[f64; 3]>> {
-    let array = floats(value, name, &[rows, Side::Is(3)])?;
-    let numbers = array.as_slice()?;
-    check_finite(numbers, array.shape(), name)?;
-    Ok(numbers.as_chunks().0.to_vec())
+    Ok(finite(value, name, &[rows, Side::Is(3)])?.as_slice()?.as_chunks().0.to_vec())
 }
 
 /// Finite `(3,)`.
 pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
-    let array = floats(value, name, &[Side::Is(3)])?;
-    let numbers = array.as_slice()?;
-    check_finite(numbers, array.shape(), name)?;
-    Ok([numbers[0], numbers[1], numbers[2]])
+    Ok(finite(value, name, &[Side::Is(3)])?.as_slice()?.as_chunks().0[0])
 }
 
 /// Finite `(n, 3, 3)`, row by row.
 pub(crate) fn matrices(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<[f64; 9]>> {
-    let array = floats(value, name, &[Side::Any("n"), Side::Is(3), Side::Is(3)])?;
-    let numbers = array.as_slice()?;
-    check_finite(numbers, array.shape(), name)?;
-    Ok(numbers.as_chunks().0.to_vec())
+    let array = finite(value, name, &[Side::Any("n"), Side::Is(3), Side::Is(3)])?;
+    Ok(array.as_slice()?.as_chunks().0.to_vec())
 }
 
 /// Finite `(3, 3)`, row by row; `None` for an array with another number of axes.
@@ -106,22 +100,35 @@ pub(crate) fn matrix(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<[f
     if value.getattr("ndim").and_then(|axes| axes.extract::<usize>()).ok() != Some(2) {
         return Ok(None);
     }
-    let array = floats(value, name, &[Side::Is(3), Side::Is(3)])?;
-    let numbers = array.as_slice()?;
-    check_finite(numbers, array.shape(), name)?;
-    Ok(numbers.first_chunk().copied())
+    Ok(finite(value, name, &[Side::Is(3), Side::Is(3)])?.as_slice()?.first_chunk().copied())
+}
+
+/// As [`floats`], all of them finite.
+fn finite<'py>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+    shape: &[Side],
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let array = floats(value, name, shape)?;
+    check_finite(&array, name)?;
+    Ok(array)
 }
 
 /// Refuses NaN and infinity, and tells where.
-fn check_finite(numbers: &[f64], shape: &[usize], name: &str) -> PyResult<()> {
+fn check_finite(array: &PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<()> {
+    let numbers = array.as_slice()?;
     let Some(mut at) = numbers.iter().position(|x| !x.is_finite()) else { return Ok(()) };
     let value = numbers[at];
-    let mut index = vec![0; shape.len()];
-    for (place, side) in index.iter_mut().zip(shape).rev() {
+    let mut index = vec![0; array.ndim()];
+    for (place, side) in index.iter_mut().zip(array.shape()).rev() {
         (*place, at) = (at % side, at / side);
     }
-    let index: Vec<String> = index.iter().map(usize::to_string).collect();
-    Err(PyValueError::new_err(format!("{name}[{}] = {value} is not finite", index.join(", "))))
+    Err(PyValueError::new_err(format!("{name}[{}] = {value} is not finite", joined(&index))))
+}
+
+/// "1, 2, 3".
+fn joined(numbers: &[usize]) -> String {
+    numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// `numpy.asarray`, with its shape and the kind of its dtype checked.
@@ -153,13 +160,10 @@ fn array<'py>(
     }
     if array.ndim() != shape.len() || !array.shape().iter().zip(shape).all(|(&found, side)| side.fits(found))
     {
-        let found: Vec<String> = array.shape().iter().map(usize::to_string).collect();
-        let comma = if found.len() == 1 { "," } else { "" };
-        return Err(PyValueError::new_err(format!(
-            "{name} has the shape ({}{comma}); it must be {}",
-            found.join(", "),
-            expected(shape)
-        )));
+        let (found, comma) = (joined(array.shape()), if array.ndim() == 1 { "," } else { "" });
+        let expected = expected(shape);
+        let message = format!("{name} has the shape ({found}{comma}); it must be {expected}");
+        return Err(PyValueError::new_err(message));
     }
     Ok(array)
 }
@@ -189,4 +193,66 @@ fn expected(shape: &[Side]) -> String {
     };
     let (least, greatest) = (one(|least, _| least), one(|_, greatest| greatest));
     if least == greatest { least } else { format!("{least} or {greatest}") }
+}
+
+/// A fresh `(n, 3)`.
+pub(crate) fn of_vectors<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Bound<'_, PyArray2<T>> {
+    let rows = Array2::from_shape_vec((vectors.len(), 3), vectors.into_flattened());
+    rows.expect("three numbers a row").into_pyarray(py)
+}
+
+/// A read-only `(n, 3)`.
+pub(crate) fn constant<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Py<PyArray2<T>> {
+    let array = of_vectors(py, vectors);
+    array.readwrite().make_nonwriteable();
+    array.unbind()
+}
+
+/// A fresh `(n, 3)`.
+pub(crate) fn of_points<'py>(py: Python<'py>, points: Vec<Point3<f64>>) -> Bound<'py, PyArray2<f64>> {
+    of_vectors(py, points.into_iter().map(Into::into).collect())
+}
+
+/// A fresh `(n, 3, 3)`.
+pub(crate) fn of_matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> Bound<'py, PyArray3<f64>> {
+    let n = matrices.len();
+    // nalgebra stores columns; a numpy array has rows.
+    let numbers: Vec<f64> = matrices.iter().flat_map(|m| m.transpose().data.0).flatten().collect();
+    Array3::from_shape_vec((n, 3, 3), numbers).expect("nine numbers a matrix").into_pyarray(py)
+}
+
+/// The caller's own array; refuses one of another shape than `(rows, 3)`, or a read-only one.
+pub(crate) fn check_out<'a, 'py>(
+    out: &'a Bound<'py, PyAny>,
+    rows: usize,
+) -> PyResult<&'a Bound<'py, PyUntypedArray>> {
+    let array = out.cast::<PyUntypedArray>().map_err(|_| wrong_type(out, "out", "a numpy array"))?;
+    if array.shape() != [rows, 3] {
+        let shape = joined(array.shape());
+        return Err(PyValueError::new_err(format!("out has the shape ({shape}); it must be ({rows}, 3)")));
+    }
+    if !array.getattr("flags")?.getattr("writeable")?.extract::<bool>()? {
+        return Err(PyValueError::new_err("out is read-only; pass an array that can be written to"));
+    }
+    Ok(array)
+}
+
+/// Lets `fill` write to the rows of `array`, directly where they lie one after another.
+pub(crate) fn fill<'py, T: Element + Copy>(
+    array: &Bound<'py, PyArray2<T>>,
+    zero: T,
+    fill: impl FnOnce(&mut [[T; 3]]) -> PyResult<()>,
+) -> PyResult<()> {
+    let mut guard = array.try_readwrite()?;
+    // A slice is had of columns one after another, too: those are not rows.
+    if array.is_c_contiguous()
+        && let Ok(numbers) = guard.as_slice_mut()
+    {
+        return fill(numbers.as_chunks_mut().0);
+    }
+    drop(guard);
+    let mut rows = vec![[zero; 3]; array.shape()[0]];
+    fill(&mut rows)?;
+    get_array_module(array.py())?.call_method1("copyto", (array, of_vectors(array.py(), rows)))?;
+    Ok(())
 }

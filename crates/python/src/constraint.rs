@@ -1,0 +1,130 @@
+//! Pins and handles as they are described: exactly one of `box=`, `sphere=`, `plane=`, `vertices=`; from when until when;
+//! and the keys of a motion, `[(time, translate, rotate), ...]` or dicts with these names.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use supple::{Key, Selection, Window};
+
+use crate::argument::{Settings, number, wrong_type};
+use crate::arrays::{self, Side, vector};
+
+/// The names of the shapes, as keyword arguments.
+pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
+
+/// What of the arguments of a pin or a handle may be `None`.
+pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "until"];
+
+/// The one selection among the arguments of `function`, for a lattice of `count` vertices.
+pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
+    let given = |shape| Ok(settings.get(shape)?.map(|value| (shape, value)));
+    let given: Vec<_> =
+        SHAPES.into_iter().filter_map(|shape| given(shape).transpose()).collect::<PyResult<_>>()?;
+    match &given[..] {
+        [(shape, value)] => read_shape(shape, value, count),
+        [] => Err(PyTypeError::new_err(format!("{function} needs one of box=, sphere=, plane=, vertices="))),
+        [(one, _), (other, _), ..] => Err(PyTypeError::new_err(format!(
+            "{function} takes one of box=, sphere=, plane=, vertices=; {one} and {other} were given"
+        ))),
+    }
+}
+
+/// `from_` and `until`, in seconds.
+pub(crate) fn window(settings: &Settings<'_>) -> PyResult<Window> {
+    let default = Window::default();
+    let from = settings.number("from_")?.unwrap_or(default.from);
+    let until = settings.number("until")?.unwrap_or(default.until);
+    Ok(Window { from, until })
+}
+
+fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Selection> {
+    Ok(match shape {
+        "box" => {
+            let [min, max] = pair(value, shape, ["min", "max"])?;
+            Selection::Box { min: vector(&min, "box min")?, max: vector(&max, "box max")? }
+        }
+        "sphere" => {
+            let [center, radius] = pair(value, shape, ["center", "radius"])?;
+            let center = vector(&center, "sphere center")?;
+            Selection::Sphere { center, radius: number(&radius, "sphere radius")? }
+        }
+        "plane" => {
+            let [point, normal] = pair(value, shape, ["point", "normal"])?;
+            let point = vector(&point, "plane point")?;
+            Selection::Plane { point, normal: vector(&normal, "plane normal")? }
+        }
+        _ => Selection::Vertices(vertices(value, count)?),
+    })
+}
+
+/// The two parts of a shape: a pair, or a dict with their names.
+fn pair<'py>(value: &Bound<'py, PyAny>, shape: &str, names: [&str; 2]) -> PyResult<[Bound<'py, PyAny>; 2]> {
+    let expected = format!("a pair ({}, {})", names[0], names[1]);
+    if let Ok(dict) = value.cast::<PyDict>() {
+        let settings = Settings::of_dict(dict, shape, &names)?;
+        let missing = |name| PyValueError::new_err(format!("{shape} has no {name}"));
+        let part = |name| settings.get(name)?.ok_or_else(|| missing(name));
+        return Ok([part(names[0])?, part(names[1])?]);
+    }
+    if value.is_instance_of::<PyString>() {
+        return Err(wrong_type(value, shape, &expected));
+    }
+    let parts = value.try_iter().map_err(|_| wrong_type(value, shape, &expected))?;
+    <[_; 2]>::try_from(parts.collect::<PyResult<Vec<_>>>()?).map_err(|parts| {
+        PyValueError::new_err(format!("{shape} has {} parts; it must be {expected}", parts.len()))
+    })
+}
+
+/// Lattice vertices by index, or a mask of all of them.
+fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
+    if arrays::is_mask(value) {
+        let mask = arrays::truths(value, "vertices", &[Side::Is(count)])?;
+        let chosen = mask.as_slice()?.iter().enumerate().filter(|(_, chosen)| **chosen);
+        return Ok(chosen.map(|(vertex, _)| vertex as u32).collect());
+    }
+    let list = arrays::integers(value, "vertices", &[Side::Any("k")])?;
+    let within = |&vertex: &i64| match u32::try_from(vertex) {
+        Ok(inside) if (inside as usize) < count => Ok(inside),
+        _ => Err(PyValueError::new_err(format!(
+            "vertices: {vertex} is out of range: the lattice has {count} vertices, 0 to {}",
+            count - 1
+        ))),
+    };
+    list.as_slice()?.iter().map(within).collect()
+}
+
+/// Keys in the order given.
+pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
+    let wrong = || wrong_type(keys, "keys", "a list of (time, translate, rotate)");
+    if keys.is_instance_of::<PyString>() || keys.is_instance_of::<PyDict>() {
+        return Err(wrong());
+    }
+    let keys = keys.try_iter().map_err(|_| wrong())?.enumerate();
+    keys.map(|(index, key)| read_key(&key?, &format!("keys[{index}]"))).collect()
+}
+
+fn read_key(key: &Bound<'_, PyAny>, name: &str) -> PyResult<Key> {
+    if let Ok(dict) = key.cast::<PyDict>() {
+        let settings = Settings::of_dict(dict, name, &["time", "translate", "rotate"])?;
+        let missing = || PyValueError::new_err(format!("{name} has no time"));
+        let time = settings.number("time")?.ok_or_else(missing)?;
+        let translate = settings.read("translate", vector)?.unwrap_or_default();
+        let rotate = settings.read("rotate", vector)?.unwrap_or_default();
+        return Ok(Key { time, translate, rotate });
+    }
+    let parts: Vec<Bound<'_, PyAny>> = match key.is_instance_of::<PyString>() {
+        true => None,
+        false => key.try_iter().ok().and_then(|parts| parts.collect::<PyResult<_>>().ok()),
+    }
+    .ok_or_else(|| wrong_type(key, name, "(time, translate, rotate)"))?;
+    let part = |at: usize, what: &str| match parts.get(at) {
+        Some(value) if !value.is_none() => vector(value, &format!("{name}.{what}")),
+        _ => Ok([0.0; 3]),
+    };
+    if parts.is_empty() || parts.len() > 3 {
+        let message = format!("{name} has {} parts; it must be (time, translate, rotate)", parts.len());
+        return Err(PyValueError::new_err(message));
+    }
+    let time = number(&parts[0], &format!("{name}.time"))?;
+    Ok(Key { time, translate: part(1, "translate")?, rotate: part(2, "rotate")? })
+}

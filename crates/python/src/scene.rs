@@ -1,0 +1,221 @@
+//! Scenes: loaded as a live simulation, or run to frames on disk.
+
+use std::sync::{Arc, Mutex};
+
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyDict, PyTuple};
+use supple::{Damping, Placement, RegionSize, Resolution, Stiffness};
+use supple_io::frames::Format;
+use supple_io::run::{
+    BodyReport, Flow, Input, Job, Observer, Outcome, Progress, RunError, RunReport, prepare,
+};
+use supple_io::scene::{BodyData, Scene, SceneError, Up};
+
+use crate::argument::{self, Settings};
+use crate::body::{Body, Home, World, volume_settings};
+use crate::error::{self, Exception};
+use crate::mesh::Mesh;
+use crate::simulation::Simulation;
+use crate::{collider, report};
+
+/// The simulation of a scene file, at time zero; `overrides` are `KEY=VALUE`.
+#[pyfunction]
+pub(crate) fn load_scene<'py>(
+    py: Python<'py>,
+    path: &Bound<'py, PyAny>,
+    overrides: Vec<String>,
+) -> PyResult<Bound<'py, Simulation>> {
+    let scene = open(path, &overrides)?;
+    let prepared = py.detach(|| prepare(&scene)).map_err(of_run)?;
+    live(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))
+}
+
+/// The Python object of the simulation of a scene.
+fn live<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    inputs: &[Input],
+    simulation: Arc<Mutex<supple::Simulation>>,
+) -> PyResult<Bound<'py, Simulation>> {
+    let world = Arc::new(World::new(simulation, scene.simulation.threads));
+    let bodies = scene.bodies.iter().zip(inputs).enumerate().map(|(index, (data, input))| {
+        let shape = Bound::new(py, Mesh::from_core(input.part.mesh().clone()))?.into_any();
+        Py::new(py, Body::of(Home::In(world.clone(), index), (shape, settings(py, data)?)))
+    });
+    let bodies = bodies.collect::<PyResult<_>>()?;
+    let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));
+    let colliders = PyTuple::new(py, colliders.collect::<PyResult<Vec<_>>>()?)?;
+    let simulation = Bound::new(py, Simulation::of(world, bodies, &colliders))?;
+    simulation.get().introduce(&simulation)?;
+    Ok(simulation)
+}
+
+/// A body's keys as keyword arguments.
+fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict>> {
+    let settings = PyDict::new(py);
+    settings.set_item("name", &data.name)?;
+    settings.set_item("scale", data.scale)?;
+    let Placement { rotate, translate, velocity, spin } = data.placement;
+    let vectors = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];
+    settings.update(vectors.into_py_dict(py)?.as_mapping())?;
+    settings.set_item("join", data.join)?;
+    match data.resolution {
+        Resolution::Vertices(vertices) => settings.set_item("lattice_vertices", vertices)?,
+        Resolution::CellSize(cell_size) => settings.set_item("cell_size", cell_size)?,
+    }
+    match data.material.region_size {
+        RegionSize::Cells(cells) => settings.set_item("half_width", cells)?,
+        RegionSize::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
+    }
+    match data.material.stiffness {
+        Stiffness::PerStep(alpha) => settings.set_item("stiffness", alpha)?,
+        Stiffness::Frequency(hertz) => settings.set_item("frequency", hertz)?,
+    }
+    match data.material.damping {
+        Damping::PerStep(share) => settings.set_item("damping", share)?,
+        Damping::Rate(rate) => settings.set_item("damping_rate", rate)?,
+    }
+    settings.set_item("density", data.material.density)?;
+    settings.set_item("volume", volume_settings(py, &data.volume)?)?;
+    Ok(settings)
+}
+
+/// The keyword arguments of `supple.run`.
+const KEYS: [&str; 9] =
+    ["output", "format", "frames", "progress", "every", "start_frame", "stats", "resume", "threads"];
+
+/// Those that may be `None`: as the scene has it, or not asked for.
+const OPTIONAL: [&str; 6] = ["output", "format", "frames", "progress", "stats", "threads"];
+
+/// Runs a scene to frames on disk; `overrides` are `KEY=VALUE`.
+#[pyfunction]
+#[pyo3(
+    signature = (path, overrides, **options),
+    text_signature = "(path, overrides, *, output=None, format=None, frames=None, progress=None, every=1, start_frame=0, stats=None, resume=False, threads=None)"
+)]
+pub(crate) fn run<'py>(
+    py: Python<'py>,
+    path: &Bound<'py, PyAny>,
+    overrides: Vec<String>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let options = Settings::of_call(options, "run()", &KEYS, &OPTIONAL)?;
+    let mut scene = open(path, &overrides)?;
+    let formats = Format::ALL.map(|format| (format.name(), format));
+    let format = options.read("format", |format, key| argument::choice(format, key, &formats))?;
+    scene.output.format = format.unwrap_or(scene.output.format);
+    let simulation = &mut scene.simulation;
+    simulation.frames = options.count_u32("frames", 0)?.unwrap_or(simulation.frames);
+    simulation.threads = options.count("threads", 0)?.unwrap_or(simulation.threads);
+    let output = options.read("output", argument::path)?.unwrap_or_else(|| scene.output_folder());
+    let mut job = Job::new(scene, output);
+    job.every = options.count_u32("every", 1)?.unwrap_or(job.every);
+    job.start_frame = options.count_u32("start_frame", 0)?.unwrap_or(job.start_frame);
+    job.stats = options.read("stats", argument::path)?;
+    job.resume = options.read("resume", argument::boolean)?.unwrap_or(job.resume);
+    let callback = options.get("progress")?.map(Bound::unbind);
+    let mut onlooker = Onlooker { scene: &job.scene, callback, simulation: None, raised: None };
+    let report = py.detach(|| job.run(&mut onlooker));
+    if let Some(raised) = onlooker.raised {
+        return Err(raised);
+    }
+    of_report(py, &report.map_err(of_run)?)
+}
+
+/// Lets Ctrl-C through and calls back after each frame; what either raises stops the run.
+struct Onlooker<'a> {
+    scene: &'a Scene,
+    callback: Option<Py<PyAny>>,
+    /// What the callback may look at and change.
+    simulation: Option<Py<Simulation>>,
+    raised: Option<PyErr>,
+}
+
+impl Observer for Onlooker<'_> {
+    fn built(&mut self, simulation: &Arc<Mutex<supple::Simulation>>, inputs: &[Input]) {
+        if self.callback.is_some() {
+            let simulation = simulation.clone();
+            match Python::attach(|py| live(py, self.scene, inputs, simulation).map(Bound::unbind)) {
+                Ok(simulation) => self.simulation = Some(simulation),
+                Err(error) => self.raised = Some(error),
+            }
+        }
+    }
+
+    fn frame(&mut self, progress: &Progress) -> Flow {
+        if self.raised.is_some() {
+            return Flow::Stop;
+        }
+        let goes_on = Python::attach(|py| -> PyResult<bool> {
+            py.check_signals()?;
+            let Some(callback) = &self.callback else { return Ok(true) };
+            let Progress { frame, last, time, elapsed } = progress;
+            let fields = (*frame, *last, *time, elapsed.as_secs_f64(), &self.simulation);
+            let answer = callback.bind(py).call1((report::make(py, "Progress", fields)?,))?;
+            Ok(answer.extract::<bool>().unwrap_or(true))
+        });
+        let goes_on = goes_on.unwrap_or_else(|error| {
+            self.raised = Some(error);
+            false
+        });
+        if goes_on { Flow::Continue } else { Flow::Stop }
+    }
+}
+
+/// A `supple.reports.RunReport`.
+fn of_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny>> {
+    let body = |body: &BodyReport| {
+        let volume = report::of_volume(py, &body.volume)?;
+        report::make(py, "BodyReport", (&body.name, body.lattice_vertices, volume))
+    };
+    let bodies = run.bodies.iter().map(body).collect::<PyResult<Vec<_>>>()?;
+    let outcome = match run.outcome {
+        Outcome::Finished => "finished",
+        Outcome::Stopped => "stopped",
+        Outcome::AlreadyFinished => "already finished",
+    };
+    let bodies = PyTuple::new(py, bodies)?;
+    let elapsed = run.elapsed.as_secs_f64();
+    let RunReport { directory, resumed_after, last, simulated, written, substeps, .. } = run;
+    let values = (directory, outcome, resumed_after, last, simulated, written, substeps, elapsed, bodies);
+    report::make(py, "RunReport", values)
+}
+
+/// The scene of a file: TOML, or the scene that a model alone means.
+fn open(path: &Bound<'_, PyAny>, overrides: &[String]) -> PyResult<Scene> {
+    let py = path.py();
+    let path = argument::path(path, "path")?;
+    py.detach(|| {
+        // A file that is not there is told so, whatever its name ends in.
+        if let Err(missing) = std::fs::metadata(&path) {
+            return Err(SceneError::Read { path, source: missing });
+        }
+        Scene::open(&path, Up::default(), overrides)
+    })
+    .map_err(of_scene)
+}
+
+/// What is wrong with a scene.
+fn of_scene(error: SceneError) -> PyErr {
+    match error {
+        SceneError::Read { path, source } => error::of_file(&path, &source),
+        SceneError::Mesh(error) => error::of_obj(error),
+        error => Exception::Scene.with(error.to_string()),
+    }
+}
+
+/// What stopped a run, or kept it from starting.
+fn of_run(error: RunError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        RunError::Scene(error) => of_scene(error),
+        RunError::MeshFile { path, source, .. } => error::of_file(&path, &source),
+        RunError::Mesh(error) => error::of_obj(error),
+        RunError::Body { source: supple::Error::Mesh(_), .. } => Exception::Mesh.with(message),
+        RunError::Body { source: supple::Error::Lattice(_), .. } => Exception::Lattice.with(message),
+        error if error.is_input() && !matches!(error, RunError::NotAFolder { .. }) => {
+            Exception::Scene.with(message)
+        }
+        _ => Exception::Output.with(message),
+    }
+}
