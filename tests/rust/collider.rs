@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
-use supple::internals::{Colliders, euler_degrees};
+use supple::euler_degrees;
+use supple::internals::Colliders;
 use supple::{Collider, Key, Shape};
 
 fn distance(shape: &Shape, point: [f64; 3]) -> f64 {

@@ -4,7 +4,8 @@ use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
 use proptest::prelude::*;
 use supple::Collider;
-use supple::internals::{Colliders, Interval, euler_degrees};
+use supple::euler_degrees;
+use supple::internals::{Colliders, Interval};
 
 const DT: f64 = 1.0 / 60.0;
 const CELL: f64 = 0.3;

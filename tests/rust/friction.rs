@@ -2,7 +2,8 @@
 
 use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
-use supple::internals::{Colliders, euler_degrees};
+use supple::euler_degrees;
+use supple::internals::Colliders;
 use supple::{Collider, Key};
 
 const DT: f64 = 1.0 / 60.0;

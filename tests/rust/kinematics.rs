@@ -1,9 +1,8 @@
 //! Selections, motions along keys, pins and handles.
 
 use nalgebra::{Point3, Vector3};
-use supple::internals::{
-    BodyFrame, BodyState, Constraint, Constraints, Interval, Lanes, Motion, euler_degrees,
-};
+use supple::euler_degrees;
+use supple::internals::{BodyFrame, BodyState, Constraint, Constraints, Interval, Lanes, Motion};
 use supple::{ConstraintError, Key, MotionError, Selection, SelectionError, Window};
 
 const DT: f64 = 1.0 / 60.0;

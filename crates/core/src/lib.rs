@@ -116,7 +116,7 @@ pub use range::RangeError;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
 pub use simulation::{Simulation, SimulationBuilder, SimulationState};
 pub use skin::{VertexNormals, vertex_normals};
-pub use state::Placement;
+pub use state::{Placement, euler_degrees};
 pub use volume::{
     ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,
     VolumeScope, Volumes,
@@ -130,7 +130,7 @@ pub mod internals {
     pub use crate::dynamics::{Constraint, Constraints, Motion, Pose};
     pub use crate::lattice::{CellPoints, Embedding};
     pub use crate::simd::lanes::{Lanes, Row};
-    pub use crate::state::{BodyFrame, BodyState, Interval, euler_degrees, sin_cos_degrees};
+    pub use crate::state::{BodyFrame, BodyState, Interval, sin_cos_degrees};
     pub use crate::volume::{
         Correction, CorrectionWorkspace, HALF_PUSH, Push, Root, Surface, VolumeMeasures, smallest_root,
     };

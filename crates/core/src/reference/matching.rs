@@ -2,36 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Naive, Regions, region};
+use super::{Naive, Regions};
 use crate::lattice::Lattice;
-
-/// What each lattice vertex counts in the regions that hold it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Weights {
-    /// Mass m_i of each vertex, in masses of a full cell: its occupied cells / 8. Shape `(n,)`.
-    pub masses: Vec<f64>,
-    /// Number n_i of regions that hold each vertex, at least 1. Shape `(n,)`.
-    pub counts: Vec<usize>,
-}
-
-impl Weights {
-    /// m_i / n_i: what a vertex counts in one region.
-    pub fn of(&self, vertex: u32) -> f64 {
-        self.masses[vertex as usize] / self.counts[vertex as usize] as f64
-    }
-}
-
-/// The masses, and in how many regions each vertex is.
-pub fn weights(lattice: &Lattice, half_width: usize, regions: Regions) -> Weights {
-    let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
-    let mut counts = vec![0; lattice.len()];
-    for vertex in 0..lattice.len() as u32 {
-        for member in region(lattice, vertex, half_width, regions) {
-            counts[member as usize] += 1;
-        }
-    }
-    Weights { masses, counts }
-}
 
 /// The goal positions: for each vertex the mean, over the regions that hold it, of where their rigid motions put it
 /// (Rivers and James 2007). With the weights m_i / n_i, `sum m_i g_i = sum m_i x_i`.

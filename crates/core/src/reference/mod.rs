@@ -9,8 +9,8 @@ mod naive;
 mod regions;
 mod rotation;
 
-pub use matching::{Weights, damped_velocities, goals, rotations, weights};
+pub use matching::{damped_velocities, goals, rotations};
 pub use momenta::{Mass, Momenta};
 pub use naive::{Naive, RegionMotion};
-pub use regions::{Regions, region};
+pub use regions::{Regions, Weights, region, weights};
 pub use rotation::rotation;

@@ -71,3 +71,31 @@ fn cell_neighbours(lattice: &Lattice, vertex: u32) -> Vec<u32> {
     let around = (0..8).map(|k| [index[0] - (k & 1), index[1] - (k >> 1 & 1), index[2] - (k >> 2 & 1)]);
     around.filter_map(|cell| lattice.cell_at(cell)).flat_map(|cell| lattice.cell_corners(cell)).collect()
 }
+
+/// The weights of the lattice vertices in the regions that hold them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights {
+    /// Mass m_i of each vertex, in masses of a full cell: its occupied cells / 8. Shape `(n,)`.
+    pub masses: Vec<f64>,
+    /// Number n_i of regions that hold each vertex, at least 1. Shape `(n,)`.
+    pub counts: Vec<usize>,
+}
+
+impl Weights {
+    /// m_i / n_i: the weight of a vertex in one region.
+    pub fn of(&self, vertex: u32) -> f64 {
+        self.masses[vertex as usize] / self.counts[vertex as usize] as f64
+    }
+}
+
+/// The masses, and the number of regions that hold each vertex.
+pub fn weights(lattice: &Lattice, half_width: usize, regions: Regions) -> Weights {
+    let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
+    let mut counts = vec![0; lattice.len()];
+    for vertex in 0..lattice.len() as u32 {
+        for member in region(lattice, vertex, half_width, regions) {
+            counts[member as usize] += 1;
+        }
+    }
+    Weights { masses, counts }
+}

@@ -10,7 +10,7 @@ use super::substeps::{Placed, substeps};
 use crate::frames::Source;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, Scene, Substeps};
-use supple::internals::euler_degrees;
+use supple::euler_degrees;
 use supple::{Body, Placement, Simulation};
 
 /// A scene, ready to run: the simulation at time zero, and the files that its bodies were read from.
