@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use supple::{Body, Lattice, Simulation, When};
+use supple::{Body, Display, Lattice, Simulation, When};
 use supple_benches::Target::{self, AtLeast, AtMost};
 use supple_benches::bodies::{self, block, bust_lattice, in_motion};
 
@@ -47,9 +47,9 @@ fn large(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
         memory(bench, "memory in all", Some(AtMost(200.0)), || {
             let mut simulation = two(2);
             simulation.step();
-            simulation
+            (simulation, Display::new())
         });
-        memory(bench, "memory with the volume kept, after a look", None, || looked_at(&lattice));
+        memory(bench, "memory with the volume kept, after a display", None, || displayed(&lattice));
     }
     for (half_width, most) in [(8, 1.5), (16, 2.0)] {
         let pair = || [two(half_width), two(2)];
@@ -88,22 +88,28 @@ fn roofline(
     }
 }
 
-/// What a body takes in all, as allocated, beside what it says.
-fn memory(bench: &mut Bench, case: &str, target: Option<Target>, simulation: impl FnOnce() -> Simulation) {
-    let (simulation, bytes) = held_by(simulation);
+/// What a body and its display take in all, as allocated, beside what they say.
+fn memory(
+    bench: &mut Bench,
+    case: &str,
+    target: Option<Target>,
+    simulation: impl FnOnce() -> (Simulation, Display),
+) {
+    let ((simulation, display), bytes) = held_by(simulation);
     let lattice = simulation.body(0).lattice();
-    let told = simulation.plan().bodies[0].bytes();
+    let told = simulation.plan().bodies[0].bytes() + display.bytes();
     let [bytes, told] = [bytes, told].map(|bytes| bytes as f64 / lattice.len() as f64);
-    bench.row(case, (bytes, "bytes/vertex"), target, format!("the plan says {told:.0}"));
+    bench.row(case, (bytes, "bytes/vertex"), target, format!("the plan and the display say {told:.0}"));
 }
 
-/// As [`in_motion`], with the volume kept, after a step and a look.
-fn looked_at(lattice: &Lattice) -> Simulation {
+/// As [`in_motion`], with the volume kept, after a step and a display.
+fn displayed(lattice: &Lattice) -> (Simulation, Display) {
     let body = Body::from_lattice(lattice.clone()).build().expect("a block is a body");
     let mut simulation = Simulation::builder().body(body).build().expect("numbers in range");
     simulation.step();
-    drop(simulation.body(0).corrected_positions());
-    simulation
+    let mut display = Display::new();
+    drop(display.evaluate(simulation.body(0)).positions());
+    (simulation, display)
 }
 
 fn middle(bench: &mut Bench) {

@@ -2,7 +2,7 @@
 
 use crate::common::{block, lattice};
 use nalgebra::Point3;
-use supple::{Body, BodyRef, Collider, Display, Simulation, VolumeOptions};
+use supple::{Body, BodyRef, Collider, Display, RegionSize, Simulation, VolumeOptions};
 
 fn cube(edge: i32) -> Body {
     Body::from_lattice(lattice(&block([edge; 3]))).damping(0.2).build().unwrap()
@@ -61,6 +61,23 @@ fn a_display_that_is_kept_shows_the_same_as_a_new_one() {
             let shown: Vec<Point3<f64>> = kept.evaluate(simulation.body(0)).positions().collect();
             assert!(shown == simulation.body(0).corrected_positions());
             assert_eq!(kept.evaluate(simulation.body(0)).volume_report(), simulation.body(0).volume_report());
+        }
+    }
+}
+
+#[test]
+fn a_display_that_is_kept_follows_another_half_width_and_another_size() {
+    let mut kept = Display::new();
+    for edge in [4, 12, 7] {
+        let mut simulation = above_ground(cube(edge), -0.5);
+        for half_width in [1, 4, 9, 2] {
+            simulation.body_mut(0).set_region_size(RegionSize::Cells(half_width)).unwrap();
+            simulation.steps(10);
+            let shown: Vec<Point3<f64>> = kept.evaluate(simulation.body(0)).positions().collect();
+            assert!(
+                shown == simulation.body(0).corrected_positions(),
+                "edge {edge}, half-width {half_width}"
+            );
         }
     }
 }

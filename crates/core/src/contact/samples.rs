@@ -180,6 +180,7 @@ fn sorted_once(corners: &[[u32; 8]]) -> Vec<u32> {
     let mut vertices: Vec<u32> = corners.iter().flatten().copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
+    vertices.shrink_to_fit();
     vertices
 }
 

@@ -90,13 +90,26 @@ pub(crate) struct Cascade {
     largest_plane: usize,
 }
 
-/// The buffers of one cascade; empty ones are filled at the first use. Every use overwrites them.
+/// The buffers of a cascade, made at the first use and again for a cascade of another shape. Every use overwrites
+/// them.
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
+    shape: Option<Shape>,
     /// The fields of the regions after the adjoint y pass, by block.
     adjoint_y: Lanes<6>,
     /// One for each thread.
     scratch: Vec<Mutex<Scratch>>,
+}
+
+/// All that the sizes of the buffers depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shape {
+    half_width: usize,
+    lane_axis: usize,
+    /// Whether there are running sums along x, and across the lines of a plane.
+    runs: [bool; 2],
+    blocks: usize,
+    largest_plane: usize,
 }
 
 impl Workspace {
@@ -150,9 +163,16 @@ impl Cascade {
         workspace
     }
 
-    /// Makes the buffers that are missing.
+    /// Makes the buffers that are missing, or of another shape.
     fn reserve(&self, workspace: &mut Workspace, layout: &Layout, purpose: Purpose, threads: usize) {
-        let Workspace { adjoint_y, scratch } = workspace;
+        let Self { half_width, largest_plane, .. } = *self;
+        let runs = [0, 1].map(|axis| self.slides[axis].is_some());
+        let (lane_axis, blocks) = (layout.lane_axis(), layout.blocks());
+        let shape = Some(Shape { half_width, lane_axis, runs, blocks, largest_plane });
+        if workspace.shape != shape {
+            *workspace = Workspace { shape, ..Workspace::default() };
+        }
+        let Workspace { adjoint_y, scratch, .. } = workspace;
         if purpose == Purpose::Adjoint && adjoint_y.blocks().is_empty() {
             *adjoint_y = Lanes::zeros(layout.blocks());
         }
