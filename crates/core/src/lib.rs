@@ -28,26 +28,29 @@
 //!
 //! Once for a body ([`Body::builder`], [`Body::from_lattice`]):
 //!
-//! 1. **Mesh** ([`mesh`]): polygons of any kind; what is unusual is reported, not refused.
+//! 1. **Mesh** ([`Mesh`]): polygons of any kind; what is unusual is reported, not refused.
 //! 2. **Lattice** ([`Lattice`]): the cells that the surface passes through or encloses. Vertices sit on their corners, links
 //!    join neighbours along an axis. Nothing is glued across a gap of a cell or more.
-//! 3. **Embedding** ([`Embedding`]): where each mesh vertex lies in its cell.
+//! 3. **Embedding**: the cell of each mesh vertex and its place in it.
 //!
-//! In each step ([`Simulation::step`]):
+//! In each step ([`Simulation::step`]), with h its length, x and v the positions and velocities, f external forces and a
+//! gravity:
 //!
-//! 1. **Damping** ([`Damping`]): each region's rigid velocity pulls the velocities. Left out where it is zero.
-//! 2. **Matching** ([`Body::goals`]): moments of all regions by window sums along x, y and z, a rotation for each
-//!    ([`rotations()`]), and the adjoint of the sums, which gives the goal positions.
-//! 3. **Motion** ([`dynamics`]): the vertices are drawn to their goals, forces act, momentum is kept to the books, pins and
-//!    handles go their way, the visible surface meets colliders.
+//! 1. **Forces** ([`Body::apply_force`]): v += h f/m.
+//! 2. **Region damping** ([`Damping`]): the velocities move towards the mean rigid velocity of the regions.
+//! 3. **Matching** ([`Body::goals`]): moments of all regions by window sums along x, y and z, a rotation for each
+//!    ([`rotations()`]), and the adjoint of the sums, which gives the goal positions g. v += alpha (g - x)/h + h a.
+//! 4. **Integration**: x += h v, with the momenta of free bodies kept in f64.
+//! 5. **Contacts** ([`Collider`]): impulses on the visible surface.
+//! 6. **Constraints** ([`Pin`], [`Handle`]): held vertices follow their motion.
 //!
-//! Where somebody looks ([`Body::surface`], [`Body::volume_report`]), and never fed back:
+//! Where a body is shown ([`Display`], [`BodyRef::surface`]), and never fed back:
 //!
-//! 1. **Volume correction** ([`volume`]): the lattice moves along a smooth field that moves the surface by its normals, by the root of a
-//!    cubic.
+//! 1. **Volume correction** ([`VolumeOptions`]): the lattice moves along a smooth field that moves the surface by its
+//!    normals, by the root of a cubic.
 //! 2. **Mesh update**: trilinear in the cells, with normals.
 //!
-//! [`Simulation::plan`] prints what of this a simulation does; a stage that it does not need takes no time and no memory.
+//! [`Simulation::plan`] lists the stages of a simulation; a stage that it does not need takes no time and no memory.
 //! [`reference`](mod@reference) is the same method in its naive form, the oracle of the tests.
 //!
 //! # Units and conventions
@@ -74,8 +77,8 @@
 //! * M. Müller, B. Heidelberger, M. Teschner, M. Gross: Meshless Deformations Based on Shape Matching, SIGGRAPH 2005.
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
-// Stage internals are `pub` for `internals` alone.
-#![cfg_attr(not(feature = "internals"), allow(unreachable_pub))]
+// Stage internals are public for `internals`; without it parts of them are not used.
+#![cfg_attr(not(feature = "internals"), allow(dead_code, unreachable_pub, unused_imports))]
 
 mod body;
 mod contact;

@@ -1,7 +1,7 @@
 //! The surface mesh: vertices, polygons, what they enclose, and what is unusual about them.
 //!
-//! [`Mesh`] itself is here, its vertices welded by [`weld`]. [`topology`] describes it, with [`duplicates`] for faces that repeat, and [`measure`] for volumes and areas.
-//! [`csr`] and [`union_find`] are tables for this room and those above it.
+//! [`Mesh`] itself is here, its vertices welded by `weld`. `topology` describes it, with `duplicates` for faces that
+//! repeat and `measure` for volumes and areas. `csr` and `union_find` are tables for this room and those above it.
 
 mod csr;
 mod duplicates;

@@ -79,13 +79,13 @@ pub struct BodyFrame {
 impl BodyFrame {
     /// The world position of a local one.
     #[inline]
-    pub fn to_world(&self, local: Vector3<f64>) -> Point3<f64> {
+    pub fn to_world(self, local: Vector3<f64>) -> Point3<f64> {
         self.origin + local * self.cell_size
     }
 
     /// The local position of a world one.
     #[inline]
-    pub fn to_local(&self, world: &Point3<f64>) -> Vector3<f64> {
+    pub fn to_local(self, world: &Point3<f64>) -> Vector3<f64> {
         (world - self.origin) / self.cell_size
     }
 }
