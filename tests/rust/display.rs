@@ -36,6 +36,17 @@ fn bodies_swapped_between_simulations_meet_the_colliders_of_their_new_one() {
 }
 
 #[test]
+fn a_swapped_body_is_shown_beside_its_new_colliders_before_it_steps() {
+    let (mut free, mut grounded) = (falling(cube(3)), above_ground(cube(3), -1e-3));
+    let squashed: Vec<Point3<f64>> =
+        cube(3).positions().iter().map(|p| Point3::new(p.x, 0.5 * p.y, p.z)).collect();
+    free.body_mut(0).set_positions(&squashed).unwrap();
+    assert!(lowest(free.body(0)) < -0.05, "alone, the correction moves the lower side down");
+    std::mem::swap(&mut free.bodies_mut()[0], &mut grounded.bodies_mut()[0]);
+    assert!(lowest(grounded.body(0)) > -2e-3, "the ground limits the correction");
+}
+
+#[test]
 fn a_body_moved_into_another_simulation_continues_bit_for_bit() {
     let run = |swap: bool| {
         let (mut first, mut second) = (above_ground(cube(3), -0.5), above_ground(cube(3), -0.5));

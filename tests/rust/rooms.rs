@@ -155,6 +155,10 @@ fn files_of_a_room(folder: &Path) -> Arrows {
         .filter(|p| name(p) != "mod")
         .collect();
     let names: BTreeSet<String> = beside.iter().map(|path| name(path)).collect();
+    // The path of the room itself, as `crate::volume::field`.
+    let parts = folder.components().map(|part| part.as_os_str().to_str().unwrap().to_owned());
+    let mut own: Vec<String> = parts.skip_while(|part| part != "src").collect();
+    own[0] = "crate".to_owned();
     let mut arrows = Arrows::new();
     for path in &beside {
         let inside = if path.is_dir() { files(path) } else { vec![path.clone()] };
@@ -164,7 +168,8 @@ fn files_of_a_room(folder: &Path) -> Arrows {
             let up = if file.file_stem().unwrap() == "mod" { depth - 1 } else { depth };
             let used = uses(&code(&file)).into_iter().filter_map(|path| {
                 let supers = path.iter().take_while(|part| *part == "super").count();
-                let target = path.get(supers).filter(|_| supers == up)?;
+                let at = if path.starts_with(&own) { own.len() } else { supers };
+                let target = path.get(at).filter(|_| at == own.len() || supers == up)?;
                 if names.contains(target) { Some(target.clone()) } else { home.get(target).cloned() }
             });
             arrows.entry(name(path)).or_default().extend(used.filter(|target| *target != name(path)));

@@ -99,7 +99,7 @@ mod volume;
 mod voxel;
 
 pub use body::{
-    ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, ShownSurface,
+    ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface,
     StateError,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};

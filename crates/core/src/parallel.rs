@@ -87,8 +87,8 @@ impl Executor {
         0
     }
 
-    /// `work(item)` for each item, on the calling thread, with the pool's help as it comes: for those outside the
-    /// pool, who would wait longer to enter it than the work takes.
+    /// `work(item)` for each item, on the calling thread, and on threads of the pool as they become free. Faster than
+    /// entering the pool where the work is short.
     pub fn share<T>(&self, items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
         #[cfg(feature = "rayon")]
         if let Some(pool) = &self.pool

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra::Point3;
 
 use super::{Body, Surface};
-use crate::contact::Colliders;
+use crate::contact::{Colliders, Contacts};
 use crate::lattice::Lattice;
 use crate::matching::{Purpose, Workspace};
 use crate::mesh::Mesh;
@@ -70,7 +70,7 @@ impl<'a> BodyRef<'a> {
 
     /// The mesh as it is shown: moved by the lattice after the volume correction. A [`Display`] that is kept evaluates
     /// many frames faster.
-    pub fn surface(self) -> ShownSurface {
+    pub fn surface(self) -> DisplayedSurface {
         Display::new().evaluate(self).surface()
     }
 
@@ -108,7 +108,7 @@ impl Body {
 /// A mesh as it is shown: after the volume correction, in the order of the input.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct ShownSurface {
+pub struct DisplayedSurface {
     /// One per mesh vertex, in the world; empty for a bare lattice.
     pub positions: Vec<Point3<f64>>,
     /// Unit normals, one per mesh vertex; zero where no face has area.
@@ -146,7 +146,7 @@ pub struct DisplayTimes {
 }
 
 impl Display {
-    /// Buffers of nothing yet.
+    /// Empty buffers.
     pub fn new() -> Self {
         Self::default()
     }
@@ -160,7 +160,7 @@ impl Display {
         let slots = matching.layout.slots();
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
-        self.times.volume = Duration::ZERO;
+        self.times = DisplayTimes::default();
         if let Some(correction) = correction {
             self.turned.copy_from(&state.rotations);
             let fitted = (&state.positions, &mut self.turned);
@@ -177,12 +177,17 @@ impl Display {
         let Self { correction: workspace, deformed, corrected, rotations, pushes, .. } = self;
         correction.hold(workspace, body.held());
         pushes.clear();
-        pushes.extend(body.pushes(body.scene.map_or(0.0, |scene| scene.dt)));
+        pushes.extend(body.scene.into_iter().flat_map(|scene| body.body.pushes(scene.dt)));
         correction.solve(workspace, executor, deformed, rotations, pushes);
         corrected.resize(deformed.len(), [0.0; 3]);
-        if let (Some(contacts), Some(Scene { colliders, time, .. })) = (&body.contacts, body.scene) {
+        if let Some(Scene { colliders, time, .. }) = body.scene.filter(|scene| !scene.colliders.is_empty()) {
             let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
-            correction.keep_out(workspace, executor, contacts.samples(), &obstacles, deformed, corrected);
+            // A body that has not stepped in this simulation yet may have no contact stage.
+            let sampled = body.contacts.is_none().then(|| body.samples());
+            let samples = body.contacts.as_ref().map(Contacts::samples).or(sampled.as_ref());
+            if let Some(samples) = samples {
+                correction.keep_out(workspace, executor, samples, &obstacles, deformed, corrected);
+            }
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
@@ -219,11 +224,11 @@ impl Displayed<'_> {
     }
 
     /// The mesh and its normals.
-    pub fn surface(&mut self) -> ShownSurface {
+    pub fn surface(&mut self) -> DisplayedSurface {
         let vertices = self.body.mesh().map_or(0, |mesh| mesh.vertices().len());
         let (mut positions, mut normals) = (vec![[0.0_f64; 3]; vertices], vec![[0.0_f32; 3]; vertices]);
         self.update_mesh(Outputs { positions: Some(&mut positions[..]), normals: Some(&mut normals[..]) });
-        ShownSurface { positions: positions.into_iter().map(Point3::from).collect(), normals }
+        DisplayedSurface { positions: positions.into_iter().map(Point3::from).collect(), normals }
     }
 
     /// Writes the mesh to `positions` (one per mesh vertex, `f32` or `f64`) and, where asked for, its unit normals to

@@ -18,7 +18,7 @@ mod step;
 
 pub use builder::BodyBuilder;
 pub(crate) use display::Scene;
-pub use display::{BodyRef, Display, DisplayTimes, Displayed, ShownSurface};
+pub use display::{BodyRef, Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use snapshot::{BodySnapshot, StateError};
 pub(crate) use step::World;
 

@@ -4,9 +4,10 @@ use super::Body;
 use super::step::{STEP, Stage};
 use crate::dynamics::Damping;
 use crate::plan::{BodyPlan, PlannedStage, When};
+use crate::volume::VolumeMeasures;
 
 impl Body {
-    /// Memory that the body takes: lattice, embedded mesh, state and stages. The buffers of a
+    /// Memory that the body takes: lattice, state and stages. The mesh is its owner's, and the buffers of a
     /// [`Display`](crate::Display) are its own.
     pub fn memory(&self) -> usize {
         self.plan().bytes()
@@ -28,11 +29,12 @@ impl Body {
                 plan.left_out.push(stage.name());
             }
         }
+        let measures = self.measures.get().map_or(0, VolumeMeasures::bytes);
         let correction = self.correction.as_ref().map(|correction| PlannedStage {
             when: When::Display,
             name: "volume correction",
             detail: format!("measure {}", correction.measure()),
-            bytes: correction.bytes(),
+            bytes: correction.bytes() + measures,
         });
         let update = self.surface.as_ref().map(|surface| PlannedStage {
             when: When::Display,

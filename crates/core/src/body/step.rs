@@ -33,8 +33,8 @@ pub(super) enum Stage {
     Constraints,
 }
 
-/// The stages in the order in which they run. This list is the program: [`Body::step`] runs it, the plan prints it, and
-/// the reported memory is the sum over it.
+/// The stages in the order in which they run. This list is the program: [`Body::step`] runs it, and the plan prints it
+/// with the memory of each, followed by the two stages of a display.
 pub(super) const STEP: [Stage; 9] = [
     Stage::BeginConstraints,
     Stage::Forces,
@@ -126,6 +126,9 @@ impl Body {
         let mass = |vertex| super::mass(material, lattice, vertex);
         let when = (world.interval, world.opens_frame);
         forces.apply(when, (lattice, matching.layout.slots()), mass, state);
+        if forces.is_empty() {
+            self.forces = None;
+        }
     }
 
     /// The frame of a free body moves with it, so that f32 velocities and positions stay small.

@@ -58,6 +58,11 @@ impl Forces {
         self.pushes.iter().copied()
     }
 
+    /// Whether there are neither forces nor pushes.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.next.is_empty() && self.pushes.is_empty()
+    }
+
     /// Memory that they take.
     pub(crate) fn bytes(&self) -> usize {
         self.next.capacity() * size_of::<(u32, [f64; 3])>()

@@ -84,7 +84,7 @@ impl SimulationBuilder {
     ///
     /// No body, a number out of its range, a collider that makes no sense.
     pub fn build(self) -> Result<Simulation, Error> {
-        let colliders = self.validate()?;
+        let colliders = self.checked_colliders()?;
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
@@ -100,12 +100,16 @@ impl SimulationBuilder {
         })
     }
 
-    /// Checks all but the bodies, and returns the colliders.
+    /// Checks all but the bodies.
     ///
     /// # Errors
     ///
     /// A number out of its range, a collider that makes no sense.
-    pub fn validate(&self) -> Result<Colliders, Error> {
+    pub fn validate(&self) -> Result<(), Error> {
+        self.checked_colliders().map(drop)
+    }
+
+    fn checked_colliders(&self) -> Result<Colliders, Error> {
         check_dt(self.dt)?;
         check_threads(self.threads)?;
         in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;

@@ -91,6 +91,8 @@ impl CorrectionWorkspace {
             + size_of_val(&*self.order)
             + self.limits.bytes()
             + self.clearance.bytes()
+            + size_of_val(&*self.lambdas)
+            + size_of_val(&*self.reports)
     }
 }
 

@@ -20,6 +20,11 @@ pub struct VolumeMeasures {
 }
 
 impl VolumeMeasures {
+    /// Memory that they take.
+    pub fn bytes(&self) -> usize {
+        self.measures.iter().map(Measure::bytes).sum::<usize>() + self.adjacency.bytes()
+    }
+
     /// `lattice`, `cells`, and `mesh` where the surface is usable as a measure.
     pub fn new(lattice: &Lattice, surface: Option<Surface<'_>>) -> Self {
         let adjacency = Adjacency::new(lattice);

@@ -182,7 +182,11 @@ impl MomentumTracker {
             Components::One => 0,
             Components::Several(of_slot) => size_of_val(of_slot.as_slice()),
         };
-        of_slots + size_of_val(self.partial.as_slice())
+        let of_components = size_of_val(self.masses.as_slice())
+            + size_of_val(self.states.as_slice())
+            + size_of_val(self.corrections.as_slice())
+            + self.constrained.len();
+        of_slots + size_of_val(self.partial.as_slice()) + of_components
     }
 
     /// Whether any component is free.
