@@ -70,7 +70,8 @@ def test_it_can_be_changed_between_steps(cube):
     assert body.volume_options["measure"] == "off"
     body.volume_options = {"measure": "cells", "scope": "regional"}
     again = pickle.loads(pickle.dumps(body))
-    assert again.volume_options == body.volume_options == {**body.volume_options, "measure": "cells", "scope": "regional"}
+    options = body.volume_options
+    assert again.volume_options == options == {**options, "measure": "cells", "scope": "regional"}
     assert again.volume_report() == body.volume_report()
     body.volume_options = "auto"
     assert body.volume_report() == kept
