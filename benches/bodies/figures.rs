@@ -28,7 +28,7 @@ struct Capsule {
 const MET: f64 = 0.01;
 
 impl Figure {
-    /// The lattice of the figure with about so many vertices.
+    /// The lattice of the figure, with about `vertices` vertices.
     ///
     /// # Panics
     ///

@@ -38,7 +38,7 @@ pub fn bust() -> Mesh {
     supple_io::obj::read(path).expect("the bust of the example scenes")
 }
 
-/// The lattice of the bust, with about so many vertices.
+/// The lattice of the bust, with about `vertices` vertices.
 ///
 /// # Panics
 ///

@@ -1,4 +1,4 @@
-//! The full step of solid blocks: matching, links, momentum books, integration. Nothing is shown.
+//! The full step of solid blocks: matching, links, momentum tracker, integration. Nothing is shown.
 
 use std::time::Duration;
 

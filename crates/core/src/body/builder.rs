@@ -11,7 +11,7 @@ use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution};
 use crate::matching::Matching;
 use crate::mesh::Mesh;
 use crate::skin::Skin;
-use crate::state::{Placement, State};
+use crate::state::{Placement, State, index_bounds};
 use crate::volume::{Correction, VolumeOptions};
 
 /// What a [`Body`] is built from. Every setting has the name, the unit, the range and the default that it has in a
@@ -250,12 +250,6 @@ impl BodyBuilder {
 
 /// The largest extent of a lattice along an axis, in cells.
 pub(super) fn extent(lattice: &Lattice) -> usize {
-    let along = |c: usize| {
-        let (low, high) = lattice
-            .indices()
-            .iter()
-            .fold((i32::MAX, i32::MIN), |(low, high), index| (low.min(index[c]), high.max(index[c])));
-        high.abs_diff(low) as usize
-    };
-    (0..3).map(along).max().unwrap_or(1)
+    let (low, high) = index_bounds(lattice.indices());
+    (0..3).map(|c| high[c].abs_diff(low[c]) as usize).max().unwrap_or(1)
 }

@@ -12,7 +12,7 @@ const LATTICE_BYTES: u64 = 50;
 /// Limit where the machine does not tell its memory.
 const FALLBACK_LIMIT: u64 = 4 << 30;
 
-/// Bytes that so many lattice vertices take, simulation included.
+/// Bytes that `vertices` lattice vertices take, simulation included.
 pub(crate) fn of_vertices(vertices: u64) -> u64 {
     vertices.saturating_mul(LATTICE_BYTES + SIMULATION_BYTES)
 }

@@ -80,7 +80,7 @@ fn between(fine: &Tried, coarse: &Tried, tries: usize) -> f64 {
     fine.size + (coarse.size - fine.size) * along.clamp(0.02, 0.98)
 }
 
-/// The cell size at which a body of the given volume and area, or a bare line, has about so many lattice vertices.
+/// The cell size at which a body of the given volume and area, or a bare line, has about `wished` lattice vertices.
 fn guess(measure: &RelativeMeasure, wished: f64) -> f64 {
     // A surface of area A passes through about 1.5 A / h^2 cells, half of which lie within the volume; their corners reach half a
     // cell further out.

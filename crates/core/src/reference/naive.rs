@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Regions, Weights, region, rotation, weights};
 use crate::lattice::Lattice;
 
-/// The naive method on one lattice, for those who ask more than once.
+/// The naive method on one lattice, with what repeated evaluations share.
 #[derive(Clone, Debug)]
 pub struct Naive<'a> {
     lattice: &'a Lattice,

@@ -79,7 +79,7 @@ impl State {
         state
     }
 
-    /// Whether all arrays have so many blocks, and there are so many components.
+    /// Whether all arrays have `blocks` blocks, and there are `components` components.
     pub(crate) fn is_whole(&self, blocks: usize, components: usize) -> bool {
         let Self { positions, carry, velocities, rotations, .. } = self;
         let of_three = [positions, carry, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
@@ -211,7 +211,8 @@ pub(crate) struct EnergyLimit {
     pub(crate) dt: f64,
 }
 
-fn index_bounds(indices: &[[i32; 3]]) -> ([i32; 3], [i32; 3]) {
+/// The least and the greatest grid index along each axis.
+pub(crate) fn index_bounds(indices: &[[i32; 3]]) -> ([i32; 3], [i32; 3]) {
     indices.iter().fold(([i32::MAX; 3], [i32::MIN; 3]), |(low, high), index| {
         (std::array::from_fn(|c| low[c].min(index[c])), std::array::from_fn(|c| high[c].max(index[c])))
     })

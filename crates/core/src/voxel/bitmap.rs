@@ -25,12 +25,12 @@ impl Bitmap {
         Self { size, row_words, bits }
     }
 
-    /// Bytes of a bitmap of so many cells along each axis, infinite where it overflows.
+    /// Bytes of a bitmap of `size` cells along each axis, infinite where it overflows.
     pub(super) fn bytes(size: [f64; 3]) -> f64 {
         ((size[0] + 2.0) / 64.0).ceil() * 8.0 * Self::row_count_of(size)
     }
 
-    /// Number of rows of a bitmap of so many cells along each axis.
+    /// Number of rows of a bitmap of `size` cells along each axis.
     pub(super) fn row_count_of(size: [f64; 3]) -> f64 {
         (size[1] + 2.0) * (size[2] + 2.0)
     }

@@ -16,7 +16,7 @@ use crate::simd::lanes::{Block, Lanes};
 /// Blocks in a strip, where the windows do not ask for more: what all passes hold of three fits a second-level cache.
 const STRIP: usize = 64;
 
-/// A plane with up to so many blocks is one strip.
+/// A plane with at most this number of blocks is one strip.
 const SMALL_PLANE: usize = 256;
 
 /// What the passes hold of one plane, by block.

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! each term only where the links reach so far. Rounding would pile up, so they begin anew, vertex by vertex, at
-//! missing links and every so many steps.
+//! missing links and at a fixed interval.
 
 use fearless_simd::{Simd, f32x8};
 

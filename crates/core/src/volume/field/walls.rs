@@ -6,7 +6,7 @@ use crate::lattice::{Embedding, Lattice};
 use crate::volume::adjacency::{Adjacency, boundary_faces};
 use crate::volume::surface::Surface;
 
-/// Samples of a surface are at most so many cells apart.
+/// The largest distance between samples of a surface, in cells.
 const SPACING: f64 = 0.5;
 
 /// A piece of a boundary near a lattice vertex.
