@@ -85,7 +85,7 @@ def _touched(surface: supple.Mesh, origin: Floats, cell_size: float) -> Ints:
 
 
 def _inside(surface: supple.Mesh, origin: Floats, step: float, counts: Ints) -> NDArray[np.bool_]:
-    """Which samples lie inside, by parity along rays in x; samples are the centres of cubes of the edge `step`."""
+    """Which samples lie inside, by parity along rays in x; samples are the centers of cubes of the edge `step`."""
     inside = np.zeros(counts, dtype=bool)
     # In units of the step; the small shift keeps rays off the vertices and edges of symmetric models.
     triangles = (surface.vertices[surface.faces] - origin) / step - 0.5 + [0, 1.7e-6, 2.3e-6]

@@ -54,9 +54,9 @@ def bar_points(spacing: int = 8) -> Floats:
 
 def bar_positions(solution: Solution, points: Floats) -> Floats:
     """Deformed positions, by the mirror images of the eighth; the end at x = 0 stays where it is."""
-    centred = points - [2, 0, 0]
-    sides = np.where(centred < 0, -1, 1)
-    return solution.at(np.abs(centred)) * sides + [2 + solution.load, 0, 0]
+    centerd = points - [2, 0, 0]
+    sides = np.where(centerd < 0, -1, 1)
+    return solution.at(np.abs(centerd)) * sides + [2 + solution.load, 0, 0]
 
 
 def bust(mesh: supple.Mesh, cells: int) -> Problem:

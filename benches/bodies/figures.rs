@@ -115,7 +115,7 @@ fn capsule(ends: [Vec3; 2], radii: [f64; 2]) -> Capsule {
     Capsule { ends, radii }
 }
 
-/// The cells whose centres lie in a capsule, `per_unit` cells to the unit of length.
+/// The cells whose centers lie in a capsule, `per_unit` cells to the unit of length.
 fn cells(capsules: &[Capsule], per_unit: f64) -> Vec<[i32; 3]> {
     let mut cells: Vec<[i32; 3]> = capsules.iter().flat_map(|capsule| capsule.stamp(per_unit)).collect();
     cells.sort_unstable();
@@ -133,10 +133,10 @@ impl Capsule {
         let range = |axis: usize| low[axis].floor() as i32..=high[axis].ceil() as i32;
         let axis = b - a;
         let inside = |cell: [i32; 3]| {
-            let centre = Vec3::from(cell.map(|k| f64::from(k) + 0.5));
+            let center = Vec3::from(cell.map(|k| f64::from(k) + 0.5));
             let length = axis.norm_squared();
-            let along = if length > 0.0 { ((centre - a).dot(&axis) / length).clamp(0.0, 1.0) } else { 0.0 };
-            (a + axis * along - centre).norm() <= radii[0] + (radii[1] - radii[0]) * along
+            let along = if length > 0.0 { ((center - a).dot(&axis) / length).clamp(0.0, 1.0) } else { 0.0 };
+            (a + axis * along - center).norm() <= radii[0] + (radii[1] - radii[0]) * along
         };
         let mut cells = Vec::new();
         for z in range(2) {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use supple_benches::Target;
 
-use crate::measure::{Bench, Effort, timed};
+use crate::measure::{Bench, Sampling, timed};
 
 /// Numbers in each of the three arrays: 128 MiB.
 const LENGTH: usize = 32 << 20;
@@ -39,7 +39,7 @@ pub(crate) fn bench(bench: &mut Bench) -> Option<Bandwidth> {
         let arrays = || Arrays { a: vec![1.0; LENGTH], b: vec![2.0; LENGTH], c: vec![3.0; LENGTH] };
         let samples = bench.measure(
             ["bandwidth", &format!("threads={threads}")],
-            Effort::Few,
+            Sampling::Few,
             arrays,
             |arrays, n| [arrays.each(threads, n, copy), arrays.each(threads, n, triad)],
         )?;

@@ -5,7 +5,7 @@ use supple::{Body, Lattice, LatticeOptions, Mesh, Preservation, Resolution, Volu
 use supple_benches::Target::{self, AtMost};
 use supple_benches::bodies::Statue;
 
-use crate::measure::{Bench, Effort, Samples, timed};
+use crate::measure::{Bench, Samples, Sampling, timed};
 
 /// Quads along an edge of the statue's cube: 1,002,252 triangles.
 pub(crate) const QUADS: usize = 289;
@@ -18,12 +18,12 @@ pub(crate) fn bench(bench: &mut Bench) {
         LatticeOptions { resolution: Resolution::Vertices(LATTICE_VERTICES), ..LatticeOptions::default() };
     let lattice = |mesh: &Mesh| Lattice::from_mesh(mesh, &options).expect("a closed surface has a lattice");
 
-    let samples = bench.measure(["build", "lattice"], Effort::Few, mesh, |mesh, n| {
+    let samples = bench.measure(["build", "lattice"], Sampling::Few, mesh, |mesh, n| {
         [timed(|| (0..n).for_each(|_| drop(lattice(mesh))))]
     });
     row(bench, "lattice, from a number of vertices", samples, Some(AtMost(1.0)));
 
-    let samples = bench.measure(["build", "body"], Effort::Few, mesh, |mesh, n| {
+    let samples = bench.measure(["build", "body"], Sampling::Few, mesh, |mesh, n| {
         let body =
             || Body::builder(mesh.clone()).resolution(options.resolution).volume(Preservation::Off).build();
         [timed(|| (0..n).for_each(|_| drop(body())))]
@@ -38,7 +38,7 @@ pub(crate) fn bench(bench: &mut Bench) {
         mesh.topology();
         (mesh, lattice, embedding)
     };
-    let samples = bench.measure(["build", "field"], Effort::Few, built, |(mesh, lattice, embedding), n| {
+    let samples = bench.measure(["build", "field"], Sampling::Few, built, |(mesh, lattice, embedding), n| {
         let surface = Surface { mesh, embedding };
         let correction = || Correction::new(lattice, Some(surface), &VolumeMeasure::Mesh.into());
         [timed(|| (0..n).for_each(|_| drop(correction())))]

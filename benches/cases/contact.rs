@@ -5,7 +5,7 @@ use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
 
 use crate::frame::{LATTICE_VERTICES, QUADS};
-use crate::measure::{Bench, Effort};
+use crate::measure::{Bench, Sampling};
 use crate::step::in_turn;
 
 /// A second and a half, until the statue stands still.
@@ -25,7 +25,7 @@ pub(crate) fn bench(bench: &mut Bench) {
         floating.body_mut(0).set_positions(&places).expect("as many positions");
         [resting, floating]
     };
-    let samples = bench.measure(["contact", "resting on a plane"], Effort::Many, pair, in_turn);
+    let samples = bench.measure(["contact", "resting on a plane"], Sampling::Many, pair, in_turn);
     if let Some(samples) = samples {
         let beside = beside(&samples, "without contact");
         bench.row("resting on a plane", (samples.difference(0, 1) * 1e3, "ms"), Some(AtMost(0.10)), beside);
@@ -33,7 +33,7 @@ pub(crate) fn bench(bench: &mut Bench) {
 
     // So slow that it does not come near the ground in the longest run.
     let pair = || [simulation(-1e-3, Some(-1e9)), simulation(-1e-3, None)];
-    if let Some(samples) = bench.measure(["contact", "falling"], Effort::Many, pair, in_turn) {
+    if let Some(samples) = bench.measure(["contact", "falling"], Sampling::Many, pair, in_turn) {
         let beside = beside(&samples, "without a plane");
         bench.row(
             "falling, nothing touched",
@@ -53,7 +53,7 @@ fn beside(samples: &crate::measure::Samples<2>, without: &str) -> String {
 fn stand(mesh: &Mesh, gravity: f64, ground: Option<f64>) -> Simulation {
     let body = Body::builder(mesh.clone())
         .lattice_vertices(LATTICE_VERTICES)
-        .damping_rate(4.0)
+        .region_damping_rate(4.0)
         .volume(Preservation::Off)
         .build()
         .expect("a closed surface is a body");

@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 use crate::build;
 use crate::frame::{LATTICE_VERTICES, QUADS};
-use crate::measure::{Bench, Effort, timed};
+use crate::measure::{Bench, Sampling, timed};
 
 pub(crate) fn bench(bench: &mut Bench) {
     reading(bench);
@@ -46,7 +46,7 @@ fn reading(bench: &mut Bench) {
     bench.part("reading OBJ: 501,128 vertices with normals and texture coordinates, 1,002,252 triangles");
     let mut bytes = 0;
     let folder = || Folder::with(&Statue::of_triangles(build::QUADS));
-    let samples = bench.measure(["files", "read obj"], Effort::Few, folder, |folder, n| {
+    let samples = bench.measure(["files", "read obj"], Sampling::Few, folder, |folder, n| {
         bytes = folder.bytes;
         [timed(|| (0..n).for_each(|_| drop(supple_io::obj::read(folder.path().join(FILE)))))]
     });
@@ -67,7 +67,7 @@ fn writing(bench: &mut Bench) {
         let folder = || Folder::with(&Statue::of_quads(QUADS));
         let mut written = 0;
         let name = format!("write {frames} frames {format}");
-        let samples = bench.measure(["files", &name], Effort::Few, folder, |folder, n| {
+        let samples = bench.measure(["files", &name], Sampling::Few, folder, |folder, n| {
             let time = (0..n).map(|_| run(folder.path(), format, frames)).sum();
             written = bytes_a_frame(folder.path(), format);
             [time]

@@ -6,7 +6,7 @@ use supple::{Body, Display, Preservation, Simulation, VolumeMeasure, VolumeOptio
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Statue, deform};
 
-use crate::measure::{Bench, Effort, steps, timed};
+use crate::measure::{Bench, Sampling, steps, timed};
 
 /// Quads along an edge of the statue's cube: 60,002 mesh vertices.
 pub(crate) const QUADS: usize = 100;
@@ -44,7 +44,7 @@ pub(crate) fn bench(bench: &mut Bench) {
             let [whole, step, correction, update] = kept.frames(n);
             [whole, step, correction, update, plain.frames(n)[FRAME]]
         };
-        let Some(samples) = bench.measure(["frame", measure.name()], Effort::Many, pair, frames) else {
+        let Some(samples) = bench.measure(["frame", measure.name()], Sampling::Many, pair, frames) else {
             continue;
         };
         let times: [f64; 5] = std::array::from_fn(|part| samples.seconds(part) * 1e3);

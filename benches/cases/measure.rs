@@ -9,14 +9,14 @@ use supple_benches::{Row, Table, Target};
 
 /// How much of its time a case gets.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Effort {
+pub(crate) enum Sampling {
     /// Below some milliseconds.
     Many,
     /// Tens of milliseconds and more.
     Few,
 }
 
-impl Effort {
+impl Sampling {
     fn samples(self) -> usize {
         match self {
             Self::Many => 30,
@@ -74,13 +74,13 @@ impl Bench {
     pub(crate) fn measure<S, const N: usize>(
         &mut self,
         [group, name]: [&str; 2],
-        effort: Effort,
+        sampling: Sampling,
         state: impl Fn() -> S,
         mut work: impl FnMut(&mut S, u64) -> [Duration; N],
     ) -> Option<Samples<N>> {
         let mut group = self.criterion.benchmark_group(group);
         group
-            .sample_size(effort.samples())
+            .sample_size(sampling.samples())
             .warm_up_time(Duration::from_millis(300))
             .measurement_time(Duration::from_millis(1200))
             .sampling_mode(SamplingMode::Flat);
@@ -96,7 +96,7 @@ impl Bench {
         });
         group.finish();
         // Before them it was warmed up.
-        samples.drain(..samples.len().saturating_sub(effort.samples()));
+        samples.drain(..samples.len().saturating_sub(sampling.samples()));
         (!samples.is_empty()).then_some(Samples(samples))
     }
 

@@ -6,7 +6,7 @@ use supple::{Body, Simulation};
 use supple_benches::Target::AtLeast;
 use supple_benches::bodies::{block, deform, in_motion};
 
-use crate::measure::{Bench, Effort, steps, timed};
+use crate::measure::{Bench, Sampling, steps, timed};
 
 /// Steps beside one evaluation of the naive sums.
 const STEPS: u32 = 50;
@@ -31,7 +31,9 @@ pub(crate) fn bench(bench: &mut Bench) {
             let step = steps(simulation, n * u64::from(STEPS)) / STEPS;
             [each(&goals), each(&|| listed.goals(&listed.motions(&positions))), step]
         };
-        let Some(samples) = bench.measure(["naive goals", &name], Effort::Few, state, work) else { continue };
+        let Some(samples) = bench.measure(["naive goals", &name], Sampling::Few, state, work) else {
+            continue;
+        };
         let times: [f64; 3] = std::array::from_fn(|k| samples.seconds(k) * 1e9 / lattice.len() as f64);
         // The target is that of the reference; the lists are there to say what of it is the look-up.
         let cases = [("`supple::reference`", target), ("the same with its regions listed beforehand", None)];

@@ -3,7 +3,7 @@
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Figure, block, bust_lattice, in_motion};
 
-use crate::measure::{Bench, Effort};
+use crate::measure::{Bench, Sampling};
 use crate::step::{MIDDLE, in_turn};
 
 const VERTICES: usize = 100_000;
@@ -22,7 +22,7 @@ pub(crate) fn bench(bench: &mut Bench) {
             for threads in [1, 2] {
                 let pair = || lattices.each_ref().map(|lattice| in_motion(lattice, half_width, threads));
                 let case = format!("{name}, w = {half_width}, threads: {threads}");
-                let Some(samples) = bench.measure(["shapes", &case], Effort::Many, pair, in_turn) else {
+                let Some(samples) = bench.measure(["shapes", &case], Sampling::Many, pair, in_turn) else {
                     continue;
                 };
                 let counts = lattices.each_ref().map(|lattice| lattice.len() as f64);

@@ -7,7 +7,7 @@ use supple_benches::Target::{self, AtLeast, AtMost};
 use supple_benches::bodies::{self, block, bust_lattice, in_motion};
 
 use crate::bandwidth::Bandwidth;
-use crate::measure::{Bench, Effort, steps};
+use crate::measure::{Bench, Sampling, steps};
 use crate::memory::held_by;
 
 const LARGE: [i32; 3] = [100, 100, 100];
@@ -30,7 +30,7 @@ fn large(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     let per_vertex = 1e9 / lattice.len() as f64;
 
     let pair = || [two(2), in_motion(&lattice, 2, 1)];
-    if let Some(samples) = bench.measure(["step 1,000,000", "w=2"], Effort::Few, pair, in_turn) {
+    if let Some(samples) = bench.measure(["step 1,000,000", "w=2"], Sampling::Few, pair, in_turn) {
         let [both, one] = [0, 1].map(|rival| samples.seconds(rival) * per_vertex);
         let beside = format!("one thread: {one:.1} ns");
         bench.row("w = 2, two threads", (both, "ns/vertex"), Some(AtMost(22.0)), beside);
@@ -54,7 +54,7 @@ fn large(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     for (half_width, most) in [(8, 1.5), (16, 2.0)] {
         let pair = || [two(half_width), two(2)];
         let name = format!("w={half_width}");
-        if let Some(samples) = bench.measure(["step 1,000,000", &name], Effort::Few, pair, in_turn) {
+        if let Some(samples) = bench.measure(["step 1,000,000", &name], Sampling::Few, pair, in_turn) {
             let [wide, narrow] = [0, 1].map(|rival| samples.seconds(rival) * per_vertex);
             let case = format!("w = {half_width} against w = 2, two threads");
             let beside = format!("{wide:.1} ns, {narrow:.1} ns");
@@ -118,7 +118,7 @@ fn middle(bench: &mut Bench) {
     for (half_width, targets) in [(1, [22.0, 12.0]), (3, [30.0, 17.0])] {
         let pair = || [in_motion(&lattice, half_width, 1), in_motion(&lattice, half_width, 2)];
         let name = format!("w={half_width}");
-        let Some(samples) = bench.measure(["step 100,000", &name], Effort::Many, pair, in_turn) else {
+        let Some(samples) = bench.measure(["step 100,000", &name], Sampling::Many, pair, in_turn) else {
             continue;
         };
         let times = [0, 1].map(|rival| samples.seconds(rival) * 1e9 / lattice.len() as f64);
@@ -137,7 +137,7 @@ fn small(bench: &mut Bench) {
     {
         let simulation = || in_motion(&lattice, 2, 1);
         let once = |simulation: &mut Simulation, n| [steps(simulation, n)];
-        if let Some(samples) = bench.measure(["step 1,000", name], Effort::Many, simulation, once) {
+        if let Some(samples) = bench.measure(["step 1,000", name], Sampling::Many, simulation, once) {
             let case = format!("{name}: {} vertices", lattice.len());
             let beside = format!("{:.1} ns/vertex", samples.seconds(0) * 1e9 / lattice.len() as f64);
             bench.row(&case, (samples.seconds(0) * 1e6, "us"), Some(AtMost(40.0)), beside);
@@ -153,7 +153,7 @@ fn many(bench: &mut Bench) {
         bodies::simulation((0..BODIES).map(|_| Body::from_lattice(lattice.clone()).half_width(2)), threads)
     };
     let pair = || [bodies(2), bodies(1)];
-    if let Some(samples) = bench.measure(["step 100 x 1,000", "w=2"], Effort::Many, pair, in_turn) {
+    if let Some(samples) = bench.measure(["step 100 x 1,000", "w=2"], Sampling::Many, pair, in_turn) {
         let [both, one] = [0, 1].map(|rival| samples.seconds(rival) * 1e9 / (BODIES * lattice.len()) as f64);
         let beside = format!("one thread: {one:.1} ns");
         bench.row("two threads", (both, "ns/vertex"), Some(AtMost(25.0)), beside);

@@ -8,7 +8,7 @@ use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
 
 use crate::frame::{CORRECTION, QUADS, STEP, Shown};
-use crate::measure::{Bench, Effort, timed};
+use crate::measure::{Bench, Sampling, timed};
 
 const LATTICE_VERTICES: [usize; 2] = [1000, 100_000];
 
@@ -39,7 +39,7 @@ fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
         [global[CORRECTION], regional[CORRECTION], global[STEP]]
     };
     let name = format!("{measure} {vertices}");
-    let Some(samples) = bench.measure(["volume", &name], Effort::Many, pair, looks) else { return };
+    let Some(samples) = bench.measure(["volume", &name], Sampling::Many, pair, looks) else { return };
     let step = format!("plain step: {:.3} ms", samples.seconds(2) * 1e3);
     bench.row(&format!("`{measure}`, global"), (samples.seconds(0) * 1e3, "ms"), None, step);
     let regional = format!("{:.3} ms", samples.seconds(1) * 1e3);
@@ -60,7 +60,7 @@ fn build(bench: &mut Bench, vertices: usize, field: FieldKind) {
     };
     let options = VolumeOptions { field, ..VolumeMeasure::Mesh.into() };
     let name = format!("field {} {vertices}", field.name());
-    let samples = bench.measure(["volume", &name], Effort::Few, built, |(mesh, lattice, embedding), n| {
+    let samples = bench.measure(["volume", &name], Sampling::Few, built, |(mesh, lattice, embedding), n| {
         let surface = Surface { mesh, embedding };
         [timed(|| (0..n).for_each(|_| drop(Correction::new(lattice, Some(surface), &options))))]
     });

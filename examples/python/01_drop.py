@@ -18,7 +18,7 @@ def main(model: str = "examples/scenes/bust.obj", output: str = "surfaces.npy", 
     """Writes the surfaces as one array of shape (frames + 1, vertices, 3)."""
     mesh = supple.read_obj(model)
     low, high = mesh.bounds
-    body = supple.Body(mesh, lattice_vertices=1000, half_width=2, damping_rate=4.0, spin=(0, 0, 1))
+    body = supple.Body(mesh, lattice_vertices=1000, half_width=2, region_damping_rate=4.0, spin=(0, 0, 1))
     ground = supple.Plane((0, low[1] - 0.2 * (high[1] - low[1]), 0), (0, 1, 0))
     sim = supple.Simulation([body], dt=1 / 30 / STEPS_PER_FRAME, colliders=[ground], substeps=STEPS_PER_FRAME)
 

@@ -18,8 +18,8 @@ def main() -> None:
     low, high = mesh.bounds[:, 1]
     height = high - low
     # Bodies do not touch each other, so both may stand in one place.
-    kept = supple.Body(mesh, name="kept", lattice_vertices=1000, half_width=2, damping_rate=6.0)
-    plain = supple.Body(mesh, name="plain", lattice_vertices=1000, half_width=2, damping_rate=6.0, volume="off")
+    kept = supple.Body(mesh, name="kept", lattice_vertices=1000, half_width=2, region_damping_rate=6.0)
+    plain = supple.Body(mesh, name="plain", lattice_vertices=1000, half_width=2, region_damping_rate=6.0, volume="off")
     for body in (kept, plain):
         # A plane takes what lies on the side that its normal points to.
         body.pin(plane=((0, low + 0.05 * height, 0), (0, -1, 0)))

@@ -22,15 +22,15 @@ def main() -> None:
     positions = body.positions
     positions[(x >= 4) & (y >= 5), 2] += 0.15
     body.positions = positions
-    pull = np.linalg.norm(body.goals() - positions, axis=1)
-    print(f"farthest goal: {pull.max():.4f} away")
+    distances = np.linalg.norm(body.goals() - positions, axis=1)
+    print(f"farthest goal: {distances.max():.4f} away")
 
-    # The pulls cancel: with nothing outside, the centre of mass stays where it is.
+    # The pulls cancel: with nothing outside, the center of mass stays where it is.
     before = np.average(body.positions, axis=0, weights=body.masses)
     sim = supple.Simulation([body], dt=1 / 60, gravity=(0, 0, 0))
     sim.step(600)
     moved = np.linalg.norm(np.average(body.positions, axis=0, weights=body.masses) - before)
-    print(f"centre of mass after 600 steps: moved by {moved:.1e}")
+    print(f"center of mass after 600 steps: moved by {moved:.1e}")
 
 
 if __name__ == "__main__":

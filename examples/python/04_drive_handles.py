@@ -16,7 +16,7 @@ FRAMES, STEPS = 90, 4
 
 def main() -> None:
     """Moves the crown along a circle, and says how far the tip of the nose is behind."""
-    body = supple.Body("examples/scenes/bust.obj", lattice_vertices=1000, frequency=6.0, damping_rate=3.0)
+    body = supple.Body("examples/scenes/bust.obj", lattice_vertices=1000, frequency=6.0, region_damping_rate=3.0)
     surface = body.surface()
     low, high = surface[:, 1].min(), surface[:, 1].max()
     nose = int(np.argmax(surface[:, 2]))

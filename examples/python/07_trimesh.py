@@ -17,7 +17,7 @@ def main(output: str = "squeezed.ply") -> None:
     """Squeezes a ball to less than its diameter and writes what it became."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     # Anything with vertices and faces is a mesh.
-    body = supple.Body(ball, lattice_vertices=1500, half_width=2, damping_rate=5.0)
+    body = supple.Body(ball, lattice_vertices=1500, half_width=2, region_damping_rate=5.0)
     floor = supple.Plane((0, -1, 0), (0, 1, 0), friction=0.2)
     press = supple.Plane((0, 1, 0), (0, -1, 0), friction=0.2, keys=[(0,), (1, (0, -0.6, 0))])
     sim = supple.Simulation([body], dt=1 / 120, gravity=(0, 0, 0), colliders=[floor, press])

@@ -48,14 +48,14 @@ def draw(mesh: pyvista.PolyData, low: np.ndarray, high: np.ndarray) -> np.ndarra
     plotter = pyvista.Plotter(off_screen=True, window_size=CELL, lighting="light_kit")
     plotter.set_background("white")
     plotter.add_mesh(mesh, color=SKIN, smooth_shading=True, ambient=0.12, specular=0.12, specular_power=20)
-    centre, size = (low + high) / 2, (high - low).max()
-    ground = pyvista.Disc(center=(centre[0], -0.01, centre[2]), inner=0, outer=0.535 * size, normal=(0, 1, 0), c_res=96)
+    center, size = (low + high) / 2, (high - low).max()
+    ground = pyvista.Disc(center=(center[0], -0.01, center[2]), inner=0, outer=0.535 * size, normal=(0, 1, 0), c_res=96)
     plotter.add_mesh(ground, color=GROUND, lighting=False)
     shadow = mesh.copy()
     shadow.points[:, 1] = 0
     plotter.add_mesh(shadow, color=SHADOW, lighting=False)
     away = np.array([0.42, 0.26, 1.0])
-    aim = centre - [0, 0.05 * size, 0]
+    aim = center - [0, 0.05 * size, 0]
     plotter.camera_position = [aim + 4 * size * away, aim, (0, 1, 0)]
     plotter.camera.parallel_projection = True
     plotter.camera.parallel_scale = 0.58 * size

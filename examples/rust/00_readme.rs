@@ -6,7 +6,7 @@ use supple::{Body, Collider, Simulation};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = supple_io::obj::read("examples/scenes/bust.obj")?;
-    let body = Body::builder(mesh).lattice_vertices(1000).half_width(2).damping_rate(4.0).build()?;
+    let body = Body::builder(mesh).lattice_vertices(1000).half_width(2).region_damping_rate(4.0).build()?;
     let ground = Collider::plane([0.0, 5.0, 0.0], [0.0, 1.0, 0.0]);
     let mut simulation = Simulation::builder().body(body).collider(ground).dt(1.0 / 120.0).build()?;
     for _frame in 0..60 {

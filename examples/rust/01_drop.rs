@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::builder(part.mesh().clone())
         .lattice_vertices(1000)
         .half_width(2)
-        .damping_rate(4.0)
+        .region_damping_rate(4.0)
         .spin([0.0, 0.0, 1.0])
         .build()?;
     let mut simulation = Simulation::builder()

@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use supple::{Body, Handle, Key, Pin, Selection, Simulation, Window};
+use supple::{Body, Handle, Key, Pin, Selection, Simulation, TimeWindow};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bust = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/bust.obj");
@@ -23,9 +23,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::builder(mesh)
         .lattice_vertices(1000)
         .half_width(2)
-        .damping_rate(6.0)
-        .pin(Pin { selection: base, window: Window::default() })
-        .handle(Handle { selection: crown, keys: vec![Key::default(), up], window: Window::default() })
+        .region_damping_rate(6.0)
+        .pin(Pin { selection: base, window: TimeWindow::default() })
+        .handle(Handle { selection: crown, keys: vec![Key::default(), up], window: TimeWindow::default() })
         .build()?;
     let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 120.0).build()?;
 

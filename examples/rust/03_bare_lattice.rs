@@ -28,20 +28,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     body.set_positions(&positions)?;
     let goals = body.goals();
-    let pull = goals.iter().zip(&positions).map(|(goal, at)| (goal - at).norm()).fold(0.0, f64::max);
-    println!("farthest goal: {pull:.4} away");
+    let farthest = goals.iter().zip(&positions).map(|(goal, at)| (goal - at).norm()).fold(0.0, f64::max);
+    println!("farthest goal: {farthest:.4} away");
 
-    // The pulls cancel: with nothing outside, the centre of mass stays where it is.
+    // The pulls cancel: with nothing outside, the center of mass stays where it is.
     let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 60.0).build()?;
-    let before = centre(&simulation.body(0));
+    let before = center(&simulation.body(0));
     simulation.steps(600);
-    let moved = (centre(&simulation.body(0)) - before).norm();
-    println!("centre of mass after {} steps: moved by {moved:.1e}", simulation.step_count());
+    let moved = (center(&simulation.body(0)) - before).norm();
+    println!("center of mass after {} steps: moved by {moved:.1e}", simulation.step_count());
     Ok(())
 }
 
-/// The centre of mass.
-fn centre(body: &Body) -> Vector3<f64> {
+/// The center of mass.
+fn center(body: &Body) -> Vector3<f64> {
     let masses = body.masses();
     let sum: Vector3<f64> = body.positions().iter().zip(&masses).map(|(at, mass)| at.coords * *mass).sum();
     sum / masses.iter().sum::<f64>()

@@ -111,8 +111,8 @@ class Body:
         stiffness_radius: float | None = None,
         stiffness: float | None = 1.0,
         frequency: float | None = None,
-        damping: float | None = 0.0,
-        damping_rate: float | None = None,
+        region_damping: float | None = 0.0,
+        region_damping_rate: float | None = None,
         density: float = 1000.0,
         volume: str | Mapping[str, Any] = "auto",
         velocity: ArrayLike = (0, 0, 0),
@@ -152,13 +152,13 @@ class Body:
     @frequency.setter
     def frequency(self, value: float) -> None: ...
     @property
-    def damping(self) -> float | None: ...
-    @damping.setter
-    def damping(self, value: float) -> None: ...
+    def region_damping(self) -> float | None: ...
+    @region_damping.setter
+    def region_damping(self, value: float) -> None: ...
     @property
-    def damping_rate(self) -> float | None: ...
-    @damping_rate.setter
-    def damping_rate(self, value: float) -> None: ...
+    def region_damping_rate(self) -> float | None: ...
+    @region_damping_rate.setter
+    def region_damping_rate(self, value: float) -> None: ...
     @property
     def positions(self) -> NDArray[np.float64]: ...
     @positions.setter
@@ -191,8 +191,8 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
-        from_: float = 0.0,
-        until: float | None = None,
+        start: float = 0.0,
+        end: float | None = None,
     ) -> Hold: ...
     def handle(
         self,
@@ -202,8 +202,8 @@ class Body:
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
-        from_: float = 0.0,
-        until: float | None = None,
+        start: float = 0.0,
+        end: float | None = None,
     ) -> Hold: ...
     def apply_force(
         self,
@@ -259,7 +259,7 @@ class Simulation:
     @colliders.setter
     def colliders(self, value: Iterable[Collider]) -> None: ...
     @property
-    def substeps(self) -> int: ...
+    def steps_per_frame(self) -> int: ...
     @property
     def threads(self) -> int: ...
     def plan(self) -> str: ...

@@ -26,7 +26,7 @@ class Collider:
     restitution : float, default 0
         Speed after over speed before an impact, in [0, 1]. Impacts slower than two steps of free fall do not bounce.
     keys : list of (time, translate, rotate), default none
-        Moves the collider about its centre: seconds, length, degrees about the fixed axes x, then y, then z.
+        Moves the collider about its center: seconds, length, degrees about the fixed axes x, then y, then z.
         Linear in time, angles too.
 
     ValueError for a number that makes no sense.

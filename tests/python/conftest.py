@@ -77,11 +77,11 @@ def scene(tmp_path: Path) -> Path:
         mesh = "cube.obj"
         lattice_vertices = 125
         translate = [0, 1.2, 0]
-        damping = 0.1
+        region_damping = 0.1
 
         [[body.pin]]
         box = { min = [-2, 2, -2], max = [2, 3, 2] }
-        until = 0.1
+        end = 0.1
 
         [[collider]]
         plane = { point = [0, 0, 0], normal = [0, 1, 0] }

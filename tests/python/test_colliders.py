@@ -19,7 +19,7 @@ COLLIDERS = [
 
 @pytest.mark.parametrize("collider", COLLIDERS, ids=lambda collider: type(collider).__name__)
 def test_a_body_comes_to_rest_on_each(cube, collider):
-    body = supple.Body(cube, lattice_vertices=64, translate=(0, 1.2, 0), damping=0.3)
+    body = supple.Body(cube, lattice_vertices=64, translate=(0, 1.2, 0), region_damping=0.3)
     sim = supple.Simulation([body], dt=1 / 120, colliders=[collider])
     sim.step(360)
     assert body.positions[:, 1].min() > -0.5

@@ -66,7 +66,7 @@ def test_setters_leave_each_other_alone(block):
 
 
 def test_looking_changes_no_bit(cube):
-    bodies = [supple.Body(cube, lattice_vertices=200, damping=0.2) for _ in range(2)]
+    bodies = [supple.Body(cube, lattice_vertices=200, region_damping=0.2) for _ in range(2)]
     sims = [supple.Simulation([body], colliders=[supple.Plane((0, -2, 0), (0, 1, 0))], threads=1) for body in bodies]
     for _ in range(60):
         for sim in sims:
@@ -83,7 +83,7 @@ def test_threads_change_no_bit(threads):
     lattice = supple.Lattice.from_cells(np.random.default_rng(4).random((30, 30, 30)) < 0.7)
     results = []
     for count in (1, threads):
-        bodies = [supple.Body(lattice, damping=0.1, half_width=w, spin=(0, 1, 2)) for w in (1, 4)]
+        bodies = [supple.Body(lattice, region_damping=0.1, half_width=w, spin=(0, 1, 2)) for w in (1, 4)]
         sim = supple.Simulation(bodies, threads=count, colliders=[supple.Sphere((15, -5, 15), 8)])
         sim.step(20)
         assert sim.threads == count
@@ -121,20 +121,20 @@ def test_dt_time_and_gravity_can_be_set(block):
 
 
 def test_stiffness_and_damping_can_be_set(block):
-    body = supple.Body(block, frequency=5, damping_rate=2)
+    body = supple.Body(block, frequency=5, region_damping_rate=2)
     assert (body.stiffness, body.frequency) == (None, 5)
-    assert (body.damping, body.damping_rate) == (None, 2)
+    assert (body.region_damping, body.region_damping_rate) == (None, 2)
     body.stiffness = 0.5
-    body.damping = 0.25
+    body.region_damping = 0.25
     assert (body.stiffness, body.frequency) == (0.5, None)
-    assert (body.damping, body.damping_rate) == (0.25, None)
+    assert (body.region_damping, body.region_damping_rate) == (0.25, None)
     body.frequency = 3
-    body.damping_rate = 0
-    assert (body.frequency, body.damping_rate) == (3, 0)
-    for name, value in [("stiffness", 0), ("stiffness", 1.1), ("frequency", 0), ("damping", -1), ("damping_rate", -1)]:
+    body.region_damping_rate = 0
+    assert (body.frequency, body.region_damping_rate) == (3, 0)
+    for name, value in [("stiffness", 0), ("stiffness", 1.1), ("frequency", 0), ("region_damping", -1), ("region_damping_rate", -1)]:
         with pytest.raises(ValueError, match=f"{name} = "):
             setattr(body, name, value)
-    for name in ("stiffness", "frequency", "damping", "damping_rate", "half_width", "stiffness_radius"):
+    for name in ("stiffness", "frequency", "region_damping", "region_damping_rate", "half_width", "stiffness_radius"):
         for value in ("x", None, True):
             with pytest.raises(TypeError, match=f"^{name} must be a .*number, not"):
                 setattr(body, name, value)
@@ -158,9 +158,9 @@ def test_half_width_can_be_set(block):
 
 def test_what_is_set_later_is_as_what_was_given(block):
     stretched = block.rest_positions * [1.3, 1, 1]
-    given = supple.Body(block, stiffness=0.4, damping=0.3, half_width=3)
+    given = supple.Body(block, stiffness=0.4, region_damping=0.3, half_width=3)
     later = supple.Body(block)
-    later.stiffness, later.damping, later.half_width = 0.4, 0.3, 3
+    later.stiffness, later.region_damping, later.half_width = 0.4, 0.3, 3
     for body in (given, later):
         sim = supple.Simulation([body])
         body.positions = stretched
@@ -178,11 +178,11 @@ def test_what_is_set_later_is_as_what_was_given(block):
         ({"stiffness": 0}, ValueError, r"stiffness = 0 is out of range: it must be in \(0, 1\]"),
         ({"stiffness": np.nan}, ValueError, "stiffness"),
         ({"stiffness": "soft"}, TypeError, "stiffness must be a number, not str"),
-        ({"damping": 1.1}, ValueError, "damping"),
+        ({"region_damping": 1.1}, ValueError, "region_damping"),
         ({"density": -1}, ValueError, "density"),
         ({"stiffness_radius": 0}, ValueError, "stiffness_radius"),
         ({"stiffness": 1, "frequency": 3}, ValueError, "stiffness and frequency"),
-        ({"damping": 0, "damping_rate": 3}, ValueError, "damping and damping_rate"),
+        ({"region_damping": 0, "region_damping_rate": 3}, ValueError, "region_damping and region_damping_rate"),
         ({"half_width": 1, "stiffness_radius": 3}, ValueError, "half_width and stiffness_radius"),
         ({"velocity": (0, np.inf, 0)}, ValueError, r"velocity\[1\] = inf"),
         ({"spin": 3}, ValueError, "spin"),

@@ -50,9 +50,9 @@ def test_vertices_by_index_or_mask(bar):
         assert np.array_equal(np.linalg.norm(body.positions - bar.rest_positions, axis=1) < 1e-6, mask)
 
 
-def test_a_pin_holds_from_and_until(bar):
+def test_a_pin_holds_start_and_end(bar):
     body = supple.Body(bar, velocity=(1, 0, 0))
-    body.pin(vertices=np.arange(len(bar)), from_=0.25, until=0.5)
+    body.pin(vertices=np.arange(len(bar)), start=0.25, end=0.5)
     sim = _sim(body)
     sim.step(30)
     assert np.allclose(body.positions, bar.rest_positions + [0.25, 0, 0], atol=1e-5)
@@ -71,10 +71,10 @@ def test_a_handle_moves_along_its_keys(bar, as_dicts):
     body.handle(vertices=held, keys=keys)
     sim = _sim(body)
     sim.step(30)
-    centre = bar.rest_positions[held].mean(axis=0)
-    arms = bar.rest_positions[held] - centre
+    center = bar.rest_positions[held].mean(axis=0)
+    arms = bar.rest_positions[held] - center
     quarter = arms @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]).T
-    assert np.allclose(body.positions[held], centre + quarter + [0.125, 0, 0], atol=1e-5)
+    assert np.allclose(body.positions[held], center + quarter + [0.125, 0, 0], atol=1e-5)
     sim.step(90)
     assert np.allclose(body.positions[held], bar.rest_positions[held] + [0.5, 0, 0], atol=1e-5)
 
@@ -135,18 +135,18 @@ def test_mesh_selections_take_the_cells_of_mesh_vertices(cube):
         ({"vertices": [-1]}, ValueError, "-1 is out of range"),
         ({"vertices": np.array([2**64 - 1], np.uint64)}, ValueError, "18446744073709551615 is out of range"),
         ({"vertices": [True, False]}, ValueError, r"vertices has the shape \(2,\); it must be \(81,\)"),
-        ({"vertices": [0], "from_": None}, TypeError, "from_ must be a number, not None"),
+        ({"vertices": [0], "start": None}, TypeError, "start must be a number, not None"),
         ({"vertices": [0.5]}, TypeError, "vertices must be integers"),
         ({"vertices": np.ones(3, bool)}, ValueError, r"vertices has the shape \(3,\); it must be \(81,\)"),
-        ({"vertices": [0], "from_": 2, "until": 1}, ValueError, "until"),
-        ({"vertices": [0], "untill": 1}, TypeError, '"untill"; the nearest one is "until"'),
+        ({"vertices": [0], "start": 2, "end": 1}, ValueError, "end"),
+        ({"vertices": [0], "endd": 1}, TypeError, '"endd"; the nearest one is "end"'),
     ],
 )
 def test_refused_selections(bar, arguments, error, message):
     body = supple.Body(bar)
     with pytest.raises(error, match=message):
         body.pin(**arguments)
-    if "untill" not in arguments:
+    if "endd" not in arguments:
         with pytest.raises(error, match=message):
             body.handle(keys=[(0,)], **arguments)
 

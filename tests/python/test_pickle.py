@@ -20,20 +20,20 @@ def _same(a, b):
 def _busy(cube):
     """A simulation with all that can change at run time changed."""
     body = supple.Body(
-        cube, name="die", lattice_vertices=200, scale=0.7, rotate=(10, 20, 30), translate=(0, 1, 0), damping=0.1
+        cube, name="die", lattice_vertices=200, scale=0.7, rotate=(10, 20, 30), translate=(0, 1, 0), region_damping=0.1
     )
     block = supple.Body(supple.Lattice.from_cells(np.ones((3, 3, 3))), translate=[5, 0, 0], frequency=10)
     ground = supple.Plane((0, 0, 0), (0, 1, 0), friction=0.3, keys=[(0,), (2, (0, 0.3, 0))])
     sim = supple.Simulation([body, block], dt=1 / 100, colliders=[ground], threads=2, substeps=2)
-    hold = body.handle(vertices=[0, 1, 2], keys=[(0,), (1, (0.2, 0, 0), (0, 0, 90))], until=0.4)
+    hold = body.handle(vertices=[0, 1, 2], keys=[(0,), (1, (0.2, 0, 0), (0, 0, 90))], end=0.4)
     sim.step(7)
-    body.pin(vertices=[20], from_=0.2)
+    body.pin(vertices=[20], start=0.2)
     sim.gravity = (0.5, -9, 0)
     sim.dt = 1 / 120
     body.stiffness = 0.7
     body.half_width = 3
     block.volume_options = "lattice"
-    block.damping_rate = 2
+    block.region_damping_rate = 2
     hold.set_keys([(0,), (1, (0.1, 0, 0))])
     sim.step(20)
     body.apply_force((0, 50, 0), vertices=[5, 6])
@@ -54,7 +54,7 @@ def test_a_simulation_goes_on_bit_for_bit(cube, again):
             assert body is not twin
             assert _same(body, twin)
             assert body.volume_report() == twin.volume_report()
-            for name in ("stiffness", "frequency", "damping", "half_width", "volume"):
+            for name in ("stiffness", "frequency", "region_damping", "half_width", "volume"):
                 assert getattr(body, name) == getattr(twin, name), name
         assert sim.bodies[0].surface().tobytes() == other.bodies[0].surface().tobytes()
         sim.step(10)

@@ -17,11 +17,11 @@ def test_a_loaded_scene_is_a_live_simulation(scene):
     sim = supple.load_scene(scene)
     assert isinstance(sim, supple.Simulation)
     assert sim.dt == pytest.approx(1 / 60)
-    assert sim.substeps == 2
+    assert sim.steps_per_frame == 2
     assert sim.colliders == (supple.Plane((0, 0, 0), (0, 1, 0)),)
     (body,) = sim.bodies
     assert body.name == "cube"
-    assert body.damping == 0.1
+    assert body.region_damping == 0.1
     assert len(body) == 125
     with pytest.raises(ValueError, match="already belongs"):
         supple.Simulation([body])

@@ -7,7 +7,7 @@ import pytest
 
 import supple
 
-PARAMETERS = {"body.cube.half_width": [1, 2], "body.cube.damping": [0.0, 0.2]}
+PARAMETERS = {"body.cube.half_width": [1, 2], "body.cube.region_damping": [0.0, 0.2]}
 
 
 def test_all_combinations_in_order(scene):

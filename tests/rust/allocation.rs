@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::Point3;
 use supple::{
     Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Mesh, Pin, Preservation, Selection,
-    Simulation, VolumeMeasure, VolumeOptions, VolumeScope, Window,
+    Simulation, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
 };
 
 struct Counting;
@@ -74,12 +74,12 @@ fn everything(n: i32, threads: usize) -> Simulation {
     let corner = Selection::Sphere { center: [0.0; 3], radius: 0.05 };
     let key = |time, rotate| Key { time, translate: [0.0; 3], rotate: [0.0, rotate, 0.0] };
     let body = block(n)
-        .damping(0.1)
-        .pin(Pin { selection: corner, window: Window::default() })
+        .region_damping(0.1)
+        .pin(Pin { selection: corner, window: TimeWindow::default() })
         .handle(Handle {
             selection: top,
             keys: vec![key(0.0, 0.0), key(9.0, 90.0)],
-            window: Window::default(),
+            window: TimeWindow::default(),
         })
         .build()
         .unwrap();
@@ -125,7 +125,8 @@ fn nothing_in_a_steady_state() {
 
     // Beside colliders, and region by region, once the body has come to rest.
     let volume = VolumeOptions { scope: VolumeScope::Regional, ..VolumeMeasure::Mesh.into() };
-    let body = Body::builder(cube()).lattice_vertices(500).damping(0.2).volume(volume).build().unwrap();
+    let body =
+        Body::builder(cube()).lattice_vertices(500).region_damping(0.2).volume(volume).build().unwrap();
     let ball = Collider::sphere([0.5, -0.9, 0.5], 1.0);
     let ground = Collider::plane([0.0, 0.02, 0.0], [0.0, 1.0, 0.0]);
     let resting = Simulation::builder().body(body).collider(ball).collider(ground).substeps(2);

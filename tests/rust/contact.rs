@@ -114,7 +114,7 @@ fn a_dropped_body_rises_to_the_square_of_the_restitution() {
     for _ in 0..2000 {
         hit |= block.step(&plane, 1e-3, 0.0).contacts > 0;
         if hit {
-            top = top.max(block.centre().y);
+            top = top.max(block.center().y);
             if block.mean_velocity().y < 0.0 {
                 break;
             }
@@ -168,14 +168,14 @@ fn overlapping_and_repeated_colliders_support_as_one_does() {
 #[test]
 fn nothing_is_ever_nan_and_deep_bodies_come_out_bit_by_bit() {
     let far = 1e300;
-    let centre = [0.45, 0.45, 0.45];
+    let center = [0.45, 0.45, 0.45];
     let hostile = [
-        Collider::sphere(centre, 50.0),
+        Collider::sphere(center, 50.0),
         Collider::sphere([far, far, far], 1.0),
         Collider::sphere([-far, 0.0, 0.0], far),
-        Collider::cuboid(centre, [40.0, 1e-9, 40.0], [30.0, 0.0, 0.0]),
+        Collider::cuboid(center, [40.0, 1e-9, 40.0], [30.0, 0.0, 0.0]),
         Collider::cuboid([far, 0.0, -far], [far; 3], [1e9, 0.0, 0.0]),
-        Collider::capsule(centre, centre, 3.0),
+        Collider::capsule(center, center, 3.0),
         Collider::capsule([-far, 0.0, 0.0], [far, 0.0, 0.0], 1.0),
         Collider::plane([far, far, 0.0], [0.0, 1.0, 1e-300]),
         Collider::plane([0.0, 30.0, 0.0], [0.0, 1e-200, 0.0]),

@@ -22,7 +22,7 @@ fn lowest(body: BodyRef<'_>) -> f64 {
     surface.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
 }
 
-fn centre(body: &Body) -> Vector3<f64> {
+fn center(body: &Body) -> Vector3<f64> {
     let (positions, masses) = (body.positions(), body.masses());
     let sum: Vector3<f64> = positions.iter().zip(&masses).map(|(p, m)| p.coords * *m).sum();
     sum / masses.iter().sum::<f64>()
@@ -49,7 +49,7 @@ fn shapes() -> [(&'static str, BodyBuilder); 3] {
 /// Steps a body for ten seconds; nothing but gravity and the ground acts on it.
 fn keeps_its_energy(name: &str, body: BodyBuilder, stiffness: f64, ground: Collider) {
     let (restitution, friction) = (ground.restitution, ground.friction);
-    let mut sim = drop(body.stiffness(stiffness).damping(0.0), ground, 3.0);
+    let mut sim = drop(body.stiffness(stiffness).region_damping(0.0), ground, 3.0);
     let level = lowest(sim.body(0)) - 3.0;
     let start = energy(&sim.body(0), level);
     // What is conserved has beside this the deformation between two steps, at least -stiffness/4 of the kinetic part.
@@ -113,11 +113,11 @@ fn a_perfect_bounce_keeps_more_than_a_dull_one() {
         let risen = |restitution| {
             let ground = Collider { restitution, friction: 0.0, ..Collider::plane([0.0; 3], [1.0; 3]) };
             let mut sim = drop(body.clone().half_width(2).stiffness(0.5), ground, 3.0);
-            let start = centre(&sim.body(0)).y;
+            let start = center(&sim.body(0)).y;
             let mut heights = Vec::new();
             for _ in 0..200 {
                 sim.step();
-                heights.push(centre(&sim.body(0)).y - start);
+                heights.push(center(&sim.body(0)).y - start);
             }
             let turn = (1..200).find(|&k| heights[k] > heights[k - 1]).unwrap();
             heights[turn..].iter().copied().fold(f64::NEG_INFINITY, f64::max)
@@ -132,15 +132,15 @@ fn bodies_come_to_rest_on_the_ground() {
     for (name, body) in shapes().into_iter().chain([ball]) {
         for restitution in [0.0, 0.5, 0.9] {
             let ground = Collider { restitution, ..Collider::plane([0.0; 3], [1.0; 3]) };
-            let mut sim = drop(body.clone().stiffness(0.5).damping(0.1), ground, 1.0);
+            let mut sim = drop(body.clone().stiffness(0.5).region_damping(0.1), ground, 1.0);
             let cell = sim.body(0).lattice().cell_size();
             let level = lowest(sim.body(0)) - 1.0;
             sim.steps(60 * 60);
-            let (mut low, mut high) = (centre(&sim.body(0)), centre(&sim.body(0)));
+            let (mut low, mut high) = (center(&sim.body(0)), center(&sim.body(0)));
             for _ in 0..120 {
                 sim.step();
-                let centre = centre(&sim.body(0));
-                (low, high) = (low.inf(&centre), high.sup(&centre));
+                let center = center(&sim.body(0));
+                (low, high) = (low.inf(&center), high.sup(&center));
                 let above = (lowest(sim.body(0)) - level) / cell;
                 assert!(
                     (-1e-3..5e-3).contains(&above),
@@ -158,7 +158,7 @@ fn a_symmetric_body_that_falls_flat_stays_so() {
     let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let cube = Mesh::new(corners, &quads).unwrap();
-    let body = Body::builder(cube).cell_size(0.25).half_width(2).damping(0.05);
+    let body = Body::builder(cube).cell_size(0.25).half_width(2).region_damping(0.05);
     let mut sim = drop(body, Collider { restitution: 0.4, ..Collider::plane([0.0; 3], [1.0; 3]) }, 1.0);
     sim.steps(120);
     let positions = sim.body(0).positions();

@@ -14,7 +14,8 @@ fn touch(lattice: &Lattice, samples: SampleCells, collider: Collider) -> Contact
         positions.set(slot, index.map(|i| i as f32));
     }
     let frame = BodyFrame { origin: lattice.origin(), cell_size: lattice.cell_size() };
-    let mut state = BodyState { positions: &mut positions, carry: None, velocities: &mut velocities, frame };
+    let mut state =
+        BodyState { positions: &mut positions, compensation: None, velocities: &mut velocities, frame };
     let colliders = Colliders::new(&[collider]).unwrap();
     Contacts::new(samples).resolve(&mut state, &colliders, Interval::of_step(0, 1.0 / 60.0), [0.0; 3])
 }

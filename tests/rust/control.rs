@@ -4,8 +4,8 @@
 use crate::common::{alone, half_cells, momentum};
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, Damping, Handle, Key, RegionSize, Selection, Simulation, Stiffness, VolumeMeasure, VolumeOptions,
-    Window,
+    Body, Handle, Key, RegionDamping, RegionSize, Selection, Simulation, Stiffness, TimeWindow,
+    VolumeMeasure, VolumeOptions,
 };
 
 #[test]
@@ -13,10 +13,10 @@ fn what_is_set_later_is_as_what_was_built() {
     let build = || Body::from_lattice(half_cells());
     let mut later = build().build().unwrap();
     later.set_stiffness(Stiffness::Frequency(3.0)).unwrap();
-    later.set_damping(Damping::Rate(2.0)).unwrap();
+    later.set_region_damping(RegionDamping::Rate(2.0)).unwrap();
     later.set_region_size(RegionSize::Radius(1.6)).unwrap();
     assert_eq!(later.half_width(), 3);
-    let given = build().frequency(3.0).damping_rate(2.0).half_width(3).build().unwrap();
+    let given = build().frequency(3.0).region_damping_rate(2.0).half_width(3).build().unwrap();
     let run = |body: Body| {
         let mut simulation = alone(body);
         let stretched: Vec<_> =
@@ -32,7 +32,7 @@ fn what_is_set_later_is_as_what_was_built() {
 fn out_of_range_changes_nothing() {
     let mut body = Body::from_lattice(half_cells()).build().unwrap();
     assert!(body.set_stiffness(Stiffness::PerStep(1.5)).is_err());
-    assert!(body.set_damping(Damping::Rate(-1.0)).is_err());
+    assert!(body.set_region_damping(RegionDamping::Rate(-1.0)).is_err());
     assert!(body.set_region_size(RegionSize::Cells(0)).is_err());
     assert!(body.set_volume(VolumeMeasure::Mesh).is_err());
     assert_eq!(body.volume_options(), VolumeOptions::default());
@@ -107,7 +107,7 @@ fn holds_are_released_and_driven() {
     let mut body = Body::from_lattice(half_cells()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
-    body.handle(&Handle { selection: all, keys, window: Window::default() }).unwrap();
+    body.handle(&Handle { selection: all, keys, window: TimeWindow::default() }).unwrap();
     let rest = body.positions();
     let mut simulation = alone(body);
     simulation.steps(5);
@@ -149,9 +149,9 @@ fn threads_can_be_changed_on_the_way() {
 
 #[test]
 fn a_state_of_what_is_held_goes_on_in_a_body_that_never_was() {
-    let pin = |until| supple::Pin {
+    let pin = |end| supple::Pin {
         selection: Selection::Vertices(vec![0, 1, 20]),
-        window: Window { from: 0.05, until },
+        window: TimeWindow { start: 0.05, end },
     };
     let build = || Body::from_lattice(half_cells()).spin([0.0, 1.0, 0.0]).pin(pin(0.25)).build().unwrap();
     let (mut one, mut free) = (alone(build()), alone(build()));
@@ -187,10 +187,10 @@ fn a_state_keeps_what_a_user_changed() {
     one.set_gravity([0.0, -9.0, 0.0]).unwrap();
     let body = one.body_mut(0);
     body.set_stiffness(Stiffness::PerStep(0.6)).unwrap();
-    body.set_damping(Damping::PerStep(0.1)).unwrap();
+    body.set_region_damping(RegionDamping::PerStep(0.1)).unwrap();
     body.set_region_size(RegionSize::Cells(3)).unwrap();
     body.set_volume(VolumeMeasure::Lattice).unwrap();
-    let pin = supple::Pin { selection: Selection::Vertices(vec![0, 1]), window: Window::default() };
+    let pin = supple::Pin { selection: Selection::Vertices(vec![0, 1]), window: TimeWindow::default() };
     body.pin(&pin).unwrap();
     one.steps(40);
     one.body_mut(0).apply_force([5.0, 0.0, 0.0], &Selection::Vertices(vec![20])).unwrap();

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use supple::{Body, BodyRef, Collider, Display, RegionSize, Simulation, VolumeOptions};
 
 fn cube(edge: i32) -> Body {
-    Body::from_lattice(lattice(&block([edge; 3]))).damping(0.2).build().unwrap()
+    Body::from_lattice(lattice(&block([edge; 3]))).region_damping(0.2).build().unwrap()
 }
 
 fn falling(body: Body) -> Simulation {

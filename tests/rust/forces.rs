@@ -2,7 +2,7 @@
 
 use crate::common::{alone, half_cells, momentum};
 use nalgebra::Vector3;
-use supple::{Body, Error, Handle, Key, Selection, Simulation, Window};
+use supple::{Body, Error, Handle, Key, Selection, Simulation, TimeWindow};
 
 #[test]
 fn a_force_gives_its_impulse_once_whatever_it_pulls_at() {
@@ -11,7 +11,7 @@ fn a_force_gives_its_impulse_once_whatever_it_pulls_at() {
         Selection::Plane { point: [1.6, 0.0, 0.0], normal: [1.0, 0.0, 0.0] },
     ];
     for selection in selections {
-        let mut simulation = alone(Body::from_lattice(half_cells()).damping(0.2).build().unwrap());
+        let mut simulation = alone(Body::from_lattice(half_cells()).region_damping(0.2).build().unwrap());
         let force = Vector3::new(300.0, -20.0, 50.0);
         simulation.body_mut(0).apply_force(force.into(), &selection).unwrap();
         for steps in [1, 100] {
@@ -77,7 +77,7 @@ fn what_would_overflow_is_refused_at_the_border() {
     let keys = |way| vec![Key { time: 0.0, translate: [0.0, way, 0.0], rotate: [0.0; 3] }];
     let handle = |way| {
         let selection = Selection::Vertices(vec![0, 1]);
-        Handle { selection, keys: keys(way), window: Window::default() }
+        Handle { selection, keys: keys(way), window: TimeWindow::default() }
     };
     body.handle(&handle(-5e14)).unwrap();
     let error = body.handle(&handle(1e39)).unwrap_err().to_string();

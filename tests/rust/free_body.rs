@@ -10,22 +10,22 @@ fn free(body: Body) -> Simulation {
     Simulation::builder().body(body).gravity([0.0; 3]).dt(DT).threads(1).build().unwrap()
 }
 
-/// Centre of mass and the turn from rest.
+/// Center of mass and the turn from rest.
 fn pose(sim: &Simulation) -> (Vector3<f64>, Rotation3<f64>) {
     let body = sim.body(0);
-    let (turn, _, centre) = rigid_fit(&body.masses(), &rest(body.lattice()), &coordinates(&body.positions()));
-    (centre, turn)
+    let (turn, _, center) = rigid_fit(&body.masses(), &rest(body.lattice()), &coordinates(&body.positions()));
+    (center, turn)
 }
 
-/// Linear momentum over mass, and angular momentum about the centre over mass.
+/// Linear momentum over mass, and angular momentum about the center over mass.
 fn momenta(sim: &Simulation) -> (Vector3<f64>, Vector3<f64>) {
     let body = sim.body(0);
     let (x, v, m) = (coordinates(&body.positions()), body.velocities(), body.masses());
     let mass: f64 = m.iter().sum();
-    let centre = x.iter().zip(&m).map(|(x, m)| x * *m).sum::<Vector3<f64>>() / mass;
+    let center = x.iter().zip(&m).map(|(x, m)| x * *m).sum::<Vector3<f64>>() / mass;
     let linear = v.iter().zip(&m).map(|(v, m)| v * *m).sum::<Vector3<f64>>() / mass;
     let angular =
-        x.iter().zip(&v).zip(&m).map(|((x, v), m)| (x - centre).cross(v) * *m).sum::<Vector3<f64>>() / mass;
+        x.iter().zip(&v).zip(&m).map(|((x, v), m)| (x - center).cross(v) * *m).sum::<Vector3<f64>>() / mass;
     (linear, angular)
 }
 
@@ -53,7 +53,7 @@ fn a_free_body_keeps_its_place_and_its_angle() {
     for (factors, damping) in [(still, 0.0), (still, 0.1), (stretch, 0.0), (stretch, 0.1)] {
         let lattice = lattice(&block([7, 4, 5]));
         let mut body =
-            Body::from_lattice(lattice).half_width(2).stiffness(0.7).damping(damping).build().unwrap();
+            Body::from_lattice(lattice).half_width(2).stiffness(0.7).region_damping(damping).build().unwrap();
         stretched(&mut body, factors);
         let mut sim = free(body);
         let before = pose(&sim);
@@ -61,7 +61,7 @@ fn a_free_body_keeps_its_place_and_its_angle() {
         let after = pose(&sim);
         let turn = UnitQuaternion::from_rotation_matrix(&before.1.rotation_to(&after.1)).angle();
         let drift = (after.0 - before.0).norm();
-        assert!(drift < 1e-3, "stretch {factors:?}, damping {damping}: the centre moved by {drift:e} cells");
+        assert!(drift < 1e-3, "stretch {factors:?}, damping {damping}: the center moved by {drift:e} cells");
         assert!(turn < 1e-3, "stretch {factors:?}, damping {damping}: it turned by {turn:e} rad");
     }
 }
@@ -71,7 +71,7 @@ fn momenta_are_kept_while_it_spins_and_vibrates() {
     for damping in [0.0, 0.2] {
         let mut random = Random(22);
         let lattice = lattice(&block([9, 3, 4]));
-        let mut body = Body::from_lattice(lattice).half_width(1).damping(damping).build().unwrap();
+        let mut body = Body::from_lattice(lattice).half_width(1).region_damping(damping).build().unwrap();
         shaken(&mut body, 0.2);
         let x = coordinates(&body.positions());
         let spin = Vector3::new(0.3, 1.1, -0.4);
@@ -144,7 +144,7 @@ fn parts_that_float_keep_their_own_momenta() {
     cells.extend(block([2, 2, 2]).into_iter().map(|[x, y, z]| [x + 8, y, z]));
     let lattice = lattice(&cells);
     assert_eq!(lattice.components().count, 2);
-    let mut body = Body::from_lattice(lattice.clone()).half_width(2).damping(0.3).build().unwrap();
+    let mut body = Body::from_lattice(lattice.clone()).half_width(2).region_damping(0.3).build().unwrap();
     let of = lattice.components().of_vertex.clone();
     let way = [Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, -2.0)];
     let v: Vec<_> = of.iter().map(|&c| way[c as usize]).collect();
@@ -163,13 +163,13 @@ fn parts_that_float_keep_their_own_momenta() {
 #[test]
 fn damping_leaves_a_rigid_motion_alone_also_when_it_was_set() {
     let lattice = lattice(&block([6, 3, 4]));
-    let mut body = Body::from_lattice(lattice.clone()).half_width(2).damping(0.9).build().unwrap();
+    let mut body = Body::from_lattice(lattice.clone()).half_width(2).region_damping(0.9).build().unwrap();
     let turn = Rotation3::new(Vector3::new(0.9, -1.7, 0.4));
     let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
-    let centre = x.iter().zip(body.masses()).map(|(x, m)| x * m).sum::<Vector3<f64>>()
+    let center = x.iter().zip(body.masses()).map(|(x, m)| x * m).sum::<Vector3<f64>>()
         / body.masses().iter().sum::<f64>();
     let (drift, spin) = (Vector3::new(0.5, 1.0, -2.0), Vector3::new(0.2, 0.1, -0.3));
-    let v: Vec<_> = x.iter().map(|x| drift + spin.cross(&(x - centre))).collect();
+    let v: Vec<_> = x.iter().map(|x| drift + spin.cross(&(x - center))).collect();
     body.set_positions(&points(&x)).unwrap();
     body.set_velocities(&v).unwrap();
     let mut sim = free(body);

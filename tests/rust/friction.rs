@@ -24,12 +24,12 @@ fn on_slope(degrees: f64, friction: f64, seconds: f64) -> (f64, f64) {
     let mut block = Block::new([4, 2, 4], CELL, None);
     block.place(&turn, Point3::origin());
     let slope = colliders(&[Collider { friction, ..Collider::plane([0.0; 3], normal.into()) }]);
-    let start = block.centre();
+    let start = block.center();
     block.damping = 0.3;
     for _ in 0..(seconds / DT).round() as u32 {
         block.step(&slope, DT, 1.0);
     }
-    ((block.centre() - start).dot(&downhill), block.mean_velocity().dot(&downhill))
+    ((block.center() - start).dot(&downhill), block.mean_velocity().dot(&downhill))
 }
 
 #[test]
@@ -72,10 +72,10 @@ fn a_moving_collider_carries_what_lies_on_it() {
     block.place(&Matrix3::identity(), Point3::new(0.5, 0.0, 0.0));
     let table = colliders(&[table]);
     block.run(60, &table, DT);
-    let start = block.centre();
+    let start = block.center();
     block.run(150, &table, DT);
     let expected = euler_degrees([0.0, 90.0, 0.0]) * start.coords;
-    let off = (block.centre().coords - expected).norm();
+    let off = (block.center().coords - expected).norm();
     assert!(off < 0.2 * CELL, "{off}");
 
     // A collider that rises into a resting body lifts it at its own speed.

@@ -2,6 +2,7 @@
 
 mod collider;
 mod common;
+mod constraints;
 mod contact;
 mod contact_energy;
 mod contact_samples;
@@ -17,7 +18,6 @@ mod friction;
 mod fuzz;
 mod fuzz_obj;
 mod fuzz_scene;
-mod kinematics;
 mod lattice;
 mod matching;
 mod mesh;

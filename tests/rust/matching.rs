@@ -136,8 +136,10 @@ fn damping_equals_the_reference() {
             let turn = random.rotation();
             let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
             let v: Vec<_> = x.iter().map(|_| random.vector()).collect();
-            let body =
-                Body::from_lattice(lattice.clone()).half_width(half_width).stiffness(1e-3).damping(0.6);
+            let body = Body::from_lattice(lattice.clone())
+                .half_width(half_width)
+                .stiffness(1e-3)
+                .region_damping(0.6);
             let mut body = body.build().unwrap();
             body.set_positions(&points(&x)).unwrap();
             body.set_velocities(&v).unwrap();

@@ -249,7 +249,7 @@ fn auto_substeps_follow_frequency_and_speed() {
     // A cell in a step: 12 / (30 x 0.1) = 4.
     assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.1), 4);
     assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.4), 1);
-    // A fall of the centre over 1: v^2 = 2 g.
+    // A fall of the center over 1: v^2 = 2 g.
     assert_eq!(steps(&["simulation.gravity=[0, -72, 0]"], 0.1), 4);
     assert_eq!(steps(&["simulation.gravity=[0, 72, 0]"], 0.1), 1);
     let mover = "collider.0.keys=[{ time = 0 }, { time = 0.5, translate = [0, 6, 0] }]";

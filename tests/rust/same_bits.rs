@@ -2,7 +2,9 @@
 
 use crate::common::{Random, block, coordinates, lattice, points, rest, worst};
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Collider, Handle, Key, Pin, Selection, Simulation, VolumeOptions, VolumeScope, Window};
+use supple::{
+    Body, Collider, Handle, Key, Pin, Selection, Simulation, TimeWindow, VolumeOptions, VolumeScope,
+};
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
@@ -12,13 +14,13 @@ fn everything(threads: usize) -> Simulation {
     assert!(lattice.len() > 8_192);
     let mut random = Random(31);
     let x: Vec<_> = rest(&lattice).iter().map(|x| x + random.vector() * 0.1).collect();
-    let window = Window { from: 0.1, until: 0.6 };
+    let window = TimeWindow { start: 0.1, end: 0.6 };
     let side = |x: f64| Selection::Plane { point: [x, 0.0, 0.0], normal: [x - 16.0, 0.0, 0.0] };
     let key = |time, rotate| Key { time, translate: [0.0, time, 0.0], rotate: [rotate, 0.0, 0.0] };
     let mut body = Body::from_lattice(lattice)
         .half_width(2)
         .stiffness(0.8)
-        .damping(0.1)
+        .region_damping(0.1)
         .pin(Pin { selection: side(1.0), window })
         .handle(Handle { selection: side(32.0), keys: vec![key(0.0, 0.0), key(0.5, 40.0)], window })
         .volume(VolumeOptions { scope: VolumeScope::Regional, ..VolumeOptions::default() })
@@ -78,7 +80,13 @@ fn whether_somebody_looks_or_not() {
 fn levels_with_fma_agree_bit_for_bit_and_others_to_a_tolerance() {
     const CHILD: &str = "SUPPLE_TEST_CHILD";
     let mut sim = Simulation::builder()
-        .body(Body::from_lattice(lattice(&block([9, 6, 7]))).half_width(2).damping(0.05).build().unwrap())
+        .body(
+            Body::from_lattice(lattice(&block([9, 6, 7])))
+                .half_width(2)
+                .region_damping(0.05)
+                .build()
+                .unwrap(),
+        )
         .gravity([0.0; 3])
         .threads(1)
         .build()

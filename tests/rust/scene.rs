@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use supple::{
-    Damping, FieldKind, Preservation, RegionSize, Resolution, Selection, Shape, Stiffness, VolumeMeasure,
-    VolumeScope,
+    FieldKind, Preservation, RegionDamping, RegionSize, Resolution, Selection, Shape, Stiffness,
+    VolumeMeasure, VolumeScope,
 };
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Substeps, body_keys};
@@ -32,7 +32,7 @@ cell_size = 0.1
 join = false
 stiffness_radius = 0.2
 frequency = 12.0
-damping_rate = 3.0
+region_damping_rate = 3.0
 density = 500
 volume = { measure = "mesh", scope = "regional", field = "paper", max_correction = 0.5 }
 velocity = [1, 2, 3]
@@ -40,12 +40,12 @@ spin = [4, 5, 6]
 
 [[body.pin]]
 box = { min = [0, 0, 0], max = [1, 1, 1] }
-until = 2.0
+end = 2.0
 
 [[body.handle]]
 sphere = { center = [0, 1, 0], radius = 0.5 }
 keys = [ { time = 0 }, { time = 1, translate = [0, 0.5, 0], rotate = [0, 720, 0] } ]
-from = 0.5
+start = 0.5
 
 [[body]]
 name = "ball.2"
@@ -97,8 +97,8 @@ fn every_key_is_read() {
     );
     assert_eq!((body.resolution, body.join), (Resolution::CellSize(0.1), false));
     assert_eq!(
-        (body.material.region_size, body.material.stiffness, body.material.damping),
-        (RegionSize::Radius(0.2), Stiffness::Frequency(12.0), Damping::Rate(3.0))
+        (body.material.region_size, body.material.stiffness, body.material.region_damping),
+        (RegionSize::Radius(0.2), Stiffness::Frequency(12.0), RegionDamping::Rate(3.0))
     );
     assert_eq!(
         (body.volume.measure, body.volume.scope, body.volume.field, body.volume.max_correction),
@@ -110,9 +110,9 @@ fn every_key_is_read() {
     );
     let pin = &body.pins[0];
     assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
-    assert_eq!((pin.window.from, pin.window.until), (0.0, 2.0));
+    assert_eq!((pin.window.start, pin.window.end), (0.0, 2.0));
     let handle = &body.handles[0];
-    assert_eq!((handle.window.from, handle.window.until, handle.keys.len()), (0.5, f64::INFINITY, 2));
+    assert_eq!((handle.window.start, handle.window.end, handle.keys.len()), (0.5, f64::INFINITY, 2));
     assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
 
     let ball = &scene.bodies[1];
@@ -121,8 +121,8 @@ fn every_key_is_read() {
         (Resolution::Vertices(1000), RegionSize::Cells(2))
     );
     assert_eq!(
-        (ball.material.stiffness, ball.material.damping),
-        (Stiffness::PerStep(1.0), Damping::PerStep(0.0))
+        (ball.material.stiffness, ball.material.region_damping),
+        (Stiffness::PerStep(1.0), RegionDamping::PerStep(0.0))
     );
     assert!(matches!(scene.colliders[2].shape, Shape::Capsule { radius: 0.25, .. }));
     assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
@@ -152,8 +152,8 @@ fn values_out_of_range_name_the_range() {
     for (line, key, range) in [
         ("stiffness = 0", "stiffness", "in (0, 1]"),
         ("stiffness = 1.5", "stiffness", "in (0, 1]"),
-        ("damping = -0.1", "damping", "in [0, 1]"),
-        ("damping_rate = -1", "damping_rate", "at least 0"),
+        ("region_damping = -0.1", "region_damping", "in [0, 1]"),
+        ("region_damping_rate = -1", "region_damping_rate", "at least 0"),
         ("frequency = 0", "frequency", "above 0"),
         ("frequency = nan", "frequency", "above 0"),
         ("scale = inf", "scale", "above 0"),
@@ -168,7 +168,7 @@ fn values_out_of_range_name_the_range() {
         ("volume = { max_correction = -1 }", "max_correction", "at least 0"),
         ("[[body.pin]]\nplane = { point = [0,0,0], normal = [0,0,0] }", "pin.0.plane.normal", "but zero"),
         ("[[body.pin]]\nbox = { min = [1,0,0], max = [0,1,1] }", "pin.0.box.max", "`min`"),
-        ("[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nfrom = 2\nuntil = 1", "until", "above 2"),
+        ("[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nfrom = 2\nuntil = 1", "end", "above 2"),
     ] {
         let message = refusal(line);
         assert!(message.contains(key) && message.contains(range), "{line}: {message}");
@@ -215,7 +215,7 @@ fn pairs_exclude_each_other() {
     for (line, first, second) in [
         ("half_width = 2\nstiffness_radius = 0.1", "half_width", "stiffness_radius"),
         ("stiffness = 1\nfrequency = 3", "stiffness", "frequency"),
-        ("damping = 0\ndamping_rate = 3", "damping", "damping_rate"),
+        ("region_damping = 0\nregion_damping_rate = 3", "region_damping", "region_damping_rate"),
         ("lattice_vertices = 100\ncell_size = 0.1", "lattice_vertices", "cell_size"),
         (
             "[[body.pin]]\nbox = { min = [0,0,0], max = [1,1,1] }\nsphere = { center = [0,0,0], radius = 1 }",

@@ -76,7 +76,7 @@ impl Block {
     pub(crate) fn state(&mut self) -> (BodyState<'_>, &mut Contacts) {
         let state = BodyState {
             positions: &mut self.positions,
-            carry: None,
+            compensation: None,
             velocities: &mut self.velocities,
             frame: self.frame,
         };
@@ -114,7 +114,7 @@ impl Block {
         (0..self.samples.len()).map(|i| self.frame.origin + self.sample(i) * self.frame.cell_size).collect()
     }
 
-    pub(crate) fn centre(&self) -> Point3<f64> {
+    pub(crate) fn center(&self) -> Point3<f64> {
         let sum: Vector3<f64> = (0..self.rest.len()).map(|v| self.position(v)).sum();
         self.frame.origin + sum / self.rest.len() as f64 * self.frame.cell_size
     }
@@ -167,34 +167,34 @@ impl Block {
 
     fn goals(&self) -> Vec<Vector3<f64>> {
         let count = self.rest.len() as f64;
-        let centre = (0..self.rest.len()).map(|v| self.position(v)).sum::<Vector3<f64>>() / count;
-        let rest_centre = self.rest.iter().sum::<Vector3<f64>>() / count;
+        let center = (0..self.rest.len()).map(|v| self.position(v)).sum::<Vector3<f64>>() / count;
+        let rest_center = self.rest.iter().sum::<Vector3<f64>>() / count;
         let moment = (0..self.rest.len()).fold(Matrix3::zeros(), |sum, v| {
-            sum + (self.position(v) - centre) * (self.rest[v] - rest_centre).transpose()
+            sum + (self.position(v) - center) * (self.rest[v] - rest_center).transpose()
         });
         let svd = moment.svd(true, true);
         let (u, v_t) = (svd.u.unwrap(), svd.v_t.unwrap());
         let sign = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
         let rotation = u * sign * v_t;
-        self.rest.iter().map(|rest| centre + rotation * (rest - rest_centre)).collect()
+        self.rest.iter().map(|rest| center + rotation * (rest - rest_center)).collect()
     }
 }
 
 /// Draws velocities towards the rigid motion that has their momenta (Mueller et al. 2007, section 3.5).
 fn damp(positions: &[Vector3<f64>], velocities: &mut [Vector3<f64>], part: f64) {
     let count = positions.len() as f64;
-    let centre = positions.iter().sum::<Vector3<f64>>() / count;
+    let center = positions.iter().sum::<Vector3<f64>>() / count;
     let mean = velocities.iter().sum::<Vector3<f64>>() / count;
     let (mut spin, mut inertia) = (Vector3::zeros(), Matrix3::zeros());
     for (x, v) in positions.iter().zip(velocities.iter()) {
-        let r = x - centre;
+        let r = x - center;
         spin += r.cross(v);
         inertia += Matrix3::identity() * r.norm_squared() - r * r.transpose();
     }
     let Some(inverse) = inertia.try_inverse() else { return };
     let turn = inverse * spin;
     for (x, v) in positions.iter().zip(velocities) {
-        *v += (mean + turn.cross(&(x - centre)) - *v) * part;
+        *v += (mean + turn.cross(&(x - center)) - *v) * part;
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::shapes::{apply, apply_in, ball, block, lattice, of_mesh, posed, shown, within};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use supple::internals::{Correction, CorrectionWorkspace, Push, Surface, VolumeMeasures};
+use supple::internals::{Correction, CorrectionWorkspace, ExternalForce, Surface, VolumeMeasures};
 use supple::{FieldKind, Lattice, Resolution, VolumeMeasure, VolumeOptions, VolumeScope};
 
 fn correction(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
@@ -130,8 +130,8 @@ fn a_body_between_plates_bulges_sideways_only() {
     let lattice = lattice(&block([0, 0, 0], [6, 6, 6]));
     let squashed = posed(&lattice, |[x, y, z]| [x, y, 0.8 * z]);
     let plates = lattice.indices().iter().enumerate().filter(|(_, index)| index[2] == 0 || index[2] == 6);
-    let pushes: Vec<Push> = plates
-        .map(|(vertex, index)| Push {
+    let pushes: Vec<ExternalForce> = plates
+        .map(|(vertex, index)| ExternalForce {
             vertex: vertex as u32,
             offset: [0.0, 0.0, if index[2] == 0 { 0.2 } else { -0.2 }],
         })
@@ -159,7 +159,8 @@ fn the_contact_fades_in() {
     let mut before = apply(&correction, &squashed, &[]);
     for step in 0..400 {
         let force = 1e-6 * 1.05_f32.powi(step);
-        let push: Vec<Push> = (0..25).map(|vertex| Push { vertex, offset: [0.0, 0.0, force] }).collect();
+        let push: Vec<ExternalForce> =
+            (0..25).map(|vertex| ExternalForce { vertex, offset: [0.0, 0.0, force] }).collect();
         let now = apply(&correction, &squashed, &push);
         for (a, b) in now.iter().flatten().zip(before.iter().flatten()) {
             assert!((a - b).abs() < 0.02, "a pop at {force}: {a} {b}");

@@ -81,7 +81,7 @@ fn seen(body: BodyRef<'_>) -> Vec<Point3<f64>> {
 
 /// A ball of radius 4, bouncing little.
 fn ball() -> BodyBuilder {
-    Body::builder(crate::shapes::ball(4.0)).cell_size(1.0).damping(0.1)
+    Body::builder(crate::shapes::ball(4.0)).cell_size(1.0).region_damping(0.1)
 }
 
 /// Two plates that close on what is between them, wait, and open again: `way` each, from `height` above and below.
@@ -118,7 +118,7 @@ fn squeezed_between_plates_it_bulges_sideways_and_enters_neither() {
             let [kept, plain] = worst.widths;
             assert!(kept > plain + 0.5, "it gives way sideways: {scope:?}, {half_width}: {worst:?}");
         }
-        let cube = || Body::from_lattice(lattice(&block([6, 6, 6]))).damping(0.1).translate([-3.0; 3]);
+        let cube = || Body::from_lattice(lattice(&block([6, 6, 6]))).region_damping(0.1).translate([-3.0; 3]);
         let worst = worst(&mut Pair::new(cube, scope, &plates(3.2, 1.2), 0.0), 180);
         assert!(worst.deeper < 1e-5 && worst.residual < 1e-12 && worst.jump < 0.05, "{scope:?}: {worst:?}");
         assert!(worst.widths[0] > worst.widths[1] + 1.0, "{scope:?}: {worst:?}");

@@ -158,8 +158,8 @@ fn components_have_a_life_of_their_own() {
 fn nested_shells() {
     let merged = |spheres: &[([f64; 3], f64, bool)]| {
         let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-        for &(centre, radius, flipped) in spheres {
-            let (own, mut own_faces) = sphere(centre, radius, 8);
+        for &(center, radius, flipped) in spheres {
+            let (own, mut own_faces) = sphere(center, radius, 8);
             let first = vertices.len() as u32;
             for face in &mut own_faces {
                 face.iter_mut().for_each(|corner| *corner += first);

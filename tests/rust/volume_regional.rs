@@ -100,7 +100,7 @@ fn a_dumbbell_whose_neck_is_stretched() {
 fn stretched(body: BodyBuilder, [low, high]: [f64; 2]) -> Simulation {
     let height = high - low;
     let held = [low + 0.2 * height, low + 0.9 * height];
-    pulled(body.half_width(2).stiffness(0.5).damping(0.2), 1, held, 0.5 * height, 300)
+    pulled(body.half_width(2).stiffness(0.5).region_damping(0.2), 1, held, 0.5 * height, 300)
 }
 
 #[test]

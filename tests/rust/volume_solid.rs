@@ -15,7 +15,7 @@ fn rows(name: &str) -> Vec<Vec<f64>> {
 
 /// The mesh of a stiff body that is held below `low` and above `high` along an axis, and pulled by `way` until it rests.
 fn shown(body: BodyBuilder, axis: usize, held: [f64; 2], way: f64) -> Vec<Point3<f64>> {
-    let body = body.half_width(2).stiffness(0.8).damping(0.1);
+    let body = body.half_width(2).stiffness(0.8).region_damping(0.1);
     pulled(body, axis, held, way, 600).body(0).surface().positions
 }
 

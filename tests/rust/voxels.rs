@@ -97,7 +97,7 @@ fn coordinates_with_six_digits_are_in_the_grid_planes_that_are_meant() {
 }
 
 #[test]
-fn a_box_is_centred_on_the_grid() {
+fn a_box_is_centerd_on_the_grid() {
     let lattice = lattice(&cuboid([0.0; 3], [2.5, 1.0, 0.2], 1), 1.0);
     assert_eq!(lattice.cells().len(), 3);
     assert!((lattice.origin() - Point3::new(-0.25, 0.0, -0.4)).norm() < 1e-15);

@@ -35,8 +35,12 @@ fn scenes() {
     for (from, to, words) in [
         ("half_width", "half_widht", ["scene.toml:15", "body.block.half_widht", "`half_width`"].as_slice()),
         ("fps = 30", "fps = 0", &["scene.toml:4", "simulation.fps", "above 0"]),
-        ("damping = 0.1", "damping = 2", &["body.block.damping", "is 2", "[0, 1]"]),
-        ("damping = 0.1", "damping = \"soft\"", &["body.block.damping", "a number", "soft"]),
+        ("region_damping = 0.1", "region_damping = 2", &["body.block.region_damping", "is 2", "[0, 1]"]),
+        (
+            "region_damping = 0.1",
+            "region_damping = \"soft\"",
+            &["body.block.region_damping", "a number", "soft"],
+        ),
         ("half_width = 1", "half_width = 1\nstiffness_radius = 0.3", &["half_width", "stiffness_radius"]),
         ("mesh = \"block.obj\"", "", &["body.block.mesh", "missing"]),
         ("mesh = \"block.obj\"", "mesh = \"none.obj\"", &["none.obj"]),

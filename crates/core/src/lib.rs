@@ -12,7 +12,7 @@
 //! let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 //! let mesh = Mesh::new(corners, &quads)?;
 //!
-//! let body = Body::builder(mesh).lattice_vertices(500).half_width(2).damping_rate(4.0).build()?;
+//! let body = Body::builder(mesh).lattice_vertices(500).half_width(2).region_damping_rate(4.0).build()?;
 //! let ground = Collider::plane([0.0, -0.5, 0.0], [0.0, 1.0, 0.0]);
 //! let mut simulation = Simulation::builder().body(body).collider(ground).dt(1.0 / 120.0).build()?;
 //! simulation.steps(240);
@@ -37,7 +37,7 @@
 //! gravity:
 //!
 //! 1. **Forces** ([`Body::apply_force`]): v += h f/m.
-//! 2. **Region damping** ([`Damping`]): the velocities move towards the mean rigid velocity of the regions.
+//! 2. **Region damping** ([`RegionDamping`]): the velocities move towards the mean rigid velocity of the regions.
 //! 3. **Matching** ([`Body::goals`]): moments of all regions by window sums along x, y and z, a rotation for each
 //!    ([`rotations()`]), and the adjoint of the sums, which gives the goal positions g. v += alpha (g - x)/h + h a.
 //! 4. **Integration**: x += h v, with the momenta of free bodies kept in f64.
@@ -104,8 +104,8 @@ pub use body::{
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{
-    ConstraintError, Damping, Handle, Key, Material, MotionError, Pin, RegionSize, Selection, SelectionError,
-    Stiffness, Window,
+    ConstraintError, Handle, Key, Material, MotionError, Pin, RegionDamping, RegionSize, Selection,
+    SelectionError, Stiffness, TimeWindow,
 };
 pub use error::Error;
 pub use lattice::{
@@ -135,6 +135,7 @@ pub mod internals {
     pub use crate::simd::lanes::{Lanes, Row};
     pub use crate::state::{BodyFrame, BodyState, Interval, sin_cos_degrees};
     pub use crate::volume::{
-        Correction, CorrectionWorkspace, HALF_PUSH, Push, Root, Surface, VolumeMeasures, smallest_root,
+        Correction, CorrectionWorkspace, ExternalForce, HALF_FORCE, Root, Surface, VolumeMeasures,
+        smallest_root,
     };
 }

@@ -4,7 +4,7 @@
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use supple::{Key, Selection, Window};
+use supple::{Key, Selection, TimeWindow};
 
 use crate::argument::{Settings, number, wrong_type};
 use crate::arrays::{self, Side, vector};
@@ -13,7 +13,7 @@ use crate::arrays::{self, Side, vector};
 pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
 
 /// What of the arguments of a pin or a handle may be `None`.
-pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "until"];
+pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "end"];
 
 /// The one selection among the arguments of `function`, for a lattice of `count` vertices.
 pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
@@ -29,12 +29,12 @@ pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -
     }
 }
 
-/// `from_` and `until`, in seconds.
-pub(crate) fn window(settings: &Settings<'_>) -> PyResult<Window> {
-    let default = Window::default();
-    let from = settings.number("from_")?.unwrap_or(default.from);
-    let until = settings.number("until")?.unwrap_or(default.until);
-    Ok(Window { from, until })
+/// `start` and `end`, in seconds.
+pub(crate) fn window(settings: &Settings<'_>) -> PyResult<TimeWindow> {
+    let default = TimeWindow::default();
+    let start = settings.number("start")?.unwrap_or(default.start);
+    let end = settings.number("end")?.unwrap_or(default.end);
+    Ok(TimeWindow { start, end })
 }
 
 fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Selection> {

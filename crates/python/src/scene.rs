@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyTuple};
-use supple::{Damping, Placement, RegionSize, Resolution, Stiffness};
+use supple::{Placement, RegionDamping, RegionSize, Resolution, Stiffness};
 use supple_io::frames::Format;
 use supple_io::run::{
     BodyReport, Flow, Input, Job, Observer, Outcome, Progress, RunError, RunReport, prepare,
@@ -12,7 +12,7 @@ use supple_io::run::{
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
 
 use crate::argument::{self, Settings};
-use crate::body::{Body, Home, World, volume_settings};
+use crate::body::{Body, Storage, World, volume_settings};
 use crate::error::{self, Exception};
 use crate::mesh::Mesh;
 use crate::simulation::Simulation;
@@ -40,7 +40,7 @@ fn live<'py>(
     let world = Arc::new(World::new(simulation, scene.simulation.threads));
     let bodies = scene.bodies.iter().zip(inputs).enumerate().map(|(index, (data, input))| {
         let shape = Bound::new(py, Mesh::from_core(input.part.mesh().clone()))?.into_any();
-        Py::new(py, Body::of(Home::In(world.clone(), index), (shape, settings(py, data)?)))
+        Py::new(py, Body::of(Storage::In(world.clone(), index), (shape, settings(py, data)?)))
     });
     let bodies = bodies.collect::<PyResult<_>>()?;
     let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));
@@ -71,9 +71,9 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
         Stiffness::PerStep(alpha) => settings.set_item("stiffness", alpha)?,
         Stiffness::Frequency(hertz) => settings.set_item("frequency", hertz)?,
     }
-    match data.material.damping {
-        Damping::PerStep(share) => settings.set_item("damping", share)?,
-        Damping::Rate(rate) => settings.set_item("damping_rate", rate)?,
+    match data.material.region_damping {
+        RegionDamping::PerStep(share) => settings.set_item("region_damping", share)?,
+        RegionDamping::Rate(rate) => settings.set_item("region_damping_rate", rate)?,
     }
     settings.set_item("density", data.material.density)?;
     settings.set_item("volume", volume_settings(py, &data.volume)?)?;

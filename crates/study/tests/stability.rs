@@ -1,6 +1,6 @@
 //! All cases as tests: the quick ones in each run, all of them with `--ignored`.
 
-use supple_study::stability::{Case, Effort, StabilityReport, cases};
+use supple_study::stability::{Case, StabilityReport, Suite, cases};
 
 /// Runs cases on all processors; none may fail.
 fn pass(cases: &[Case]) {
@@ -12,7 +12,7 @@ fn pass(cases: &[Case]) {
 #[test]
 fn the_quick_cases_pass() {
     let mut cases = cases();
-    cases.retain(|case| case.effort == Effort::Quick);
+    cases.retain(|case| case.suite == Suite::Quick);
     pass(&cases);
 }
 

@@ -25,17 +25,17 @@ rotate = [0, 20, 10]
 lattice_vertices = 100
 half_width = 2
 stiffness = 0.6
-damping = 0.05
+region_damping = 0.05
 spin = [1, 2, 3]
 
 [[body.pin]]
 box = { min = [-9, -9, -9], max = [-0.7, 9, 9] }
-until = 0.2
+end = 0.2
 
 [[body.handle]]
 box = { min = [0.7, -9, -9], max = [9, 9, 9] }
 keys = [ { time = 0 }, { time = 0.2, translate = [0.3, 0.1, 0], rotate = [0, 0, 10] } ]
-until = 0.2
+end = 0.2
 
 [[collider]]
 plane = { point = [0, 0, 0], normal = [0, 1, 0] }

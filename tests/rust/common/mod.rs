@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "each test program uses a part")]
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::{Body, BodyBuilder, Handle, Key, Lattice, Pin, Selection, Simulation, Window};
+use supple::{Body, BodyBuilder, Handle, Key, Lattice, Pin, Selection, Simulation, TimeWindow};
 
 /// A generator of numbers that are the same in each run (Steele, Lea & Flood 2014: SplitMix64).
 pub struct Random(pub u64);
@@ -93,10 +93,10 @@ pub fn pulled(body: BodyBuilder, axis: usize, [low, high]: [f64; 2], way: f64, s
     let beyond = |at: f64, way: f64| Selection::Plane { point: along(at), normal: along(way) };
     let key = |time, way| Key { time, translate: along(way), rotate: [0.0; 3] };
     let keys = vec![key(0.0, 0.0), key(1.0, way)];
-    let body = body.pin(Pin { selection: beyond(low, -1.0), window: Window::default() }).handle(Handle {
+    let body = body.pin(Pin { selection: beyond(low, -1.0), window: TimeWindow::default() }).handle(Handle {
         selection: beyond(high, 1.0),
         keys,
-        window: Window::default(),
+        window: TimeWindow::default(),
     });
     let simulation = Simulation::builder().body(body.build().unwrap()).gravity([0.0; 3]);
     let mut simulation = simulation.build().unwrap();

@@ -4,7 +4,7 @@
 #![allow(dead_code)]
 
 use nalgebra::{Point3, Vector3};
-use supple::internals::{Correction, CorrectionWorkspace, Embedding, Push};
+use supple::internals::{Correction, CorrectionWorkspace, Embedding, ExternalForce};
 use supple::{ComponentReport, Lattice, LatticeOptions, Mesh, Resolution};
 
 /// No rotation.
@@ -22,7 +22,7 @@ pub(crate) fn lattice(cells: &[[i32; 3]]) -> Lattice {
 }
 
 /// A sphere: the faces of a cube of `n` x `n` quads each, pushed out to a radius; its seams are separate vertices.
-pub(crate) fn sphere(centre: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {
+pub(crate) fn sphere(center: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for side in 0..6 {
         let (axis, sign) = (side / 2, if side % 2 == 0 { -1 } else { 1 });
@@ -34,7 +34,7 @@ pub(crate) fn sphere(centre: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, V
             p[(axis + 2) % 3] = 2 * (k / (n + 1)) - n;
             let p = p.map(f64::from);
             let length = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
-            vertices.push(std::array::from_fn(|a| centre[a] + radius * p[a] / length));
+            vertices.push(std::array::from_fn(|a| center[a] + radius * p[a] / length));
         }
         for k in 0..n * n {
             let a = first + (k / n * (n + 1) + k % n) as u32;
@@ -69,16 +69,20 @@ pub(crate) fn shown(mesh: &Mesh, lattice: &Lattice, embedding: &Embedding, posit
     let mut points = vec![[0.0_f32; 3]; mesh.vertices().len()];
     embedding.interpolate(positions, &mut points);
     let points: Vec<Vector3<f64>> = points.iter().map(|p| Vector3::from(p.map(f64::from))).collect();
-    let centre = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let center = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let six_fold = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|i| points[i as usize] - centre);
+        let [a, b, c] = t.map(|i| points[i as usize] - center);
         a.dot(&b.cross(&c))
     };
     mesh.triangles().iter().map(six_fold).sum::<f64>() / 6.0 * lattice.cell_size().powi(3)
 }
 
 /// What the correction makes of a body that has not turned.
-pub(crate) fn apply(correction: &Correction, deformed: &[[f32; 3]], pushes: &[Push]) -> Vec<[f32; 3]> {
+pub(crate) fn apply(
+    correction: &Correction,
+    deformed: &[[f32; 3]],
+    pushes: &[ExternalForce],
+) -> Vec<[f32; 3]> {
     apply_in(&mut CorrectionWorkspace::default(), correction, deformed, pushes).1
 }
 
@@ -87,7 +91,7 @@ pub(crate) fn apply_in(
     workspace: &mut CorrectionWorkspace,
     correction: &Correction,
     deformed: &[[f32; 3]],
-    pushes: &[Push],
+    pushes: &[ExternalForce],
 ) -> (Vec<ComponentReport>, Vec<[f32; 3]>) {
     let mut corrected = vec![[f32::NAN; 3]; deformed.len()];
     let rotations = vec![UPRIGHT; deformed.len()];

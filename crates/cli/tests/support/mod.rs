@@ -51,11 +51,11 @@ mesh = "block.obj"
 translate = [0, 1, 0]
 lattice_vertices = 200
 half_width = 1
-damping = 0.1
+region_damping = 0.1
 
 [[body.pin]]
 box = { min = [-2, 0, -1], max = [-0.9, 5, 1] }
-until = 0.2
+end = 0.2
 
 [[collider]]
 plane = { point = [0, 0, 0], normal = [0, 1, 0] }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::{Body, FARTHEST, Surface};
 use crate::dynamics::{
-    Damping, Handle, Material, MomentumTracker, Pin, RegionDamping, RegionSize, Stiffness,
+    Handle, Material, MomentumTracker, Pin, RegionDamper, RegionDamping, RegionSize, Stiffness,
 };
 use crate::error::Error;
 use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution};
@@ -90,14 +90,14 @@ impl BodyBuilder {
     }
 
     /// Region damping per step, in [0, 1]; default 0, which leaves the stage out.
-    pub fn damping(mut self, share: f64) -> Self {
-        self.material.damping = Damping::PerStep(share);
+    pub fn region_damping(mut self, share: f64) -> Self {
+        self.material.region_damping = RegionDamping::PerStep(share);
         self
     }
 
     /// Region damping as a rate in 1/s, >= 0: it stays when the step changes.
-    pub fn damping_rate(mut self, rate: f64) -> Self {
-        self.material.damping = Damping::Rate(rate);
+    pub fn region_damping_rate(mut self, rate: f64) -> Self {
+        self.material.region_damping = RegionDamping::Rate(rate);
         self
     }
 
@@ -171,7 +171,7 @@ impl BodyBuilder {
         self
     }
 
-    /// Spin at the start in rad/s about the centre of mass; default 0.
+    /// Spin at the start in rad/s about the center of mass; default 0.
     pub fn spin(mut self, spin: [f64; 3]) -> Self {
         self.placement.spin = spin;
         self
@@ -233,7 +233,7 @@ impl BodyBuilder {
             workspace: matching.cascade.workspace(&matching.layout),
             momentum: MomentumTracker::new(&lattice, &matching.layout, matching.cascade.tasks()),
             energy: None,
-            damping: self.material.is_damped().then(|| RegionDamping::new(&matching)),
+            region_damping: self.material.is_damped().then(|| RegionDamper::new(&matching)),
             forces: None,
             contacts: None,
             constraints: None,

@@ -13,10 +13,10 @@ use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
-use crate::simd::vec4::{Vec4, vec4};
+use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, Obstacles, Push, VolumeMeasures, VolumeReport,
+    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Obstacles, VolumeMeasures, VolumeReport,
 };
 
 /// A body together with its simulation: what is shown depends on the colliders, the time and the threads.
@@ -126,11 +126,11 @@ pub struct Display {
     /// mesh update reads it.
     deformed: Vec<[f32; 3]>,
     corrected: Vec<[f32; 3]>,
-    shown: Vec<Vec4>,
+    displayed: Vec<Xyzx>,
     /// The rotations of the positions shown, which are a step ahead of those of the state.
     turned: Lanes<4>,
     rotations: Vec<[f32; 4]>,
-    pushes: Vec<Push>,
+    pushes: Vec<ExternalForce>,
     components: Vec<ComponentReport>,
     times: DisplayTimes,
 }
@@ -196,7 +196,7 @@ impl Display {
     /// Memory of the buffers.
     pub fn bytes(&self) -> usize {
         let lattice =
-            size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.shown);
+            size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.displayed);
         let correction = self.correction.bytes() + size_of_val(&*self.pushes);
         let rotations = self.sums.bytes() + self.turned.bytes() + size_of_val(&*self.rotations);
         lattice + correction + rotations + self.skin.bytes()
@@ -253,13 +253,13 @@ impl Displayed<'_> {
     fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, outputs: Outputs<'_, P, N>) {
         let start = Instant::now();
         if let Some(Surface { mesh, embedding, skin }) = &self.body.surface {
-            let mut shown = std::mem::take(&mut self.display.shown);
-            shown.clear();
-            shown.extend(self.lattice().iter().map(|&point| vec4(point)));
+            let mut displayed = std::mem::take(&mut self.display.displayed);
+            displayed.clear();
+            displayed.extend(self.lattice().iter().map(|&point| xyzx(point)));
             let frame = &self.body.state.frame.body_frame();
-            let pose = Pose { mesh, embedding, lattice: &shown, frame };
+            let pose = Pose { mesh, embedding, lattice: &displayed, frame };
             skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
-            self.display.shown = shown;
+            self.display.displayed = displayed;
         }
         self.display.times.embed = start.elapsed();
     }
@@ -291,10 +291,12 @@ impl Body {
 
     /// The displacements by contacts and forces since the frame began, divided by alpha: the softer the body, the more
     /// they weigh in the correction.
-    fn pushes(&self, dt: f64) -> impl Iterator<Item = Push> {
+    fn pushes(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
         let scale = (1.0 / self.material.alpha(dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());
         let forces = self.forces.iter().flat_map(|forces| forces.pushes());
-        contacts.chain(forces).map(move |(vertex, push)| Push { vertex, offset: push.map(|v| v * scale) })
+        contacts
+            .chain(forces)
+            .map(move |(vertex, push)| ExternalForce { vertex, offset: push.map(|v| v * scale) })
     }
 }

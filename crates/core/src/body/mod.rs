@@ -27,7 +27,7 @@ use std::sync::OnceLock;
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::contact::{Colliders, Contacts, SampleCells};
-use crate::dynamics::{Constraints, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamping};
+use crate::dynamics::{Constraints, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper};
 use crate::lattice::{Embedding, Lattice};
 use crate::matching::{Matching, Purpose, Workspace};
 use crate::mesh::Mesh;
@@ -64,7 +64,7 @@ pub struct Body {
     momentum: MomentumTracker,
     /// Built when a region first has two best rotations.
     energy: Option<EnergyLimiter>,
-    damping: Option<RegionDamping>,
+    region_damping: Option<RegionDamper>,
     forces: Option<Forces>,
     contacts: Option<Contacts>,
     constraints: Option<Constraints>,

@@ -2,7 +2,7 @@
 
 use super::Body;
 use super::step::{STEP, Stage};
-use crate::dynamics::Damping;
+use crate::dynamics::RegionDamping;
 use crate::plan::{BodyPlan, PlannedStage, When};
 use crate::volume::VolumeMeasures;
 
@@ -66,11 +66,11 @@ impl Body {
                 (format!("f64, components: {}", self.state.momenta.len()), self.momentum.bytes())
             }
             Stage::RegionDamping => {
-                let rate = match self.material.damping {
-                    Damping::PerStep(share) => format!("{share} a step"),
-                    Damping::Rate(rate) => format!("{rate} a second"),
+                let rate = match self.material.region_damping {
+                    RegionDamping::PerStep(share) => format!("{share} a step"),
+                    RegionDamping::Rate(rate) => format!("{rate} a second"),
                 };
-                (rate, self.damping.as_ref().map_or(0, |damping| damping.bytes()))
+                (rate, self.region_damping.as_ref().map_or(0, |damping| damping.bytes()))
             }
             Stage::BeginContacts => ("velocities before the matching".to_owned(), 0),
             Stage::Matching => {

@@ -5,8 +5,8 @@ use nalgebra::Point3;
 use super::builder::extent;
 use super::{Body, Surface};
 use crate::dynamics::{
-    Constraint, ConstraintError, Constraints, Damping, Handle, Key, Material, MomentumTracker, Motion, Pin,
-    RegionDamping, RegionSize, Selection, SelectionError, Stiffness, Window,
+    Constraint, ConstraintError, Constraints, Handle, Key, Material, MomentumTracker, Motion, Pin,
+    RegionDamper, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
 };
 use crate::error::Error;
 use crate::matching::Matching;
@@ -35,7 +35,7 @@ impl Body {
         self.momentum = MomentumTracker::new(&self.lattice, layout, cascade.tasks());
         self.state.fitted = false;
         (self.energy, self.state.energy_limit) = (None, None);
-        self.damping = material.is_damped().then(|| RegionDamping::new(&self.matching));
+        self.region_damping = material.is_damped().then(|| RegionDamper::new(&self.matching));
         self.track_constraints();
         Ok(())
     }
@@ -70,14 +70,14 @@ impl Body {
     /// # Errors
     ///
     /// A number out of its range.
-    pub fn set_damping(&mut self, damping: Damping) -> Result<(), RangeError> {
-        let material = Material { damping, ..self.material };
+    pub fn set_region_damping(&mut self, region_damping: RegionDamping) -> Result<(), RangeError> {
+        let material = Material { region_damping, ..self.material };
         material.validate()?;
         self.material = material;
-        self.damping = match self.damping.take() {
+        self.region_damping = match self.region_damping.take() {
             _ if !material.is_damped() => None,
             Some(stage) => Some(stage),
-            None => Some(RegionDamping::new(&self.matching)),
+            None => Some(RegionDamper::new(&self.matching)),
         };
         Ok(())
     }
@@ -134,7 +134,7 @@ impl Body {
     fn constrain(
         &mut self,
         selection: &Selection,
-        window: Window,
+        window: TimeWindow,
         keys: Option<&[Key]>,
     ) -> Result<(), Error> {
         let constraint = Constraint::new(self.select(selection)?, window, keys)?;
@@ -176,8 +176,8 @@ impl Body {
         let vertices = self.select(selection)?;
         let whole: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
         let share = |vertex: u32| force.map(|f| f * (self.mass(vertex) / whole));
-        let shares: Vec<_> = vertices.iter().map(|&vertex| (vertex, share(vertex))).collect();
-        self.apply_forces(&shares)
+        let weights: Vec<_> = vertices.iter().map(|&vertex| (vertex, share(vertex))).collect();
+        self.apply_forces(&weights)
     }
 
     /// Applies forces to single lattice vertices in the next step: pairs of vertex and force, kg x length / s^2. Forces

@@ -1,7 +1,7 @@
 //! The state of a body to save and restore: what steps and users change.
 
 use super::{Body, Surface};
-use crate::dynamics::{Constraints, Damping, Forces, Material, RegionSize, Stiffness};
+use crate::dynamics::{Constraints, Forces, Material, RegionDamping, RegionSize, Stiffness};
 use crate::error::Error;
 use crate::state::State;
 use crate::volume::{Correction, VolumeOptions};
@@ -14,7 +14,7 @@ pub struct BodySnapshot {
     constraints: Option<Constraints>,
     region_size: RegionSize,
     stiffness: Stiffness,
-    damping: Damping,
+    region_damping: RegionDamping,
     volume: VolumeOptions,
     forces: Option<Forces>,
     /// What contacts did since the frame began, for the volume correction.
@@ -82,7 +82,7 @@ impl Body {
             constraints: self.constraints.clone(),
             region_size: self.material.region_size,
             stiffness: self.material.stiffness,
-            damping: self.material.damping,
+            region_damping: self.material.region_damping,
             volume: self.volume,
             forces: self.forces.clone(),
             pushes: self.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.all_pushes().to_vec()),
@@ -103,7 +103,7 @@ impl Body {
     pub(crate) fn adopt(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.set_region_size(snapshot.region_size)?;
         self.set_stiffness(snapshot.stiffness)?;
-        self.set_damping(snapshot.damping)?;
+        self.set_region_damping(snapshot.region_damping)?;
         if snapshot.volume != self.volume {
             self.set_volume(snapshot.volume)?;
         }
@@ -140,8 +140,8 @@ impl Body {
     }
 
     fn check_settings(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        let &BodySnapshot { region_size, stiffness, damping, volume, .. } = snapshot;
-        Material { region_size, stiffness, damping, ..self.material }.validate()?;
+        let &BodySnapshot { region_size, stiffness, region_damping, volume, .. } = snapshot;
+        Material { region_size, stiffness, region_damping, ..self.material }.validate()?;
         if volume != self.volume {
             Correction::new(&self.lattice, self.surface.as_ref().map(Surface::borrowed), &volume)?;
         }

@@ -63,7 +63,7 @@ impl Body {
         match stage {
             Stage::BeginConstraints | Stage::Constraints => self.constraints.is_some(),
             Stage::Forces => self.forces.is_some(),
-            Stage::RegionDamping => self.damping.is_some(),
+            Stage::RegionDamping => self.region_damping.is_some(),
             Stage::BeginContacts | Stage::Contacts => self.contacts.is_some(),
             Stage::Momentum | Stage::Matching | Stage::Integration => true,
         }
@@ -146,14 +146,14 @@ impl Body {
         if !strayed && !unknown {
             return;
         }
-        let (bounds, shares) = (matching.cascade.bounds(), &matching.regions.shares);
-        momentum.measure(executor, bounds, shares, &state.positions, &state.velocities);
+        let (bounds, weights) = (matching.cascade.bounds(), &matching.regions.weights);
+        momentum.measure(executor, bounds, weights, &state.positions, &state.velocities);
         if strayed {
-            state.rebase(slots, momentum.centre());
+            state.rebase(slots, momentum.center());
         }
         if unknown && is_free {
             state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
-            momentum.measure(executor, bounds, shares, &state.positions, &state.velocities);
+            momentum.measure(executor, bounds, weights, &state.positions, &state.velocities);
         }
         momentum.adopt(&mut state.momenta);
     }
@@ -161,13 +161,16 @@ impl Body {
     /// Region damping comes before the matching: after it, held vertices would pass on the acceleration that they do
     /// not follow.
     fn damp(&mut self, world: &World, executor: &Executor) {
-        let Self { damping: Some(damping), matching, workspace, material, state, .. } = self else { return };
+        let Self { region_damping: Some(region_damping), matching, workspace, material, state, .. } = self
+        else {
+            return;
+        };
         if !state.fitted {
             let fitted = (&state.positions, &mut state.rotations);
             matching.fit(workspace, executor, fitted, None, Purpose::Transform);
         }
-        let share = material.damping_share(world.interval.dt);
-        damping.apply(matching, workspace, executor, state, share as f32);
+        let share = material.region_damping_share(world.interval.dt);
+        region_damping.apply(matching, workspace, executor, state, share as f32);
     }
 
     fn begin_contacts(&mut self) {
@@ -205,10 +208,10 @@ impl Body {
         });
 
         let stiffness_rate = material.alpha(dt) / dt;
-        let (shares, track) = (&matching.regions.shares, momentum.any_free());
+        let (weights, track) = (&matching.regions.weights, momentum.any_free());
         let (components, sums) = momentum.begin_sums();
         let update = Accelerate {
-            shares,
+            weights,
             positions: &state.positions,
             stiffness_rate: stiffness_rate as f32,
             gain: gain.map(|v| v as f32).into(),
@@ -219,7 +222,7 @@ impl Body {
         momentum.finish_sums();
 
         if let Some(limiter) = limiter {
-            limiter.apply((stiffness_rate, dt), shares, state, momentum);
+            limiter.apply((stiffness_rate, dt), weights, state, momentum);
         }
         momentum.add_impulse(&mut state.momenta, gain);
     }
@@ -230,7 +233,7 @@ impl Body {
         let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
         let advance = Advance { occupied, components, corrections, dt: world.interval.dt };
-        advance.run(executor, &mut state.positions, &mut state.carry, &mut state.velocities);
+        advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
     /// The momenta of touched components are measured anew.

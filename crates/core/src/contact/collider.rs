@@ -19,7 +19,7 @@ pub struct Collider {
     /// the body rises less high than it fell, since it vibrates after the impact. Impacts slower than two steps of free
     /// fall do not bounce.
     pub restitution: f64,
-    /// Motion of the shape about its centre. Default: no keys, the collider rests.
+    /// Motion of the shape about its center. Default: no keys, the collider rests.
     pub keys: Vec<Key>,
 }
 

@@ -85,7 +85,7 @@ pub(super) fn mean_place(vertices: impl Iterator<Item = (u32, f32)> + Clone, pla
 
 /// A contact and its impulses.
 #[derive(Clone, Debug)]
-pub(super) struct Constraint {
+pub(super) struct ContactConstraint {
     pub(super) contact: Contact,
     /// Its links among those of the solver.
     pub(super) links: Range<usize>,
@@ -96,7 +96,7 @@ pub(super) struct Constraint {
     pub(super) friction_impulse: Vec4,
 }
 
-impl Constraint {
+impl ContactConstraint {
     /// A constraint without impulses.
     pub(super) fn new(contact: Contact, links: Range<usize>) -> Self {
         let (normal_impulse, friction_impulse) = (0.0, Vec4::zeros());

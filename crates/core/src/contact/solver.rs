@@ -13,7 +13,7 @@
 //! (1 - 2e)(1 - e), four the square of that, which is not negative: impulses approach the solution and hardly exceed it.
 //! Where contacts that separate or slip exceed it all the same, all impulses are scaled down until they add no energy.
 
-use super::constraint::{Constraint, Contact};
+use super::constraint::{Contact, ContactConstraint};
 use super::rows::{RowSet, held};
 use super::vec4::{Vec4, dot};
 
@@ -40,7 +40,7 @@ struct Link {
 /// The contacts of one body at one time. Its buffers grow with the largest number of contacts and are kept.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
-    constraints: Vec<Constraint>,
+    constraints: Vec<ContactConstraint>,
     /// Links of all constraints.
     links: Vec<Link>,
     /// Rows of the vertices under contacts.
@@ -85,7 +85,7 @@ impl Solver {
         }
         self.changes.resize(self.rows.list().len(), Vec4::zeros());
         self.sums.resize(self.rows.list().len(), Vec4::zeros());
-        self.constraints.push(Constraint::new(contact, start..self.links.len()));
+        self.constraints.push(ContactConstraint::new(contact, start..self.links.len()));
     }
 
     /// Finds the impulses.
@@ -134,7 +134,7 @@ impl Solver {
     /// Rows and velocity changes by the normal impulses alone.
     pub(super) fn normal_changes(&mut self) -> impl Iterator<Item = (u32, &Vec4)> {
         self.sums.fill(Vec4::zeros());
-        for Constraint { contact, links, normal_impulse, .. } in &self.constraints {
+        for ContactConstraint { contact, links, normal_impulse, .. } in &self.constraints {
             for link in &self.links[links.clone()] {
                 self.sums[link.vertex as usize] += contact.normal * (normal_impulse * link.response);
             }
@@ -187,7 +187,7 @@ impl Solver {
 
 /// The weighted mean of `vectors` over the vertices of a constraint.
 #[inline(always)]
-fn mean(links: &[Link], constraint: &Constraint, vectors: &[Vec4]) -> Vec4 {
+fn mean(links: &[Link], constraint: &ContactConstraint, vectors: &[Vec4]) -> Vec4 {
     // Two sums, which do not wait for each other.
     let (mut even, mut odd) = (Vec4::zeros(), Vec4::zeros());
     let (pairs, last) = links[constraint.links.clone()].as_chunks::<2>();

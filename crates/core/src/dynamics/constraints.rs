@@ -6,42 +6,42 @@ use thiserror::Error;
 use super::{Key, Motion, MotionError, Pose, Selection};
 use crate::state::{BodyState, Interval};
 
-/// A part of a body held as it is at `from`.
+/// A part of a body held as it is at `start`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pin {
     /// What is held.
     pub selection: Selection,
     /// When. Default: from the start, for ever.
-    pub window: Window,
+    pub window: TimeWindow,
 }
 
-/// A part of a body moved along keys, relative to the pose that it has at `from`.
+/// A part of a body moved along keys, relative to the pose that it has at `start`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Handle {
     /// What is moved.
     pub selection: Selection,
-    /// Displacements from the captured pose, rotations about the captured centre.
+    /// Displacements from the captured pose, rotations about the captured center.
     pub keys: Vec<Key>,
     /// When. Default: from the start, for ever.
-    pub window: Window,
+    pub window: TimeWindow,
 }
 
 /// When a pin or a handle is active, in seconds.
 ///
-/// It captures its vertices at the start of the first step that starts at or after `from`, and releases them after
-/// the last step that ends at or before `until`.
+/// It captures its vertices at the start of the first step that starts at or after `start`, and releases them after
+/// the last step that ends at or before `end`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Window {
+pub struct TimeWindow {
     /// Finite. Default 0.
-    pub from: f64,
-    /// Greater than `from`. Default infinity: for ever.
-    pub until: f64,
+    pub start: f64,
+    /// Greater than `start`. Default infinity: for ever.
+    pub end: f64,
 }
 
-impl Default for Window {
+impl Default for TimeWindow {
     fn default() -> Self {
-        Self { from: 0.0, until: f64::INFINITY }
+        Self { start: 0.0, end: f64::INFINITY }
     }
 }
 
@@ -50,7 +50,7 @@ impl Default for Window {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraint {
     vertices: Vec<u32>,
-    window: Window,
+    window: TimeWindow,
     motion: Option<Motion>,
     capture: Option<Capture>,
     /// Whether it is active in the step that was begun last.
@@ -61,8 +61,8 @@ pub struct Constraint {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Capture {
-    /// Mean of the positions: the centre of the rotations, world space.
-    centre: [f64; 3],
+    /// Mean of the positions: the center of the rotations, world space.
+    center: [f64; 3],
     /// World position of each held vertex, in the order of `vertices`.
     positions: Vec<[f64; 3]>,
 }
@@ -72,10 +72,14 @@ impl Constraint {
     ///
     /// # Errors
     /// An empty or non-numeric window, or keys that are no motion.
-    pub fn new(vertices: Vec<u32>, window: Window, keys: Option<&[Key]>) -> Result<Self, ConstraintError> {
-        let Window { from, until } = window;
-        if !from.is_finite() || until.is_nan() || until <= from {
-            return Err(ConstraintError::Window { from, until });
+    pub fn new(
+        vertices: Vec<u32>,
+        window: TimeWindow,
+        keys: Option<&[Key]>,
+    ) -> Result<Self, ConstraintError> {
+        let TimeWindow { start, end } = window;
+        if !start.is_finite() || end.is_nan() || end <= start {
+            return Err(ConstraintError::TimeWindow { start, end });
         }
         let motion = keys.map(|keys| Motion::new(keys.to_vec())).transpose()?;
         Ok(Self { vertices, window, motion, capture: None, active: false })
@@ -93,7 +97,7 @@ impl Constraint {
 
     /// Releases it for good.
     fn release(&mut self) {
-        self.window.until = f64::NEG_INFINITY;
+        self.window.end = f64::NEG_INFINITY;
     }
 
     /// Sets the motion, relative to the captured pose.
@@ -111,7 +115,7 @@ impl Constraint {
     /// A step that misses a limit of the window by rounding alone counts as within it.
     fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
         let slack = 1e-6 * step.dt;
-        let active = step.start >= self.window.from - slack && step.end <= self.window.until + slack;
+        let active = step.start >= self.window.start - slack && step.end <= self.window.end + slack;
         if active && self.capture.is_none() {
             self.capture = Some(Capture::of(&self.vertices, state, slots));
         }
@@ -123,13 +127,13 @@ impl Constraint {
         let (true, Some(capture)) = (self.active, &self.capture) else { return };
         let to_local_velocity = 1.0 / (step.dt * state.frame.cell_size);
         let (start, end) = (self.pose(step.start), self.pose(step.end));
-        let centre = Point3::from(capture.centre);
+        let center = Point3::from(capture.center);
         // Differences of poses, not of positions: no rounding far from the origin of the world.
         let (turned, moved) = (end.rotation - start.rotation, end.translate - start.translate);
         for (&vertex, &captured) in self.vertices.iter().zip(&capture.positions) {
             let captured = Point3::from(captured);
-            let target = if self.motion.is_some() { end.apply(&centre, &captured) } else { captured };
-            let velocity: Vector3<f64> = (turned * (captured - centre) + moved) * to_local_velocity;
+            let target = if self.motion.is_some() { end.apply(&center, &captured) } else { captured };
+            let velocity: Vector3<f64> = (turned * (captured - center) + moved) * to_local_velocity;
             let slot = slots[vertex as usize];
             state.set_position(slot, state.frame.to_local(&target));
             state.set_velocity(slot, velocity);
@@ -148,8 +152,8 @@ impl Capture {
         // The mean of the offsets from one of the points keeps its digits far from the origin of the world.
         let base = positions.first().map_or_else(Point3::origin, |&p| Point3::from(p));
         let sum: Vector3<f64> = positions.iter().map(|&p| Point3::from(p) - base).sum();
-        let centre = base + sum / positions.len().max(1) as f64;
-        Self { centre: centre.into(), positions }
+        let center = base + sum / positions.len().max(1) as f64;
+        Self { center: center.into(), positions }
     }
 }
 
@@ -158,12 +162,12 @@ impl Capture {
 #[non_exhaustive]
 pub enum ConstraintError {
     /// The window is empty or not a number.
-    #[error("from = {from}, until = {until}: from must be finite and until greater than it")]
-    Window {
+    #[error("start = {start}, end = {end}: start must be finite and end greater than start")]
+    TimeWindow {
         /// Start in seconds.
-        from: f64,
+        start: f64,
         /// End in seconds.
-        until: f64,
+        end: f64,
     },
     /// The keys are no motion.
     #[error(transparent)]

@@ -16,11 +16,11 @@ use crate::state::State;
 
 /// The stage: the rest inertia of the regions.
 #[derive(Clone, Debug)]
-pub(crate) struct RegionDamping {
+pub(crate) struct RegionDamper {
     inverse_inertia: Lanes<6>,
 }
 
-impl RegionDamping {
+impl RegionDamper {
     /// For the regions of a matching stage.
     pub(crate) fn new(matching: &Matching) -> Self {
         Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout) }
@@ -44,13 +44,13 @@ impl RegionDamping {
     ) {
         let Matching { layout, regions, cascade } = matching;
         let State { rotations, velocities, .. } = state;
-        let Regions { constants, shares, .. } = regions;
-        let field = Weighted { shares: shares.blocks(), vectors: velocities.blocks() };
+        let Regions { constants, weights, .. } = regions;
+        let field = Weighted { weights: weights.blocks(), vectors: velocities.blocks() };
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
         // A vector of units allocates nothing.
         let memory = &mut vec![(); layout.blocks()];
         cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Adjoint);
-        let update = Damp { shares, share };
+        let update = Damp { weights, share };
         cascade.adjoint(layout, executor, workspace, &update, velocities.blocks_mut(), &mut []);
     }
 }
@@ -111,7 +111,7 @@ impl FitVelocities<'_> {
 
 /// v += share (v̄ - v).
 struct Damp<'a> {
-    shares: &'a Lanes<2>,
+    weights: &'a Lanes<2>,
     share: f32,
 }
 
@@ -124,16 +124,16 @@ impl VertexUpdate for Damp<'_> {
         &self,
         simd: S,
         first: usize,
-        gathered: &[Block<3>],
+        region_sums: &[Block<3>],
         velocities: &mut [Block<3>],
         _: &mut [()],
     ) {
-        for ((block, gathered), velocities) in (first..).zip(gathered).zip(velocities) {
-            let [_, holders] = load(simd, &self.shares.blocks()[block]);
-            let gathered: [f32x8<S>; 3] = load(simd, gathered);
+        for ((block, region_sums), velocities) in (first..).zip(region_sums).zip(velocities) {
+            let [_, inverse_count] = load(simd, &self.weights.blocks()[block]);
+            let region_sums: [f32x8<S>; 3] = load(simd, region_sums);
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
-                v[c] = gathered[c].mul_add(holders, -v[c]).mul_add(self.share, v[c]);
+                v[c] = region_sums[c].mul_add(inverse_count, -v[c]).mul_add(self.share, v[c]);
             }
             store(v, velocities);
         }

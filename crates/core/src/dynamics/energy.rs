@@ -55,12 +55,12 @@ impl EnergyLimiter {
     pub(crate) fn apply(
         &self,
         (stiffness_rate, dt): (f64, f64),
-        shares: &Lanes<2>,
+        weights: &Lanes<2>,
         state: &mut State,
         tracker: &mut MomentumTracker,
     ) {
         let State { positions, velocities, energy_limit, .. } = state;
-        let Sums { square, before_after, after } = self.sums(shares, positions, velocities);
+        let Sums { square, before_after, after } = self.sums(weights, positions, velocities);
         let potential = 0.5 * stiffness_rate / dt * (self.rest + square - self.potential.sum());
         let noise = 0.5 * stiffness_rate / dt * NOISE * square;
         let energy = 0.5 * before_after + potential;
@@ -76,9 +76,9 @@ impl EnergyLimiter {
         }
         // With the velocities beside the rigid ones times s the energy is potential + rigid + s² beside - s pulled.
         let rigid = tracker.rigid_energy();
-        let (beside, pulled) = (0.5 * after - rigid, 0.5 * (after - before_after));
+        let (beside, work) = (0.5 * after - rigid, 0.5 * (after - before_after));
         let room = limit - potential - rigid;
-        let scale = (pulled + (pulled * pulled + 4.0 * beside * room).max(0.0).sqrt()) / (2.0 * beside);
+        let scale = (work + (work * work + 4.0 * beside * room).max(0.0).sqrt()) / (2.0 * beside);
         if beside > 0.0 && scale.is_finite() {
             let scale = scale.clamp(0.0, 1.0);
             velocities.blocks_mut().iter_mut().flatten().for_each(|row| {
@@ -88,12 +88,12 @@ impl EnergyLimiter {
         }
     }
 
-    fn sums(&self, shares: &Lanes<2>, positions: &Lanes<3>, velocities: &Lanes<3>) -> Sums {
+    fn sums(&self, weights: &Lanes<2>, positions: &Lanes<3>, velocities: &Lanes<3>) -> Sums {
         let mut sums = Sums::default();
-        let blocks = shares.blocks().iter().zip(positions.blocks()).zip(self.velocities_before.blocks());
-        for (((shares, x), before), v) in blocks.zip(velocities.blocks()) {
+        let blocks = weights.blocks().iter().zip(positions.blocks()).zip(self.velocities_before.blocks());
+        for (((weights, x), before), v) in blocks.zip(velocities.blocks()) {
             for lane in 0..LANES {
-                let m = f64::from(shares[0][lane]);
+                let m = f64::from(weights[0][lane]);
                 sums.square += m * product(x, x, lane);
                 sums.before_after += m * product(before, v, lane);
                 sums.after += m * product(v, v, lane);

@@ -1,7 +1,7 @@
 //! Integration: v += alpha (g - x)/h + h a, then x += h v (Mueller et al. 2005, eq. 9).
 //!
 //! A step moves a slow body by less than an ulp of its f32 positions, so each position carries the part that was
-//! rounded away to the next step (Kahan 1965): a position is `positions` + `carry`.
+//! rounded away to the next step (Kahan 1965): a position is `positions` + `compensation`.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
 
@@ -13,7 +13,7 @@ use crate::simd::level;
 
 /// v += alpha (g - x)/h + h a: the goal position g of a vertex is (1/n) Σ over its regions, which the adjoint gathers.
 pub(crate) struct Accelerate<'a> {
-    pub(crate) shares: &'a Lanes<2>,
+    pub(crate) weights: &'a Lanes<2>,
     pub(crate) positions: &'a Lanes<3>,
     /// alpha/h, in 1/s.
     pub(crate) stiffness_rate: f32,
@@ -32,28 +32,29 @@ impl VertexUpdate for Accelerate<'_> {
         &self,
         simd: S,
         first: usize,
-        gathered: &[Block<3>],
+        region_sums: &[Block<3>],
         velocities: &mut [Block<3>],
         sums: &mut [Sums],
     ) {
         let blocks = first..first + velocities.len();
-        let (shares, positions) = (&self.shares.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
+        let (weights, positions) = (&self.weights.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
         let zero = f32x8::splat(simd, 0.0);
-        let vertices = shares.iter().zip(positions).zip(gathered).zip(&mut *velocities);
-        for (((shares, positions), gathered), velocities) in vertices {
-            let [_, share] = load(simd, shares);
+        let vertices = weights.iter().zip(positions).zip(region_sums).zip(&mut *velocities);
+        for (((weights, positions), region_sums), velocities) in vertices {
+            let [_, share] = load(simd, weights);
             let held = share.simd_gt(zero);
-            let (x, gathered): ([f32x8<S>; 3], [f32x8<S>; 3]) = (load(simd, positions), load(simd, gathered));
+            let (x, region_sums): ([f32x8<S>; 3], [f32x8<S>; 3]) =
+                (load(simd, positions), load(simd, region_sums));
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
                 let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
-                let residual = gathered[c].mul_add(share, -x[c]);
+                let residual = region_sums[c].mul_add(share, -x[c]);
                 v[c] = residual.mul_add(self.stiffness_rate, v[c] + gain);
             }
             store(v, velocities);
         }
         if let Some(components) = self.components {
-            momentum::add(simd, components, first, Fields { shares, positions, velocities }, sums);
+            momentum::add(simd, components, first, Fields { weights, positions, velocities }, sums);
         }
     }
 }
@@ -74,13 +75,13 @@ impl Advance<'_> {
         &self,
         executor: &Executor,
         positions: &mut Lanes<3>,
-        carry: &mut Lanes<3>,
+        compensation: &mut Lanes<3>,
         velocities: &mut Lanes<3>,
     ) {
-        let arrays = (positions.blocks_mut(), carry.blocks_mut(), velocities.blocks_mut());
-        executor.chunks3(arrays, |first, positions, carry, velocities| {
+        let arrays = (positions.blocks_mut(), compensation.blocks_mut(), velocities.blocks_mut());
+        executor.chunks3(arrays, |first, positions, compensation, velocities| {
             dispatch!(level(), simd => {
-                for (at, ((x, low), v)) in positions.iter_mut().zip(carry).zip(velocities).enumerate() {
+                for (at, ((x, low), v)) in positions.iter_mut().zip(compensation).zip(velocities).enumerate() {
                     self.correct(simd, first + at, x, v);
                     advance(simd, self.dt, x, low, v);
                 }
@@ -123,16 +124,22 @@ impl Advance<'_> {
 
 /// x += dt v, dt in two parts so that its own rounding adds up to nothing either.
 #[inline(always)]
-fn advance<S: Simd>(simd: S, dt: f64, positions: &mut Block<3>, carry: &mut Block<3>, velocities: &Block<3>) {
+fn advance<S: Simd>(
+    simd: S,
+    dt: f64,
+    positions: &mut Block<3>,
+    compensation: &mut Block<3>,
+    velocities: &Block<3>,
+) {
     let high = dt as f32;
     let low = (dt - f64::from(high)) as f32;
     let (high, low) = (f32x8::splat(simd, high), f32x8::splat(simd, low));
-    for ((x_row, carry_row), v_row) in positions.iter_mut().zip(carry).zip(velocities) {
+    for ((x_row, compensation_row), v_row) in positions.iter_mut().zip(compensation).zip(velocities) {
         let x = f32x8::load_array_ref(simd, x_row);
         let v = f32x8::load_array_ref(simd, v_row);
-        let motion = v.mul_add(high, v.mul_add(low, f32x8::load_array_ref(simd, carry_row)));
+        let motion = v.mul_add(high, v.mul_add(low, f32x8::load_array_ref(simd, compensation_row)));
         let moved = x + motion;
-        (motion - (moved - x)).store_array(carry_row);
+        (motion - (moved - x)).store_array(compensation_row);
         moved.store_array(x_row);
     }
 }

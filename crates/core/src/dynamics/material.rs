@@ -27,7 +27,7 @@ pub enum Stiffness {
 /// Region damping: how much of the motion within a region is removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Damping {
+pub enum RegionDamping {
     /// The share in one step, in [0, 1]; 0 leaves the stage out.
     PerStep(f64),
     /// A rate in 1/s, >= 0: the share in a step is 1 - exp(-rate dt).
@@ -42,7 +42,7 @@ pub struct Material {
     /// How strongly vertices are pulled towards their goal positions; default 1 per step.
     pub stiffness: Stiffness,
     /// Region damping; default none.
-    pub damping: Damping,
+    pub region_damping: RegionDamping,
     /// Mass per volume, > 0; default 1000.
     pub density: f64,
 }
@@ -52,7 +52,7 @@ impl Default for Material {
         Self {
             region_size: RegionSize::Cells(2),
             stiffness: Stiffness::PerStep(1.0),
-            damping: Damping::PerStep(0.0),
+            region_damping: RegionDamping::PerStep(0.0),
             density: 1000.0,
         }
     }
@@ -75,9 +75,9 @@ impl Material {
             Stiffness::PerStep(a) => in_range("stiffness", a, a > 0.0 && a <= 1.0, "in (0, 1]"),
             Stiffness::Frequency(f) => in_range("frequency", f, f > 0.0, "a frequency in Hz, > 0"),
         }?;
-        match self.damping {
-            Damping::PerStep(d) => in_range("damping", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
-            Damping::Rate(r) => in_range("damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
+        match self.region_damping {
+            RegionDamping::PerStep(d) => in_range("region_damping", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
+            RegionDamping::Rate(r) => in_range("region_damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
         }?;
         in_range("density", self.density, self.density > 0.0, "> 0").map(drop)
     }
@@ -105,15 +105,15 @@ impl Material {
     }
 
     /// The share of the motion within a region that damping takes out in a step of `dt` seconds.
-    pub fn damping_share(&self, dt: f64) -> f64 {
-        match self.damping {
-            Damping::PerStep(share) => share,
-            Damping::Rate(rate) => -(-rate * dt).exp_m1(),
+    pub fn region_damping_share(&self, dt: f64) -> f64 {
+        match self.region_damping {
+            RegionDamping::PerStep(share) => share,
+            RegionDamping::Rate(rate) => -(-rate * dt).exp_m1(),
         }
     }
 
     /// Whether there is any damping.
     pub(crate) fn is_damped(&self) -> bool {
-        !matches!(self.damping, Damping::PerStep(0.0) | Damping::Rate(0.0))
+        !matches!(self.region_damping, RegionDamping::PerStep(0.0) | RegionDamping::Rate(0.0))
     }
 }

@@ -22,12 +22,12 @@ mod momentum;
 mod motion;
 mod selection;
 
-pub use constraints::{Constraint, ConstraintError, Constraints, Handle, Pin, Window};
-pub(crate) use damping::RegionDamping;
+pub use constraints::{Constraint, ConstraintError, Constraints, Handle, Pin, TimeWindow};
+pub(crate) use damping::RegionDamper;
 pub(crate) use energy::EnergyLimiter;
 pub(crate) use forces::Forces;
 pub(crate) use integration::{Accelerate, Advance};
-pub use material::{Damping, Material, RegionSize, Stiffness};
+pub use material::{Material, RegionDamping, RegionSize, Stiffness};
 pub(crate) use momentum::MomentumTracker;
 pub use motion::{Key, Motion, MotionError, Pose};
 pub(crate) use selection::direction;

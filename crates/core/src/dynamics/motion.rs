@@ -26,10 +26,10 @@ pub struct Motion {
     keys: Vec<Key>,
 }
 
-/// Where a motion has brought what it moves: `p -> centre + rotation * (p - centre) + translate`.
+/// Where a motion has brought what it moves: `p -> center + rotation * (p - center) + translate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Rotation about the centre.
+    /// Rotation about the center.
     pub rotation: Matrix3<f64>,
     /// Displacement in scene units.
     pub translate: Vector3<f64>,
@@ -134,10 +134,10 @@ impl Pose {
         Self { rotation: Matrix3::identity(), translate: Vector3::zeros() }
     }
 
-    /// Moves `point` by this pose about `centre`.
+    /// Moves `point` by this pose about `center`.
     #[inline]
-    pub fn apply(&self, centre: &Point3<f64>, point: &Point3<f64>) -> Point3<f64> {
-        centre + self.rotation * (point - centre) + self.translate
+    pub fn apply(&self, center: &Point3<f64>, point: &Point3<f64>) -> Point3<f64> {
+        center + self.rotation * (point - center) + self.translate
     }
 }
 

@@ -17,7 +17,7 @@ pub enum Selection {
     },
     /// A ball.
     Sphere {
-        /// Centre, scene units.
+        /// Center, scene units.
         center: [f64; 3],
         /// Radius in scene units, > 0.
         radius: f64,

@@ -6,7 +6,7 @@ use super::Lattice;
 use super::nearest::RunTree;
 use super::trilinear;
 use crate::mesh::Csr;
-use crate::simd::vec4::{Vec4, vec4};
+use crate::simd::xyzx::{Xyzx, xyzx};
 
 /// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
 ///
@@ -141,8 +141,8 @@ impl Embedding {
     }
 
     /// Where one point is.
-    pub(crate) fn carried(&self, point: usize, lattice: &[Vec4]) -> Vec4 {
-        carried_outside(&self.group_of(point).corners, lattice, self.local[point])
+    pub(crate) fn extrapolated(&self, point: usize, lattice: &[Xyzx]) -> Xyzx {
+        extrapolate(&self.group_of(point).corners, lattice, self.local[point])
     }
 
     /// Bytes of memory that the embedding takes.
@@ -154,10 +154,10 @@ impl Embedding {
 }
 
 /// Where a place in a cell with these corners is taken, within or outside.
-pub(crate) fn carried_outside(corners: &[u32; 8], lattice: &[Vec4], place: [f32; 3]) -> Vec4 {
+pub(crate) fn extrapolate(corners: &[u32; 8], lattice: &[Xyzx], place: [f32; 3]) -> Xyzx {
     let corners = corners.map(|corner| {
         let [x, y, z, _] = lattice[corner as usize];
         [x, y, z]
     });
-    vec4(trilinear::CellMap::new(corners).at(place))
+    xyzx(trilinear::CellMap::new(corners).at(place))
 }

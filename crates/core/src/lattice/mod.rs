@@ -23,7 +23,7 @@ use nalgebra::Point3;
 use crate::voxel::GridSet;
 
 pub use components::Components;
-pub(crate) use embedding::carried_outside;
+pub(crate) use embedding::extrapolate;
 pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
 pub(crate) use layout::{AxisLinks, Layout, Neighbours};

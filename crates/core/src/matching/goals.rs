@@ -1,6 +1,6 @@
 //! Shape matching: the rigid motion of each region, and the goal position of each vertex.
 //!
-//! A region moves by its centre of mass c and the rotation R of A = M⁻¹ Σ m/n (x - c) (x⁰ - c⁰)ᵀ; a vertex's goal is
+//! A region moves by its center of mass c and the rotation R of A = M⁻¹ Σ m/n (x - c) (x⁰ - c⁰)ᵀ; a vertex's goal is
 //! the mean over the regions that hold it (Mueller et al. 2005, eq. 3 to 7; Rivers & James 2007, eq. 5 and 6).
 //! Positions are in cells, so that the rest offsets are the whole numbers that the window sums count.
 
@@ -14,11 +14,11 @@ use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 
 /// The sums of a region as means.
 pub(crate) struct Means<V> {
-    /// S/M: of positions the centre of mass, of velocities its velocity.
+    /// S/M: of positions the center of mass, of velocities its velocity.
     pub(crate) mean: [V; 3],
     /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: the moments against rest offsets from the rest centroid.
     pub(crate) central: [V; 9],
-    /// The rest centroid from the centre vertex.
+    /// The rest centroid from the center vertex.
     pub(crate) d: [V; 3],
 }
 
@@ -118,7 +118,7 @@ impl FitRotations<'_> {
 
 /// Writes the goal positions.
 pub(crate) struct WriteGoals<'a> {
-    pub(crate) shares: &'a Lanes<2>,
+    pub(crate) weights: &'a Lanes<2>,
 }
 
 impl VertexUpdate for WriteGoals<'_> {
@@ -130,13 +130,13 @@ impl VertexUpdate for WriteGoals<'_> {
         &self,
         simd: S,
         first: usize,
-        gathered: &[Block<3>],
+        region_sums: &[Block<3>],
         goals: &mut [Block<3>],
         _: &mut [()],
     ) {
-        for ((block, gathered), goals) in (first..).zip(gathered).zip(goals) {
-            let [_, share] = load(simd, &self.shares.blocks()[block]);
-            let [x, y, z] = load(simd, gathered);
+        for ((block, region_sums), goals) in (first..).zip(region_sums).zip(goals) {
+            let [_, share] = load(simd, &self.weights.blocks()[block]);
+            let [x, y, z] = load(simd, region_sums);
             store([x * share, y * share, z * share], goals);
         }
     }

@@ -54,7 +54,7 @@ impl Matching {
     }
 
     /// Fits a rigid motion to each region at `positions`. `rotations` holds the warm start and receives the result.
-    /// With [`Purpose::Adjoint`] goals can be gathered afterwards. `potential` receives the elastic potential.
+    /// With [`Purpose::Adjoint`] goals can be evaluated afterwards. `potential` receives the elastic potential.
     ///
     /// Returns the number of rotations that Newton's method left to the robust path.
     pub(crate) fn fit(
@@ -66,7 +66,7 @@ impl Matching {
         purpose: Purpose,
     ) -> usize {
         let unsettled = AtomicUsize::new(0);
-        let field = Weighted { shares: self.regions.shares.blocks(), vectors: positions.blocks() };
+        let field = Weighted { weights: self.regions.weights.blocks(), vectors: positions.blocks() };
         let fit = FitRotations {
             constants: &self.regions.constants,
             occupied: self.layout.occupied(),
@@ -82,7 +82,7 @@ impl Matching {
     /// The goal positions of the motions fitted last.
     pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
         let mut goals = Lanes::zeros(self.layout.blocks());
-        let update = WriteGoals { shares: &self.regions.shares };
+        let update = WriteGoals { weights: &self.regions.weights };
         self.cascade.adjoint(&self.layout, executor, workspace, &update, goals.blocks_mut(), &mut []);
         goals
     }

@@ -12,8 +12,8 @@ use crate::simd::lanes::{LANES, Lanes};
 #[derive(Clone, Debug)]
 pub(crate) struct Regions {
     /// For each vertex m and 1/n. Zero in lanes without a vertex.
-    pub(crate) shares: Lanes<2>,
-    /// For the region around each vertex 1/M and its rest centroid, from its centre vertex, in cells. Zero in lanes
+    pub(crate) weights: Lanes<2>,
+    /// For the region around each vertex 1/M and its rest centroid, from its center vertex, in cells. Zero in lanes
     /// without a vertex.
     pub(crate) constants: Lanes<4>,
     half_width: usize,
@@ -27,29 +27,29 @@ impl Regions {
         for (&slot, &cells) in layout.slots().iter().zip(lattice.occupied_cells()) {
             mass[slot as usize] = f64::from(cells) / 8.0;
         }
-        let holders = windows.holders(&mass);
+        let region_counts = windows.region_counts(&mass);
 
-        let (mut shares, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
-        let mut weights = mass.clone();
+        let (mut weights, mut constants) = (Lanes::zeros(layout.blocks()), Lanes::zeros(layout.blocks()));
+        let mut m_over_n = mass.clone();
         for &slot in layout.slots() {
-            let share = (1.0 / holders[slot as usize]) as f32;
+            let inverse_count = (1.0 / region_counts[slot as usize]) as f32;
             let m = mass[slot as usize] as f32;
             // The weight that the sums use, rounded as they round it.
-            weights[slot as usize] = f64::from(m * share);
-            shares.set(slot, [m, share]);
+            m_over_n[slot as usize] = f64::from(m * inverse_count);
+            weights.set(slot, [m, inverse_count]);
         }
-        let [s, sx, sy, sz] = windows.first_moments(&weights);
+        let [s, sx, sy, sz] = windows.first_moments(&m_over_n);
         for &slot in layout.slots() {
             let i = slot as usize;
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
             constants.set(slot, [(1.0 / s[i]) as f32, x, y, z]);
         }
-        Self { shares, constants, half_width }
+        Self { weights, constants, half_width }
     }
 
     /// Memory that they take.
     pub(crate) fn bytes(&self) -> usize {
-        self.shares.bytes() + self.constants.bytes()
+        self.weights.bytes() + self.constants.bytes()
     }
 
     /// The half-width of the regions in cells.
@@ -68,14 +68,14 @@ impl Regions {
         spread.sum()
     }
 
-    /// Σ m/n of the products xx, yy, zz, xy, xz, yz of the offsets from each region's centre vertex, by slot.
+    /// Σ m/n of the products xx, yy, zz, xy, xz, yz of the offsets from each region's center vertex, by slot.
     fn second_moments(&self, layout: &Layout) -> [Vec<f64>; 6] {
-        let mut weights = vec![0.0; layout.blocks() * LANES];
+        let mut m_over_n = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
-            let [m, share] = self.shares.get(slot);
-            weights[slot as usize] = f64::from(m * share);
+            let [m, inverse_count] = self.weights.get(slot);
+            m_over_n[slot as usize] = f64::from(m * inverse_count);
         }
-        LineWindows::new(layout, self.half_width).second_moments(&weights)
+        LineWindows::new(layout, self.half_width).second_moments(&m_over_n)
     }
 
     /// The inverse of each region's rest inertia over its mass, M⁻¹ Σ m/n ((y·y) I - y yᵀ) with y the offset from
@@ -92,7 +92,7 @@ impl Regions {
     }
 }
 
-/// The inverse inertia from the second moments xx, yy, zz, xy, xz, yz about the centre vertex. Every region holds
+/// The inverse inertia from the second moments xx, yy, zz, xy, xz, yz about the center vertex. Every region holds
 /// the corners of a cell, so its inertia is regular.
 fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32; 6] {
     let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose();
@@ -114,7 +114,7 @@ impl LineWindows {
     }
 
     /// The number of regions that hold each vertex: the adjoint's passes z, y, x over ones.
-    fn holders(&self, mass: &[f64]) -> Vec<f64> {
+    fn region_counts(&self, mass: &[f64]) -> Vec<f64> {
         let ones: Vec<f64> = mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect();
         (0..3).rev().fold(ones, |field, axis| self.moment(axis, 0, &field))
     }
@@ -149,11 +149,11 @@ impl LineWindows {
                 sum = [sum[0] + f, sum[1] + j * f, sum[2] + j * j * f];
                 sums.push(sum);
             }
-            for (centre, &slot) in line.iter().enumerate() {
-                let before = sums[centre.saturating_sub(self.half_width)];
-                let upto = sums[line.len().min(centre + self.half_width + 1)];
+            for (center, &slot) in line.iter().enumerate() {
+                let before = sums[center.saturating_sub(self.half_width)];
+                let upto = sums[line.len().min(center + self.half_width + 1)];
                 let [s, sj, sjj] = [0, 1, 2].map(|p| upto[p] - before[p]);
-                let c = centre as f64;
+                let c = center as f64;
                 out[slot as usize] = match power {
                     0 => s,
                     1 => sj - c * s,

@@ -2,16 +2,16 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Momenta of points with masses, and the centre that the angular one is about.
+/// Momenta of points with masses, and the center that the angular one is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Momenta {
     /// All masses.
     pub mass: f64,
-    /// Their centre.
-    pub centre: Vector3<f64>,
+    /// Their center.
+    pub center: Vector3<f64>,
     /// The linear momentum.
     pub linear: Vector3<f64>,
-    /// The angular momentum about the centre.
+    /// The angular momentum about the center.
     pub angular: Vector3<f64>,
 }
 
@@ -30,17 +30,17 @@ impl Momenta {
     /// Those of some points.
     pub fn of(points: impl Iterator<Item = Mass> + Clone) -> Self {
         let mass: f64 = points.clone().map(|point| point.mass).sum();
-        let centre: Vector3<f64> = points.clone().map(|point| point.position * (point.mass / mass)).sum();
+        let center: Vector3<f64> = points.clone().map(|point| point.position * (point.mass / mass)).sum();
         let linear = points.clone().map(|point| point.velocity * point.mass).sum();
-        let angular = points.map(|point| (point.position - centre).cross(&point.velocity) * point.mass).sum();
-        Self { mass, centre, linear, angular }
+        let angular = points.map(|point| (point.position - center).cross(&point.velocity) * point.mass).sum();
+        Self { mass, center, linear, angular }
     }
 
-    /// The rigid velocity that gives points with these momenta those of `aim`: of the centre, and the spin about it.
+    /// The rigid velocity that gives points with these momenta those of `aim`: of the center, and the spin about it.
     pub fn missing(&self, aim: &Self, points: impl Iterator<Item = Mass>) -> (Vector3<f64>, Vector3<f64>) {
         let inertia: Matrix3<f64> = points
             .map(|point| {
-                let d = point.position - self.centre;
+                let d = point.position - self.center;
                 (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * point.mass
             })
             .sum();

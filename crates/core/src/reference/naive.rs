@@ -32,7 +32,7 @@ pub struct RegionMotion {
 }
 
 impl RegionMotion {
-    /// A rest position, relative to the lattice's origin, from the region's centre and turned.
+    /// A rest position, relative to the lattice's origin, from the region's center and turned.
     fn arm(&self, rest: Vector3<f64>) -> Vector3<f64> {
         self.rotation * (rest - self.rest_centroid)
     }

@@ -4,8 +4,8 @@ mod coordinate;
 pub(crate) mod lanes;
 mod level;
 pub(crate) mod tile;
-pub(crate) mod vec4;
 pub(crate) mod vector;
+pub(crate) mod xyzx;
 
 pub use coordinate::Coordinate;
 pub(crate) use level::level;

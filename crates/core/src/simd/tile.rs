@@ -4,10 +4,10 @@ use std::cell::RefCell;
 
 use fearless_simd::{Bytes, Simd, SimdBase, f32x4, f32x8, u8x16};
 
-use crate::simd::vec4::{Eight, Pair, Vec4};
+use crate::simd::xyzx::{Eight, Pair, Xyzx};
 
 /// Bytes of a row.
-const ROW: usize = size_of::<Vec4>();
+const ROW: usize = size_of::<Xyzx>();
 
 /// Rows that a [`Tile`] holds.
 pub(crate) const ROWS: usize = (1 << 16) / ROW;
@@ -39,13 +39,13 @@ impl Tile {
     }
 
     /// The rows.
-    pub(crate) fn rows(&mut self) -> &mut [Vec4] {
+    pub(crate) fn rows(&mut self) -> &mut [Xyzx] {
         bytemuck::cast_slice_mut(&mut self.0)
     }
 
     /// The row at an offset.
     #[inline(always)]
-    pub(crate) fn get(&self, offset: u16) -> Vec4 {
+    pub(crate) fn get(&self, offset: u16) -> Xyzx {
         bytemuck::pod_read_unaligned(self.bytes(offset))
     }
 

@@ -4,19 +4,19 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f64x4};
 
 use super::Pose;
-use super::carry::{Carried, CarriedBuilder};
 use super::normals::{around_one, components};
 use super::rings::{CHUNK, Place, Rings, TileLayout};
+use super::trilinear::{EmbeddedPoints, EmbeddedPointsBuilder};
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::tile::{Tile, offset, with_tiles};
-use crate::simd::vec4::{Pair, Vec4};
+use crate::simd::xyzx::{Pair, Xyzx};
 use crate::simd::{Coordinate, level};
 use crate::state::BodyFrame;
 
 /// How many vertices may have to be carried for each one that is shown before it pays to reorder them.
-const MOST_CARRIED: usize = 2;
+const MAX_POINTS_PER_VERTEX: usize = 2;
 
 /// Parts of the longest edge of the bounds; reordered vertices in the same ones may stand in any order.
 const PARTS: f64 = 1024.0;
@@ -24,7 +24,7 @@ const PARTS: f64 = 1024.0;
 /// The positions alone: each vertex by itself.
 #[derive(Debug)]
 pub(super) struct Positions {
-    carried: Carried,
+    embedded: EmbeddedPoints,
     /// Where each vertex is in the tile of its chunk, as an offset.
     places: Vec<u16>,
 }
@@ -32,25 +32,25 @@ pub(super) struct Positions {
 impl Positions {
     pub(super) fn new(embedding: &Embedding) -> Self {
         let vertices: Vec<u32> = (0..embedding.len() as u32).collect();
-        let mut carried = CarriedBuilder::new(embedding, &vertices);
+        let mut embedded = EmbeddedPointsBuilder::new(embedding, &vertices);
         let mut places = Vec::with_capacity(vertices.len());
         for chunk in vertices.chunks(CHUNK) {
-            places.extend(carried.rows(chunk).into_iter().map(offset));
-            carried.add(chunk);
+            places.extend(embedded.rows(chunk).into_iter().map(offset));
+            embedded.add(chunk);
         }
-        Self { carried: carried.finish(), places }
+        Self { embedded: embedded.finish(), places }
     }
 
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        self.carried.bytes() + size_of_val(&*self.places)
+        self.embedded.bytes() + size_of_val(&*self.places)
     }
 
     /// Writes the positions in the world.
     pub(super) fn evaluate<T: Coordinate>(&self, executor: &Executor, pose: Pose, positions: &mut [[T; 3]]) {
         executor.share(positions.chunks_mut(CHUNK).enumerate(), |(chunk, positions)| {
             with_tiles(|near, _| {
-                self.carried.carry(chunk, pose.lattice, near.pairs());
+                self.embedded.interpolate(chunk, pose.lattice, near.pairs());
                 let places = self.places[chunk * CHUNK..].iter().copied();
                 write_positions(near, places, pose.frame, positions);
             });
@@ -103,7 +103,7 @@ impl Normals {
 /// Vertices and their one-rings, in an order that keeps neighbours together for the most part.
 #[derive(Debug)]
 pub(super) struct Neighborhoods {
-    carried: Carried,
+    embedded: EmbeddedPoints,
     rings: Rings,
     /// The point of the embedding that each vertex is.
     points: Vec<u32>,
@@ -112,34 +112,35 @@ pub(super) struct Neighborhoods {
 impl Neighborhoods {
     /// Prepares vertices: vertex `k` is point `points[k]` of the embedding.
     fn new(triangles: &[[u32; 3]], weld: &[u32], embedding: &Embedding, points: Vec<u32>) -> Self {
-        let mut carried = CarriedBuilder::new(embedding, &points);
-        let rings = Rings::new(triangles, weld, &mut carried);
-        Self { carried: carried.finish(), rings, points }
+        let mut embedded = EmbeddedPointsBuilder::new(embedding, &points);
+        let rings = Rings::new(triangles, weld, &mut embedded);
+        Self { embedded: embedded.finish(), rings, points }
     }
 
     /// Whether few vertices have to be carried beside those of each chunk.
     fn keep_together(&self) -> bool {
-        self.carried.len() <= MOST_CARRIED * self.points.len()
+        self.embedded.len() <= MAX_POINTS_PER_VERTEX * self.points.len()
     }
 
     fn bytes(&self) -> usize {
-        self.carried.bytes() + self.rings.bytes() + size_of_val(&*self.points)
+        self.embedded.bytes() + self.rings.bytes() + size_of_val(&*self.points)
     }
 
     /// Carries the vertices of a chunk and those around it, finds the normals, and calls `write` with the tiles of both and the
     /// places of the vertices in them.
     fn evaluate_chunk(&self, chunk: usize, pose: Pose, write: impl FnOnce(&Tile, &Tile, &[Place])) {
         with_tiles(|near, normals| {
-            self.carried.carry(chunk, pose.lattice, near.pairs());
+            self.embedded.interpolate(chunk, pose.lattice, near.pairs());
             self.rings.find_normals(chunk, near, normals);
             write(near, normals, self.rings.places(chunk));
         });
     }
 
     /// The normals of vertices whose one-rings do not fit in a tile, by vertex.
-    fn singles(&self, pose: Pose) -> impl Iterator<Item = (usize, Vec4)> {
-        let at =
-            move |vertex: u32| pose.embedding.carried(self.points[vertex as usize] as usize, pose.lattice);
+    fn singles(&self, pose: Pose) -> impl Iterator<Item = (usize, Xyzx)> {
+        let at = move |vertex: u32| {
+            pose.embedding.extrapolated(self.points[vertex as usize] as usize, pose.lattice)
+        };
         self.rings.singles().iter().map(move |single| {
             let ring = single.ring.iter().map(|&vertex| at(vertex));
             (single.vertex as usize, around_one(at(single.center), ring))

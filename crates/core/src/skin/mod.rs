@@ -2,13 +2,13 @@
 //!
 //! Vertices are evaluated in chunks. In the order of the data: the one-ring of a vertex ([`one_ring`]) and those of all vertices in
 //! blocks of eight ([`rings`]), prepared once; the vertices of a chunk carried cell by cell into a tile, which is near memory
-//! ([`carry`]), their normals ([`normals`]), and what is written from there ([`evaluate`]).
+//! ([`trilinear`]), their normals ([`normals`]), and what is written from there ([`evaluate`]).
 
-mod carry;
 mod evaluate;
 mod normals;
 mod one_ring;
 mod rings;
+mod trilinear;
 
 pub use normals::{VertexNormals, vertex_normals};
 
@@ -18,7 +18,7 @@ use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
-use crate::simd::vec4::{Pair, Vec4};
+use crate::simd::xyzx::{Pair, Xyzx};
 use crate::state::BodyFrame;
 use evaluate::{Normals, Positions};
 
@@ -46,7 +46,7 @@ pub(crate) struct Pose<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) embedding: &'a Embedding,
     /// One row per lattice vertex, in cells from the body's origin.
-    pub(crate) lattice: &'a [Vec4],
+    pub(crate) lattice: &'a [Xyzx],
     /// Where that origin is.
     pub(crate) frame: &'a BodyFrame,
 }

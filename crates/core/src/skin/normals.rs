@@ -8,7 +8,7 @@ use super::rings::{CHUNK, EightRings, NO_NORMAL, Rings, TileLayout};
 use crate::mesh::Mesh;
 use crate::simd::level;
 use crate::simd::tile::{Tile, with_tiles};
-use crate::simd::vec4::{Eight, Vec4, spread, squares, store, turned, vec4};
+use crate::simd::xyzx::{Eight, Xyzx, spread, squares, store, turned, xyzx};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
 ///
@@ -44,7 +44,7 @@ impl VertexNormals {
         let Self { rings, members } = self;
         assert_eq!(positions.len(), rings.len(), "one position per vertex");
         assert_eq!(out.len(), rings.len(), "one normal per vertex");
-        let at = |vertex: u32| vec4(positions[vertex as usize]);
+        let at = |vertex: u32| xyzx(positions[vertex as usize]);
         for (chunk, out) in out.chunks_mut(CHUNK).enumerate() {
             with_tiles(|near, normals| {
                 for (row, &vertex) in near.rows().iter_mut().zip(&members[chunk]) {
@@ -86,7 +86,7 @@ pub fn vertex_normals(triangles: &[[u32; 3]], positions: &[[f32; 3]], weld: &[u3
 
 /// A normal from its row, `(z, x, y)` as cross products leave it.
 #[inline(always)]
-pub(super) fn components([z, x, y, _]: Vec4) -> [f32; 3] {
+pub(super) fn components([z, x, y, _]: Xyzx) -> [f32; 3] {
     [x, y, z]
 }
 
@@ -142,8 +142,8 @@ fn sums<S: Simd>(simd: S, near: &Tile, rings: &EightRings) -> [f32x8<S>; 4] {
 
 /// The unit normal of one vertex in `f64`, for squares that leave the range of `f32` and rings that no tile holds; zero
 /// where no triangle has area.
-pub(super) fn around_one(center: Vec4, ring: impl Iterator<Item = Vec4>) -> Vec4 {
-    let wide = |[x, y, z, _]: Vec4| Vector3::new(x, y, z).map(f64::from);
+pub(super) fn around_one(center: Xyzx, ring: impl Iterator<Item = Xyzx>) -> Xyzx {
+    let wide = |[x, y, z, _]: Xyzx| Vector3::new(x, y, z).map(f64::from);
     let (mut sum, mut last) = (Vector3::zeros(), Vector3::zeros());
     for at in ring {
         let arm = wide(at) - wide(center);
@@ -152,5 +152,5 @@ pub(super) fn around_one(center: Vec4, ring: impl Iterator<Item = Vec4>) -> Vec4
     }
     let [x, y, z] = sum.into();
     let length: f64 = (x * x + y * y + z * z).sqrt();
-    if length > 0.0 { vec4([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
+    if length > 0.0 { xyzx([z, x, y].map(|component| (component / length) as f32)) } else { [0.0; 4] }
 }

@@ -96,7 +96,7 @@ pub struct BodyState<'a> {
     /// Local positions by slot, in cells.
     pub positions: &'a mut Lanes<3>,
     /// What f32 rounded away from the positions, where that is kept.
-    pub carry: Option<&'a mut Lanes<3>>,
+    pub compensation: Option<&'a mut Lanes<3>>,
     /// Velocities by slot, in cells per second.
     pub velocities: &'a mut Lanes<3>,
     /// Where the local coordinates lie in the world.
@@ -108,7 +108,7 @@ impl BodyState<'_> {
     #[inline]
     pub fn position(&self, slot: u32) -> Vector3<f64> {
         let high = wide(self.positions.get(slot));
-        self.carry.as_ref().map_or(high, |carry| high + wide(carry.get(slot)))
+        self.compensation.as_ref().map_or(high, |compensation| high + wide(compensation.get(slot)))
     }
 
     /// Sets the position of a slot in cells.
@@ -116,8 +116,8 @@ impl BodyState<'_> {
     pub fn set_position(&mut self, slot: u32, position: Vector3<f64>) {
         let high: [f32; 3] = position.map(|x| x as f32).into();
         self.positions.set(slot, high);
-        if let Some(carry) = &mut self.carry {
-            carry.set(slot, (position - wide(high)).map(|x| x as f32).into());
+        if let Some(compensation) = &mut self.compensation {
+            compensation.set(slot, (position - wide(high)).map(|x| x as f32).into());
         }
     }
 

@@ -30,7 +30,7 @@ pub(crate) struct State {
     pub(crate) frame: Frame,
     pub(crate) positions: Lanes<3>,
     /// What f32 rounded away from the positions.
-    pub(crate) carry: Lanes<3>,
+    pub(crate) compensation: Lanes<3>,
     /// In cells/s.
     pub(crate) velocities: Lanes<3>,
     /// Of the region around each vertex, from the rest pose: unit quaternions x, y, z, w.
@@ -63,7 +63,7 @@ impl State {
         let mut state = Self {
             frame,
             positions: Lanes::zeros(layout.blocks()),
-            carry: Lanes::zeros(layout.blocks()),
+            compensation: Lanes::zeros(layout.blocks()),
             velocities: Lanes::zeros(layout.blocks()),
             rotations: Lanes::filled(layout.blocks(), IDENTITIES),
             fitted: true,
@@ -81,15 +81,16 @@ impl State {
 
     /// Whether all arrays have `blocks` blocks, and there are `components` components.
     pub(crate) fn is_whole(&self, blocks: usize, components: usize) -> bool {
-        let Self { positions, carry, velocities, rotations, .. } = self;
-        let of_three = [positions, carry, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
+        let Self { positions, compensation, velocities, rotations, .. } = self;
+        let of_three =
+            [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
         of_three && rotations.blocks().len() == blocks && self.momenta.len() == components
     }
 
     /// Memory that the state takes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { positions, carry, velocities, rotations, .. } = self;
-        positions.bytes() + carry.bytes() + velocities.bytes() + rotations.bytes()
+        let Self { positions, compensation, velocities, rotations, .. } = self;
+        positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes()
     }
 
     /// Gives a lattice at rest the velocity and the spin of its placement.
@@ -98,10 +99,10 @@ impl State {
         let velocity = Vector3::from(placement.velocity) / self.frame.cell_size;
         let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells));
         let mass: f64 = masses.clone().sum();
-        let centre: Vector3<f64> =
+        let center: Vector3<f64> =
             layout.slots().iter().zip(masses).map(|(&slot, m)| self.local(slot) * (m / mass)).sum();
         for &slot in layout.slots() {
-            let turning = spin.cross(&(self.local(slot) - centre));
+            let turning = spin.cross(&(self.local(slot) - center));
             self.velocities.set(slot, turning.map(|v| v as f32).into());
         }
         // What all have in common is kept in f64.
@@ -113,14 +114,14 @@ impl State {
         BodyState {
             frame: self.frame.body_frame(),
             positions: &mut self.positions,
-            carry: Some(&mut self.carry),
+            compensation: Some(&mut self.compensation),
             velocities: &mut self.velocities,
         }
     }
 
     /// The position of a slot in cells from the body's origin.
     pub(crate) fn local(&self, slot: u32) -> Vector3<f64> {
-        let (high, low) = (self.positions.get(slot), self.carry.get(slot));
+        let (high, low) = (self.positions.get(slot), self.compensation.get(slot));
         Vector3::from_fn(|c, _| f64::from(high[c]) + f64::from(low[c]))
     }
 
@@ -128,7 +129,7 @@ impl State {
     pub(crate) fn put(&mut self, slot: u32, local: Vector3<f64>) {
         let high: [f32; 3] = local.map(|x| x as f32).into();
         self.positions.set(slot, high);
-        self.carry.set(slot, std::array::from_fn(|c| (local[c] - f64::from(high[c])) as f32));
+        self.compensation.set(slot, std::array::from_fn(|c| (local[c] - f64::from(high[c])) as f32));
     }
 
     /// Positions of the world for all slots of `slots`, the origin moved near their mean.
@@ -177,9 +178,9 @@ impl State {
         self.positions.get(slot).iter().any(|x| f64::from(x.abs()) > 2.0 * self.frame.quantum)
     }
 
-    /// Moves the origin to the multiple of the quantum nearest to `centre`, in cells; the body stays.
-    pub(crate) fn rebase(&mut self, slots: &[u32], centre: Vector3<f64>) {
-        let by = self.frame.nearest(centre);
+    /// Moves the origin to the multiple of the quantum nearest to `center`, in cells; the body stays.
+    pub(crate) fn rebase(&mut self, slots: &[u32], center: Vector3<f64>) {
+        let by = self.frame.nearest(center);
         if by == Vector3::zeros() {
             return;
         }
@@ -196,7 +197,7 @@ impl State {
 pub(crate) struct Momentum {
     /// Σ m v, in cell masses times cells/s.
     pub(crate) linear: [f64; 3],
-    /// Σ m (x - c) x v about the component's centre of mass.
+    /// Σ m (x - c) x v about the component's center of mass.
     pub(crate) angular: [f64; 3],
 }
 

@@ -14,7 +14,7 @@ pub struct Placement {
     pub translate: [f64; 3],
     /// Scene units per second; default 0.
     pub velocity: [f64; 3],
-    /// Radians per second about the centre of mass; default 0.
+    /// Radians per second about the center of mass; default 0.
     pub spin: [f64; 3],
 }
 

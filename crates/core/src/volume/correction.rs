@@ -4,8 +4,8 @@ use std::sync::{Arc, Weak};
 
 use super::adjacency::Adjacency;
 use super::clearance::{Clearance, Obstacles};
-use super::constraints::{self, Push};
 use super::cubic::smallest_root;
+use super::external_forces::{self, ExternalForce};
 use super::field::{Field, turned};
 use super::limits::{Limit, Limits};
 use super::line::Moving;
@@ -60,7 +60,7 @@ pub struct CorrectionWorkspace {
     ramp: Option<Ramp>,
     scratch: Scratch,
     regional: RegionalScratch,
-    /// Pushes by vertex.
+    /// Forces by vertex.
     order: Vec<(u32, u32)>,
     limits: Limits,
     clearance: Clearance,
@@ -159,7 +159,7 @@ impl Correction {
             let held: Vec<u32> = held.collect();
             workspace.ramp = (!held.is_empty()).then(|| Ramp {
                 adjacency: Arc::downgrade(&self.adjacency),
-                shares: constraints::ramp(&self.adjacency, &held, self.ramp_links),
+                shares: external_forces::ramp(&self.adjacency, &held, self.ramp_links),
                 held,
             });
         }
@@ -170,21 +170,21 @@ impl Correction {
     /// * `deformed`, `corrected`: (n, 3), lattice vertices in cells, body-local; any distance from the origin.
     /// * `rotations`: (n, 4), quaternions (x, y, z, w) that turn the model's frame to that of `deformed`; for the
     ///   field to fit, those of `deformed` itself.
-    /// * `pushes`: external forces of contacts and grabs, in any order; see [`Push`].
+    /// * `forces`: external forces of contacts and grabs, in any order; see [`ExternalForce`].
     ///
     /// Returns one report a component of the lattice, in units of length. Finite positions never give NaN.
     ///
     /// # Panics
-    /// If the lengths differ from the lattice's, or a push names a vertex that it does not have.
+    /// If the lengths differ from the lattice's, or a force names a vertex that it does not have.
     pub fn apply<'w>(
         &self,
         workspace: &'w mut CorrectionWorkspace,
         deformed: &[[f32; 3]],
         rotations: &[[f32; 4]],
-        pushes: &[Push],
+        forces: &[ExternalForce],
         corrected: &mut [[f32; 3]],
     ) -> &'w [ComponentReport] {
-        self.solve(workspace, &Executor::sequential(), deformed, rotations, pushes);
+        self.solve(workspace, &Executor::sequential(), deformed, rotations, forces);
         self.write(workspace, deformed, corrected)
     }
 
@@ -195,7 +195,7 @@ impl Correction {
         executor: &Executor,
         deformed: &[[f32; 3]],
         rotations: &[[f32; 4]],
-        pushes: &[Push],
+        forces: &[ExternalForce],
     ) {
         let n = self.adjacency.len();
         assert!(
@@ -210,7 +210,7 @@ impl Correction {
         workspace.scratch.place(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
         self.turn_field(workspace, rotations);
         let CorrectionWorkspace { scratch, order, regional: scales, .. } = workspace;
-        constraints::take_out_pushes(pushes, order, &mut scratch.points);
+        external_forces::remove_force_directions(forces, order, &mut scratch.points);
         if let Some(regional) = &self.regional {
             regional.give_back(scales, executor, &self.adjacency, &self.caps, &mut scratch.points);
         }

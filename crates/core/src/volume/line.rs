@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8, f64x4, u8x32};
 
 /// A point `p + lambda v`, as `(p, 0, v, 0)`: one register of eight lanes.
 ///
-/// Units: cells. `p` is relative to a centre near the body, so that single precision is fine enough.
+/// Units: cells. `p` is relative to a center near the body, so that single precision is fine enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Moving([f32; 8]);

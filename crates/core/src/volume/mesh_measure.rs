@@ -84,15 +84,15 @@ impl MeshMeasure {
 
     /// Adds the coefficients of each component to those of `scratch`.
     pub(super) fn add_coefficients(&self, executor: &Executor, scratch: &mut Scratch) {
-        let Scratch { points: lattice, carried, sums, coefficients, .. } = scratch;
-        carried.resize(self.weights.len(), Moving::default());
+        let Scratch { points: lattice, surface_points, sums, coefficients, .. } = scratch;
+        surface_points.resize(self.weights.len(), Moving::default());
         let (runs, ends) = (&self.runs, &self.ends);
-        let batches = carried.chunks_mut(BATCH).zip(self.weights.chunks(BATCH));
-        executor.share(batches.enumerate(), |(batch, (carried, weights))| {
+        let batches = surface_points.chunks_mut(BATCH).zip(self.weights.chunks(BATCH));
+        executor.share(batches.enumerate(), |(batch, (surface_points, weights))| {
             let first = if batch == 0 { 0 } else { ends[batch - 1] };
-            dispatch!(level(), simd => carry(simd, &runs[first..ends[batch]], lattice, weights, carried));
+            dispatch!(level(), simd => interpolate(simd, &runs[first..ends[batch]], lattice, weights, surface_points));
         });
-        let (patches, carried, triangles) = (&self.patches, &*carried, &self.triangles);
+        let (patches, surface_points, triangles) = (&self.patches, &*surface_points, &self.triangles);
         self.sums.add_to(executor, 1.0 / 6.0, sums, coefficients, |range| {
             dispatch!(level(), simd => {
                 let mut sum = Determinants::zero(simd);
@@ -102,7 +102,7 @@ impl MeshMeasure {
                     }
                 } else {
                     for triangle in &triangles[range.start - patches.len()..range.end - patches.len()] {
-                        let [a, b, c] = load(simd, carried, triangle);
+                        let [a, b, c] = load(simd, surface_points, triangle);
                         sum.add(Line::zxy(simd, a), Arm::new(simd, b - a), Arm::new(simd, c - a));
                     }
                 }
@@ -114,8 +114,14 @@ impl MeshMeasure {
 
 /// Carries the points of some cells along: each is the weighted mean of the corners of its cell.
 #[inline(always)]
-fn carry<S: Simd>(simd: S, runs: &[Run], lattice: &[Moving], weights: &[[f32; 8]], carried: &mut [Moving]) {
-    let mut points = carried.iter_mut().zip(weights);
+fn interpolate<S: Simd>(
+    simd: S,
+    runs: &[Run],
+    lattice: &[Moving],
+    weights: &[[f32; 8]],
+    surface_points: &mut [Moving],
+) {
+    let mut points = surface_points.iter_mut().zip(weights);
     for run in runs {
         // From one corner on: small numbers, of which little is lost to rounding.
         let mut corners = load(simd, lattice, &run.corners);

@@ -27,7 +27,7 @@
 //! | `surface`, `shells` | the parts of a mesh that bound the body, as a measure |
 //! | `volumes` | all measures of a body, for reports |
 //! | `field` | the field V |
-//! | `constraints` | external forces and held vertices |
+//! | `external_forces` | external forces and held vertices |
 //! | `cubic` | the root of a cubic |
 //! | `regional` | a scale for each vertex, before the cubic |
 //! | `limits`, `clearance` | vertices that stop at a collider, or slide along it |
@@ -35,9 +35,9 @@
 
 mod adjacency;
 mod clearance;
-mod constraints;
 mod correction;
 mod cubic;
+mod external_forces;
 mod field;
 mod limits;
 mod line;
@@ -52,9 +52,9 @@ mod surface;
 mod volumes;
 
 pub(crate) use clearance::Obstacles;
-pub use constraints::{HALF_PUSH, Push};
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
+pub use external_forces::{ExternalForce, HALF_FORCE};
 pub use options::{FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub use surface::Surface;

@@ -91,7 +91,7 @@ impl VolumeScope {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FieldKind {
     /// As in Takamatsu & Kanai (2009): unit normals at boundary vertices, from the neighbours that exist; inwards,
-    /// layer by layer, the mean direction of the layer before, at a length that falls from 1 to 0 at the centre.
+    /// layer by layer, the mean direction of the layer before, at a length that falls from 1 to 0 at the center.
     Paper,
     /// The smoothest field that moves the boundary faces of the cells by 1 along their normals.
     Cells,

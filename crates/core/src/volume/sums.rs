@@ -19,7 +19,7 @@ pub(super) struct Scratch {
     /// The coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
     pub(super) coefficients: Vec<[f64; 4]>,
     /// Surface points, and sums over chunks.
-    pub(super) carried: Vec<Moving>,
+    pub(super) surface_points: Vec<Moving>,
     pub(super) sums: Vec<[f64; 4]>,
     /// Of each component: the sum of its positions, their number, and the center.
     centers: Vec<([f64; 3], f64, [f64; 3])>,
@@ -28,7 +28,7 @@ pub(super) struct Scratch {
 impl Scratch {
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.points) + size_of_val(&*self.carried) + size_of_val(&*self.sums)
+        size_of_val(&*self.points) + size_of_val(&*self.surface_points) + size_of_val(&*self.sums)
     }
 
     /// The places become `positions[i]` less the mean of the component; the directions are left as they are.

@@ -119,6 +119,6 @@ fn place(data: &BodyData, body: &Body) -> Placed {
     let (low, high) = body.mesh().map_or_else(Default::default, |mesh| mesh.bounds());
     let half = (high - low) / 2.0;
     let reach: Vector3<f64> = rotation.matrix().abs() * half;
-    let centre: Point3<f64> = rotation * nalgebra::center(&low, &high) + Vector3::from(translate);
-    Placed { low: centre - reach, high: centre + reach, cell_size: body.lattice().cell_size() }
+    let center: Point3<f64> = rotation * nalgebra::center(&low, &high) + Vector3::from(translate);
+    Placed { low: center - reach, high: center + reach, cell_size: body.lattice().cell_size() }
 }

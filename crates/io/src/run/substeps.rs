@@ -68,15 +68,15 @@ fn fall_speed(scene: &Scene, body: &BodyData, placed: &Placed) -> f64 {
         return start;
     }
     let down = gravity / g;
-    let centre = nalgebra::center(&placed.low, &placed.high);
+    let center = nalgebra::center(&placed.low, &placed.high);
     let lift = |key: &Key| -Vector3::from(key.translate).dot(&down);
     let lifted = body.handles.iter().flat_map(|handle| &handle.keys).map(lift).fold(0.0, f64::max);
-    let depth = scene.colliders.iter().map(|collider| below(&collider.shape, &centre, &down));
+    let depth = scene.colliders.iter().map(|collider| below(&collider.shape, &center, &down));
     let fall = lifted + depth.fold(0.0, f64::max);
     (start * start + 2.0 * g * fall).sqrt()
 }
 
-/// How far a point may fall until it meets a shape, or passes beside its centre.
+/// How far a point may fall until it meets a shape, or passes beside its center.
 fn below(shape: &Shape, from: &Point3<f64>, down: &Vector3<f64>) -> f64 {
     let to = |point: [f64; 3]| (Point3::from(point) - from).dot(down);
     match *shape {
@@ -107,7 +107,7 @@ fn collider_speed(collider: &Collider) -> f64 {
     key_speed(&collider.keys, radius)
 }
 
-/// The greatest speed between two keys, of a point at this distance from the centre of rotation.
+/// The greatest speed between two keys, of a point at this distance from the center of rotation.
 fn key_speed(keys: &[Key], radius: f64) -> f64 {
     let speed = |pair: &[Key]| {
         let shift = Vector3::from(pair[1].translate) - Vector3::from(pair[0].translate);

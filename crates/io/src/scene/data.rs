@@ -103,7 +103,7 @@ pub struct BodyData {
     pub resolution: Resolution,
     /// Whether parts that float apart are bridged to the largest; default true.
     pub join: bool,
-    /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `damping` or `damping_rate`, `density`.
+    /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `region_damping` or `region_damping_rate`, `density`.
     #[serde(rename = "@material", with = "MaterialKeys")]
     pub material: Material,
     /// How the volume is kept; default automatic.

@@ -9,8 +9,8 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use supple::{
-    Collider, Damping, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, RegionSize,
-    Resolution, Selection, Shape, Stiffness, VolumeOptions, VolumeScope, Window,
+    Collider, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, RegionDamping, RegionSize,
+    Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions, VolumeScope,
 };
 
 /// The most lattice vertices that may be asked for: their indices fit in 32 bits.
@@ -23,7 +23,7 @@ pub const ALTERNATIVES: [[&str; 2]; 4] = [
     ["lattice_vertices", "cell_size"],
     ["half_width", "stiffness_radius"],
     ["stiffness", "frequency"],
-    ["damping", "damping_rate"],
+    ["region_damping", "region_damping_rate"],
 ];
 
 /// The keys that some fields stand for: `@...` for those of a part of the table, the others for themselves.
@@ -31,14 +31,14 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     let keys = |field: &&'a str| -> Vec<&'a str> {
         match *field {
             "@placement" => vec!["rotate", "translate", "velocity", "spin"],
-            "@material" => expand(&["@region_size", "@stiffness", "@damping", "density"]),
+            "@material" => expand(&["@region_size", "@stiffness", "@region_damping", "density"]),
             "@resolution" => ALTERNATIVES[0].to_vec(),
             "@region_size" => ALTERNATIVES[1].to_vec(),
             "@stiffness" => ALTERNATIVES[2].to_vec(),
-            "@damping" => ALTERNATIVES[3].to_vec(),
+            "@region_damping" => ALTERNATIVES[3].to_vec(),
             "@selection" => vec!["box", "sphere", "plane", "vertices"],
             "@shape" => vec!["plane", "sphere", "box", "capsule"],
-            "@window" => vec!["from", "until"],
+            "@window" => vec!["start", "end"],
             key => vec![key],
         }
     };
@@ -88,8 +88,8 @@ pub(super) struct MaterialKeys {
     region_size: RegionSize,
     #[serde(rename = "@stiffness", with = "StiffnessKeys")]
     stiffness: Stiffness,
-    #[serde(rename = "@damping", with = "DampingKeys")]
-    damping: Damping,
+    #[serde(rename = "@region_damping", with = "RegionDampingKeys")]
+    region_damping: RegionDamping,
     #[serde(deserialize_with = "positive")]
     density: f64,
 }
@@ -113,11 +113,11 @@ enum StiffnessKeys {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "Damping")]
-enum DampingKeys {
-    #[serde(rename = "damping")]
+#[serde(remote = "RegionDamping")]
+enum RegionDampingKeys {
+    #[serde(rename = "region_damping")]
     PerStep(#[serde(deserialize_with = "unit")] f64),
-    #[serde(rename = "damping_rate")]
+    #[serde(rename = "region_damping_rate")]
     Rate(#[serde(deserialize_with = "not_negative")] f64),
 }
 
@@ -140,7 +140,7 @@ struct PinKeys {
     #[serde(rename = "@selection", with = "SelectionKeys")]
     selection: Selection,
     #[serde(default, rename = "@window", with = "WindowKeys")]
-    window: Window,
+    window: TimeWindow,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -149,7 +149,7 @@ struct HandleKeys {
     #[serde(rename = "@selection", with = "SelectionKeys")]
     selection: Selection,
     #[serde(default, rename = "@window", with = "WindowKeys")]
-    window: Window,
+    window: TimeWindow,
     #[serde(with = "poses")]
     keys: Vec<Key>,
 }
@@ -175,12 +175,12 @@ enum SelectionKeys {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(remote = "Window", default, bound = "")]
+#[serde(remote = "TimeWindow", default, bound = "")]
 struct WindowKeys {
     #[serde(deserialize_with = "not_negative")]
-    from: f64,
+    start: f64,
     #[serde(deserialize_with = "finite", skip_serializing_if = "is_infinite")]
-    until: f64,
+    end: f64,
 }
 
 #[derive(Serialize, Deserialize)]

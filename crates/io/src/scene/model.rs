@@ -5,7 +5,7 @@ use std::path::Path;
 use super::data::{BodyData, OutputData, Scene, SimulationData, Substeps};
 use super::error::SceneError;
 use super::keys::name_from;
-use supple::{Collider, Damping};
+use supple::{Collider, RegionDamping};
 
 /// Which axis of a model points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,7 +67,7 @@ impl Scene {
         point[axis] = rounded(low[axis] - GAP * height, height);
 
         let mut body = BodyData::new(name_from(path), path);
-        body.material.damping = Damping::PerStep(0.3);
+        body.material.region_damping = RegionDamping::PerStep(0.3);
         Self {
             base: Default::default(),
             simulation: SimulationData {

@@ -9,7 +9,7 @@ use super::error::{Place, SceneError};
 use super::field::Field;
 use super::keys::{meaning, name_from};
 use super::{overrides, value};
-use supple::{Key, Selection, Window};
+use supple::{Key, Selection, TimeWindow};
 
 impl Scene {
     /// Reads a scene file.
@@ -100,15 +100,15 @@ fn check_holds(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
     let handles = body.handles.iter().enumerate().map(|(index, handle)| {
         (format!("handle.{index}"), &handle.selection, handle.window, &handle.keys[..])
     });
-    for (path, selection, Window { from, until }, keys) in pins.chain(handles) {
+    for (path, selection, TimeWindow { start, end }, keys) in pins.chain(handles) {
         let hold = field.at(&path);
         if let Selection::Box { min, max } = selection
             && (0..3).any(|axis| min[axis] > max[axis])
         {
             return Err(hold.at("box.max").out_of_range("at least `min` on every axis"));
         }
-        if until <= from {
-            return Err(hold.at("until").out_of_range(&format!("a number above {from}")));
+        if end <= start {
+            return Err(hold.at("end").out_of_range(&format!("a number above {start}")));
         }
         check_times(keys, &hold)?;
     }

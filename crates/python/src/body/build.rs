@@ -4,8 +4,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use supple::{
-    BodyBuilder, Damping, FieldKind, Material, Placement, Preservation, RegionSize, Stiffness, VolumeOptions,
-    VolumeScope,
+    BodyBuilder, FieldKind, Material, Placement, Preservation, RegionDamping, RegionSize, Stiffness,
+    VolumeOptions, VolumeScope,
 };
 use supple_io::scene::{ALTERNATIVES, BodyData};
 
@@ -86,12 +86,12 @@ fn material(settings: &Settings<'_>) -> PyResult<Material> {
     let radius = settings.number("stiffness_radius")?.map(RegionSize::Radius);
     let alpha = settings.number("stiffness")?.map(Stiffness::PerStep);
     let hertz = settings.number("frequency")?.map(Stiffness::Frequency);
-    let share = settings.number("damping")?.map(Damping::PerStep);
-    let rate = settings.number("damping_rate")?.map(Damping::Rate);
+    let share = settings.number("region_damping")?.map(RegionDamping::PerStep);
+    let rate = settings.number("region_damping_rate")?.map(RegionDamping::Rate);
     Ok(Material {
         region_size: cells.or(radius).unwrap_or(default.region_size),
         stiffness: alpha.or(hertz).unwrap_or(default.stiffness),
-        damping: share.or(rate).unwrap_or(default.damping),
+        region_damping: share.or(rate).unwrap_or(default.region_damping),
         density: settings.number("density")?.unwrap_or(default.density),
     })
 }

@@ -10,23 +10,23 @@ use crate::argument::Settings;
 use crate::{arrays, constraint, error};
 
 /// The arguments of handle; those of pin but for the first.
-const ARGUMENTS: [&str; 7] = ["keys", "box", "sphere", "plane", "vertices", "from_", "until"];
+const ARGUMENTS: [&str; 7] = ["keys", "box", "sphere", "plane", "vertices", "start", "end"];
 
 #[pymethods]
 impl Body {
-    /// Holds a part of the body as it is at `from_`. Returns a Hold.
+    /// Holds a part of the body as it is at `start`. Returns a Hold.
     ///
     /// box : ((3,), (3,)), least and greatest corner; sphere : (center, radius); plane : (point, normal), the side that
     /// the normal points to; or vertices : (k,) int or (n,) bool, lattice vertices
     ///     What is held. Shapes are in world space at frame 0: the mesh vertices inside, and with them the lattice
     ///     vertices of their cells; for a bare lattice the vertices inside.
-    /// from_, until : float, seconds
+    /// start, end : float, seconds
     ///     Default: from the start, for ever.
     ///
     /// ValueError if nothing is inside, with the nearest distance.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, from_=0.0, until=None)"
+        text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let settings = Settings::of_call(options, "pin()", &ARGUMENTS[1..], &constraint::OPTIONAL)?;
@@ -35,16 +35,16 @@ impl Body {
         Hold::add(slf, |body| body.pin(&pin))
     }
 
-    /// Moves a part of the body along keys, relative to the pose that it has at `from_`. Returns a Hold.
+    /// Moves a part of the body along keys, relative to the pose that it has at `start`. Returns a Hold.
     ///
     /// keys : list of (time, translate, rotate)
     ///     Seconds, strictly increasing; (3,) length; (3,) degrees about the fixed axes x, then y, then z through the
-    ///     centre of what is held. Linear in time, angles too. A dict with these names is taken as well.
+    ///     center of what is held. Linear in time, angles too. A dict with these names is taken as well.
     ///
     /// The other arguments are those of pin.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, keys, box=None, sphere=None, plane=None, vertices=None, from_=0.0, until=None)"
+        text_signature = "($self, *, keys, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
         let settings = Settings::of_call(options, "handle()", &ARGUMENTS, &constraint::OPTIONAL)?;

@@ -2,12 +2,12 @@
 
 mod build;
 mod holds;
-mod home;
+mod storage;
 mod values;
 
 pub(crate) use build::{body_keys, volume_settings};
 pub(crate) use holds::Hold;
-pub(crate) use home::{Home, World};
+pub(crate) use storage::{Storage, World};
 
 use std::sync::Mutex;
 
@@ -23,7 +23,7 @@ use crate::forked::Owner;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 
-/// A soft body: a lattice, what it is made of, and the mesh that is shown.
+/// A soft body: a lattice, what it is made of, and the mesh that is displayed.
 ///
 /// shape : Mesh, Lattice, path of an OBJ file, or anything with vertices and faces (trimesh.Trimesh)
 ///     A Lattice is a body without a mesh to show.
@@ -42,7 +42,7 @@ use crate::mesh::Mesh;
 ///     Of the regions: in cells, at least 1, or as a length, > 0. Larger is stiffer.
 /// stiffness : float, default 1; or frequency : float
 ///     alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
-/// damping : float, default 0; or damping_rate : float
+/// region_damping : float, default 0; or region_damping_rate : float
 ///     Region damping: the share per step, in [0, 1], or a rate in 1/s, >= 0.
 /// density : float, default 1000
 ///     Mass per volume, > 0.
@@ -50,7 +50,7 @@ use crate::mesh::Mesh;
 ///     "off", or the measure that is kept: "auto", "mesh", "cells" or "lattice"; or a dict with measure, scope
 ///     ("global" or "regional": where the volume was lost), field (the way in which the correction moves: "surface",
 ///     "cells" or "paper") and max_correction (>= 0, as a share of the body's thickness).
-/// velocity, spin : (3,) length/s; (3,) rad/s about the centre of mass
+/// velocity, spin : (3,) length/s; (3,) rad/s about the center of mass
 ///     At the start. Default 0.
 ///
 /// Arrays that are "one per vertex" have the order of lattice.indices. A body belongs to at most one Simulation, and
@@ -58,8 +58,8 @@ use crate::mesh::Mesh;
 /// TypeError for a wrong type.
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Body {
-    home: Mutex<Home>,
-    /// Locked by whoever has locked the home or the world.
+    storage: Mutex<Storage>,
+    /// Locked by whoever has locked the storage or the world.
     display: Mutex<supple::Display>,
     owner: Owner,
     /// What the body was made of: a `Mesh` or a `Lattice`.
@@ -72,9 +72,9 @@ pub(crate) struct Body {
 
 impl Body {
     /// A body that lives here, and how it was made.
-    pub(crate) fn of(home: Home, (shape, settings): Recipe<'_>) -> Self {
+    pub(crate) fn of(storage: Storage, (shape, settings): Recipe<'_>) -> Self {
         Self {
-            home: Mutex::new(home),
+            storage: Mutex::new(storage),
             display: Mutex::default(),
             owner: Owner::new(),
             shape: shape.unbind(),
@@ -98,7 +98,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, half_width=2, stiffness_radius=None, stiffness=1.0, frequency=None, damping=0.0, damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, half_width=2, stiffness_radius=None, stiffness=1.0, frequency=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();
@@ -114,7 +114,7 @@ impl Body {
         if settings.contains("object")? {
             settings.del_item("object")?;
         }
-        Ok(Self::of(Home::Alone(Box::new(body)), (shape, settings)))
+        Ok(Self::of(Storage::Alone(Box::new(body)), (shape, settings)))
     }
 
     /// The name, as in reports and file names.

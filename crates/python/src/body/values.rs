@@ -6,7 +6,7 @@ use numpy::{Element, PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple::{Coordinate, Damping, RegionSize, Stiffness};
+use supple::{Coordinate, RegionDamping, RegionSize, Stiffness};
 
 use super::Body;
 use super::build::{read_volume, volume_settings};
@@ -67,7 +67,7 @@ impl Body {
     /// (n, 3) float64: the lattice after the volume correction, in the precision that is shown (float32,
     /// from the body's own origin); without a correction the positions.
     fn corrected_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let positions = self.shown(py, |shown| shown.positions().collect::<Vec<_>>())?;
+        let positions = self.displayed(py, |displayed| displayed.positions().collect::<Vec<_>>())?;
         Ok(arrays::of_points(py, positions))
     }
 
@@ -101,12 +101,12 @@ impl Body {
     /// measure of the body. Never negative.
     #[getter]
     fn volume(&self, py: Python<'_>) -> PyResult<f64> {
-        self.shown(py, |shown| shown.volume_report().after)
+        self.displayed(py, |displayed| displayed.volume_report().after)
     }
 
     /// The volume by each measure at rest, now, and after the correction: a VolumeReport.
     fn volume_report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        report::of_volume(py, &self.shown(py, |shown| shown.volume_report())?)
+        report::of_volume(py, &self.displayed(py, |displayed| displayed.volume_report())?)
     }
 
     /// The mesh as it is shown, as a trimesh.Trimesh: vertices in input order, larger faces fanned into triangles.
@@ -186,9 +186,9 @@ alternatives! {
     /// Frequency of a vertex about its goal in Hz, > 0; None where alpha is set. Can be set, which replaces alpha.
     frequency, set_frequency: stiffness is Stiffness::Frequency by set_stiffness;
     /// Region damping per step, in [0, 1]; None where a rate is set. Can be set, which replaces a rate.
-    damping, set_damping: damping is Damping::PerStep by set_damping;
+    region_damping, set_region_damping: region_damping is RegionDamping::PerStep by set_region_damping;
     /// Region damping as a rate in 1/s, >= 0; None where it is set per step. Can be set, which replaces that.
-    damping_rate, set_damping_rate: damping is Damping::Rate by set_damping;
+    region_damping_rate, set_region_damping_rate: region_damping is RegionDamping::Rate by set_region_damping;
 }
 
 /// Rows of the mesh as it is shown, one per vertex.
@@ -236,9 +236,9 @@ impl Body {
 
     fn write_rows<T: Element + Coordinate>(&self, out: &Bound<'_, PyArray2<T>>, rows: Rows) -> PyResult<()> {
         arrays::fill(out, T::zero(), |to| {
-            self.shown(out.py(), |shown| match rows {
-                Rows::Positions => shown.surface_into(to, None),
-                Rows::Normals => shown.normals_into(to),
+            self.displayed(out.py(), |displayed| match rows {
+                Rows::Positions => displayed.surface_into(to, None),
+                Rows::Normals => displayed.normals_into(to),
             })
         })
     }

@@ -10,7 +10,7 @@ use supple::SimulationBuilder;
 
 use super::Simulation;
 use crate::argument::wrong_type;
-use crate::body::{Body, Home, World};
+use crate::body::{Body, Storage, World};
 use crate::error;
 
 /// The simulation of `bodies`, all of which move in, or none.
@@ -36,28 +36,28 @@ pub(super) fn simulation(
     Ok(Simulation::of(world, bodies, colliders))
 }
 
-/// Takes the bodies out of their homes, all or none, into a world.
+/// Takes the bodies out of their storages, all or none, into a world.
 fn move_in(bodies: &[&Body], mut builder: SimulationBuilder, threads: usize) -> PyResult<Arc<World>> {
     // In the order of their addresses, so that two threads that want the same bodies do not wait for each other.
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
-    let home = |&index: &usize| bodies[index].home().map(|home| (index, home));
-    let mut homes = order.iter().map(home).collect::<Result<Vec<_>, _>>()?;
-    homes.sort_by_key(|(index, _)| *index);
-    if let Some((taken, _)) = homes.iter().find(|(_, home)| !matches!(**home, Home::Alone(_))) {
+    let storage = |&index: &usize| bodies[index].storage().map(|storage| (index, storage));
+    let mut storages = order.iter().map(storage).collect::<Result<Vec<_>, _>>()?;
+    storages.sort_by_key(|(index, _)| *index);
+    if let Some((taken, _)) = storages.iter().find(|(_, storage)| !matches!(**storage, Storage::Alone(_))) {
         return Err(PyValueError::new_err(format!(
             "bodies[{taken}] already belongs to a simulation; build another Body for this one"
         )));
     }
-    for (_, home) in &mut homes {
-        if let Home::Alone(body) = mem::replace(&mut **home, Home::Moving) {
+    for (_, storage) in &mut storages {
+        if let Storage::Alone(body) = mem::replace(&mut **storage, Storage::Moving) {
             builder = builder.body(*body);
         }
     }
     let simulation = builder.build().map_err(error::of)?;
     let world = Arc::new(World::new(Arc::new(Mutex::new(simulation)), threads));
-    for (index, home) in &mut homes {
-        **home = Home::In(world.clone(), *index);
+    for (index, storage) in &mut storages {
+        **storage = Storage::In(world.clone(), *index);
     }
     Ok(world)
 }

@@ -28,7 +28,7 @@ const CHUNK: Duration = Duration::from_millis(10);
 /// threads : int, default 0
 ///     0 takes one for each processor. The results have the same bits for any number.
 /// substeps : int, default 1
-///     Steps that make a frame: contacts of all steps since a frame began count in the volume correction shown.
+///     Steps that make a frame: contacts of all steps since a frame began count in the volume correction displayed.
 ///
 /// ValueError for a number out of range, or a body that belongs to another simulation.
 #[pyclass(frozen, module = "supple", weakref)]
@@ -146,7 +146,7 @@ impl Simulation {
 
     /// Steps that make a frame.
     #[getter]
-    fn substeps(&self, py: Python<'_>) -> PyResult<u64> {
+    fn steps_per_frame(&self, py: Python<'_>) -> PyResult<u64> {
         self.world.with(py, |simulation| simulation.substeps())
     }
 
@@ -204,7 +204,7 @@ impl Simulation {
         settings.set_item("dt", this.dt(py)?)?;
         settings.set_item("colliders", this.colliders(py))?;
         settings.set_item("threads", this.world.threads())?;
-        settings.set_item("substeps", this.substeps(py)?)?;
+        settings.set_item("substeps", this.steps_per_frame(py)?)?;
         (py.get_type::<Self>().getattr("_restore")?, (bodies, settings, state)).into_pyobject(py)
     }
 

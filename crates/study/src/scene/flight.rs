@@ -22,7 +22,7 @@ const ENERGIES: u32 = 12;
 pub struct Free {
     /// Greatest change of the linear momentum, over the sum of mass times speed at the start.
     pub linear_momentum: f64,
-    /// Greatest change of the angular momentum about the centre of mass, over that at the start.
+    /// Greatest change of the angular momentum about the center of mass, over that at the start.
     pub angular_momentum: f64,
     /// Greatest energy over that at the start, less 1. `None` where measuring it takes too long.
     pub energy_gain: Option<f64>,
@@ -93,7 +93,7 @@ pub(super) fn fly(
 /// Stretches a body along its longest axis, and sets it flying and spinning about an oblique axis.
 fn launch(body: &mut Body, time: f64) -> Result<(), supple::Error> {
     let positions = body.positions();
-    let centre = momenta(body).centre;
+    let center = momenta(body).center;
     let extent = |axis: usize| {
         let along = positions.iter().map(|x| x[axis]);
         along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
@@ -104,13 +104,13 @@ fn launch(body: &mut Body, time: f64) -> Result<(), supple::Error> {
         .iter()
         .map(|x| {
             let mut x = *x;
-            x[longest] = centre[longest] + STRETCH * (x[longest] - centre[longest]);
+            x[longest] = center[longest] + STRETCH * (x[longest] - center[longest]);
             x
         })
         .collect();
     let spin = Vector3::new(1.0, 1.0, 1.0).normalize() * (std::f64::consts::TAU / time);
     let speed = Vector3::x() * (extents.norm() / time);
-    let velocities: Vec<_> = stretched.iter().map(|x| speed + spin.cross(&(x.coords - centre))).collect();
+    let velocities: Vec<_> = stretched.iter().map(|x| speed + spin.cross(&(x.coords - center))).collect();
     body.set_positions(&stretched)?;
     body.set_velocities(&velocities)?;
     Ok(())
@@ -140,8 +140,9 @@ fn energies(simulation: &Simulation, before: &[Moment], dt: f64) -> [f64; 2] {
         let naive = Naive::new(body.lattice(), body.half_width(), Regions::Staircase);
         let positions: Vec<_> = positions.iter().map(|x| x.coords).collect();
         let full_cell = body.material().density * body.lattice().cell_size().powi(3);
-        let pull = body.material().alpha(dt) / (dt * dt);
-        sums[1] += full_cell * pull * naive.mismatch(&naive.motions(&positions), &positions);
+        let stiffness_rate_over_dt = body.material().alpha(dt) / (dt * dt);
+        sums[1] +=
+            full_cell * stiffness_rate_over_dt * naive.mismatch(&naive.motions(&positions), &positions);
     }
     sums
 }

@@ -21,7 +21,7 @@ pub(super) struct Matrix {
 struct Axes {
     refinements: &'static [f64],
     substeps: &'static [f64],
-    reaches: &'static [f64],
+    region_factors: &'static [f64],
     /// The refinements at which the sums are compared.
     sums: &'static [f64],
     /// The greatest refinement at which methods other than the scene's are run.
@@ -31,7 +31,7 @@ struct Axes {
 const FULL: Axes = Axes {
     refinements: &[1.0, 2.0, 3.0, 1.5, 0.5, 1.0 / 3.0],
     substeps: &[0.25, 0.5, 2.0, 4.0],
-    reaches: &[2.0, 1.5, 0.5],
+    region_factors: &[2.0, 1.5, 0.5],
     sums: &[0.5, 1.0],
     all_methods: 2.0,
 };
@@ -39,7 +39,7 @@ const FULL: Axes = Axes {
 const QUICK: Axes = Axes {
     refinements: &[1.0, 1.5, 0.5],
     substeps: &[0.5, 2.0],
-    reaches: &[1.5],
+    region_factors: &[1.5],
     sums: &[0.5],
     all_methods: 1.0,
 };
@@ -48,10 +48,12 @@ impl Matrix {
     /// The points around a scene that keeps its volume by `method`, one of `methods`, those that its bodies can have.
     pub(super) fn new(physical: &Physical, method: Method, methods: &[Method], quick: bool) -> Self {
         let axes = if quick { QUICK } else { FULL };
-        let base = Dynamics { refinement: 1.0, reach: 1.0, substeps: physical.substeps, sums: Sums::Fast };
+        let base =
+            Dynamics { refinement: 1.0, region_factor: 1.0, substeps: physical.substeps, sums: Sums::Fast };
         let widths = |refinement| physical.half_widths(refinement, 1.0);
         let refinements = distinct(axes.refinements, widths);
-        let reaches = distinct(axes.reaches, |reach| physical.half_widths(1.0, reach));
+        let region_factors =
+            distinct(axes.region_factors, |region_factor| physical.half_widths(1.0, region_factor));
         let mut points: Vec<(Axis, Setting)> = Vec::new();
         let mut add = |axis, dynamics, method| {
             let setting = Setting { dynamics, method };
@@ -75,9 +77,9 @@ impl Matrix {
             let substeps = (f64::from(base.substeps) * factor).round().max(1.0) as u32;
             add(Axis::Substeps, Dynamics { substeps, ..base }, method);
         }
-        for reach in reaches {
-            if physical.half_widths(1.0, reach) != widths(1.0) {
-                add(Axis::HalfWidth, Dynamics { reach, ..base }, method);
+        for region_factor in region_factors {
+            if physical.half_widths(1.0, region_factor) != widths(1.0) {
+                add(Axis::HalfWidth, Dynamics { region_factor, ..base }, method);
             }
         }
         for &refinement in axes.sums {
@@ -122,16 +124,16 @@ mod tests {
             values
         };
         let names = matrix.points.iter().map(|(_, setting)| physical.name(setting)).collect();
-        (all(|dynamics| dynamics.refinement), all(|dynamics| dynamics.reach), names)
+        (all(|dynamics| dynamics.refinement), all(|dynamics| dynamics.region_factor), names)
     }
 
     #[test]
     fn no_lattice_is_measured_twice() {
-        let (refinements, reaches, names) = axes(&[1]);
-        assert_eq!((refinements, reaches), (vec![1.0, 2.0, 3.0], vec![1.0, 2.0]));
+        let (refinements, region_factors, names) = axes(&[1]);
+        assert_eq!((refinements, region_factors), (vec![1.0, 2.0, 3.0], vec![1.0, 2.0]));
         assert_eq!(names[0], "off, 1.00 x the cells, 2 steps");
-        let (refinements, reaches, _) = axes(&[2]);
-        assert_eq!((refinements, reaches), (vec![0.5, 1.0, 1.5, 2.0, 3.0], vec![0.5, 1.0, 1.5, 2.0]));
+        let (refinements, region_factors, _) = axes(&[2]);
+        assert_eq!((refinements, region_factors), (vec![0.5, 1.0, 1.5, 2.0, 3.0], vec![0.5, 1.0, 1.5, 2.0]));
         let (refinements, _, _) = axes(&[6]);
         assert_eq!(refinements, [1.0 / 3.0, 0.5, 1.0, 1.5, 2.0, 3.0]);
     }

@@ -78,7 +78,7 @@ impl Judge {
         let budget = self.budget;
         let path = self.path(physical, dynamics, followed, meter)?;
         let mut motion = Motion::new(physical.prepare(&setting)?, &model, physical.scene(), dynamics.sums)?;
-        let (mut goals, mut beside) = (Gathered::default(), Gathered::default());
+        let (mut goals, mut beside) = (DistanceSums::default(), DistanceSums::default());
         for frame in 1..=last {
             motion.frame()?;
             meter.tick()?;
@@ -143,7 +143,7 @@ impl Judge {
 
 /// Distances being gathered.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Gathered {
+pub(super) struct DistanceSums {
     squares: f64,
     squares_cells: f64,
     count: usize,
@@ -151,7 +151,7 @@ pub(super) struct Gathered {
     max_cells: f64,
 }
 
-impl Gathered {
+impl DistanceSums {
     /// Adds those of a body with cells of this edge.
     pub(super) fn add(&mut self, a: &[Vector3<f64>], b: &[Vector3<f64>], cell_size: f64) {
         for (a, b) in a.iter().zip(b) {

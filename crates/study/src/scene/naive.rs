@@ -22,7 +22,7 @@ pub(super) struct NaiveBody<'a> {
     /// In scene units per second.
     pub(super) velocities: Vec<Vector3<f64>>,
     /// alpha/dt, in 1/s.
-    pull: f64,
+    stiffness_rate: f64,
     damping: f64,
     gravity: Vector3<f64>,
     dt: f64,
@@ -52,8 +52,8 @@ impl<'a> NaiveBody<'a> {
             naive,
             positions,
             velocities: body.velocities(),
-            pull: material.alpha(dt) / dt,
-            damping: material.damping_share(dt),
+            stiffness_rate: material.alpha(dt) / dt,
+            damping: material.region_damping_share(dt),
             gravity: scene.simulation.gravity.into(),
             dt,
             steps: 0,
@@ -72,7 +72,7 @@ impl<'a> NaiveBody<'a> {
         if let Some(stages) = &mut self.stages {
             stages.begin(interval, &self.positions, &self.velocities);
         }
-        let books = self.momenta();
+        let before = self.momenta();
         if self.damping > 0.0 {
             self.velocities = self.naive.damped_velocities(&self.motions, &self.velocities, self.damping);
         }
@@ -82,9 +82,9 @@ impl<'a> NaiveBody<'a> {
         self.motions = self.naive.motions(&self.positions);
         let goals = self.naive.goals(&self.motions);
         for ((x, v), goal) in self.positions.iter().zip(&mut self.velocities).zip(&goals) {
-            *v += (goal - x) * self.pull + self.gravity * self.dt;
+            *v += (goal - x) * self.stiffness_rate + self.gravity * self.dt;
         }
-        self.keep(&books);
+        self.keep(&before);
         for (x, v) in self.positions.iter_mut().zip(&self.velocities) {
             *x += v * self.dt;
         }
@@ -118,15 +118,15 @@ impl<'a> NaiveBody<'a> {
 
     /// Gives the momenta back that a step before contacts must not change but by gravity. Without the core's books of them,
     /// the damping of a deformed body, whose lever arms are those of the rest shape, would slow its spin.
-    fn keep(&mut self, books: &[Option<Momenta>]) {
-        for (component, book) in books.iter().enumerate() {
-            let Some(book) = book else { continue };
-            let aim = Momenta { linear: book.linear + self.gravity * (self.dt * book.mass), ..*book };
+    fn keep(&mut self, before: &[Option<Momenta>]) {
+        for (component, before) in before.iter().enumerate() {
+            let Some(before) = before else { continue };
+            let aim = Momenta { linear: before.linear + self.gravity * (self.dt * before.mass), ..*before };
             let now = Momenta::of(self.masses(component));
             let (velocity, spin) = now.missing(&aim, self.masses(component));
             for (vertex, v) in self.velocities.iter_mut().enumerate() {
                 if self.components.of_vertex[vertex] as usize == component {
-                    *v += velocity + spin.cross(&(self.positions[vertex] - now.centre));
+                    *v += velocity + spin.cross(&(self.positions[vertex] - now.center));
                 }
             }
         }
@@ -144,11 +144,11 @@ struct Stages {
     state: SingleState,
 }
 
-/// The state as the core's stages take it: f32 with a carry, 48 bits of the positions.
+/// The state as the core's stages take it: f32 with a compensation, 48 bits of the positions.
 struct SingleState {
     frame: BodyFrame,
     positions: Lanes<3>,
-    carry: Lanes<3>,
+    compensation: Lanes<3>,
     velocities: Lanes<3>,
 }
 
@@ -161,14 +161,14 @@ impl SingleState {
         Self {
             frame: BodyFrame { origin, cell_size: lattice.cell_size() },
             positions: zeros(),
-            carry: zeros(),
+            compensation: zeros(),
             velocities: zeros(),
         }
     }
 
     fn view(&mut self) -> BodyState<'_> {
-        let Self { frame, positions, carry, velocities } = self;
-        BodyState { positions, carry: Some(carry), velocities, frame: *frame }
+        let Self { frame, positions, compensation, velocities } = self;
+        BodyState { positions, compensation: Some(compensation), velocities, frame: *frame }
     }
 
     /// Copies positions and velocities in; returns the state.

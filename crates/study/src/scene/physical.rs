@@ -1,7 +1,8 @@
 //! A scene in physical terms, so that lattice and steps can change and the material stays.
 
 use supple::{
-    Body, Damping, Material, Preservation, RegionSize, Resolution, Stiffness, VolumeMeasure, VolumeOptions,
+    Body, Material, Preservation, RegionDamping, RegionSize, Resolution, Stiffness, VolumeMeasure,
+    VolumeOptions,
 };
 use supple_io::run::{Prepared, RunError, prepare};
 use supple_io::scene::{Scene, Substeps};
@@ -60,15 +61,15 @@ impl Physical {
     }
 
     /// The half-widths of all bodies at a refinement, in cells.
-    pub(super) fn half_widths(&self, refinement: f64, reach: f64) -> Vec<usize> {
-        let width = |grid: &Grid| (grid.refined(refinement) as f64 * reach).round() as usize;
+    pub(super) fn half_widths(&self, refinement: f64, region_factor: f64) -> Vec<usize> {
+        let width = |grid: &Grid| (grid.refined(refinement) as f64 * region_factor).round() as usize;
         self.grids.iter().map(|grid| width(grid).max(1)).collect()
     }
 
     /// The name of a point, one of a kind in a study: with the refinement that its half-widths come to. Bodies of which these
     /// differ are named one after another, those of one half-width once.
     pub(super) fn name(&self, setting: &Setting) -> String {
-        let Dynamics { refinement, reach, substeps, sums } = setting.dynamics;
+        let Dynamics { refinement, region_factor, substeps, sums } = setting.dynamics;
         let mut grids: Vec<Grid> = Vec::new();
         for grid in &self.grids {
             if !grids.iter().any(|other| other.half_width == grid.half_width) {
@@ -82,8 +83,8 @@ impl Physical {
         }
         let (method, cells) = (setting.method.name(), cells.join(" and "));
         let mut name = format!("{method}, {cells} x the cells, {substeps} steps");
-        if reach != 1.0 {
-            name += &format!(", {reach} x the radius");
+        if region_factor != 1.0 {
+            name += &format!(", {region_factor} x the radius");
         }
         if sums != Sums::Fast {
             name += &format!(", {}", sums.name());
@@ -112,7 +113,7 @@ impl Physical {
 
     /// About how many lattice vertices a motion has, and how many visits of these by regions the naive sums take.
     pub(super) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
-        let widths = self.half_widths(dynamics.refinement, dynamics.reach);
+        let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
         self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
             let own = grid.vertices as f64 * grid.finer(dynamics.refinement).powi(3);
             (vertices + own, visits + own * (2.0 * width as f64 + 1.0).powi(3))
@@ -137,7 +138,7 @@ impl Physical {
         let Setting { dynamics, method } = *setting;
         let mut scene = self.scene.clone();
         scene.simulation.substeps = Substeps::Fixed(dynamics.substeps);
-        let widths = self.half_widths(dynamics.refinement, dynamics.reach);
+        let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
         for ((data, grid), width) in scene.bodies.iter_mut().zip(&self.grids).zip(widths) {
             let refined = grid.refined(dynamics.refinement);
             if refined != grid.half_width {
@@ -163,7 +164,7 @@ impl Physical {
         for data in &mut free.scene.bodies {
             data.pins.clear();
             data.handles.clear();
-            data.material.damping = Damping::PerStep(0.0);
+            data.material.region_damping = RegionDamping::PerStep(0.0);
         }
         free.prepare(&Setting { dynamics, method: Method::off() })
     }
@@ -178,12 +179,12 @@ fn physical(material: Material, dt: f64) -> Material {
         }
         frequency @ Stiffness::Frequency(_) => frequency,
     };
-    let damping = match material.damping {
+    let region_damping = match material.region_damping {
         // All at once is no rate.
-        Damping::PerStep(share) if share < 1.0 => Damping::Rate(-(-share).ln_1p() / dt),
-        damping => damping,
+        RegionDamping::PerStep(share) if share < 1.0 => RegionDamping::Rate(-(-share).ln_1p() / dt),
+        region_damping => region_damping,
     };
-    Material { stiffness, damping, ..material }
+    Material { stiffness, region_damping, ..material }
 }
 
 #[cfg(test)]
@@ -195,12 +196,12 @@ mod tests {
         for (alpha, share) in [(1.0, 0.0), (0.25, 0.5), (1e-6, 1e-9), (0.9, 1.0)] {
             let before = Material {
                 stiffness: Stiffness::PerStep(alpha),
-                damping: Damping::PerStep(share),
+                region_damping: RegionDamping::PerStep(share),
                 ..Material::default()
             };
             let after = physical(before, 0.01);
             assert!((after.alpha(0.01) / alpha - 1.0).abs() < 1e-12, "{alpha}: {}", after.alpha(0.01));
-            assert!((after.damping_share(0.01) - share).abs() <= 1e-12 * share, "{share}");
+            assert!((after.region_damping_share(0.01) - share).abs() <= 1e-12 * share, "{share}");
             assert!(after.validate().is_ok());
         }
         let half = physical(Material::default(), 0.01).alpha(0.005);

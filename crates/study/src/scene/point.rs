@@ -25,7 +25,7 @@ pub struct Point {
     /// Half-width of the regions, in cells.
     pub half_width: usize,
     /// Radius of the regions over that of the scene; another one than 1 is another material.
-    pub reach: f64,
+    pub region_factor: f64,
     /// Steps a frame.
     pub substeps: u32,
     /// Stiffness in a step.
@@ -139,7 +139,7 @@ impl Front {
 
     /// The cost of a point that may be on the front: what is another material answers another question.
     fn cost(self, point: &Point, method: &str) -> Option<[f64; 2]> {
-        let takes_part = point.reach == 1.0 && !point.softened && self.tells(point, method);
+        let takes_part = point.region_factor == 1.0 && !point.softened && self.tells(point, method);
         let error = self.error(point).filter(|_| takes_part)?;
         Some([point.timing.total.median, error])
     }

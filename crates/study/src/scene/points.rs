@@ -17,12 +17,12 @@ use crate::observer::{Meter, Observer};
 use crate::timing::Timing;
 
 /// How often things are done, and how much the naive sums may take.
-struct Effort {
+struct Suite {
     repeats: u32,
     budget: Budget,
 }
 
-impl Effort {
+impl Suite {
     fn new(quick: bool) -> Self {
         match quick {
             false => Self { repeats: 5, budget: Budget { path: 8e8, goals: 3e7 } },
@@ -40,7 +40,7 @@ const LOOK: f64 = 1e-7;
 pub(super) struct Points {
     physical: Physical,
     matrix: Matrix,
-    effort: Effort,
+    suite: Suite,
     /// The surfaces of the finest lattice.
     finest: Option<Surfaces>,
 }
@@ -48,7 +48,7 @@ pub(super) struct Points {
 impl Points {
     /// None of them measured.
     pub(super) fn new(physical: Physical, matrix: Matrix, quick: bool) -> Self {
-        Self { physical, matrix, effort: Effort::new(quick), finest: None }
+        Self { physical, matrix, suite: Suite::new(quick), finest: None }
     }
 
     /// Measures what is not there yet.
@@ -64,12 +64,12 @@ impl Points {
         let mut known: Vec<(Dynamics, Motion)> = Vec::new();
         let weights: f64 = left.iter().map(|(_, setting)| self.weight(setting)).sum();
         let mut meter = Meter::new(observer, weights + self.weight(&self.matrix.finest));
-        let mut judge = Judge::new(self.effort.budget);
+        let mut judge = Judge::new(self.suite.budget);
         for (axis, setting) in left {
             if self.finest.is_none() {
                 self.finest = Some(self.reference(&mut meter)?);
             }
-            let runs = f64::from(self.effort.repeats + 3);
+            let runs = f64::from(self.suite.repeats + 3);
             meter.begin(
                 self.physical.name(&setting),
                 self.weight(&setting),
@@ -111,9 +111,9 @@ impl Points {
         let Setting { dynamics, .. } = *setting;
         let frames = f64::from(self.physical.scene().simulation.frames);
         let (vertices, visits) = self.physical.estimate(dynamics);
-        let runs = f64::from(self.effort.repeats + 3);
+        let runs = f64::from(self.suite.repeats + 3);
         let fast = vertices * frames * runs * (STEP * f64::from(dynamics.substeps) + LOOK);
-        let naive = (visits * f64::from(dynamics.substeps) * frames).min(self.effort.budget.path);
+        let naive = (visits * f64::from(dynamics.substeps) * frames).min(self.suite.budget.path);
         let shared = setting.method != self.matrix.finest.method;
         fast + if shared { 0.0 } else { VISIT * naive }
     }
@@ -138,7 +138,7 @@ impl Points {
             true => Timing::new(None, vec![shown.sample]),
             false => Timing::new(
                 Some(shown.sample),
-                display::time(&self.physical, setting, self.effort.repeats, meter)?,
+                display::time(&self.physical, setting, self.suite.repeats, meter)?,
             ),
         };
         let whole = frames == self.physical.scene().simulation.frames;
@@ -158,7 +158,7 @@ impl Points {
             lattice_vertices: bodies.iter().map(|body| body.lattice().len()).sum(),
             cell_size: first.lattice().cell_size(),
             half_width: first.half_width(),
-            reach: setting.dynamics.reach,
+            region_factor: setting.dynamics.region_factor,
             substeps: setting.dynamics.substeps,
             alpha: first.material().alpha(dt),
             softened: self.physical.softened(dt),
@@ -192,11 +192,11 @@ mod tests {
         let measured = |frames: f64| {
             let matrix = Matrix { points: Vec::new(), finest };
             let mut points = Points::new(physical.clone(), matrix, true);
-            points.effort.budget = Budget { path: frames * frame, goals: 0.0 };
+            points.suite.budget = Budget { path: frames * frame, goals: 0.0 };
             let mut nobody = ();
             let mut meter = Meter::new(&mut nobody, 1.0);
             points.finest = Some(points.reference(&mut meter).unwrap());
-            let mut judge = Judge::new(points.effort.budget);
+            let mut judge = Judge::new(points.suite.budget);
             let motion = judge.errors(&physical, block::NAIVE, &mut meter).unwrap();
             points.measure(Axis::Sums, &setting, motion, &judge, &mut meter).unwrap()
         };

@@ -109,7 +109,7 @@ fn columns(point: &Point) -> Vec<(&'static str, String)> {
         ("lattice_vertices", point.lattice_vertices.to_string()),
         ("cell_size", number(point.cell_size)),
         ("half_width", point.half_width.to_string()),
-        ("reach", number(point.reach)),
+        ("region_factor", number(point.region_factor)),
         ("substeps", point.substeps.to_string()),
         ("alpha", number(point.alpha)),
         ("softened", point.softened.to_string()),

@@ -72,7 +72,7 @@ pub(super) struct Dynamics {
     /// Cells per length, over those of the scene: the regions keep their radius, so that half-widths grow with it.
     pub refinement: f64,
     /// Radius of the regions over that of the scene: another one than 1 is another material.
-    pub reach: f64,
+    pub region_factor: f64,
     /// Steps a frame, at least 1.
     pub substeps: u32,
     /// How the goal positions are summed.

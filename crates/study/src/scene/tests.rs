@@ -13,7 +13,8 @@ use super::setting::{Dynamics, Sums};
 const BLOCK: &str = include_str!("../../tests/block.obj");
 
 /// How the scene itself moves, by the core and by the naive sums.
-pub(super) const FAST: Dynamics = Dynamics { refinement: 1.0, reach: 1.0, substeps: 2, sums: Sums::Fast };
+pub(super) const FAST: Dynamics =
+    Dynamics { refinement: 1.0, region_factor: 1.0, substeps: 2, sums: Sums::Fast };
 pub(super) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..FAST };
 
 /// The scene, with blocks of these half-widths, in a folder that goes with the first of what is returned.

@@ -53,7 +53,7 @@ pub(super) fn shake(body: &mut Body, size: f64) -> Result<(), Error> {
         .collect();
     let momenta = Momenta::of(points.iter().copied());
     let (drift, spin) = momenta.missing(&Momenta::default(), points.iter().copied());
-    let still = points.iter().map(|p| p.velocity + drift + spin.cross(&(p.position - momenta.centre)));
+    let still = points.iter().map(|p| p.velocity + drift + spin.cross(&(p.position - momenta.center)));
     body.set_velocities(&still.collect::<Vec<_>>())?;
     Ok(())
 }

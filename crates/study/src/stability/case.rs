@@ -10,7 +10,7 @@ use supple::Error;
 
 /// How long a case takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
+pub enum Suite {
     /// A second or less: part of every test run.
     Quick,
     /// Longer.
@@ -39,7 +39,7 @@ pub struct Case {
     /// What it passes by; every case is bound to be without NaN.
     pub bounds: Vec<Bound>,
     /// How long it takes.
-    pub effort: Effort,
+    pub suite: Suite,
     run: Run,
 }
 
@@ -73,7 +73,7 @@ impl Case {
         run: impl Fn() -> Result<Figures, Error> + Send + Sync + 'static,
     ) -> Self {
         let bounds = vec![Bound { measure: Measure::NotNumbers, limit: 0.0 }];
-        Self { family: "", name: name.into(), shows, bounds, effort: Effort::Quick, run: Box::new(run) }
+        Self { family: "", name: name.into(), shows, bounds, suite: Suite::Quick, run: Box::new(run) }
     }
 
     pub(super) fn bound(mut self, measure: Measure, limit: f64) -> Self {
@@ -90,8 +90,8 @@ impl Case {
         Self { family, ..self }
     }
 
-    pub(super) fn effort(self, effort: Effort) -> Self {
-        Self { effort, ..self }
+    pub(super) fn suite(self, suite: Suite) -> Self {
+        Self { suite, ..self }
     }
 
     /// Runs the case on the calling thread. A panic is an error of the case, so that the others are still run.
@@ -190,7 +190,7 @@ pub enum Measure {
     Place,
     /// Error of the linear momentum, as a share of the sum of the magnitudes of what makes it up.
     Linear,
-    /// Error of the angular momentum about the centre of mass, as a share of the sum of the magnitudes.
+    /// Error of the angular momentum about the center of mass, as a share of the sum of the magnitudes.
     Angular,
     /// How deep the surface lies in a collider at the end, in cells.
     Depth,

@@ -12,6 +12,6 @@ mod cases;
 mod report;
 mod trial;
 
-pub use case::{Bound, Case, Effort, Figures, Measure, Row};
+pub use case::{Bound, Case, Figures, Measure, Row, Suite};
 pub use cases::cases;
 pub use report::{StabilityReport, StabilityStudy};

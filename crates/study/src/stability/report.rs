@@ -10,7 +10,7 @@ use std::thread::available_parallelism;
 use serde::Serialize;
 use supple_io::run::Flow;
 
-use super::case::{Bound, Case, Effort, Measure, Row};
+use super::case::{Bound, Case, Measure, Row, Suite};
 use super::cases::cases;
 use crate::error::StudyError;
 use crate::machine::Machine;
@@ -53,7 +53,7 @@ impl StabilityStudy {
         let (path, part) = (self.path(), self.path().with_extension("part"));
         fs::write(&part, "").map_err(|error| StudyError::file("write", &path, error))?;
         let mut cases = cases();
-        cases.retain(|case| !self.quick || case.effort == Effort::Quick);
+        cases.retain(|case| !self.quick || case.suite == Suite::Quick);
         let report = StabilityReport::of(&cases, observer);
         write_json(&path, &report)?;
         Ok(report)
@@ -137,7 +137,7 @@ fn short(value: f64) -> String {
 /// asked to stop.
 fn run_all(cases: &[Case], threads: usize, observer: &mut (dyn Observer + Send)) -> Vec<Option<Row>> {
     let mut order: Vec<usize> = (0..cases.len()).collect();
-    order.sort_by_key(|&index| cases[index].effort == Effort::Quick);
+    order.sort_by_key(|&index| cases[index].suite == Suite::Quick);
     let next = AtomicUsize::new(0);
     let results = Mutex::new((vec![None; cases.len()], 0_u32, observer));
     std::thread::scope(|scope| {

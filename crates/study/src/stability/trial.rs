@@ -80,10 +80,10 @@ impl Now {
 
     /// Linear and angular momentum, and the sums of the magnitudes of what makes them up.
     fn momenta(&self, masses: &[f64]) -> ([Vector3<f64>; 2], [f64; 2]) {
-        let (centre, drift) = (mean(masses, &self.x), mean(masses, &self.v));
+        let (center, drift) = (mean(masses, &self.x), mean(masses, &self.v));
         let (mut momenta, mut magnitudes) = ([Vector3::zeros(); 2], [0.0; 2]);
         for ((x, v), m) in self.x.iter().zip(&self.v).zip(masses) {
-            let (arm, beside) = (x - centre, v - drift);
+            let (arm, beside) = (x - center, v - drift);
             momenta[0] += v * *m;
             momenta[1] += arm.cross(&beside) * *m;
             magnitudes[0] += v.norm() * m;

@@ -18,7 +18,7 @@ pub(super) struct Block {
     pub(super) shares: Vec<f64>,
     /// Of each region: the sum of the weights.
     pub(super) masses: Vec<f64>,
-    /// Of each region: the rest centroid from its centre vertex.
+    /// Of each region: the rest centroid from its center vertex.
     pub(super) centroids: Vec<Vector3<f64>>,
 }
 

@@ -11,7 +11,7 @@ use super::windows::{Number, Summing, Windows};
 /// About what the moments of a region are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Moments {
-    /// About the centre vertex of each region: offsets are small whole numbers.
+    /// About the center vertex of each region: offsets are small whole numbers.
     Local,
     /// About the origin: sums of m x and m x x0ᵀ, and then of [R t] (Rivers and James 2007, section 4).
     Global,
@@ -66,7 +66,7 @@ impl<'a, T: Number> Rival<'a, T> {
             Moments::Local => self.gather_local(positions),
             Moments::Global => self.gather_global(positions),
         }
-        let gathered = start.elapsed();
+        let adjoint_time = start.elapsed();
         self.fit();
         let start = Instant::now();
         match self.moments {
@@ -74,7 +74,7 @@ impl<'a, T: Number> Rival<'a, T> {
             Moments::Global => self.all_axes(),
         }
         let goals = (0..self.block.len()).map(|v| self.goal(v)).collect();
-        (goals, gathered + start.elapsed())
+        (goals, adjoint_time + start.elapsed())
     }
 
     /// Plain windows of all fields of `of`, along an axis.
@@ -130,7 +130,7 @@ impl<'a, T: Number> Rival<'a, T> {
         for v in 0..self.block.len() {
             let (mass, d) = (T::of(1.0 / self.block.masses[v]), self.block.centroids[v]);
             let mean = Vector3::from_fn(|c, _| self.fields[c][v] * mass);
-            // What the moments are taken about: the rest centroid from the region's centre, or from the origin.
+            // What the moments are taken about: the rest centroid from the region's center, or from the origin.
             let centroid = match self.moments {
                 Moments::Local => d.map(T::of),
                 Moments::Global => Vector3::from_fn(|k, _| self.rest[k][v] + T::of(d[k])),

@@ -1,4 +1,4 @@
-//! Window sums along one axis of a block, one number a vertex: plain and weighted by the offset.
+//! TimeWindow sums along one axis of a block, one number a vertex: plain and weighted by the offset.
 
 use nalgebra::RealField;
 

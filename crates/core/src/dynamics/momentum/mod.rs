@@ -114,12 +114,12 @@ impl MomentumTracker {
         }
     }
 
-    /// Measures mass, centre and momenta of each component; `bounds` are the first blocks of the tasks, and the end.
+    /// Measures mass, center and momenta of each component; `bounds` are the first blocks of the tasks, and the end.
     pub(crate) fn measure(
         &mut self,
         executor: &Executor,
         bounds: &[usize],
-        shares: &Lanes<2>,
+        weights: &Lanes<2>,
         positions: &Lanes<3>,
         velocities: &Lanes<3>,
     ) {
@@ -127,7 +127,7 @@ impl MomentumTracker {
         executor.tasks(bounds, (&mut [], &mut [], partial), |task, _: &mut [()], _: &mut [()], sums| {
             let blocks = bounds[task]..bounds[task + 1];
             let fields = Fields {
-                shares: &shares.blocks()[blocks.clone()],
+                weights: &weights.blocks()[blocks.clone()],
                 positions: &positions.blocks()[blocks.clone()],
                 velocities: &velocities.blocks()[blocks.clone()],
             };
@@ -142,7 +142,7 @@ impl MomentumTracker {
         (&self.components, &mut self.partial)
     }
 
-    /// Mass, centre and momenta of each component, from the sums of the tasks.
+    /// Mass, center and momenta of each component, from the sums of the tasks.
     pub(crate) fn finish_sums(&mut self) {
         let count = self.states.len();
         for (component, state) in self.states.iter_mut().enumerate() {
@@ -194,12 +194,12 @@ impl MomentumTracker {
         self.constrained.contains(&false)
     }
 
-    /// The centre of mass of the body in the last measurement, in cells.
-    pub(crate) fn centre(&self) -> Vector3<f64> {
-        self.states.iter().map(|state| state.centre * state.mass).sum::<Vector3<f64>>() / self.mass()
+    /// The center of mass of the body in the last measurement, in cells.
+    pub(crate) fn center(&self) -> Vector3<f64> {
+        self.states.iter().map(|state| state.center * state.mass).sum::<Vector3<f64>>() / self.mass()
     }
 
-    /// The velocity of that centre, in cells/s.
+    /// The velocity of that center, in cells/s.
     pub(crate) fn velocity(&self) -> Vector3<f64> {
         self.states.iter().map(|state| Vector3::from(state.momentum.linear)).sum::<Vector3<f64>>()
             / self.mass()

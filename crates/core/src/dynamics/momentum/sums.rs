@@ -24,13 +24,13 @@ impl Sums {
     pub(super) fn rigid_state(&self, mass: f64) -> RigidState {
         let m = &self.0;
         let linear = Vector3::new(m[0], m[1], m[2]);
-        let centre = Vector3::new(m[3], m[4], m[5]) / mass;
-        let angular = Vector3::new(m[6], m[7], m[8]) - centre.cross(&linear);
+        let center = Vector3::new(m[3], m[4], m[5]) / mass;
+        let angular = Vector3::new(m[6], m[7], m[8]) - center.cross(&linear);
         let [xx, yy, zz, xy, xz, yz] = [m[9], m[10], m[11], m[12], m[13], m[14]];
-        let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - centre * centre.transpose() * mass;
+        let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - center * center.transpose() * mass;
         let inertia = Matrix3::identity() * spread.trace() - spread;
         let momentum = Momentum { linear: linear.into(), angular: angular.into() };
-        RigidState { mass, centre, momentum, inertia }
+        RigidState { mass, center, momentum, inertia }
     }
 }
 
@@ -38,7 +38,7 @@ impl Sums {
 #[derive(Clone, Copy)]
 pub(crate) struct Fields<'a> {
     /// The first row: m.
-    pub(crate) shares: &'a [Block<2>],
+    pub(crate) weights: &'a [Block<2>],
     pub(crate) positions: &'a [Block<3>],
     pub(crate) velocities: &'a [Block<3>],
 }
@@ -68,9 +68,9 @@ pub(crate) fn add<S: Simd>(
 #[inline(always)]
 fn sum<S: Simd>(simd: S, fields: Fields) -> Sums {
     let mut total = [f64x4::splat(simd, 0.0); MOMENTS];
-    let Fields { shares, positions, velocities } = fields;
-    for ((shares, position), velocity) in shares.iter().zip(positions).zip(velocities) {
-        let [m] = load(simd, shares);
+    let Fields { weights, positions, velocities } = fields;
+    for ((weights, position), velocity) in weights.iter().zip(positions).zip(velocities) {
+        let [m] = load(simd, weights);
         let [x, y, z] = load(simd, position);
         let [u, v, w] = load(simd, velocity);
         let (m, x, y, z) =
@@ -104,11 +104,11 @@ fn add_moments<S: Simd>(t: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S>; 
 
 /// The sums of some blocks from `first` on, each vertex to its own component.
 fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [Sums]) {
-    let Fields { shares, positions, velocities } = fields;
-    let blocks = shares.iter().zip(positions).zip(velocities);
-    for (((shares, position), velocity), of_lane) in blocks.zip(of_slot[first * LANES..].chunks(LANES)) {
+    let Fields { weights, positions, velocities } = fields;
+    let blocks = weights.iter().zip(positions).zip(velocities);
+    for (((weights, position), velocity), of_lane) in blocks.zip(of_slot[first * LANES..].chunks(LANES)) {
         for (lane, &component) in of_lane.iter().enumerate() {
-            let m = f64::from(shares[0][lane]);
+            let m = f64::from(weights[0][lane]);
             let [x, y, z] = position.map(|row| f64::from(row[lane]));
             let [u, v, w] = velocity.map(|row| f64::from(row[lane]));
             let cross = [y * w - z * v, z * u - x * w, x * v - y * u];
@@ -128,11 +128,11 @@ pub(crate) struct RigidVelocity {
     pub(crate) angular: [f32; 3],
 }
 
-/// A component's mass, centre and momenta as its vertices have them.
+/// A component's mass, center and momenta as its vertices have them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RigidState {
     pub(crate) mass: f64,
-    pub(crate) centre: Vector3<f64>,
+    pub(crate) center: Vector3<f64>,
     pub(crate) momentum: Momentum,
     inertia: Matrix3<f64>,
 }
@@ -149,7 +149,7 @@ impl RigidState {
         let linear = (Vector3::from(target.linear) - Vector3::from(self.momentum.linear)) / self.mass;
         let angular = Vector3::from(target.angular) - Vector3::from(self.momentum.angular);
         let omega = angular_velocity(&self.inertia, angular);
-        let at_origin = linear - omega.cross(&self.centre);
+        let at_origin = linear - omega.cross(&self.center);
         let finite = at_origin.iter().chain(omega.iter()).all(|x| x.is_finite());
         if !finite {
             return RigidVelocity::default();

@@ -34,16 +34,16 @@ impl<U: VertexUpdate> AdjointX<'_, U> {
     ) {
         let base = self.layout.blocks_of(planes.clone()).start;
         let source = Source { first: 0, blocks: self.source };
-        let mut gathered = [[Row::ZERO; 3]; BATCH];
+        let mut region_sums = [[Row::ZERO; 3]; BATCH];
         for plane in planes {
             let blocks = self.layout.blocks_of(plane..plane + 1);
-            scratch.carry_adjoint_x.enter(blocks.start);
+            scratch.running_adjoint_x.enter(blocks.start);
             for first in blocks.clone().step_by(BATCH) {
                 let batch = first..blocks.end.min(first + BATCH);
-                let gathered = &mut gathered[..batch.len()];
-                self.x.adjoint(simd, batch.clone(), source, &mut scratch.carry_adjoint_x, gathered);
+                let region_sums = &mut region_sums[..batch.len()];
+                self.x.adjoint(simd, batch.clone(), source, &mut scratch.running_adjoint_x, region_sums);
                 let memory = &mut memory[batch.start - base..batch.end - base];
-                self.update.apply(simd, first, gathered, memory, tallies);
+                self.update.apply(simd, first, region_sums, memory, tallies);
             }
         }
     }

@@ -1,9 +1,9 @@
 //! The local-moment cascade and its adjoint: sums of a vertex field over all regions, and back.
 //!
-//! Region r of half-width w holds the vertices reached from its centre vertex r by up to w links in z, then in y,
+//! Region r of half-width w holds the vertices reached from its center vertex r by up to w links in z, then in y,
 //! then in x. FastLSM (Rivers & James 2007, section 4) sums global moments; here the moments are taken about each
-//! window's own centre, which needs 54 window sums in place of 72 and cancels nothing. With (i, j, k) the offset
-//! from the centre, W and W' the plain and the offset-weighted window sum of a pass:
+//! window's own center, which needs 54 window sums in place of 72 and cancels nothing. With (i, j, k) the offset
+//! from the center, W and W' the plain and the offset-weighted window sum of a pass:
 //!
 //! ```text
 //! x   S = W(f)                          Sx = W'(f)              3 → 6
@@ -54,7 +54,7 @@ pub(crate) trait VertexUpdate: Sync {
         &self,
         simd: S,
         first: usize,
-        gathered: &[Block<3>],
+        region_sums: &[Block<3>],
         memory: &mut [Self::Memory],
         tallies: &mut [Self::Tally],
     );

@@ -10,7 +10,7 @@ use fearless_simd::Simd;
 
 use super::{Purpose, RegionTransform};
 use crate::lattice::Layout;
-use crate::matching::windows::{Carry, Source, Weighted, Window};
+use crate::matching::windows::{RunningSums, Source, Weighted, Window};
 use crate::simd::lanes::{Block, Lanes};
 
 /// Blocks in a strip, where the windows do not ask for more: what all passes hold of three fits a second-level cache.
@@ -28,10 +28,10 @@ pub(super) struct Scratch {
     after_z: Lanes<12>,
     adjoint_z: Lanes<9>,
     /// Of the passes x, y, z, and of the adjoint ones.
-    carries: (Carry<6>, Carry<9>, Carry<12>),
-    carries_adjoint: (Carry<12>, Carry<9>),
+    running: (RunningSums<6>, RunningSums<9>, RunningSums<12>),
+    running_adjoint: (RunningSums<12>, RunningSums<9>),
     /// Of the adjoint x pass.
-    pub(super) carry_adjoint_x: Carry<6>,
+    pub(super) running_adjoint_x: RunningSums<6>,
     /// The first block of each strip, and the end.
     strips: Vec<usize>,
 }
@@ -40,13 +40,13 @@ impl Scratch {
     /// For the passes x, y, z over planes of up to `blocks` blocks.
     pub(super) fn new([x, y, z]: &[Window; 3], blocks: usize) -> Self {
         Self {
-            carries: (
-                Carry::new(x, blocks, true),
-                Carry::new(y, blocks, false),
-                Carry::new(z, blocks, false),
+            running: (
+                RunningSums::new(x, blocks, true),
+                RunningSums::new(y, blocks, false),
+                RunningSums::new(z, blocks, false),
             ),
-            carries_adjoint: (Carry::new(z, blocks, false), Carry::new(y, blocks, false)),
-            carry_adjoint_x: Carry::new(x, blocks, true),
+            running_adjoint: (RunningSums::new(z, blocks, false), RunningSums::new(y, blocks, false)),
+            running_adjoint_x: RunningSums::new(x, blocks, true),
             after_x: Lanes::zeros(blocks),
             after_y: Lanes::zeros(blocks),
             after_z: Lanes::zeros(blocks),
@@ -57,8 +57,8 @@ impl Scratch {
 
     /// Memory that it takes.
     pub(super) fn bytes(&self) -> usize {
-        let (x, y, z) = &self.carries;
-        let (adjoint_z, adjoint_y) = &self.carries_adjoint;
+        let (x, y, z) = &self.running;
+        let (adjoint_z, adjoint_y) = &self.running_adjoint;
         self.after_x.bytes()
             + self.after_y.bytes()
             + self.after_z.bytes()
@@ -68,17 +68,17 @@ impl Scratch {
                 + z.bytes()
                 + adjoint_z.bytes()
                 + adjoint_y.bytes()
-                + self.carry_adjoint_x.bytes())
+                + self.running_adjoint_x.bytes())
             + self.strips.capacity() * size_of::<usize>()
     }
 
     /// Goes on to the plane with the first block `first`.
     fn enter(&mut self, first: usize) {
-        self.carries.0.enter(first);
-        self.carries.1.enter(first);
-        self.carries.2.enter(first);
-        self.carries_adjoint.0.enter(first);
-        self.carries_adjoint.1.enter(first);
+        self.running.0.enter(first);
+        self.running.1.enter(first);
+        self.running.2.enter(first);
+        self.running_adjoint.0.enter(first);
+        self.running_adjoint.1.enter(first);
     }
 
     /// Cuts a plane into strips of at least `lines` lines; the last may have fewer.
@@ -134,10 +134,10 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
             scratch.enter(base);
             for wave in 0..scratch.strips.len() + 1 {
                 let Scratch {
-                    after_x, after_y, after_z, adjoint_z, carries, carries_adjoint, strips, ..
+                    after_x, after_y, after_z, adjoint_z, running, running_adjoint, strips, ..
                 } = &mut *scratch;
                 let ((carry_x, carry_y, carry_z), (carry_adjoint_z, carry_adjoint_y)) =
-                    (carries, carries_adjoint);
+                    (running, running_adjoint);
                 let strip = |behind: usize| {
                     let at = wave.checked_sub(behind)?;
                     Some(*strips.get(at)?..*strips.get(at + 1)?)

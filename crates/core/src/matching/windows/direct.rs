@@ -17,7 +17,7 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
     block: usize,
     row: &impl Fn(usize, usize) -> f32x8<S>,
 ) -> T {
-    let mut sums = T::centre(
+    let mut sums = T::center(
         simd,
         #[inline(always)]
         |c| row(block, c),
@@ -68,7 +68,7 @@ pub(super) fn along<S: Simd, T: Terms<S>>(
     block: usize,
     row: &impl Fn(usize, usize) -> f32x8<S>,
 ) -> T {
-    let mut sums = T::centre(
+    let mut sums = T::center(
         simd,
         #[inline(always)]
         |c| row(block, c),

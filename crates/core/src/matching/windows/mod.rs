@@ -1,7 +1,7 @@
 //! Sums over the windows of one axis, broken at missing links (Rivers & James 2007, section 4, made separable).
 //!
 //! The window of a vertex along an axis: the vertices reached from it by up to `half_width` links either way. For
-//! values `f` and the signed number of links `i` from the centre, a pass needs the plain sums W(f) = Σ f and the
+//! values `f` and the signed number of links `i` from the center, a pass needs the plain sums W(f) = Σ f and the
 //! offset-weighted sums W'(f) = Σ i f.
 
 mod direct;
@@ -18,7 +18,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 use crate::lattice::AxisLinks;
 use crate::simd::lanes::{Block, Row, load};
 use running::Trail;
-use terms::{Adjoint, Carried, Forward, RunningAdjoint, Windows};
+use terms::{Adjoint, Forward, Running, RunningAdjoint, Windows};
 use wide::{BlockSums, WideWindows};
 
 /// The widest windows that are summed vertex by vertex, across the lanes and along them.
@@ -38,12 +38,12 @@ pub(super) struct Window<'a> {
 
 /// What wide windows carry from vertex to vertex, `N` numbers by block; nothing where windows are narrow.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Carry<const N: usize> {
+pub(super) struct RunningSums<const N: usize> {
     trail: Option<Trail<N>>,
     within: Option<BlockSums>,
 }
 
-impl<const N: usize> Carry<N> {
+impl<const N: usize> RunningSums<N> {
     /// For a pass over planes of up to `blocks` blocks. A pass along the outer axis goes from plane to plane.
     pub(super) fn new(window: &Window, blocks: usize, outer: bool) -> Self {
         let across = window.axis.across.is_some();
@@ -86,14 +86,14 @@ impl<const N: usize> Source<'_, N> {
 #[derive(Clone, Copy)]
 pub(crate) struct Weighted<'a> {
     /// m and 1/n.
-    pub(crate) shares: &'a [Block<2>],
+    pub(crate) weights: &'a [Block<2>],
     pub(crate) vectors: &'a [Block<3>],
 }
 
 impl Weighted<'_> {
     #[inline(always)]
     fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
-        let [mass, share] = load(simd, &self.shares[block]);
+        let [mass, share] = load(simd, &self.weights[block]);
         f32x8::load_array_ref(simd, &self.vectors[block][c]) * (mass * share)
     }
 }
@@ -106,7 +106,7 @@ impl Window<'_> {
         simd: S,
         blocks: Range<usize>,
         field: Weighted,
-        carry: &mut Carry<6>,
+        running: &mut RunningSums<6>,
         out: &mut [Block<6>],
     ) {
         simd.vectorize(
@@ -117,7 +117,7 @@ impl Window<'_> {
                     blocks,
                     #[inline(always)]
                     |block, c| field.row(simd, block, c),
-                    carry,
+                    running,
                     out,
                 );
             },
@@ -131,7 +131,7 @@ impl Window<'_> {
         simd: S,
         blocks: Range<usize>,
         source: Source<N>,
-        carry: &mut Carry<M>,
+        running: &mut RunningSums<M>,
         out: &mut [Block<M>],
     ) {
         simd.vectorize(
@@ -142,7 +142,7 @@ impl Window<'_> {
                     blocks,
                     #[inline(always)]
                     |block, c| source.row(simd, block, c),
-                    carry,
+                    running,
                     out,
                 );
             },
@@ -157,7 +157,7 @@ impl Window<'_> {
         simd: S,
         blocks: Range<usize>,
         source: Source<N>,
-        carry: &mut Carry<N>,
+        running: &mut RunningSums<N>,
         out: &mut [Block<M>],
     ) {
         simd.vectorize(
@@ -168,7 +168,7 @@ impl Window<'_> {
                     blocks,
                     #[inline(always)]
                     |block, c| source.row(simd, block, c),
-                    carry,
+                    running,
                     out,
                 );
             },
@@ -178,16 +178,16 @@ impl Window<'_> {
     /// The windows around the vertices of some blocks; `row(block, c)` is component c of what is summed. `T` is what
     /// is wanted, `C` what is carried on for it.
     #[inline(always)]
-    fn each<S: Simd, T: Windows<S>, C: Carried<S> + Into<T>, const N: usize, const M: usize>(
+    fn each<S: Simd, T: Windows<S>, C: Running<S> + Into<T>, const N: usize, const M: usize>(
         self,
         simd: S,
         blocks: Range<usize>,
         row: impl Fn(usize, usize) -> f32x8<S>,
-        carry: &mut Carry<N>,
+        running: &mut RunningSums<N>,
         out: &mut [Block<M>],
     ) {
         let Self { axis: AxisLinks { links, across }, half_width, occupied, slides } = self;
-        match (across, &mut carry.trail, slides, &mut carry.within) {
+        match (across, &mut running.trail, slides, &mut running.within) {
             (Some(neighbours), Some(trail), Some(slides), _) => {
                 for (block, out) in blocks.zip(out) {
                     let slide = (half_width, slides[block]);

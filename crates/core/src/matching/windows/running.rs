@@ -10,7 +10,7 @@
 
 use fearless_simd::{Simd, f32x8};
 
-use super::terms::Carried;
+use super::terms::Running;
 use super::{NARROW_ACROSS, direct};
 use crate::lattice::{AxisLinks, Neighbours};
 use crate::simd::lanes::{Block, Lanes};
@@ -110,7 +110,7 @@ impl<const N: usize> Trail<N> {
 
 /// The windows of a block, from those of the block before it.
 #[inline(always)]
-pub(super) fn across<S: Simd, T: Carried<S>, const N: usize>(
+pub(super) fn across<S: Simd, T: Running<S>, const N: usize>(
     simd: S,
     links: &[u8],
     neighbours: &Neighbours,
@@ -122,7 +122,7 @@ pub(super) fn across<S: Simd, T: Carried<S>, const N: usize>(
     let sums = if slide.begins {
         direct::across(simd, links, neighbours, half_width, block, row)
     } else {
-        let mut sums = T::load(simd, trail.at(neighbours.previous[block] as usize)).recentred();
+        let mut sums = T::load(simd, trail.at(neighbours.previous[block] as usize)).recenterd();
         let (entering, leaving, reach) = (slide.entering as usize, slide.leaving as usize, half_width as f32);
         sums.add(
             simd,

@@ -22,8 +22,8 @@ pub(super) trait Windows<S: Simd>: Terms<S> {
 ///
 /// `row(c)` is component c of the vertex that is added, for the eight lanes of a block.
 pub(super) trait Terms<S: Simd>: Copy {
-    /// The sums of windows that hold their centres only.
-    fn centre(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
+    /// The sums of windows that hold their centers only.
+    fn center(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
 
     /// Adds a vertex `offset` links away, in the lanes in the bits of `reach`.
     fn add(&mut self, simd: S, reach: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>);
@@ -33,7 +33,7 @@ pub(super) trait Terms<S: Simd>: Copy {
 }
 
 /// Sums that are carried on from window to window.
-pub(super) trait Carried<S: Simd>: Terms<S> {
+pub(super) trait Running<S: Simd>: Terms<S> {
     /// Sums as they are stored.
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
 
@@ -47,8 +47,8 @@ pub(super) trait Carried<S: Simd>: Terms<S> {
         )
     }
 
-    /// The same sums, with the next vertex along the axis for the centre.
-    fn recentred(self) -> Self;
+    /// The same sums, with the next vertex along the axis for the center.
+    fn recenterd(self) -> Self;
 }
 
 /// A forward pass: W of all `N` components, and W' of the first three.
@@ -81,7 +81,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> From<RunningAdjoint<S, IN, OUT>
 
 impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
     #[inline(always)]
-    fn centre(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
+    fn center(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let zero = f32x8::splat(simd, 0.0);
         let mut sums = Self { plain: [zero; N], weighted: [zero; 3] };
         for c in 0..N {
@@ -110,10 +110,10 @@ impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
     }
 }
 
-impl<S: Simd, const N: usize> Carried<S> for Forward<S, N> {
+impl<S: Simd, const N: usize> Running<S> for Forward<S, N> {
     #[inline(always)]
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
-        let mut sums = Self::centre(simd, &row);
+        let mut sums = Self::center(simd, &row);
         for c in 0..3 {
             sums.weighted[c] = row(N + c);
         }
@@ -121,7 +121,7 @@ impl<S: Simd, const N: usize> Carried<S> for Forward<S, N> {
     }
 
     #[inline(always)]
-    fn recentred(mut self) -> Self {
+    fn recenterd(mut self) -> Self {
         for c in 0..3 {
             self.weighted[c] -= self.plain[c];
         }
@@ -131,7 +131,7 @@ impl<S: Simd, const N: usize> Carried<S> for Forward<S, N> {
 
 impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT> {
     #[inline(always)]
-    fn centre(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
+    fn center(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let mut sums = [f32x8::splat(simd, 0.0); OUT];
         for c in 0..OUT {
             sums[c] = row(c);
@@ -160,12 +160,12 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT
 
 impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for RunningAdjoint<S, IN, OUT> {
     #[inline(always)]
-    fn centre(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
+    fn center(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
         let mut last = [f32x8::splat(simd, 0.0); 3];
         for c in 0..3 {
             last[c] = row(IN - 3 + c);
         }
-        Self { adjoint: Adjoint::centre(simd, row), last }
+        Self { adjoint: Adjoint::center(simd, row), last }
     }
 
     #[inline(always)]
@@ -184,14 +184,14 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for RunningAdjoint<S, 
     }
 }
 
-impl<S: Simd, const IN: usize, const OUT: usize> Carried<S> for RunningAdjoint<S, IN, OUT> {
+impl<S: Simd, const IN: usize, const OUT: usize> Running<S> for RunningAdjoint<S, IN, OUT> {
     #[inline(always)]
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self {
-        Self::centre(simd, row)
+        Self::center(simd, row)
     }
 
     #[inline(always)]
-    fn recentred(mut self) -> Self {
+    fn recenterd(mut self) -> Self {
         for c in 0..3 {
             self.adjoint.sums[c] += self.last[c];
         }

@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn from_one_at_the_boundary_to_nothing_at_the_centre() {
+    fn from_one_at_the_boundary_to_nothing_at_the_center() {
         let (lattice, field) = field(&block(6));
         for (index, &v) in lattice.indices().iter().zip(&field.directions) {
             let depth = index.iter().map(|&i| i.min(6 - i)).min().unwrap();

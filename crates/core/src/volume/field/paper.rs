@@ -82,7 +82,7 @@ fn middles(adjacency: &Adjacency, indices: &[[i32; 3]]) -> Vec<Vector3<f64>> {
 }
 
 /// Gives each inner vertex the mean direction of its neighbours in the layer before. The length falls from 1 at the
-/// boundary to 0 at the centre.
+/// boundary to 0 at the center.
 ///
 /// * `depth`: layers from the boundary to each vertex; `greatest`: the most in each component.
 /// * `directions`: unit vectors at depth 0.

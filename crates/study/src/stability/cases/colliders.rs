@@ -9,9 +9,9 @@ use crate::stability::trial::{Surroundings, watch};
 /// Half the edge of the block in cells.
 const HALF: f64 = 3.0;
 
-/// A block whose centre is at `height` over the origin falls among colliders, which are rough.
+/// A block whose center is at `height` over the origin falls among colliders, which are rough.
 fn falls(colliders: &[Collider], height: f64, damping: f64) -> Result<Figures, Error> {
-    let body = of_cells(&block([6; 3]), 2)?.damping(damping);
+    let body = of_cells(&block([6; 3]), 2)?.region_damping(damping);
     let body = body.translate([-HALF, height - HALF, -HALF]).build()?;
     let rough = |collider: &Collider| Collider { friction: 0.5, ..collider.clone() };
     let simulation = Simulation::builder().body(body).threads(1);
@@ -21,7 +21,7 @@ fn falls(colliders: &[Collider], height: f64, damping: f64) -> Result<Figures, E
 
 /// A block is pressed between two plates to a tenth of a cell within a second, and let go a second later.
 fn squeezed() -> Result<Figures, Error> {
-    let body = of_cells(&block([6; 3]), 2)?.damping(0.1).build()?;
+    let body = of_cells(&block([6; 3]), 2)?.region_damping(0.1).build()?;
     let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(1);
     let rough = |plate| Collider { friction: 0.5, ..plate };
     let simulation = simulation.collider(rough(plate(-0.5, 1.0, 3.45)));
@@ -31,7 +31,7 @@ fn squeezed() -> Result<Figures, Error> {
 
 /// A block on a slope of 20 degrees whose friction would hold one of 45 degrees.
 fn on_a_slope(damping: f64) -> Result<Figures, Error> {
-    let body = of_cells(&block([6; 3]), 2)?.damping(damping).build()?;
+    let body = of_cells(&block([6; 3]), 2)?.region_damping(damping).build()?;
     let slope = Collider { friction: 1.0, ..Collider::plane([0.0; 3], [0.0, 1.0, 0.0]) };
     let (sine, cosine) = 20.0_f64.to_radians().sin_cos();
     let simulation = Simulation::builder().body(body).collider(slope).threads(1);

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use supple::{Body, Error};
 
 use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
-use crate::stability::case::{Case, Effort, Figures, Measure};
+use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{Surroundings, watch};
 
 /// A body that flies, each vertex with a velocity of its own; where it is expected is known.
@@ -38,7 +38,7 @@ fn parting(speed: f64) -> Result<Figures, Error> {
 
 /// A block that spins by a radian a step.
 fn spinning(damping: f64) -> Result<Figures, Error> {
-    let body = of_cells(&block([5, 4, 3]), 2)?.damping(damping);
+    let body = of_cells(&block([5, 4, 3]), 2)?.region_damping(damping);
     Ok(watch(alone(body.spin([0.0, 0.0, 60.0]).build()?)?, Surroundings::Empty, |trial| {
         trial.run(10_000, 500)
     }))
@@ -77,6 +77,6 @@ pub(super) fn cases() -> Vec<Case> {
     }
     let shows = "keeps its momenta and its energy";
     let case = Case::new("10^6 steps, spinning and shaken, undamped", shows, || long(1_000_000));
-    cases.push(case.bound(Measure::EnergyGain, 0.05).keeps_momenta().effort(Effort::Long));
+    cases.push(case.bound(Measure::EnergyGain, 0.05).keeps_momenta().suite(Suite::Long));
     cases
 }

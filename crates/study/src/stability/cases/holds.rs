@@ -1,9 +1,9 @@
 //! Pins and handles that ask for the impossible, and let go.
 
-use supple::{Error, Handle, Key, Pin, Simulation, Window};
+use supple::{Error, Handle, Key, Pin, Simulation, TimeWindow};
 
 use crate::stability::bodies::{block, layer, of_cells};
-use crate::stability::case::{Case, Effort, Figures, Measure};
+use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{Surroundings, watch};
 
 const BAR: [i32; 3] = [12, 4, 4];
@@ -24,9 +24,9 @@ fn keys(moves: [(f64, [f64; 3], f64); 2]) -> Vec<Key> {
 
 /// A bar is held at both ends, let go, and left to itself.
 fn held(deed: Deed) -> Result<Figures, Error> {
-    let window = Window { from: 0.0, until: LET_GO };
+    let window = TimeWindow { start: 0.0, end: LET_GO };
     let [near, far] = [0, BAR[0]].map(|at| layer(BAR, at));
-    let body = of_cells(&block(BAR), 3)?.damping(0.1);
+    let body = of_cells(&block(BAR), 3)?.region_damping(0.1);
     let body = match deed.near {
         None => body.pin(Pin { selection: near, window }),
         Some(moves) => body.handle(Handle { selection: near, keys: keys(moves), window }),
@@ -57,9 +57,9 @@ pub(super) fn cases() -> Vec<Case> {
         ),
     ];
     let jumps = [
-        ("1000", [300.0, -800.0, 500.0], 0.05, 2e3, Effort::Quick),
+        ("1000", [300.0, -800.0, 500.0], 0.05, 2e3, Suite::Quick),
         // What turns when it is let go has so much spin that it cannot contract.
-        ("1e12", along(1e12), 1e9, 2e12, Effort::Long),
+        ("1e12", along(1e12), 1e9, 2e12, Suite::Long),
     ];
     let shows = "bounded while it is held; let go, it returns to its rest shape";
     let deeds = deeds.into_iter().map(|(name, deed, speed)| {
@@ -68,10 +68,10 @@ pub(super) fn cases() -> Vec<Case> {
     });
     let shows =
         "bounded while it is held; let go, it flies with the momenta that it has, stretched by its spin";
-    let jumps = jumps.into_iter().map(|(name, way, shape, speed, effort)| {
+    let jumps = jumps.into_iter().map(|(name, way, shape, speed, suite)| {
         let deed = far([(0.5, still, 0.0), (0.5 + 1e-9, way, 200.0)]);
         let case = Case::new(format!("a handle that jumps {name} cells"), shows, move || held(deed));
-        case.bound(Measure::Shape, shape).bound(Measure::LargestSpeed, speed).effort(effort)
+        case.bound(Measure::Shape, shape).bound(Measure::LargestSpeed, speed).suite(suite)
     });
     deeds.chain(jumps).collect()
 }

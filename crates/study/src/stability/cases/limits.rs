@@ -17,13 +17,13 @@ fn run(simulation: SimulationBuilder) -> Result<Figures, Error> {
 
 fn strong_gravity(ground: bool) -> Result<Figures, Error> {
     let simulation =
-        Simulation::builder().body(bar()?.damping(0.1).build()?).gravity([1e12, -1e12, 0.0]).dt(1e6);
+        Simulation::builder().body(bar()?.region_damping(0.1).build()?).gravity([1e12, -1e12, 0.0]).dt(1e6);
     let plane = Collider { friction: 0.5, ..Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]) };
     run(if ground { simulation.collider(plane) } else { simulation })
 }
 
 fn strong_forces() -> Result<Figures, Error> {
-    let mut body = bar()?.damping(0.1).build()?;
+    let mut body = bar()?.region_damping(0.1).build()?;
     let all: Vec<_> = body.masses().iter().map(|m| m * 1e15).collect();
     let outwards =
         |(vertex, force): (usize, &f64)| (vertex as u32, [if vertex % 2 == 0 { *force } else { -force }; 3]);
@@ -46,7 +46,7 @@ fn fast_spin() -> Result<Figures, Error> {
 }
 
 fn tiny_cells() -> Result<Figures, Error> {
-    let body = of_sized_cells(&block([5, 3, 3]), 1e-30, 2)?.damping(0.1).build()?;
+    let body = of_sized_cells(&block([5, 3, 3]), 1e-30, 2)?.region_damping(0.1).build()?;
     run(Simulation::builder().body(body).gravity([0.0, -1e-3, 0.0]).dt(1e-12))
 }
 

@@ -9,7 +9,7 @@ use crate::stability::trial::{Surroundings, watch};
 
 /// A stretched block that falls, on a ground if there is one: all lengths times `cell`, about `place`.
 fn falling(cell: f64, place: [f64; 3], ground: bool) -> Result<Simulation, Error> {
-    let body = of_sized_cells(&block([5, 3, 4]), cell, 2)?.damping(0.05);
+    let body = of_sized_cells(&block([5, 3, 4]), cell, 2)?.region_damping(0.05);
     let mut body = body.translate(place).rotate([20.0, 0.0, 10.0]).build()?;
     deform(&mut body, |x| x.iter().map(|x| x.component_mul(&Vector3::new(1.3, 0.8, 1.0))).collect())?;
     let simulation = Simulation::builder().body(body).gravity([0.0, -9.81 * cell, 0.0]).threads(1);

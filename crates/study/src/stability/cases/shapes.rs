@@ -3,7 +3,7 @@
 use supple::Error;
 
 use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
-use crate::stability::case::{Case, Effort, Figures, Measure};
+use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{Surroundings, watch};
 
 /// Shaken, and damped if so asked.
@@ -13,7 +13,7 @@ fn shaken(
     damping: f64,
     [steps, every]: [u64; 2],
 ) -> Result<Figures, Error> {
-    let mut body = of_cells(cells, half_width)?.damping(damping).build()?;
+    let mut body = of_cells(cells, half_width)?.region_damping(damping).build()?;
     shake(&mut body, 0.2)?;
     Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(steps, every)))
 }
@@ -56,7 +56,7 @@ pub(super) fn cases() -> Vec<Case> {
             case.bound(Measure::EnergyGain, 1e-5)
                 .bound(Measure::EnergyLeft, 0.01)
                 .keeps_momenta()
-                .effort(Effort::Long),
+                .suite(Suite::Long),
         );
     }
     cases

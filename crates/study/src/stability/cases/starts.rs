@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 use supple::Error;
 
 use crate::stability::bodies::{alone, block, deform, of_cells};
-use crate::stability::case::{Case, Effort, Figures, Measure};
+use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{Surroundings, watch};
 
 type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
@@ -46,7 +46,7 @@ fn let_go(
     state: Deform,
     [steps, every]: [u64; 2],
 ) -> Result<Figures, Error> {
-    let mut body = of_cells(&block(size), half_width)?.damping(damping).build()?;
+    let mut body = of_cells(&block(size), half_width)?.region_damping(damping).build()?;
     deform(&mut body, state)?;
     Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(steps, every)))
 }
@@ -72,7 +72,7 @@ pub(super) fn cases() -> Vec<Case> {
             let undamped = move || let_go([8, 6, 5], w, 0.0, state, [10_000, 500]);
             let shows = "swings for ever, and gains no energy";
             let undamped = Case::new(format!("{name}; half-width {w}, undamped"), shows, undamped);
-            cases.push(undamped.bound(Measure::EnergyGain, 0.05).keeps_momenta().effort(Effort::Long));
+            cases.push(undamped.bound(Measure::EnergyGain, 0.05).keeps_momenta().suite(Suite::Long));
         }
     }
     cases

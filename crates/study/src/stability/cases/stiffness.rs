@@ -1,6 +1,6 @@
 //! Stiffness, time steps, gravity and density.
 
-use supple::{Collider, Error, Pin, Simulation, Window};
+use supple::{Collider, Error, Pin, Simulation, TimeWindow};
 
 use crate::stability::bodies::{alone, block, layer, of_cells, shake};
 use crate::stability::case::{Case, Figures, Measure};
@@ -17,25 +17,25 @@ fn shaken(half_width: usize) -> Result<Figures, Error> {
 
 /// A bar that is one region, spinning, with all of the motion within regions taken out.
 fn rigid() -> Result<Figures, Error> {
-    let body = of_cells(&block(BAR), 12)?.damping(1.0).spin([0.0, 3.0, 6.0]);
+    let body = of_cells(&block(BAR), 12)?.region_damping(1.0).spin([0.0, 3.0, 6.0]);
     Ok(watch(alone(body.build()?)?, Surroundings::Empty, |trial| trial.run(10_000, 250)))
 }
 
 /// Holds an end of the bar.
 fn end() -> Pin {
-    Pin { selection: layer(BAR, 0), window: Window::default() }
+    Pin { selection: layer(BAR, 0), window: TimeWindow::default() }
 }
 
 /// A bar that hangs from its end, in steps of `dt` seconds.
 fn hung(dt: f64) -> Result<Figures, Error> {
-    let body = of_cells(&block(BAR), 3)?.damping(0.1).pin(end()).build()?;
+    let body = of_cells(&block(BAR), 3)?.region_damping(0.1).pin(end()).build()?;
     let simulation = Simulation::builder().body(body).gravity([9.81, 0.0, 0.0]).dt(dt).threads(1).build()?;
     Ok(watch(simulation, Surroundings::Acting, |trial| trial.run(10_000, 100)))
 }
 
 /// A block that falls on the ground, under gravity of `g`.
 fn dropped(g: f64) -> Result<Figures, Error> {
-    let body = of_cells(&block([6; 3]), 2)?.damping(0.1).build()?;
+    let body = of_cells(&block([6; 3]), 2)?.region_damping(0.1).build()?;
     let ground = Collider { friction: 0.5, ..Collider::plane([0.0, -2.0, 0.0], [0.0, 1.0, 0.0]) };
     let simulation = Simulation::builder().body(body).collider(ground).gravity([0.0, -g, 0.0]).threads(1);
     Ok(watch(simulation.build()?, Surroundings::Acting, |trial| {
@@ -47,7 +47,7 @@ fn dropped(g: f64) -> Result<Figures, Error> {
 /// Two bars alike but for their densities, which hang and are shaken in one scene.
 fn densities(ratio: f64) -> Result<Figures, Error> {
     let bar = |density: f64| {
-        let body = of_cells(&block(BAR), 2)?.density(density).damping(0.05).pin(end());
+        let body = of_cells(&block(BAR), 2)?.density(density).region_damping(0.05).pin(end());
         let mut body = body.build()?;
         shake(&mut body, 0.2)?;
         // As heavy as the bar's weight, sideways.

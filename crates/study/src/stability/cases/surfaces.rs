@@ -34,7 +34,8 @@ fn among(
     state: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
     gravity: f64,
 ) -> Result<Figures, Error> {
-    let mut body = Body::builder(ball(16)?).lattice_vertices(300).half_width(2).damping(0.1).build()?;
+    let mut body =
+        Body::builder(ball(16)?).lattice_vertices(300).half_width(2).region_damping(0.1).build()?;
     deform(&mut body, state)?;
     let simulation = Simulation::builder().body(body).gravity([0.0, gravity, 0.0]).threads(1);
     let simulation = colliders.iter().cloned().fold(simulation, |all, collider| all.collider(collider));

@@ -10,7 +10,7 @@ use super::Body;
 use crate::forked::{Forked, Owner};
 
 /// Where a body lives. A body moves into a simulation once and stays.
-pub(crate) enum Home {
+pub(crate) enum Storage {
     /// By itself, with no time.
     Alone(Box<supple::Body>),
     /// In a simulation, by its index.
@@ -99,7 +99,7 @@ impl Body {
     }
 
     /// Lets `work` have the body as it is shown, without the GIL.
-    pub(crate) fn shown<R: Send>(
+    pub(crate) fn displayed<R: Send>(
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Displayed<'_>) -> R + Send,
@@ -117,13 +117,13 @@ impl Body {
     /// Lets `work` go to where the body lives, under its lock and without the GIL.
     fn visit<R: Send>(&self, py: Python<'_>, work: impl FnOnce(Place<'_>) -> R + Send) -> PyResult<R> {
         let done = py.detach(|| {
-            let mut home = self.home()?;
-            let (world, index) = match &mut *home {
-                Home::Alone(body) => return Ok(work(Place::Alone(body))),
-                Home::In(world, index) => (world.clone(), *index),
-                Home::Moving => unreachable!("a body moves under its lock"),
+            let mut storage = self.storage()?;
+            let (world, index) = match &mut *storage {
+                Storage::Alone(body) => return Ok(work(Place::Alone(body))),
+                Storage::In(world, index) => (world.clone(), *index),
+                Storage::Moving => unreachable!("a body moves under its lock"),
             };
-            drop(home);
+            drop(storage);
             world.lock().map(|mut simulation| work(Place::In(&mut simulation, index)))
         });
         Ok(done?)
@@ -141,17 +141,17 @@ impl Body {
     /// The simulation that the body lives in, and its index there.
     pub(crate) fn world(&self, py: Python<'_>) -> PyResult<Option<(Arc<World>, usize)>> {
         let world = py.detach(|| {
-            self.home().map(|home| match &*home {
-                Home::In(world, index) => Some((world.clone(), *index)),
-                Home::Alone(_) | Home::Moving => None,
+            self.storage().map(|storage| match &*storage {
+                Storage::In(world, index) => Some((world.clone(), *index)),
+                Storage::Alone(_) | Storage::Moving => None,
             })
         });
         Ok(world?)
     }
 
     /// The lock on where the body lives. To be called without the GIL.
-    pub(crate) fn home(&self) -> Result<MutexGuard<'_, Home>, Forked> {
+    pub(crate) fn storage(&self) -> Result<MutexGuard<'_, Storage>, Forked> {
         // A body by itself has no threads.
-        self.owner.lock(&self.home, |_| {})
+        self.owner.lock(&self.storage, |_| {})
     }
 }

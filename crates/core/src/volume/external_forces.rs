@@ -7,41 +7,45 @@ use super::line::Moving;
 ///
 /// Given as a length, so that it does not depend on the units of mass and time: how far the force moves the vertex
 /// in one step where nothing else acts, over the stiffness `alpha`. (A force `f` on a mass `m` through a step `dt`:
-/// `f dt^2 / (m alpha)`; a contact that pushes a vertex out by `d` and takes the velocity `v` from it: `d + v dt`.)
+/// `f dt^2 / (m alpha)`; a contact that forces a vertex out by `d` and takes the velocity `v` from it: `d + v dt`.)
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
+pub struct ExternalForce {
     /// The lattice vertex.
     pub vertex: u32,
-    /// Direction and size of the push, in cells and world axes. Zero and non-finite ones count as none.
+    /// Direction and size of the force, in cells and world axes. Zero and non-finite ones count as none.
     pub offset: [f32; 3],
 }
 
-/// The push, in cells, at which half of the field's part along it is gone.
+/// The force, in cells, at which half of the field's part along it is gone.
 ///
 /// It is well below what a vertex that rests on the ground needs to carry its own weight in a stiff body, and well
 /// above rounding: contacts that carry weight count in full, and a grazing one fades in with the square of its force.
-pub const HALF_PUSH: f64 = 1e-3;
+pub const HALF_FORCE: f64 = 1e-3;
 
-/// Pushes beyond this many times [`HALF_PUSH`] count as this many: the matrix below stays well conditioned.
+/// Pushes beyond this many times [`HALF_FORCE`] count as this many: the matrix below stays well conditioned.
 const STRONGEST: f64 = 1e4;
 
-/// Takes the pushes' directions out of the field: equation (2) of Takamatsu & Kanai (2009), softened.
+/// Takes the forces' directions out of the field: equation (2) of Takamatsu & Kanai (2009), softened.
 ///
 /// Each vertex takes the `v'` that minimises `|v' - v|^2 + sum (f . v')^2 / f0^2`, that is `(I + F) v' = v` with
-/// `F = sum f f^T / f0^2` and `f0 =` [`HALF_PUSH`]. For one push that is `v - s (v . f^) f^` with
+/// `F = sum f f^T / f0^2` and `f0 =` [`HALF_FORCE`]. For one force that is `v - s (v . f^) f^` with
 /// `s = |f|^2 / (|f|^2 + f0^2)`: the paper's equation for a strong one, and nothing at all for a weak one, where the
-/// paper's pops. Several pushes take away all that they span, in whichever order they come.
+/// paper's pops. Several forces take away all that they span, in whichever order they come.
 ///
 /// `order` is scratch: it keeps its room between calls.
-pub(super) fn take_out_pushes(pushes: &[Push], order: &mut Vec<(u32, u32)>, points: &mut [Moving]) {
+pub(super) fn remove_force_directions(
+    forces: &[ExternalForce],
+    order: &mut Vec<(u32, u32)>,
+    points: &mut [Moving],
+) {
     order.clear();
-    order.extend(pushes.iter().enumerate().map(|(index, push)| (push.vertex, index as u32)));
+    order.extend(forces.iter().enumerate().map(|(index, force)| (force.vertex, index as u32)));
     order.sort_unstable();
     for group in order.chunk_by(|a, b| a.0 == b.0) {
         // The upper triangle of I + F: xx, xy, xz, yy, yz, zz.
         let mut matrix = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
         for &(_, index) in group {
-            let [x, y, z] = in_half_pushes(&pushes[index as usize].offset);
+            let [x, y, z] = in_half_forces(&forces[index as usize].offset);
             for (sum, term) in matrix.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]) {
                 *sum += term;
             }
@@ -51,9 +55,9 @@ pub(super) fn take_out_pushes(pushes: &[Push], order: &mut Vec<(u32, u32)>, poin
     }
 }
 
-/// A push in units of [`HALF_PUSH`], no longer than [`STRONGEST`].
-fn in_half_pushes(offset: &[f32; 3]) -> [f64; 3] {
-    let f = offset.map(|x| f64::from(x) / HALF_PUSH);
+/// A force in units of [`HALF_FORCE`], no longer than [`STRONGEST`].
+fn in_half_forces(offset: &[f32; 3]) -> [f64; 3] {
+    let f = offset.map(|x| f64::from(x) / HALF_FORCE);
     let length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
     if !length.is_finite() {
         return [0.0; 3];
@@ -90,9 +94,10 @@ mod tests {
     use super::*;
 
     fn left(v: [f32; 3], offsets: &[[f32; 3]]) -> [f32; 3] {
-        let pushes: Vec<Push> = offsets.iter().map(|&offset| Push { vertex: 0, offset }).collect();
+        let forces: Vec<ExternalForce> =
+            offsets.iter().map(|&offset| ExternalForce { vertex: 0, offset }).collect();
         let mut points = [Moving::new([0.0; 3], v)];
-        take_out_pushes(&pushes, &mut Vec::new(), &mut points);
+        remove_force_directions(&forces, &mut Vec::new(), &mut points);
         points[0].direction()
     }
 
@@ -102,7 +107,7 @@ mod tests {
 
     #[test]
     fn one_push_has_the_stated_weight() {
-        let half = HALF_PUSH as f32;
+        let half = HALF_FORCE as f32;
         near(left([0.6, 0.8, 0.0], &[[0.0, half, 0.0]]), [0.6, 0.4, 0.0], 1e-7);
         near(left([0.6, 0.8, 0.0], &[[0.0, 3.0 * half, 0.0]]), [0.6, 0.08, 0.0], 1e-7);
         near(left([0.6, 0.8, 0.0], &[[0.0, 1.0, 0.0]]), [0.6, 0.0, 0.0], 1e-6);

@@ -5,7 +5,7 @@
 use fearless_simd::{Select, Simd, SimdBase, f32x8, u8x32};
 
 /// A point, or what is linear in points: `(x, y, z, x)`.
-pub(crate) type Vec4 = [f32; 4];
+pub(crate) type Xyzx = [f32; 4];
 
 /// Two of them in a register.
 pub(crate) type Pair = [f32; 8];
@@ -15,7 +15,7 @@ pub(crate) type Eight = [Pair; 4];
 
 /// `(x, y, z, x)`.
 #[inline(always)]
-pub(crate) fn vec4([x, y, z]: [f32; 3]) -> Vec4 {
+pub(crate) fn xyzx([x, y, z]: [f32; 3]) -> Xyzx {
     [x, y, z, x]
 }
 
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn squares_of_lengths_and_back() {
-        let points: [Vec4; 8] = std::array::from_fn(|k| vec4([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
+        let points: [Xyzx; 8] = std::array::from_fn(|k| xyzx([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
         let pairs: &[Pair] = points.as_flattened().as_chunks().0;
         let (mut squared, mut back) = ([0.0; 8], [[0.0; 8]; 4]);
         dispatch!(level(), simd => {

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use supple::euler_degrees;
 use supple::internals::{BodyFrame, BodyState, Constraint, Constraints, Interval, Lanes, Motion};
-use supple::{ConstraintError, Key, MotionError, Selection, SelectionError, Window};
+use supple::{ConstraintError, Key, MotionError, Selection, SelectionError, TimeWindow};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -101,7 +101,7 @@ fn keys_that_are_no_motion_say_why() {
 /// A cube of eight vertices whose slots are in reverse, far from the world's origin.
 struct Body {
     positions: Lanes<3>,
-    carry: Lanes<3>,
+    compensation: Lanes<3>,
     velocities: Lanes<3>,
     frame: BodyFrame,
     slots: Vec<u32>,
@@ -111,12 +111,12 @@ impl Body {
     fn new() -> Self {
         let mut body = Self {
             positions: Lanes::zeros(2),
-            carry: Lanes::zeros(2),
+            compensation: Lanes::zeros(2),
             velocities: Lanes::zeros(2),
             frame: BodyFrame { origin: Point3::new(3e5, -20.0, 0.1), cell_size: 0.3 },
             slots: (0..8).map(|v| 11 - v).collect(),
         };
-        body.carry.set(body.slots[0], [3e-7, -1e-7, 2e-7]);
+        body.compensation.set(body.slots[0], [3e-7, -1e-7, 2e-7]);
         for (v, p) in cube().iter().enumerate() {
             body.positions.set(body.slots[v], [p.x as f32, p.y as f32 - 40.0, p.z as f32]);
         }
@@ -124,8 +124,8 @@ impl Body {
     }
 
     fn state(&mut self) -> BodyState<'_> {
-        let Self { positions, carry, velocities, frame, .. } = self;
-        BodyState { positions, carry: Some(carry), velocities, frame: *frame }
+        let Self { positions, compensation, velocities, frame, .. } = self;
+        BodyState { positions, compensation: Some(compensation), velocities, frame: *frame }
     }
 
     fn world(&self, v: usize) -> Point3<f64> {
@@ -134,49 +134,49 @@ impl Body {
 
     fn local(&self, v: usize) -> Vector3<f64> {
         let wide = |lanes: &Lanes<3>| Vector3::from(lanes.get(self.slots[v]).map(f64::from));
-        wide(&self.positions) + wide(&self.carry)
+        wide(&self.positions) + wide(&self.compensation)
     }
 
     fn velocity(&self, v: usize) -> Vector3<f64> {
         Vector3::from(self.velocities.get(self.slots[v]).map(f64::from)) * self.frame.cell_size
     }
 
-    /// A step in which everything is thrown about before the kinematics.
-    fn step(&mut self, kinematics: &mut Constraints, count: u64) {
+    /// A step in which everything is thrown about before the constraints.
+    fn step(&mut self, constraints: &mut Constraints, count: u64) {
         let step = Interval::of_step(count, DT);
         let slots = self.slots.clone();
-        kinematics.begin(step, &self.state(), &slots);
+        constraints.begin(step, &self.state(), &slots);
         for (v, &slot) in self.slots.iter().enumerate() {
-            self.carry.set(slot, [1e-7, 0.0, -1e-7]);
+            self.compensation.set(slot, [1e-7, 0.0, -1e-7]);
             let [x, y, z] = self.positions.get(slot);
             self.positions.set(slot, [x + 0.01, y - 0.02 * v as f32, z]);
             self.velocities.set(slot, [9.0, 9.0, 9.0]);
         }
-        kinematics.apply(step, &mut self.state(), &slots);
+        constraints.apply(step, &mut self.state(), &slots);
     }
 }
 
-fn window(from: f64, until: f64) -> Window {
-    Window { from, until }
+fn window(start: f64, end: f64) -> TimeWindow {
+    TimeWindow { start, end }
 }
 
 #[test]
-fn a_pin_holds_what_it_finds_at_from_and_lets_go_at_until() {
+fn a_pin_holds_what_it_finds_at_start_and_is_released_at_end() {
     let mut body = Body::new();
     // Limits that are multiples of the step only to rounding.
     let hold = Constraint::new(vec![0, 3], window(0.1, 0.3), None).unwrap();
-    let mut kinematics = Constraints::new(8, vec![hold]);
+    let mut constraints = Constraints::new(8, vec![hold]);
     let (mut found, mut first) = (Vec::new(), Vec::new());
     for count in 0..30 {
         let before = [0, 3].map(|v: usize| body.local(v));
-        body.step(&mut kinematics, count);
+        body.step(&mut constraints, count);
         let after = [0, 3].map(|v: usize| body.local(v));
         if count == 6 {
             (found, first) = (before.to_vec(), after.to_vec());
         }
         let holds = (6..18).contains(&count);
-        assert_eq!(kinematics.any_active(), holds, "step {count}");
-        assert_eq!(kinematics.held(), [holds, false, false, holds, false, false, false, false]);
+        assert_eq!(constraints.any_active(), holds, "step {count}");
+        assert_eq!(constraints.held(), [holds, false, false, holds, false, false, false, false]);
         for (k, v) in [0, 3].into_iter().enumerate() {
             if holds {
                 // To the bit from step to step; what it found, to the f64 of the world a million cells away.
@@ -192,21 +192,23 @@ fn a_pin_holds_what_it_finds_at_from_and_lets_go_at_until() {
 }
 
 #[test]
-fn a_handle_follows_its_keys_about_the_captured_centre() {
+fn a_handle_follows_its_keys_about_the_captured_center() {
     let keys = [key(0.0, [0.0; 3], [0.0; 3]), key(1.0, [0.0, 0.5, 0.0], [0.0, 720.0, 0.0])];
     let mut body = Body::new();
     let start: Vec<_> = (0..4).map(|v| body.world(v)).collect();
-    let centre = Point3::from(start.iter().map(|p| p.coords).sum::<Vector3<f64>>() / 4.0);
-    let mut kinematics =
-        Constraints::new(8, vec![Constraint::new(vec![0, 1, 2, 3], Window::default(), Some(&keys)).unwrap()]);
+    let center = Point3::from(start.iter().map(|p| p.coords).sum::<Vector3<f64>>() / 4.0);
+    let mut constraints = Constraints::new(
+        8,
+        vec![Constraint::new(vec![0, 1, 2, 3], TimeWindow::default(), Some(&keys)).unwrap()],
+    );
     let cell = body.frame.cell_size;
     for count in 0..90 {
-        body.step(&mut kinematics, count);
+        body.step(&mut constraints, count);
         let [before, after] = [count, count + 1].map(|c| (c as f64 * DT).min(1.0));
         for (v, captured) in start.iter().enumerate() {
             let at = |time: f64| {
-                let turned = euler_degrees([0.0, 720.0 * time, 0.0]) * (captured - centre);
-                centre + turned + Vector3::new(0.0, 0.5 * time, 0.0)
+                let turned = euler_degrees([0.0, 720.0 * time, 0.0]) * (captured - center);
+                center + turned + Vector3::new(0.0, 0.5 * time, 0.0)
             };
             // 4 ulp of f32 at 40 cells.
             assert!((body.world(v) - at(after)).norm() < 2e-5 * cell, "step {count}");
@@ -221,10 +223,10 @@ fn keys_are_relative_to_the_pose_captured_at_from() {
     let keys = [key(0.5, [0.0; 3], [0.0; 3]), key(1.0, [1.0, 0.0, 0.0], [0.0; 3])];
     let mut body = Body::new();
     let hold = Constraint::new(vec![5], window(0.5, 2.0), Some(&keys)).unwrap();
-    let mut kinematics = Constraints::new(8, vec![hold]);
-    (0..30).for_each(|count| body.step(&mut kinematics, count));
+    let mut constraints = Constraints::new(8, vec![hold]);
+    (0..30).for_each(|count| body.step(&mut constraints, count));
     let captured = body.world(5);
-    (30..60).for_each(|count| body.step(&mut kinematics, count));
+    (30..60).for_each(|count| body.step(&mut constraints, count));
     assert!((body.world(5) - captured - Vector3::x()).norm() < 1e-5);
 }
 
@@ -233,26 +235,26 @@ fn the_later_hold_wins_where_two_overlap() {
     let up = [key(0.0, [0.0, 1.0, 0.0], [0.0; 3])];
     let mut body = Body::new();
     let start: Vec<_> = (0..8).map(|v| body.world(v)).collect();
-    let mut kinematics =
-        Constraints::new(8, vec![Constraint::new(vec![0, 1], Window::default(), Some(&up)).unwrap()]);
-    kinematics.add(Constraint::new(vec![1, 2], window(0.0, 0.5), None).unwrap());
+    let mut constraints =
+        Constraints::new(8, vec![Constraint::new(vec![0, 1], TimeWindow::default(), Some(&up)).unwrap()]);
+    constraints.add(Constraint::new(vec![1, 2], window(0.0, 0.5), None).unwrap());
     let rise = |body: &Body, v: usize| (body.world(v) - start[v]).y;
-    (0..30).for_each(|count| body.step(&mut kinematics, count));
+    (0..30).for_each(|count| body.step(&mut constraints, count));
     assert!(
         (rise(&body, 0) - 1.0).abs() < 1e-5 && rise(&body, 1).abs() < 1e-9 && rise(&body, 2).abs() < 1e-9
     );
-    assert_eq!(kinematics.held()[..4], [true, true, true, false]);
+    assert_eq!(constraints.held()[..4], [true, true, true, false]);
     // When the later one lets go the earlier one takes over.
-    body.step(&mut kinematics, 30);
+    body.step(&mut constraints, 30);
     assert!((rise(&body, 1) - 1.0).abs() < 1e-5 && rise(&body, 2).abs() > 1e-3);
-    assert_eq!(kinematics.held()[..4], [true, true, false, false]);
+    assert_eq!(constraints.held()[..4], [true, true, false, false]);
 }
 
 #[test]
 fn what_was_captured_can_be_saved_and_put_back() {
     let keys = [key(0.0, [0.0; 3], [0.0; 3]), key(1.0, [0.0, 0.0, 2.0], [90.0, 0.0, 0.0])];
     let holds = vec![
-        Constraint::new(vec![0, 1], Window::default(), Some(&keys)).unwrap(),
+        Constraint::new(vec![0, 1], TimeWindow::default(), Some(&keys)).unwrap(),
         Constraint::new(vec![6], window(0.4, 9.0), None).unwrap(),
     ];
     let (mut one, mut first) = (Body::new(), Constraints::new(8, holds));
@@ -263,7 +265,7 @@ fn what_was_captured_can_be_saved_and_put_back() {
     assert_eq!(second, first);
     let mut two = Body::new();
     two.positions = one.positions.clone();
-    two.carry = one.carry.clone();
+    two.compensation = one.compensation.clone();
     for count in 20..60 {
         one.step(&mut first, count);
         two.step(&mut second, count);
@@ -275,8 +277,8 @@ fn what_was_captured_can_be_saved_and_put_back() {
 
 #[test]
 fn windows_that_are_empty_are_refused() {
-    for (from, until) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (f64::INFINITY, 1.0)] {
-        let error = Constraint::new(vec![0], window(from, until), None).unwrap_err();
-        assert!(matches!(error, ConstraintError::Window { .. }), "{error}");
+    for (start, end) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (f64::INFINITY, 1.0)] {
+        let error = Constraint::new(vec![0], window(start, end), None).unwrap_err();
+        assert!(matches!(error, ConstraintError::TimeWindow { .. }), "{error}");
     }
 }

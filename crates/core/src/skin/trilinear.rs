@@ -3,9 +3,9 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
 use super::rings::TileLayout;
-use crate::lattice::{Embedding, carried_outside, polynomial};
+use crate::lattice::{Embedding, extrapolate, polynomial};
 use crate::simd::level;
-use crate::simd::vec4::{Pair, Vec4, spread};
+use crate::simd::xyzx::{Pair, Xyzx, spread};
 
 /// How far outside its cell, along two axes at once, a point may lie for the polynomial of the cell to be used as it
 /// is: the product of the two ways, whose share in the point is below the rounding of `f32`.
@@ -13,7 +13,7 @@ const OUTSIDE: f32 = 1e-8;
 
 /// Points in the order in which they are carried: chunk by chunk, within a chunk cell by cell, an even number in each.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Carried {
+pub(super) struct EmbeddedPoints {
     /// The lattice vertices at the corners of each cell that is named below.
     corners: Vec<[u32; 8]>,
     ends: Vec<Ends>,
@@ -39,29 +39,29 @@ struct CellRun {
     pairs: u32,
 }
 
-/// [`Carried`], and what is needed to add chunks to it.
-pub(super) struct CarriedBuilder {
+/// [`EmbeddedPoints`], and what is needed to add chunks to it.
+pub(super) struct EmbeddedPointsBuilder {
     /// Of each point, the index of its cell among those that hold any, and its place there.
     points: Vec<(u32, [f32; 3])>,
-    carried: Carried,
+    embedded: EmbeddedPoints,
 }
 
-impl CarriedBuilder {
+impl EmbeddedPointsBuilder {
     /// No chunk yet. Point `k` of the chunks to come is `points[k]` of the embedding.
     pub(super) fn new(embedding: &Embedding, points: &[u32]) -> Self {
         let mut cell_of = vec![0; embedding.len()];
-        let mut carried = Carried::default();
+        let mut embedded = EmbeddedPoints::default();
         for (cell, held) in (0..).zip(embedding.by_cell()) {
-            carried.corners.push(*held.corners);
+            embedded.corners.push(*held.corners);
             held.points.iter().for_each(|&point| cell_of[point as usize] = cell);
         }
         let place = |&point: &u32| (cell_of[point as usize], embedding.local(point as usize));
-        Self { points: points.iter().map(place).collect(), carried }
+        Self { points: points.iter().map(place).collect(), embedded }
     }
 
     /// The chunks that were added.
-    pub(super) fn finish(self) -> Carried {
-        self.carried
+    pub(super) fn finish(self) -> EmbeddedPoints {
+        self.embedded
     }
 
     /// Points sorted by cell, as indices in `points`.
@@ -72,7 +72,7 @@ impl CarriedBuilder {
     }
 }
 
-impl TileLayout for CarriedBuilder {
+impl TileLayout for EmbeddedPointsBuilder {
     fn rows(&self, points: &[u32]) -> Vec<usize> {
         let cell = |&k: &usize| self.points[points[k] as usize].0;
         let mut rows = vec![0; points.len()];
@@ -88,7 +88,7 @@ impl TileLayout for CarriedBuilder {
     fn add(&mut self, points: &[u32]) {
         let order = self.by_cell(points);
         let point = |&k: &usize| self.points[points[k] as usize];
-        let Carried { ends, runs, places, strays, .. } = &mut self.carried;
+        let EmbeddedPoints { ends, runs, places, strays, .. } = &mut self.embedded;
         let begin = places.len();
         for run in order.chunk_by(|a, b| point(a).0 == point(b).0) {
             let cell = point(&run[0]).0;
@@ -105,7 +105,7 @@ impl TileLayout for CarriedBuilder {
     }
 }
 
-impl Carried {
+impl EmbeddedPoints {
     /// How many points are carried.
     pub(super) fn len(&self) -> usize {
         2 * self.places.len()
@@ -119,7 +119,7 @@ impl Carried {
     }
 
     /// Where the points of a chunk are, given where the lattice vertices are.
-    pub(super) fn carry(&self, chunk: usize, lattice: &[Vec4], pairs: &mut [Pair]) {
+    pub(super) fn interpolate(&self, chunk: usize, lattice: &[Xyzx], pairs: &mut [Pair]) {
         let begin = if chunk == 0 { Ends::default() } else { self.ends[chunk - 1] };
         let end = self.ends[chunk];
         let places = &self.places[begin.places..end.places];
@@ -128,14 +128,14 @@ impl Carried {
             for run in &self.runs[begin.runs..end.runs] {
                 let (places, later) = rest.0.split_at(run.pairs as usize);
                 let (pairs, later_pairs) = rest.1.split_at_mut(run.pairs as usize);
-                carry_cell(simd, &self.corners[run.cell as usize], lattice, places, pairs);
+                interpolate_cell(simd, &self.corners[run.cell as usize], lattice, places, pairs);
                 rest = (later, later_pairs);
             }
         });
         for &(at, cell) in &self.strays[begin.strays..end.strays] {
             let (pair, half) = (at as usize / 2, at as usize % 2 * 4);
             let place = [0, 1, 2].map(|axis| places[pair][half + axis]);
-            let stray = carried_outside(&self.corners[cell as usize], lattice, place);
+            let stray = extrapolate(&self.corners[cell as usize], lattice, place);
             pairs[pair][half..half + 4].copy_from_slice(&stray);
         }
     }
@@ -151,7 +151,13 @@ fn is_outside(place: [f32; 3]) -> bool {
 
 /// The points of one cell: its trilinear map as a polynomial about corner 0, at each place.
 #[inline(always)]
-fn carry_cell<S: Simd>(simd: S, corners: &[u32; 8], lattice: &[Vec4], places: &[Pair], pairs: &mut [Pair]) {
+fn interpolate_cell<S: Simd>(
+    simd: S,
+    corners: &[u32; 8],
+    lattice: &[Xyzx],
+    places: &[Pair],
+    pairs: &mut [Pair],
+) {
     let mut terms = [f32x4::splat(simd, 0.0); 8];
     for k in 0..8 {
         terms[k] = f32x4::load_array_ref(simd, &lattice[corners[k] as usize]);
