@@ -1,6 +1,6 @@
-//! What the benches share: bodies to measure, and the table that their figures end in.
+//! Shared by the benchmarks: bodies to measure, and the table of results.
 //!
-//! The cases themselves are in `cases/`, one file a subject.
+//! The cases are in `cases/`, one file per subject.
 
 pub mod bodies;
 mod table;

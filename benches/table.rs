@@ -1,18 +1,18 @@
-//! The table at the end: what was measured beside what it is to be.
+//! The table of results: measured figures, targets and verdicts.
 
 use std::fmt;
 
-/// What a figure is to be.
+/// Target of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
-    /// This or less.
+    /// The figure must be at most this number.
     AtMost(f64),
-    /// This or more.
+    /// The figure must be at least this number.
     AtLeast(f64),
 }
 
 impl Target {
-    /// Whether a figure is as it is to be.
+    /// Returns whether a figure meets the target.
     pub fn is_met(self, measured: f64) -> bool {
         match self {
             Self::AtMost(most) => measured <= most,
@@ -21,29 +21,29 @@ impl Target {
     }
 }
 
-/// A figure that was measured.
+/// A measured figure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// What of.
+    /// Name of the case.
     pub case: String,
-    /// How much, in `unit`.
+    /// Measured value, in `unit`.
     pub measured: f64,
-    /// The unit: `ns/vertex`, `ms`, `times`, ...
+    /// Unit: `ns/vertex`, `ms`, `times`, ...
     pub unit: &'static str,
-    /// What it is to be; none if it is there to compare with.
+    /// Target; `None` for figures that only serve as a comparison.
     pub target: Option<Target>,
-    /// What it was measured beside, in the same moments.
-    pub beside: String,
+    /// Figures measured in the same samples, as text.
+    pub comparison: String,
 }
 
-/// Figures under headings. Shown as text in columns.
+/// Figures under headings. `Display` formats them in columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     parts: Vec<(String, Vec<Row>)>,
 }
 
 impl Table {
-    /// Starts a part; one without rows is not shown.
+    /// Starts a part. Parts without rows are not printed.
     pub fn part(&mut self, heading: impl Into<String>) {
         self.parts.push((heading.into(), Vec::new()));
     }
@@ -57,14 +57,14 @@ impl Table {
         self.parts.last_mut().expect("a part to add a row to").1.push(row);
     }
 
-    /// The rows of all parts.
+    /// Returns the rows of all parts.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
         self.parts.iter().flat_map(|(_, rows)| rows)
     }
 }
 
-/// Columns: what is measured, how much, what it is to be, whether it is, what it was measured beside.
-const HEADINGS: [&str; 5] = ["", "measured", "target", "", "beside"];
+/// Headings of the columns: case, measured value, target, verdict, comparison.
+const HEADINGS: [&str; 5] = ["", "measured", "target", "", "compared with"];
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -80,19 +80,19 @@ impl fmt::Display for Table {
             writeln!(f, "\n{heading}")?;
             lines.iter().try_for_each(|line| write_line(f, line, &widths))?;
         }
-        let judged = || self.rows().filter_map(|row| Some(row.target?.is_met(row.measured)));
-        let met = judged().filter(|met| *met).count();
-        writeln!(f, "\n{met} of {} targets met", judged().count())
+        let verdicts = || self.rows().filter_map(|row| Some(row.target?.is_met(row.measured)));
+        let met = verdicts().filter(|met| *met).count();
+        writeln!(f, "\n{met} of {} targets met", verdicts().count())
     }
 }
 
 fn write_line(
     f: &mut fmt::Formatter<'_>,
-    [case, measured, target, verdict, beside]: &[String; 5],
+    [case, measured, target, verdict, comparison]: &[String; 5],
     widths: &[usize; 5],
 ) -> fmt::Result {
     let [a, b, c, d, _] = *widths;
-    let line = format!("  {case:<a$}  {measured:>b$}  {target:<c$}  {verdict:<d$}  {beside}");
+    let line = format!("  {case:<a$}  {measured:>b$}  {target:<c$}  {verdict:<d$}  {comparison}");
     writeln!(f, "{}", line.trim_end())
 }
 
@@ -109,11 +109,11 @@ impl Row {
             }
         };
         let measured = format!("{} {}", figure(self.measured), self.unit);
-        [self.case.clone(), measured, target, verdict.to_owned(), self.beside.clone()]
+        [self.case.clone(), measured, target, verdict.to_owned(), self.comparison.clone()]
     }
 }
 
-/// Three digits that count; all of larger whole numbers.
+/// Formats a number with three significant digits, or more if its integer part is longer.
 fn figure(number: f64) -> String {
     let digits = if number == 0.0 { 0 } else { number.abs().log10().floor() as i32 };
     let decimals = (2 - digits).clamp(0, 5) as usize;
@@ -126,22 +126,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_table_says_what_is_met() {
+    fn a_table_prints_verdicts() {
         let mut table = Table::default();
-        table.part("nothing here");
+        table.part("empty");
         table.part("step");
         let row = |case: &str, measured, target| Row {
             case: case.to_owned(),
             measured,
             unit: "ns",
             target,
-            beside: "w = 2: 30 ns".to_owned(),
+            comparison: "w = 2: 30 ns".to_owned(),
         };
         table.row(row("w = 1", 21.96, Some(Target::AtMost(22.0))));
         table.row(row("w = 3", 104.2, Some(Target::AtLeast(1000.0))));
         table.row(row("w = 5", 0.012_345, None));
         let expected = "
-                measured  target          beside
+                measured  target          compared with
 
 step
   w = 1    22 ns  <= 22    met     w = 2: 30 ns
@@ -155,7 +155,7 @@ step
     }
 
     #[test]
-    fn figures_have_three_digits() {
+    fn figures_have_three_significant_digits() {
         for (number, text) in
             [(0.0, "0"), (0.3, "0.3"), (0.012_345, "0.0123"), (21.96, "22"), (31.24, "31.2")]
         {

@@ -1,4 +1,4 @@
-"""Cubes that fill a surface, for finite elements: `Grid`, `fill`."""
+"""Grids of cubes that fill a surface, for finite elements: `Grid`, `fill`."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ import supple
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# The corners of a cube in scikit-fem's order, so that its reference cube is turned as ours are.
+# Corners of a cube in scikit-fem's order, so that the cells have the orientation of its reference cube.
 CORNERS = skfem.ElementHex1.doflocs.astype(int)
-# Samples per edge of an eighth of a cell, to measure which share of it lies inside a surface.
+# Samples per edge of an eighth of a cell; they measure the share of it inside a surface.
 SAMPLES = 4
-# An eighth that lies outside keeps this share: with none, nothing would hold the outer corners of its cell.
+# Minimum share of an eighth. With a share of 0, the outer corners of a cell would have no stiffness.
 LEAST_SHARE = 0.01
 
 
 @dataclass
 class Grid:
-    """Cubes, `cells` (m, 3) their whole coordinates: the least corner of a cube lies at origin + cell_size * cell."""
+    """Cubes at the integer coordinates `cells` (m, 3). The lower corner of a cube is origin + cell_size * cell."""
 
     cells: Ints
     cell_size: float
     origin: Floats
 
     def __post_init__(self) -> None:
-        """Numbers the nodes: positions (n, 3), and those of each cell (m, 8)."""
+        """Numbers the nodes: their positions (n, 3), and the node numbers of each cell (m, 8)."""
         corners = self.cells[:, None] + CORNERS
         shape = tuple(self.cells.max(axis=0) + 2)
         flat = np.ravel_multi_index(tuple(np.moveaxis(corners, -1, 0)), shape)
@@ -39,11 +39,11 @@ class Grid:
         self.corners = numbers.reshape(-1, 8)
 
     def mesh(self) -> skfem.MeshHex:
-        """The same for scikit-fem."""
+        """Returns the grid as a mesh of scikit-fem."""
         return skfem.MeshHex(self.nodes.T.copy(), self.corners.T.copy())
 
     def interpolate(self, values: Floats, points: Floats) -> Floats:
-        """Trilinear values at points (k, 3) in the cells, of values (n, 3) at the nodes."""
+        """Interpolates node values (n, 3) trilinearly at points (k, 3) in the cells."""
         last = self.cells.max(axis=0)
         numbers = np.full(last + 1, -1)
         numbers[tuple(self.cells.T)] = np.arange(len(self.cells))
@@ -59,9 +59,9 @@ class Grid:
 
 
 def fill(surface: supple.Mesh, cell_size: float, anchor: Floats) -> tuple[Grid, Floats]:
-    """The cells that a closed surface touches or encloses, `anchor` a node, and the filled share of their eighths.
+    """Returns the cells that a closed surface touches or encloses, and the filled shares of their eighths.
 
-    The shares have the shape (m, 2, 2, 2).
+    `anchor` is the position of a node. The shares have the shape (m, 2, 2, 2).
     """
     low, high = surface.bounds
     origin = anchor - np.ceil((anchor - low) / cell_size) * cell_size
@@ -75,7 +75,7 @@ def fill(surface: supple.Mesh, cell_size: float, anchor: Floats) -> tuple[Grid, 
 
 
 def _touched(surface: supple.Mesh, origin: Floats, cell_size: float) -> Ints:
-    """Cells (k, 3) that hold a point of the surface, found by many points on each triangle."""
+    """Returns the cells (k, 3) that contain one of many sample points on each triangle of the surface."""
     steps = np.arange(13)
     first, second = (steps_on_edge.ravel() for steps_on_edge in np.meshgrid(steps, steps))
     within = first + second <= 12
@@ -85,9 +85,9 @@ def _touched(surface: supple.Mesh, origin: Floats, cell_size: float) -> Ints:
 
 
 def _inside(surface: supple.Mesh, origin: Floats, step: float, counts: Ints) -> NDArray[np.bool_]:
-    """Which samples lie inside, by parity along rays in x; samples are the centers of cubes of the edge `step`."""
+    """Returns which samples are inside, by parity along rays in x. Samples are centers of cubes of edge `step`."""
     inside = np.zeros(counts, dtype=bool)
-    # In units of the step; the small shift keeps rays off the vertices and edges of symmetric models.
+    # In units of the step. The small shift keeps rays off vertices and edges of symmetric models.
     triangles = (surface.vertices[surface.faces] - origin) / step - 0.5 + [0, 1.7e-6, 2.3e-6]
     for triangle in triangles:
         first = np.ceil(triangle[:, 1:].min(axis=0)).astype(int)

@@ -1,18 +1,19 @@
-"""Finite-element reference solutions: the shapes that nearly incompressible elastic solids take.
+"""Finite-element reference solutions: equilibrium shapes of nearly incompressible elastic solids.
 
-    pip install scikit-fem numpy scipy          # beside supple
+    pip install scikit-fem numpy scipy          # in addition to supple
     python scripts/fem_reference.py             # both cases, into tests/data/fem
     python scripts/fem_reference.py --case bar --refine
 
-Two bodies are brought to rest, slowly, each held at both ends:
+The static equilibria of two bodies are computed, each constrained at both ends:
 
-bar   4 x 1 x 1, both end faces held wholly, one of them moved along x until the length is 1.5 times what it was. It is
-      symmetric in three planes, so that an eighth of it is solved.
-bust  examples/scenes/bust.obj; the lowest 20 % of its height held, the highest 10 % moved up by half of the height.
+bar   4 x 1 x 1; both end faces are fixed, and one is moved along x until the length is 1.5 times the rest length. The
+      bar is symmetric in three planes, so only an eighth of it is solved.
+bust  examples/scenes/bust.obj; the lowest 20 % of its height is fixed, the highest 10 % is moved up by half the height.
 
 The material is Neo-Hookean with a bulk modulus of 2,000 times the shear modulus; the elements are cubes (see
-fem_solid.py). Where the surface cuts a cube, each eighth of it counts by the share that lies inside ("finite cell
-method"), so that stairs do not thicken the body. The planes of the bust's holds are planes of nodes.
+fem_solid.py). Where the surface cuts a cube, each eighth of it is weighted by its share inside the surface ("finite
+cell method"), so that the staircase boundary does not thicken the body. The boundaries of the bust's constrained parts
+are planes of nodes.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ BUST = ROOT / "examples" / "scenes" / "bust.obj"
 
 
 def bar(cells: int) -> Problem:
-    """An eighth of the bar, `cells` cells to its width: the far half in x, the upper ones in y and z."""
+    """Returns an eighth of the bar with `cells` cells per width: the far half in x, the upper halves in y and z."""
     half = cells // 2
     grid = Grid(np.argwhere(np.ones((4 * half, half, half))), 1 / cells, np.zeros(3))
     dofs = np.arange(grid.nodes.size).reshape(-1, 3)
@@ -45,7 +46,7 @@ def bar(cells: int) -> Problem:
 
 
 def bar_points(spacing: int = 8) -> Floats:
-    """Points 1 / `spacing` apart on the surface of the bar, 0 <= x <= 4, |y|, |z| <= 1/2."""
+    """Returns points 1 / `spacing` apart on the surface of the bar, 0 <= x <= 4, |y|, |z| <= 1/2."""
     axes = np.arange(4 * spacing + 1), np.arange(spacing + 1), np.arange(spacing + 1)
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     on_surface = ((grid == 0) | (grid == [4 * spacing, spacing, spacing])).any(axis=1)
@@ -53,14 +54,14 @@ def bar_points(spacing: int = 8) -> Floats:
 
 
 def bar_positions(solution: Solution, points: Floats) -> Floats:
-    """Deformed positions, by the mirror images of the eighth; the end at x = 0 stays where it is."""
-    centerd = points - [2, 0, 0]
-    sides = np.where(centerd < 0, -1, 1)
-    return solution.at(np.abs(centerd)) * sides + [2 + solution.load, 0, 0]
+    """Returns deformed positions, from mirror images of the eighth. The end at x = 0 does not move."""
+    centered = points - [2, 0, 0]
+    sides = np.where(centered < 0, -1, 1)
+    return solution.at(np.abs(centered)) * sides + [2 + solution.load, 0, 0]
 
 
 def bust(mesh: supple.Mesh, cells: int) -> Problem:
-    """The bust with its shoulders held and its crown moved up, `cells` cells between the two."""
+    """Returns the bust with fixed shoulders and its crown moved up, with `cells` cells between the two."""
     low, high = mesh.bounds
     height = high[1] - low[1]
     anchor = (low + high) / 2
@@ -75,7 +76,7 @@ def bust(mesh: supple.Mesh, cells: int) -> Problem:
 
 
 def spread(points: Floats, count: int) -> Ints:
-    """Numbers of `count` points, each chosen as the farthest from those before it, in ascending order."""
+    """Returns the numbers of `count` points in ascending order, chosen by farthest-point sampling."""
     chosen = [0]
     distance = np.linalg.norm(points - points[0], axis=1)
     while len(chosen) < count:
@@ -85,19 +86,19 @@ def spread(points: Floats, count: int) -> Ints:
 
 
 def write(name: str, note: str, rest: Floats, deformed: Floats, numbers: Ints | None = None) -> None:
-    """One row a point: its vertex number, if it has one, its rest and its deformed position."""
+    """Writes one row per point: its vertex number, if given, its rest position and its deformed position."""
     OUTPUT.mkdir(parents=True, exist_ok=True)
     columns = ["x", "y", "z", "deformed_x", "deformed_y", "deformed_z"]
     lines = [f"# {note}", ",".join(columns if numbers is None else ["vertex", *columns])]
     for row, coordinates in enumerate(np.hstack([rest, deformed])):
-        # Rounded, so that what is zero but for rounding reads 0.
+        # Rounding to 9 decimals turns numbers at rounding level into 0; adding 0.0 turns -0 into 0.
         values = [f"{value + 0.0:.5g}" for value in np.round(coordinates, 9)]
         lines.append(",".join(values if numbers is None else [str(numbers[row]), *values]))
     (OUTPUT / f"{name}.csv").write_text("\n".join(lines) + "\n")
 
 
 def timed(name: str, problem: Problem, first_step: float) -> Solution:
-    """Solves and says how it went."""
+    """Solves a problem and prints its size, final load and run time."""
     print(f"{name}: {len(problem.grid.cells)} cells, {len(problem.grid.nodes)} nodes", flush=True)
     began = time.perf_counter()
     solution = solve(problem, first_step)
@@ -107,13 +108,13 @@ def timed(name: str, problem: Problem, first_step: float) -> Solution:
 
 
 def compare(fine: Floats, coarse: Floats) -> None:
-    """Prints how far two solutions lie apart."""
+    """Prints the distance of two solutions."""
     distance = np.linalg.norm(fine - coarse, axis=1)
     print(f"  twice the cell size: rms {np.sqrt(np.mean(distance**2)):.2e}, largest {distance.max():.2e} away")
 
 
 def run_bar(cells: int, refine: bool) -> None:
-    """Solves, compares, writes."""
+    """Solves a problem, compares it with a coarser grid if `refine` is set, and writes the result."""
     points = bar_points()
     solution = timed("bar", bar(cells), 0.25)
     deformed = bar_positions(solution, points)
@@ -123,7 +124,7 @@ def run_bar(cells: int, refine: bool) -> None:
 
 
 def run_bust(cells: int, refine: bool) -> None:
-    """Solves, compares, writes."""
+    """Solves a problem, compares it with a coarser grid if `refine` is set, and writes the result."""
     mesh = supple.read_obj(BUST)
     solution = timed("bust", bust(mesh, cells), 0.1)
     deformed = solution.at(mesh.vertices)
@@ -138,12 +139,12 @@ def run_bust(cells: int, refine: bool) -> None:
 
 
 def main() -> None:
-    """Reads the arguments and solves what they name."""
+    """Reads the arguments and solves the selected cases."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--case", choices=["bar", "bust"], help="one of the two; both by default")
-    parser.add_argument("--bar-cells", type=int, default=32, help="cells to the width of the bar, even (default 32)")
-    parser.add_argument("--bust-cells", type=int, default=26, help="cells between the bust's holds, even (default 26)")
-    parser.add_argument("--refine", action="store_true", help="solve with cells of twice the size too, and compare")
+    parser.add_argument("--case", choices=["bar", "bust"], help="solve one case (default: both)")
+    parser.add_argument("--bar-cells", type=int, default=32, help="cells per width of the bar, even (default 32)")
+    parser.add_argument("--bust-cells", type=int, default=26, help="cells between the fixed ends, even (default 26)")
+    parser.add_argument("--refine", action="store_true", help="also solve with cells of twice the size, and compare")
     arguments = parser.parse_args()
     if arguments.case != "bust":
         run_bar(arguments.bar_cells, arguments.refine)

@@ -1,1 +1,1 @@
-//! Tests of supple's crates as their users see them: see `rust/` and `python/`.
+//! Tests of supple's crates through their public interfaces: see `rust/` and `python/`.

@@ -1,4 +1,4 @@
-//! Thin, branching shapes as cells: capsules that taper, stamped into a grid.
+//! Thin, branching shapes as cells: tapered capsules rasterised into a grid.
 
 use nalgebra::{Rotation3, Vector3};
 use supple::Lattice;
@@ -7,42 +7,42 @@ use super::bare;
 
 type Vec3 = Vector3<f64>;
 
-/// A shape whose bounding box is mostly empty. The unit of length is about its height.
+/// A shape whose bounding box is mostly empty. Its height is about 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
     /// A body with head, arms and legs.
     Limbs,
     /// A ball with forty spikes.
     Star,
-    /// A head with eight thin arms that wind.
+    /// A head with eight thin winding arms.
     Octopus,
 }
 
-/// A ball that moves along a line and changes its radius on the way.
+/// A tapered capsule: a ball swept along a segment with a linearly varying radius.
 struct Capsule {
     ends: [Vec3; 2],
     radii: [f64; 2],
 }
 
-/// How near to the wished number of vertices a lattice is to come.
-const MET: f64 = 0.01;
+/// Relative tolerance of the number of vertices of a lattice.
+const PRECISION: f64 = 0.01;
 
 impl Figure {
-    /// The lattice of the figure, with about `vertices` vertices.
+    /// Builds the lattice of the figure with `vertices` vertices, to 1 %.
     ///
     /// # Panics
     ///
-    /// If `vertices` is 0, or the memory is not there.
+    /// If `vertices` is 0, or the memory does not suffice.
     pub fn lattice(self, vertices: usize) -> Lattice {
         let capsules = self.capsules();
         let mut per_unit = (vertices as f64).cbrt();
         loop {
             let lattice = bare(&cells(&capsules, per_unit));
             let factor = vertices as f64 / lattice.len() as f64;
-            if (factor - 1.0).abs() <= MET {
+            if (factor - 1.0).abs() <= PRECISION {
                 return lattice;
             }
-            // Between the power of a solid and that of a sheet.
+            // The exponent is between that of a solid (1/3) and that of a sheet (1/2).
             per_unit *= factor.powf(0.4);
         }
     }
@@ -98,7 +98,7 @@ fn octopus() -> Vec<Capsule> {
             let along = joint as f64 / JOINTS as f64;
             let outward =
                 Rotation3::from_axis_angle(&Vec3::y_axis(), std::f64::consts::TAU * arm as f64 / ARMS as f64);
-            // It sways to the side and up, each arm a little differently.
+            // Sideways and upward sway, with a different phase for each arm.
             let sway = (7.0 * along + 0.8 * arm as f64).sin();
             let lift = (5.0 * along + 0.5 * arm as f64).cos();
             outward * Vec3::new(0.05 + 0.55 * along, 0.06 + 0.1 * along * lift, 0.12 * along * sway)
@@ -115,7 +115,7 @@ fn capsule(ends: [Vec3; 2], radii: [f64; 2]) -> Capsule {
     Capsule { ends, radii }
 }
 
-/// The cells whose centers lie in a capsule, `per_unit` cells to the unit of length.
+/// Returns the cells whose centers lie in a capsule, with `per_unit` cells per unit of length.
 fn cells(capsules: &[Capsule], per_unit: f64) -> Vec<[i32; 3]> {
     let mut cells: Vec<[i32; 3]> = capsules.iter().flat_map(|capsule| capsule.stamp(per_unit)).collect();
     cells.sort_unstable();
@@ -124,12 +124,13 @@ fn cells(capsules: &[Capsule], per_unit: f64) -> Vec<[i32; 3]> {
 }
 
 impl Capsule {
+    /// Returns the cells whose centers lie in the capsule.
     fn stamp(&self, per_unit: f64) -> Vec<[i32; 3]> {
         let [a, b] = self.ends.map(|end| end * per_unit);
-        // However thin, a chain of cells is left.
+        // A minimum radius of one cell keeps thin capsules connected.
         let radii = self.radii.map(|radius| (radius * per_unit).max(1.0));
-        let reach = Vec3::repeat(radii[0].max(radii[1]));
-        let (low, high) = (a.inf(&b) - reach, a.sup(&b) + reach);
+        let margin = Vec3::repeat(radii[0].max(radii[1]));
+        let (low, high) = (a.inf(&b) - margin, a.sup(&b) + margin);
         let range = |axis: usize| low[axis].floor() as i32..=high[axis].ceil() as i32;
         let axis = b - a;
         let inside = |cell: [i32; 3]| {
@@ -153,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_are_one_part_in_a_box_that_is_mostly_empty() {
+    fn figures_are_connected_and_fill_little_of_their_boxes() {
         for figure in [Figure::Limbs, Figure::Star, Figure::Octopus] {
             let lattice = figure.lattice(20_000);
             let extent = |axis: usize| {
@@ -161,7 +162,8 @@ mod tests {
                 f64::from(along().max().unwrap() - along().min().unwrap() + 1)
             };
             let share = lattice.len() as f64 / (extent(0) * extent(1) * extent(2));
-            assert!((lattice.len() as f64 / 20_000.0 - 1.0).abs() <= MET, "{figure:?}: {}", lattice.len());
+            let ratio = lattice.len() as f64 / 20_000.0;
+            assert!((ratio - 1.0).abs() <= PRECISION, "{figure:?}: {ratio}");
             assert_eq!(lattice.components().count, 1, "{figure:?}");
             assert!(share < 0.2, "{figure:?} fills {share} of its box");
         }

@@ -1,4 +1,4 @@
-//! Bodies to measure: all made by the benches themselves, but for the bust of the example scenes.
+//! Bodies to measure. All are generated except the bust of the example scenes.
 
 mod figures;
 mod statue;
@@ -11,11 +11,11 @@ use supple::{Body, BodyBuilder, Lattice, Mesh, Preservation, Simulation};
 pub use figures::Figure;
 pub use statue::Statue;
 
-/// A block of `size` lattice vertices along x, y and z, each at least 2; cells of edge 1.
+/// Builds a block of `size` lattice vertices along x, y and z (each at least 2) with cells of edge 1.
 ///
 /// # Panics
 ///
-/// If a size is below 2, or the memory is not there.
+/// If a size is below 2, or the memory does not suffice.
 pub fn block(size: [i32; 3]) -> Lattice {
     let [nx, ny, nz] = size.map(|vertices| vertices - 1);
     let cells: Vec<_> =
@@ -23,31 +23,32 @@ pub fn block(size: [i32; 3]) -> Lattice {
     bare(&cells)
 }
 
-/// The lattice of some cells of edge 1.
+/// Builds the lattice of cells of edge 1.
 fn bare(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).expect("cells make a lattice")
 }
 
-/// The mesh of the bust of the example scenes: 4,682 vertices.
+/// Reads the mesh of the bust of the example scenes: 4,682 vertices.
 ///
 /// # Panics
 ///
-/// If the example scenes are not there.
+/// If the example scenes are missing.
 pub fn bust() -> Mesh {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes/bust.obj");
     supple_io::obj::read(path).expect("the bust of the example scenes")
 }
 
-/// The lattice of the bust, with about `vertices` vertices.
+/// Builds the lattice of the bust with about `vertices` vertices.
 ///
 /// # Panics
 ///
-/// If the example scenes are not there.
+/// If the example scenes are missing.
 pub fn bust_lattice(vertices: usize) -> Lattice {
     Body::builder(bust()).lattice_vertices(vertices).build().expect("the bust is a body").lattice().clone()
 }
 
-/// Steps of one body and no look: without gravity, undamped, in motion, so that its rotations have something to do.
+/// Builds a simulation of one deformed body without gravity, damping and volume preservation. The deformation
+/// gives the rotations work.
 ///
 /// # Panics
 ///
@@ -56,7 +57,7 @@ pub fn in_motion(lattice: &Lattice, half_width: usize, threads: usize) -> Simula
     simulation([Body::from_lattice(lattice.clone()).half_width(half_width)], threads)
 }
 
-/// As [`in_motion`], of several bodies.
+/// Builds a simulation like [`in_motion`] with several bodies.
 ///
 /// # Panics
 ///
@@ -75,7 +76,7 @@ pub fn simulation(bodies: impl IntoIterator<Item = BodyBuilder>, threads: usize)
 ///
 /// # Panics
 ///
-/// Never: the positions are as many as there were.
+/// Never: the number of positions does not change.
 pub fn deform(body: &mut Body) {
     let positions: Vec<_> =
         body.positions().iter().map(|p| Point3::new(p.x + 0.2 * p.y, 1.1 * p.y, p.z - 0.1 * p.x)).collect();

@@ -1,28 +1,29 @@
-//! A closed, smooth surface with as many vertices as wished: a cube blown up to a ball and given a shape.
+//! A closed, smooth surface of any resolution: a cube mapped to a ball and then deformed.
 
 use std::fmt::Write;
 
 use nalgebra::Vector3;
 use supple::{Mesh, vertex_normals};
 
-/// A standing figure without limbs, about 2.4 high and 1 across.
+/// A standing figure without limbs, about 2.4 high and 1 wide.
 #[derive(Clone, Debug)]
 pub struct Statue {
     vertices: Vec<[f64; 3]>,
     faces: Vec<Vec<u32>>,
 }
 
-/// The six faces of a cube, as the axes that run along a row, from row to row, and outwards.
+/// Axes of the sides of a cube: along a row, across rows, and outward. Each entry is used for two opposite
+/// sides.
 const SIDES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
 
 impl Statue {
-    /// `6 n^2 + 2` vertices and `6 n^2` quads.
+    /// Creates a statue of `6 n^2 + 2` vertices and `6 n^2` quads.
     pub fn of_quads(n: usize) -> Self {
         let grid = Grid::new(n);
         Self { vertices: grid.vertices.into_iter().map(shape).collect(), faces: grid.quads }
     }
 
-    /// `6 n^2 + 2` vertices and `12 n^2` triangles.
+    /// Creates a statue of `6 n^2 + 2` vertices and `12 n^2` triangles.
     pub fn of_triangles(n: usize) -> Self {
         let mut statue = Self::of_quads(n);
         let halves = |quad: Vec<u32>| [vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]];
@@ -30,7 +31,7 @@ impl Statue {
         statue
     }
 
-    /// The mesh.
+    /// Returns the mesh.
     ///
     /// # Panics
     ///
@@ -39,7 +40,8 @@ impl Statue {
         Mesh::new(self.vertices.clone(), &self.faces).expect("a closed surface")
     }
 
-    /// The mesh as modelling programs write it: positions, texture coordinates, normals, six decimals.
+    /// Returns the mesh as an OBJ file in the usual form: positions, texture coordinates and normals with six
+    /// decimals.
     ///
     /// # Panics
     ///
@@ -74,29 +76,29 @@ impl Statue {
     }
 }
 
-/// The point of the statue on the ray through a point of the cube of edge 2 about the origin.
+/// Maps a point of the cube of edge 2 about the origin to the surface of the statue.
 fn shape(cube: [f64; 3]) -> [f64; 3] {
-    // Evenly spread angles: without this, the middle of a side would have much larger faces than its corners.
+    // Equal angles: otherwise the faces at the center of a side would be much larger than at its corners.
     let ball = Vector3::from(cube.map(|x| (x * std::f64::consts::FRAC_PI_4).tan())).normalize();
     let waist = 1.0 + 0.25 * (5.0 * ball.y).cos() + 0.06 * (9.0 * ball.x).sin() * (7.0 * ball.z).cos();
     [0.45 * waist * ball.x, 1.2 * ball.y + 1.2, 0.4 * waist * ball.z]
 }
 
-/// A cube of edge 2 about the origin, each side of `n` x `n` quads; sides share the vertices of their edges.
+/// A cube of edge 2 about the origin with `n` x `n` quads per side. Sides share the vertices on their edges.
 struct Grid {
     n: usize,
     vertices: Vec<[f64; 3]>,
-    /// For each place `(x, y, z)` of the surface, 0 to `n` along each axis, its vertex.
+    /// Vertex index of each grid point `(x, y, z)`, 0 to `n` along each axis; [`UNASSIGNED`] if it has none.
     numbers: Vec<u32>,
     quads: Vec<Vec<u32>>,
 }
 
-const NOWHERE: u32 = u32::MAX;
+const UNASSIGNED: u32 = u32::MAX;
 
 impl Grid {
     fn new(n: usize) -> Self {
-        let places = (n + 1).pow(3);
-        let mut grid = Self { n, vertices: Vec::new(), numbers: vec![NOWHERE; places], quads: Vec::new() };
+        let points = (n + 1).pow(3);
+        let mut grid = Self { n, vertices: Vec::new(), numbers: vec![UNASSIGNED; points], quads: Vec::new() };
         for axes in SIDES {
             for outer in [0, n] {
                 for row in 0..n {
@@ -109,7 +111,7 @@ impl Grid {
         grid
     }
 
-    /// The quad whose least corner lies in `column` and `row` of a side.
+    /// Adds the quad at `column` and `row` of a side.
     fn quad(&mut self, [along, across, outward]: [usize; 3], outer: usize, [column, row]: [usize; 2]) {
         let mut quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[right, up]| {
             let mut place = [0; 3];
@@ -125,10 +127,11 @@ impl Grid {
         self.quads.push(quad.to_vec());
     }
 
+    /// Returns the vertex of a grid point, and creates it if necessary.
     fn vertex(&mut self, place: [usize; 3]) -> u32 {
         let [x, y, z] = place;
         let number = &mut self.numbers[(z * (self.n + 1) + y) * (self.n + 1) + x];
-        if *number == NOWHERE {
+        if *number == UNASSIGNED {
             *number = self.vertices.len() as u32;
             self.vertices.push(place.map(|k| 2.0 * k as f64 / self.n as f64 - 1.0));
         }
@@ -141,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_statue_is_closed_and_reads_back() {
+    fn a_statue_is_closed_and_its_obj_file_is_read_correctly() {
         for (statue, faces) in [(Statue::of_quads(10), 600), (Statue::of_triangles(10), 1200)] {
             let mesh = statue.mesh();
             assert_eq!((mesh.vertices().len(), mesh.face_count()), (602, faces));

@@ -1,4 +1,4 @@
-//! What the memory gives: copy and triad over arrays far larger than the caches (McCalpin 1995, STREAM).
+//! Memory bandwidth: copy and triad over arrays much larger than the caches (McCalpin 1995, STREAM).
 
 use std::time::Duration;
 
@@ -6,21 +6,21 @@ use supple_benches::Target;
 
 use crate::measure::{Bench, Sampling, timed};
 
-/// Numbers in each of the three arrays: 128 MiB.
+/// Length of each of the three arrays, which have 128 MiB each.
 const LENGTH: usize = 32 << 20;
 
-/// Bytes that an iteration reads and writes, as STREAM counts them: those that a store fetches first are left out.
+/// Bytes read and written per iteration, as STREAM counts them: without write-allocate reads.
 const COPIED: usize = 2 * LENGTH * size_of::<f32>();
 const TRIAD: usize = 3 * LENGTH * size_of::<f32>();
 
-/// Bytes per second: the better of copy and triad.
+/// Bandwidth in bytes per second, the better of copy and triad.
 pub(crate) struct Bandwidth {
     one_thread: f64,
     two_threads: f64,
 }
 
 impl Bandwidth {
-    /// With one thread or two.
+    /// Returns the bandwidth with one or two threads.
     pub(crate) fn of(&self, threads: usize) -> f64 {
         if threads == 1 { self.one_thread } else { self.two_threads }
     }
@@ -57,7 +57,7 @@ pub(crate) fn bench(bench: &mut Bench) -> Option<Bandwidth> {
 }
 
 impl Arrays {
-    /// `count` passes of `pass` over the arrays, a part for each thread.
+    /// Times `count` passes over the arrays, split among the threads.
     fn each(&mut self, threads: usize, count: u64, pass: fn(&mut [f32], &[f32], &[f32])) -> Duration {
         let part = LENGTH.div_ceil(threads);
         timed(|| {

@@ -1,4 +1,4 @@
-//! Building what a run needs, once: the lattice of a large mesh, the body around it, the field of the correction.
+//! Building, which a run does once: the lattice of a large mesh, the body, the field of the correction.
 
 use supple::internals::{Correction, Embedding, Surface};
 use supple::{Body, Lattice, LatticeOptions, Mesh, Preservation, Resolution, VolumeMeasure};
@@ -34,7 +34,7 @@ pub(crate) fn bench(bench: &mut Bench) {
         let mesh = mesh();
         let lattice = lattice(&mesh);
         let embedding = Embedding::new(&lattice, mesh.vertices());
-        // Found once, kept with the mesh, and asked for by all that look at it.
+        // The topology is cached in the mesh; compute it outside the timing.
         mesh.topology();
         (mesh, lattice, embedding)
     };

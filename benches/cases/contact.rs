@@ -1,4 +1,4 @@
-//! What contact adds to a step: a fine mesh at rest on a plane, and one that falls and touches nothing.
+//! The cost of contact in a step: a fine mesh at rest on a plane, and one in free fall without contact.
 
 use supple::{Body, Collider, Mesh, Preservation, Simulation};
 use supple_benches::Target::AtMost;
@@ -6,9 +6,9 @@ use supple_benches::bodies::Statue;
 
 use crate::frame::{LATTICE_VERTICES, QUADS};
 use crate::measure::{Bench, Sampling};
-use crate::step::in_turn;
+use crate::step::interleaved;
 
-/// A second and a half, until the statue stands still.
+/// Steps until the statue is at rest: 1.5 s.
 const SETTLING: u64 = 180;
 
 pub(crate) fn bench(bench: &mut Bench) {
@@ -17,39 +17,44 @@ pub(crate) fn bench(bench: &mut Bench) {
     let simulation = |gravity: f64, ground: Option<f64>| stand(&mesh, gravity, ground);
 
     let pair = || {
-        // The statue stands on its foot, at a height of 0.
+        // The lowest point of the statue is at height 0.
         let mut resting = simulation(-9.81, Some(0.0));
         resting.steps(SETTLING);
         let mut floating = simulation(0.0, None);
-        let places = resting.body(0).positions();
-        floating.body_mut(0).set_positions(&places).expect("as many positions");
+        let positions = resting.body(0).positions();
+        floating.body_mut(0).set_positions(&positions).expect("one finite position per vertex");
         [resting, floating]
     };
-    let samples = bench.measure(["contact", "resting on a plane"], Sampling::Many, pair, in_turn);
+    let samples = bench.measure(["contact", "resting on a plane"], Sampling::Many, pair, interleaved);
     if let Some(samples) = samples {
-        let beside = beside(&samples, "without contact");
-        bench.row("resting on a plane", (samples.difference(0, 1) * 1e3, "ms"), Some(AtMost(0.10)), beside);
+        let comparison = comparison(&samples, "without contact");
+        bench.row(
+            "resting on a plane",
+            (samples.difference(0, 1) * 1e3, "ms"),
+            Some(AtMost(0.10)),
+            comparison,
+        );
     }
 
-    // So slow that it does not come near the ground in the longest run.
+    // Gravity is so small that the statue stays far from the ground in the longest run.
     let pair = || [simulation(-1e-3, Some(-1e9)), simulation(-1e-3, None)];
-    if let Some(samples) = bench.measure(["contact", "falling"], Sampling::Many, pair, in_turn) {
-        let beside = beside(&samples, "without a plane");
+    if let Some(samples) = bench.measure(["contact", "falling"], Sampling::Many, pair, interleaved) {
+        let comparison = comparison(&samples, "without a plane");
         bench.row(
             "falling, nothing touched",
             (samples.difference(0, 1) * 1e3, "ms"),
             Some(AtMost(0.01)),
-            beside,
+            comparison,
         );
     }
 }
 
-fn beside(samples: &crate::measure::Samples<2>, without: &str) -> String {
-    let [with, other] = [0, 1].map(|rival| samples.seconds(rival) * 1e3);
+fn comparison(samples: &crate::measure::Samples<2>, without: &str) -> String {
+    let [with, other] = [0, 1].map(|k| samples.seconds(k) * 1e3);
     format!("step: {with:.3} ms, {without}: {other:.3} ms")
 }
 
-/// The statue where it is, damped as things are that come to rest.
+/// Builds a simulation of the statue, with damping so that it comes to rest.
 fn stand(mesh: &Mesh, gravity: f64, ground: Option<f64>) -> Simulation {
     let body = Body::builder(mesh.clone())
         .lattice_vertices(LATTICE_VERTICES)

@@ -1,4 +1,4 @@
-//! Files: reading a large OBJ, and writing frames end to end with the simulation.
+//! Files: reading a large OBJ, and simulating and writing frames.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -19,21 +19,21 @@ pub(crate) fn bench(bench: &mut Bench) {
     writing(bench);
 }
 
-/// A folder that goes when it is done with, and a statue in it.
+/// A temporary folder with a statue.
 struct Folder {
     folder: TempDir,
-    /// Of the statue's file.
+    /// Size of the statue's file.
     bytes: usize,
 }
 
-/// Of the statue in its folder.
+/// Name of the statue's file.
 const FILE: &str = "statue.obj";
 
 impl Folder {
     fn with(statue: &Statue) -> Self {
         let folder = tempfile::tempdir().expect("a folder for temporary files");
         let text = statue.obj();
-        std::fs::write(folder.path().join(FILE), &text).expect("room for temporary files");
+        std::fs::write(folder.path().join(FILE), &text).expect("space for temporary files");
         Self { folder, bytes: text.len() }
     }
 
@@ -52,13 +52,15 @@ fn reading(bench: &mut Bench) {
     });
     if let Some(samples) = samples {
         let megabytes = bytes as f64 / 1e6;
-        let beside = format!("{megabytes:.1} MB in {:.2} s", samples.seconds(0));
-        bench.row("reading", (megabytes / samples.seconds(0), "MB/s"), Some(AtLeast(50.0)), beside);
+        let comparison = format!("{megabytes:.1} MB in {:.2} s", samples.seconds(0));
+        bench.row("reading", (megabytes / samples.seconds(0), "MB/s"), Some(AtLeast(50.0)), comparison);
     }
 }
 
 fn writing(bench: &mut Bench) {
-    bench.part("frames: 1,000 lattice vertices, 2 steps, mesh of 60,002 vertices, volume kept, two threads");
+    bench.part(
+        "frames: 1,000 lattice vertices, 2 steps, mesh of 60,002 vertices, with correction, two threads",
+    );
     for (format, frames, target) in [
         (Format::Obj, 40, Some(AtLeast(40.0))),
         (Format::Ply, 40, None),
@@ -69,48 +71,49 @@ fn writing(bench: &mut Bench) {
         let name = format!("write {frames} frames {format}");
         let samples = bench.measure(["files", &name], Sampling::Few, folder, |folder, n| {
             let time = (0..n).map(|_| run(folder.path(), format, frames)).sum();
-            written = bytes_a_frame(folder.path(), format);
+            written = bytes_per_frame(folder.path(), format);
             [time]
         });
         if let Some(samples) = samples {
             let seconds = samples.seconds(0) / f64::from(frames);
-            let beside = format!("{:.2} ms and {:.2} MB a frame", seconds * 1e3, written as f64 / 1e6);
+            let comparison = format!("{:.2} ms and {:.2} MB per frame", seconds * 1e3, written as f64 / 1e6);
             bench.row(
                 &format!("{format}, simulated and written"),
                 (1.0 / seconds, "frames/s"),
                 target,
-                beside,
+                comparison,
             );
         }
     }
 }
 
-/// From the first step to the last frame on disk.
+/// Runs a job and returns the time from the first step to the last frame on disk.
 fn run(folder: &Path, format: Format, frames: u32) -> Duration {
     let text = format!(
-        "[simulation]\nframes = {}\nsubsteps = 2\nthreads = 2\n\n[output]\nformat = \"{format}\"\n\n[[body]]\nname = \
-         \"statue\"\nmesh = \"{FILE}\"\nlattice_vertices = {LATTICE_VERTICES}\ndamping_rate = 4.0\nspin = [1, 0, 0]\n\n\
+        "[simulation]\nframes = {}\nsubsteps = 2\nthreads = 2\n\n[output]\nformat = \"{format}\"\n\n\
+         [[body]]\nname = \"statue\"\nmesh = \"{FILE}\"\nlattice_vertices = {LATTICE_VERTICES}\n\
+         region_damping_rate = 4.0\nspin = [1, 0, 0]\n\n\
          [[collider]]\nplane = {{ point = [0, -1, 0], normal = [0, 1, 0] }}\n",
-        // Frame 0 is one of them.
+        // Frame 0 counts as a frame.
         frames - 1
     );
     let scene = Scene::parse(&text, "bench.toml", folder, &[]).expect("a scene");
-    let mut watch = Watch(None);
-    Job::new(scene, folder.join("frames")).run(&mut watch).expect("room for frames");
-    watch.0.map_or(Duration::ZERO, |start| start.elapsed())
+    let mut start_time = StartTime(None);
+    Job::new(scene, folder.join("frames")).run(&mut start_time).expect("space for frames");
+    start_time.0.map_or(Duration::ZERO, |start| start.elapsed())
 }
 
-/// Notes when the meshes are read and the bodies are built.
-struct Watch(Option<Instant>);
+/// Records the time when the meshes are read and the bodies are built.
+struct StartTime(Option<Instant>);
 
-impl Observer for Watch {
+impl Observer for StartTime {
     fn started(&mut self, _: u32, _: u32) {
         self.0 = Some(Instant::now());
     }
 }
 
-/// Of the first file; a point cache holds the points of each frame.
-fn bytes_a_frame(folder: &Path, format: Format) -> u64 {
+/// Returns the bytes per frame: the size of the first file; for a point cache, 12 bytes per point.
+fn bytes_per_frame(folder: &Path, format: Format) -> u64 {
     let frame = |name: &str| std::fs::metadata(folder.join("frames").join(name)).map_or(0, |file| file.len());
     match format {
         Format::Pc2 => 12 * (6 * QUADS * QUADS + 2) as u64,

@@ -1,7 +1,7 @@
-//! All benches, and after them one table: what was measured, what it is to be, what it was measured beside.
+//! Runs all benchmarks and prints one table: measured figures, targets and comparisons.
 //!
-//! `cargo bench` runs everything, `cargo bench -- frame` what has "frame" in its name, `cargo bench -- --test`
-//! every case once and without a table.
+//! `cargo bench` runs all cases, `cargo bench -- frame` the cases with "frame" in their names, and
+//! `cargo bench -- --test` every case once without a table.
 
 mod bandwidth;
 mod build;

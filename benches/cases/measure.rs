@@ -1,4 +1,4 @@
-//! Timing with criterion, and what the table takes from it: medians, and ratios of rivals that took turns.
+//! Timing with criterion. The table contains medians, and ratios of variants that are timed alternately.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -7,12 +7,12 @@ use criterion::{Criterion, SamplingMode};
 use supple::{Simulation, simd_level};
 use supple_benches::{Row, Table, Target};
 
-/// How much of its time a case gets.
+/// Number of samples of a case.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Sampling {
-    /// Below some milliseconds.
+    /// 30 samples, for cases of up to some milliseconds.
     Many,
-    /// Tens of milliseconds and more.
+    /// 10 samples, for cases of tens of milliseconds and more.
     Few,
 }
 
@@ -25,23 +25,25 @@ impl Sampling {
     }
 }
 
-/// Seconds that an iteration of each of `N` rivals took, sample by sample: those of a sample took turns.
+/// Seconds per iteration of each of `N` variants, one entry per sample. Within a sample the variants run one
+/// after the other.
 pub(crate) struct Samples<const N: usize>(Vec<[f64; N]>);
 
 impl<const N: usize> Samples<N> {
-    /// The median of a rival, in seconds.
-    pub(crate) fn seconds(&self, rival: usize) -> f64 {
-        self.median(|sample| sample[rival])
+    /// Returns the median time of a variant, in seconds.
+    pub(crate) fn seconds(&self, variant: usize) -> f64 {
+        self.median(|sample| sample[variant])
     }
 
-    /// How many times as long as `other` a rival took: the median of the samples' ratios.
-    pub(crate) fn ratio(&self, rival: usize, other: usize) -> f64 {
-        self.median(|sample| sample[rival] / sample[other])
+    /// Returns the median over the samples of the ratio of a variant's time to `other`'s.
+    pub(crate) fn ratio(&self, variant: usize, other: usize) -> f64 {
+        self.median(|sample| sample[variant] / sample[other])
     }
 
-    /// How many seconds longer than `other` a rival took: the median of the samples' differences.
-    pub(crate) fn difference(&self, rival: usize, other: usize) -> f64 {
-        self.median(|sample| sample[rival] - sample[other])
+    /// Returns the median over the samples of the difference between a variant's time and `other`'s, in
+    /// seconds.
+    pub(crate) fn difference(&self, variant: usize, other: usize) -> f64 {
+        self.median(|sample| sample[variant] - sample[other])
     }
 
     fn median(&self, value: impl Fn(&[f64; N]) -> f64) -> f64 {
@@ -52,14 +54,14 @@ impl<const N: usize> Samples<N> {
     }
 }
 
-/// Criterion, and the table of what it measured.
+/// Criterion and the table of results.
 pub(crate) struct Bench {
     criterion: Criterion,
     table: Table,
 }
 
 impl Bench {
-    /// As the arguments of the program ask for.
+    /// Creates a benchmark run from the arguments of the program.
     pub(crate) fn from_arguments() -> Self {
         Self {
             criterion: Criterion::default().without_plots().configure_from_args(),
@@ -67,10 +69,10 @@ impl Bench {
         }
     }
 
-    /// Measures the case `group/name`; `None` if the filter leaves it out.
+    /// Measures the case `group/name`. Returns `None` if the filter excludes it.
     ///
-    /// `work(state, n)` does `n` iterations of each of `N` rivals, one rival after the other, and says how long each
-    /// took. Criterion reports the first of them.
+    /// `work(state, n)` does `n` iterations of each of `N` variants, one variant after the other, and returns
+    /// the time of each. Criterion reports the first variant.
     pub(crate) fn measure<S, const N: usize>(
         &mut self,
         [group, name]: [&str; 2],
@@ -95,7 +97,7 @@ impl Bench {
             });
         });
         group.finish();
-        // Before them it was warmed up.
+        // The samples before these belong to the warm-up.
         samples.drain(..samples.len().saturating_sub(sampling.samples()));
         (!samples.is_empty()).then_some(Samples(samples))
     }
@@ -111,37 +113,37 @@ impl Bench {
         case: &str,
         (measured, unit): (f64, &'static str),
         target: Option<Target>,
-        beside: impl Into<String>,
+        comparison: impl Into<String>,
     ) {
-        self.table.row(Row { case: case.to_owned(), measured, unit, target, beside: beside.into() });
+        self.table.row(Row { case: case.to_owned(), measured, unit, target, comparison: comparison.into() });
     }
 
-    /// Prints the table, unless every case ran but once.
+    /// Prints the table, unless `--test` ran every case only once.
     pub(crate) fn finish(self) {
         let text = format!("\n{}, {}\n\n{}", processor(), simd_level(), self.table);
         if self.table.rows().next().is_some() && !std::env::args().any(|argument| argument == "--test") {
-            // A reader that has gone away needs no table.
+            // A closed pipe is not an error.
             let _ = std::io::stdout().write_all(text.as_bytes());
         }
     }
 }
 
-/// The machine by its processor, where the system tells.
+/// Returns the model of the processor (the architecture if it is unknown) and the number of threads.
 fn processor() -> String {
-    let facts = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = facts.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let threads = std::thread::available_parallelism().map_or(1, |count| count.get());
     format!("{} x {threads}", model.map_or(std::env::consts::ARCH, |(_, name)| name.trim()))
 }
 
-/// How long something takes.
+/// Returns the run time of `work`.
 pub(crate) fn timed<R>(work: impl FnOnce() -> R) -> Duration {
     let start = Instant::now();
     std::hint::black_box(work());
     start.elapsed()
 }
 
-/// How long `count` steps take. Entering a pool of threads has a price: once for all of them, as in a run.
+/// Returns the time of `count` steps. The thread pool is entered once for all steps, as in a run.
 pub(crate) fn steps(simulation: &mut Simulation, count: u64) -> Duration {
     timed(|| simulation.steps(count))
 }

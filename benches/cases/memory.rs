@@ -1,11 +1,11 @@
-//! Bytes that are allocated, counted while somebody asks.
+//! A global allocator that counts allocated bytes on demand.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering};
 
 struct Counting;
 
-/// Off while anything is timed.
+/// Whether allocations are counted; off during timing.
 static COUNTS: AtomicBool = AtomicBool::new(false);
 static BYTES: AtomicIsize = AtomicIsize::new(0);
 
@@ -15,8 +15,8 @@ fn count(bytes: isize) {
     }
 }
 
-#[allow(unsafe_code, reason = "a global allocator cannot be had without")]
-// SAFETY: all calls are handed on to the system's allocator as they come.
+#[allow(unsafe_code, reason = "a global allocator requires unsafe code")]
+// SAFETY: all calls are forwarded unchanged to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as isize);
@@ -42,8 +42,8 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// What `work` makes, and the bytes that it left allocated: those of what it made.
-pub(crate) fn held_by<R>(work: impl FnOnce() -> R) -> (R, usize) {
+/// Returns the result of `work` and the bytes that remain allocated for it.
+pub(crate) fn allocated_by<R>(work: impl FnOnce() -> R) -> (R, usize) {
     BYTES.store(0, Ordering::Relaxed);
     COUNTS.store(true, Ordering::Relaxed);
     let made = work();

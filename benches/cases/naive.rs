@@ -1,4 +1,4 @@
-//! The step beside the naive method: explicit sums over each region, in f64, on one thread.
+//! The step compared with the naive method: explicit sums over each region, in f64, on one thread.
 
 use nalgebra::Vector3;
 use supple::reference::{self, Naive, Regions};
@@ -8,7 +8,7 @@ use supple_benches::bodies::{block, deform, in_motion};
 
 use crate::measure::{Bench, Sampling, steps, timed};
 
-/// Steps beside one evaluation of the naive sums.
+/// Number of steps timed per evaluation of the naive sums.
 const STEPS: u32 = 50;
 
 pub(crate) fn bench(bench: &mut Bench) {
@@ -35,16 +35,16 @@ pub(crate) fn bench(bench: &mut Bench) {
             continue;
         };
         let times: [f64; 3] = std::array::from_fn(|k| samples.seconds(k) * 1e9 / lattice.len() as f64);
-        // The target is that of the reference; the lists are there to say what of it is the look-up.
+        // The target applies to the reference. The listed regions show the cost of its region search.
         let cases = [("`supple::reference`", target), ("the same with its regions listed beforehand", None)];
-        for (rival, (case, target)) in cases.into_iter().enumerate() {
-            let beside =
-                format!("goals alone: {:.0} ns, full step: {:.1} ns a vertex", times[rival], times[2]);
+        for (variant, (case, target)) in cases.into_iter().enumerate() {
+            let comparison =
+                format!("goals alone: {:.0} ns, full step: {:.1} ns per vertex", times[variant], times[2]);
             bench.row(
                 &format!("w = {half_width}, {case}"),
-                (samples.ratio(rival, 2), "times"),
+                (samples.ratio(variant, 2), "times"),
                 target,
-                beside,
+                comparison,
             );
         }
     }

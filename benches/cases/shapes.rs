@@ -1,10 +1,10 @@
-//! Real, thin and branching shapes beside a solid block: time per lattice vertex.
+//! Time per lattice vertex of real, thin and branching shapes, relative to a solid block.
 
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Figure, block, bust_lattice, in_motion};
 
 use crate::measure::{Bench, Sampling};
-use crate::step::{MIDDLE, in_turn};
+use crate::step::{MIDDLE, interleaved};
 
 const VERTICES: usize = 100_000;
 
@@ -16,20 +16,21 @@ pub(crate) fn bench(bench: &mut Bench) {
         ("spiky star", 1.8, &|| Figure::Star.lattice(VERTICES)),
         ("octopus", 1.8, &|| Figure::Octopus.lattice(VERTICES)),
     ];
-    for (name, most, shape) in shapes {
+    for (name, limit, shape) in shapes {
         let lattices = [shape(), block(MIDDLE)];
         for half_width in [1, 3] {
             for threads in [1, 2] {
                 let pair = || lattices.each_ref().map(|lattice| in_motion(lattice, half_width, threads));
                 let case = format!("{name}, w = {half_width}, threads: {threads}");
-                let Some(samples) = bench.measure(["shapes", &case], Sampling::Many, pair, in_turn) else {
+                let Some(samples) = bench.measure(["shapes", &case], Sampling::Many, pair, interleaved)
+                else {
                     continue;
                 };
                 let counts = lattices.each_ref().map(|lattice| lattice.len() as f64);
-                let [own, of_block] = [0, 1].map(|rival| samples.seconds(rival) * 1e9 / counts[rival]);
+                let [own, of_block] = [0, 1].map(|k| samples.seconds(k) * 1e9 / counts[k]);
                 let ratio = samples.ratio(0, 1) * counts[1] / counts[0];
-                let beside = format!("{own:.1} ns, block: {of_block:.1} ns");
-                bench.row(&case, (ratio, "times"), Some(AtMost(most)), beside);
+                let comparison = format!("{own:.1} ns, block: {of_block:.1} ns");
+                bench.row(&case, (ratio, "times"), Some(AtMost(limit)), comparison);
             }
         }
     }

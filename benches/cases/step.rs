@@ -1,4 +1,4 @@
-//! The full step of solid blocks: matching, links, momentum tracker, integration. Nothing is shown.
+//! The full step of solid blocks: matching, links, momentum tracker, integration; without evaluation.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use supple_benches::bodies::{self, block, bust_lattice, in_motion};
 
 use crate::bandwidth::Bandwidth;
 use crate::measure::{Bench, Sampling, steps};
-use crate::memory::held_by;
+use crate::memory::allocated_by;
 
 const LARGE: [i32; 3] = [100, 100, 100];
 /// 97,336 lattice vertices.
@@ -22,7 +22,7 @@ pub(crate) fn bench(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     many(bench);
 }
 
-/// A million lattice vertices: time, memory, and what the memory lets one expect.
+/// Measures a million lattice vertices: time, memory, and the bandwidth limit.
 fn large(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     bench.part("solid block, 1,000,000 lattice vertices, full step");
     let lattice = block(LARGE);
@@ -30,40 +30,40 @@ fn large(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     let per_vertex = 1e9 / lattice.len() as f64;
 
     let pair = || [two(2), in_motion(&lattice, 2, 1)];
-    if let Some(samples) = bench.measure(["step 1,000,000", "w=2"], Sampling::Few, pair, in_turn) {
-        let [both, one] = [0, 1].map(|rival| samples.seconds(rival) * per_vertex);
-        let beside = format!("one thread: {one:.1} ns");
-        bench.row("w = 2, two threads", (both, "ns/vertex"), Some(AtMost(22.0)), beside);
-        let beside = format!("{one:.1} ns, {both:.1} ns");
+    if let Some(samples) = bench.measure(["step 1,000,000", "w=2"], Sampling::Few, pair, interleaved) {
+        let [both, one] = [0, 1].map(|k| samples.seconds(k) * per_vertex);
+        let comparison = format!("one thread: {one:.1} ns");
+        bench.row("w = 2, two threads", (both, "ns/vertex"), Some(AtMost(22.0)), comparison);
+        let comparison = format!("{one:.1} ns, {both:.1} ns");
         bench.row(
             "w = 2, two threads against one",
             (samples.ratio(1, 0), "times"),
             Some(AtLeast(1.7)),
-            beside,
+            comparison,
         );
         let simulation = two(2);
         roofline(bench, &simulation, bandwidth, [(1, one), (2, both)]);
         drop(simulation);
-        memory(bench, "memory in all", Some(AtMost(200.0)), || {
+        memory(bench, "total memory", Some(AtMost(200.0)), || {
             let mut simulation = two(2);
             simulation.step();
             (simulation, Display::new())
         });
-        memory(bench, "memory with the volume kept, after a display", None, || displayed(&lattice));
+        memory(bench, "total memory with volume preservation and display", None, || displayed(&lattice));
     }
-    for (half_width, most) in [(8, 1.5), (16, 2.0)] {
+    for (half_width, limit) in [(8, 1.5), (16, 2.0)] {
         let pair = || [two(half_width), two(2)];
         let name = format!("w={half_width}");
-        if let Some(samples) = bench.measure(["step 1,000,000", &name], Sampling::Few, pair, in_turn) {
-            let [wide, narrow] = [0, 1].map(|rival| samples.seconds(rival) * per_vertex);
+        if let Some(samples) = bench.measure(["step 1,000,000", &name], Sampling::Few, pair, interleaved) {
+            let [wide, narrow] = [0, 1].map(|k| samples.seconds(k) * per_vertex);
             let case = format!("w = {half_width} against w = 2, two threads");
-            let beside = format!("{wide:.1} ns, {narrow:.1} ns");
-            bench.row(&case, (samples.ratio(0, 1), "times"), Some(AtMost(most)), beside);
+            let comparison = format!("{wide:.1} ns, {narrow:.1} ns");
+            bench.row(&case, (samples.ratio(0, 1), "times"), Some(AtMost(limit)), comparison);
         }
     }
 }
 
-/// What a step holds must be read once at least, and its state be written: the least that moves.
+/// Adds the memory traffic limit: a step must at minimum read all its buffers once and write its state once.
 fn roofline(
     bench: &mut Bench,
     simulation: &Simulation,
@@ -75,34 +75,34 @@ fn roofline(
     let bytes = (2 * body.state_bytes + stages().map(|stage| stage.bytes).sum::<usize>()) as f64;
     let bytes = bytes / simulation.body(0).lattice().len() as f64;
     bench.row(
-        "least that a step moves",
+        "minimum memory traffic of a step",
         (bytes, "bytes/vertex"),
         None,
-        "all buffers once in, the state once out",
+        "all buffers read once, the state written once",
     );
     let Some(bandwidth) = bandwidth else { return };
     for (threads, nanoseconds) in measured {
-        let least = bytes / bandwidth.of(threads) * 1e9;
-        let case = format!("share of the memory's bandwidth, threads: {threads}");
-        bench.row(&case, (100.0 * least / nanoseconds, "%"), None, format!("least: {least:.1} ns"));
+        let minimum = bytes / bandwidth.of(threads) * 1e9;
+        let case = format!("share of the memory bandwidth, threads: {threads}");
+        bench.row(&case, (100.0 * minimum / nanoseconds, "%"), None, format!("minimum: {minimum:.1} ns"));
     }
 }
 
-/// What a body and its display take in all, as allocated, beside what they say.
+/// Adds the allocated bytes of a body and its display, compared with the bytes that they report.
 fn memory(
     bench: &mut Bench,
     case: &str,
     target: Option<Target>,
     simulation: impl FnOnce() -> (Simulation, Display),
 ) {
-    let ((simulation, display), bytes) = held_by(simulation);
+    let ((simulation, display), bytes) = allocated_by(simulation);
     let lattice = simulation.body(0).lattice();
-    let told = simulation.plan().bodies[0].bytes() + display.bytes();
-    let [bytes, told] = [bytes, told].map(|bytes| bytes as f64 / lattice.len() as f64);
-    bench.row(case, (bytes, "bytes/vertex"), target, format!("the plan and the display say {told:.0}"));
+    let reported = simulation.plan().bodies[0].bytes() + display.bytes();
+    let [bytes, reported] = [bytes, reported].map(|bytes| bytes as f64 / lattice.len() as f64);
+    bench.row(case, (bytes, "bytes/vertex"), target, format!("plan and display report {reported:.0}"));
 }
 
-/// As [`in_motion`], with the volume kept, after a step and a display.
+/// Builds a simulation with volume preservation, and runs one step and one evaluation.
 fn displayed(lattice: &Lattice) -> (Simulation, Display) {
     let body = Body::from_lattice(lattice.clone()).build().expect("a block is a body");
     let mut simulation = Simulation::builder().body(body).build().expect("numbers in range");
@@ -118,12 +118,12 @@ fn middle(bench: &mut Bench) {
     for (half_width, targets) in [(1, [22.0, 12.0]), (3, [30.0, 17.0])] {
         let pair = || [in_motion(&lattice, half_width, 1), in_motion(&lattice, half_width, 2)];
         let name = format!("w={half_width}");
-        let Some(samples) = bench.measure(["step 100,000", &name], Sampling::Many, pair, in_turn) else {
+        let Some(samples) = bench.measure(["step 100,000", &name], Sampling::Many, pair, interleaved) else {
             continue;
         };
-        let times = [0, 1].map(|rival| samples.seconds(rival) * 1e9 / lattice.len() as f64);
+        let times = [0, 1].map(|k| samples.seconds(k) * 1e9 / lattice.len() as f64);
         for (threads, word) in [(1, "one thread"), (2, "two threads")] {
-            let other = format!("the other: {:.1} ns", times[2 - threads]);
+            let other = format!("other thread count: {:.1} ns", times[2 - threads]);
             let target = Some(AtMost(targets[threads - 1]));
             bench.row(&format!("w = {half_width}, {word}"), (times[threads - 1], "ns/vertex"), target, other);
         }
@@ -139,8 +139,8 @@ fn small(bench: &mut Bench) {
         let once = |simulation: &mut Simulation, n| [steps(simulation, n)];
         if let Some(samples) = bench.measure(["step 1,000", name], Sampling::Many, simulation, once) {
             let case = format!("{name}: {} vertices", lattice.len());
-            let beside = format!("{:.1} ns/vertex", samples.seconds(0) * 1e9 / lattice.len() as f64);
-            bench.row(&case, (samples.seconds(0) * 1e6, "us"), Some(AtMost(40.0)), beside);
+            let comparison = format!("{:.1} ns/vertex", samples.seconds(0) * 1e9 / lattice.len() as f64);
+            bench.row(&case, (samples.seconds(0) * 1e6, "us"), Some(AtMost(40.0)), comparison);
         }
     }
 }
@@ -153,14 +153,14 @@ fn many(bench: &mut Bench) {
         bodies::simulation((0..BODIES).map(|_| Body::from_lattice(lattice.clone()).half_width(2)), threads)
     };
     let pair = || [bodies(2), bodies(1)];
-    if let Some(samples) = bench.measure(["step 100 x 1,000", "w=2"], Sampling::Many, pair, in_turn) {
-        let [both, one] = [0, 1].map(|rival| samples.seconds(rival) * 1e9 / (BODIES * lattice.len()) as f64);
-        let beside = format!("one thread: {one:.1} ns");
-        bench.row("two threads", (both, "ns/vertex"), Some(AtMost(25.0)), beside);
+    if let Some(samples) = bench.measure(["step 100 x 1,000", "w=2"], Sampling::Many, pair, interleaved) {
+        let [both, one] = [0, 1].map(|k| samples.seconds(k) * 1e9 / (BODIES * lattice.len()) as f64);
+        let comparison = format!("one thread: {one:.1} ns");
+        bench.row("two threads", (both, "ns/vertex"), Some(AtMost(25.0)), comparison);
     }
 }
 
-/// So many steps of one simulation, and as many of the other.
-pub(crate) fn in_turn(pair: &mut [Simulation; 2], count: u64) -> [Duration; 2] {
+/// Times `count` steps of each of two simulations, one after the other.
+pub(crate) fn interleaved(pair: &mut [Simulation; 2], count: u64) -> [Duration; 2] {
     pair.each_mut().map(|simulation| steps(simulation, count))
 }

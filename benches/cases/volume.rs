@@ -1,4 +1,4 @@
-//! What each measure, scope and field of the volume correction costs, beside the plain step.
+//! The cost of each measure, scope and field of the volume correction, compared with the plain step.
 
 use supple::internals::{Correction, Embedding, Surface};
 use supple::{
@@ -7,7 +7,7 @@ use supple::{
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
 
-use crate::frame::{CORRECTION, QUADS, STEP, Shown};
+use crate::frame::{CORRECTION, Displayed, QUADS, STEP};
 use crate::measure::{Bench, Sampling, timed};
 
 const LATTICE_VERTICES: [usize; 2] = [1000, 100_000];
@@ -26,20 +26,20 @@ pub(crate) fn bench(bench: &mut Bench) {
     }
 }
 
-/// A look costs the same with each field; the scopes differ.
+/// Measures an evaluation with both scopes; its cost does not depend on the field.
 fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
     let pair = || {
         [VolumeScope::Global, VolumeScope::Regional].map(|scope| {
             let measure = Preservation::By(measure);
-            Shown::new(VolumeOptions { measure, scope, ..VolumeOptions::default() }, vertices)
+            Displayed::new(VolumeOptions { measure, scope, ..VolumeOptions::default() }, vertices)
         })
     };
-    let looks = |[global, regional]: &mut [Shown; 2], n| {
+    let frames = |[global, regional]: &mut [Displayed; 2], n| {
         let (global, regional) = (global.frames(n), regional.frames(n));
         [global[CORRECTION], regional[CORRECTION], global[STEP]]
     };
     let name = format!("{measure} {vertices}");
-    let Some(samples) = bench.measure(["volume", &name], Sampling::Many, pair, looks) else { return };
+    let Some(samples) = bench.measure(["volume", &name], Sampling::Many, pair, frames) else { return };
     let step = format!("plain step: {:.3} ms", samples.seconds(2) * 1e3);
     bench.row(&format!("`{measure}`, global"), (samples.seconds(0) * 1e3, "ms"), None, step);
     let regional = format!("{:.3} ms", samples.seconds(1) * 1e3);
@@ -47,7 +47,7 @@ fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
     bench.row(&row, (samples.ratio(1, 0), "times"), Some(AtMost(2.0)), regional);
 }
 
-/// A field is found once, where the body is built.
+/// Measures the construction of a field, which happens once per body.
 fn build(bench: &mut Bench, vertices: usize, field: FieldKind) {
     let built = || {
         let mesh = Statue::of_quads(QUADS).mesh();

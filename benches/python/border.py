@@ -1,9 +1,9 @@
-"""What crossing the border between Python and Rust costs, beside numpy.
+"""Measures the overhead of calls from Python to Rust, compared with numpy.
 
 python benches/python/border.py [--quick]
 
-Each row is the median of many calls within one run; rivals are timed in turn with what they rival, so that what else
-the machine does hits both. `--quick` calls everything once or twice, to see that it runs.
+Each row is the median of many calls within one run. Compared functions are called alternately, so that other load on
+the machine affects all of them. `--quick` makes only one or two calls of each, as a smoke test.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Floats = NDArray[np.floating]
 def main() -> None:
     """Prints a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="everything once or twice")
+    parser.add_argument("--quick", action="store_true", help="make only one or two calls of each function")
     quick = parser.parse_args().quick
     print(f"{platform.machine()}, {supple.simd_level()}, Python {platform.python_version()}, numpy {np.__version__}")
     step(quick)
@@ -39,51 +39,51 @@ def main() -> None:
 
 
 def step(quick: bool) -> None:
-    """Steps: many calls of one, and one call of many. A single cell shows best what a call adds."""
+    """Times many calls of one step, and one call of many. The overhead of a call is clearest for a single cell."""
     for sides in (1, 9):
         body = supple.Body(supple.Lattice.from_cells(np.ones((sides, sides, sides), dtype=bool)), spin=(0, 0, 1))
         sim = supple.Simulation([body], gravity=(0, 0, 0), threads=1)
         count = 2 if quick else 500
         calls = [partial(step_by_step, sim, count), partial(sim.step, count)]
-        alone, together = (seconds / count for seconds in in_turn(calls, 2 if quick else 41))
+        alone, together = (seconds / count for seconds in alternately(calls, 2 if quick else 41))
         row(f"step of {len(body)} lattice vertices, called from Python", alone)
-        row("the same within one call, as Rust steps", together)
-        row("what a call adds (asked for: 10 us)", alone - together)
+        row("the same within one call, in Rust", together)
+        row("overhead of a call (target: at most 10 us)", alone - together)
 
 
 def step_by_step(sim: supple.Simulation, count: int) -> None:
-    """As many calls as steps."""
+    """Makes one call per step."""
     for _ in range(count):
         sim.step()
 
 
 def surface(quick: bool) -> None:
-    """A look at 60,000 mesh vertices: into `out=`, as a new array, in Rust; a copy, and a mesh update by numpy."""
+    """Times the surface of 60,000 vertices: into `out=`, as a new array, in Rust; a copy and an update in numpy."""
     mesh = globe(20 if quick else 245)
     with tempfile.TemporaryDirectory() as folder:
-        rust = rust_look(mesh, Path(folder), 2 if quick else 60)
+        rust = rust_evaluation(mesh, Path(folder), 2 if quick else 60)
     body = supple.Body(mesh, lattice_vertices=1000, name="globe", spin=(0, 0, 1))
     sim = supple.Simulation([body], gravity=(0, 0, 0))
     sim.step(10)
     out = np.empty(mesh.vertices.shape, dtype=np.float32)
     source = out.copy()
     embedding = Embedding(body)
-    looks: list[Callable[[], object]] = [
+    calls: list[Callable[[], object]] = [
         lambda: body.surface(out=out),
         body.surface,
         lambda: np.copyto(out, source),
         embedding.surface,
     ]
-    into, new, copy, numpy = in_turn(looks, 2 if quick else 201)
-    row(f"surface(out=) of {len(mesh.vertices)} vertices, float32, volume kept", into)
-    row("the same look within a run, from Rust alone", rust)
+    into, new, copy, numpy = alternately(calls, 2 if quick else 201)
+    row(f"surface(out=) of {len(mesh.vertices)} vertices, float32, volume preserved", into)
+    row("the same evaluation within a run, in Rust alone", rust)
     row("a numpy copy of that size", copy)
     row("surface(): a new float64 array", new)
     row("mesh update by numpy, float32, no volume correction", numpy)
 
 
 def rotations(quick: bool) -> None:
-    """The rotation factor of matrices, beside numpy's singular value decomposition."""
+    """Times the rotation factors of matrices, compared with numpy's singular value decomposition."""
     matrices = np.random.default_rng(0).normal(size=(100 if quick else 20_000, 3, 3))
 
     def by_numpy() -> Floats:
@@ -92,44 +92,44 @@ def rotations(quick: bool) -> None:
         rotations: Floats = u @ vt
         return rotations
 
-    own, numpy = in_turn([lambda: supple.rotations(matrices), by_numpy], 2 if quick else 21)
-    row(f"rotations of {len(matrices)} matrices", own)
+    rust, numpy = alternately([lambda: supple.rotations(matrices), by_numpy], 2 if quick else 21)
+    row(f"rotations of {len(matrices)} matrices", rust)
     row("the same by numpy.linalg.svd", numpy)
 
 
-def in_turn(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]:
-    """The median seconds of each of some calls, made in turn; each a second time at once, so that caches are warm."""
+def alternately(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]:
+    """Returns the median seconds of alternating calls. Each call follows an untimed one that warms the caches."""
     times: list[list[float]] = [[] for _ in calls]
     for _ in range(rounds):
-        for call, own in zip(calls, times, strict=True):
+        for call, samples in zip(calls, times, strict=True):
             call()
             start = time.perf_counter()
             call()
-            own.append(time.perf_counter() - start)
-    return [statistics.median(own) for own in times]
+            samples.append(time.perf_counter() - start)
+    return [statistics.median(samples) for samples in times]
 
 
 def row(name: str, seconds: float) -> None:
-    """A line of the table."""
+    """Prints a line of the table."""
     print(f"{name:<66} {1e6 * seconds:10.1f} us")
 
 
 def globe(sides: int) -> supple.Mesh:
-    """A ball of (sides + 1) x sides vertices, closed at its poles."""
+    """Returns a ball of (sides + 1) x sides vertices, closed at its poles."""
     polar, around = np.linspace(0, np.pi, sides + 1), np.arange(sides) * 2 * np.pi / sides
     sin, cos = np.sin(polar)[:, None], np.cos(polar)[:, None]
-    # The poles to the last bit, so that their vertices are one.
+    # Exact zeros, so that all vertices of a pole coincide.
     sin[[0, -1]] = 0
     ones = np.ones_like(around)
     points = np.stack([sin * np.cos(around), sin * np.sin(around), cos * ones], axis=-1).reshape(-1, 3)
     ring, place = (index.ravel() for index in np.meshgrid(np.arange(sides), np.arange(sides), indexing="ij"))
-    beside = (place + 1) % sides
-    a, b = ring * sides + place, ring * sides + beside
+    following = (place + 1) % sides
+    a, b = ring * sides + place, ring * sides + following
     return supple.Mesh(points, np.stack([a, a + sides, b + sides, b], axis=1))
 
 
-def rust_look(mesh: supple.Mesh, folder: Path, frames: int) -> float:
-    """Median seconds of a look as a run's statistics have it: volume correction and mesh update, float32."""
+def rust_evaluation(mesh: supple.Mesh, folder: Path, frames: int) -> float:
+    """Returns the median seconds of volume correction and mesh update in a run, from its statistics."""
     vertices = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist())
     faces = "".join(f"f {a} {b} {c}\n" for a, b, c in (mesh.faces + 1).tolist())
     (folder / "globe.obj").write_text(vertices + faces)
@@ -153,10 +153,10 @@ def rust_look(mesh: supple.Mesh, folder: Path, frames: int) -> float:
 
 
 class Embedding:
-    """Where the vertices of a mesh lie in the cells of a lattice, and their mesh update, in numpy."""
+    """Cells and trilinear weights of mesh vertices in a lattice, and the mesh update in numpy."""
 
     def __init__(self, body: supple.Body) -> None:
-        """Finds cells and weights at rest."""
+        """Computes cells and weights in the rest pose."""
         mesh, lattice = body.mesh, body.lattice
         assert mesh is not None
         inside = (mesh.vertices - lattice.origin) / lattice.cell_size
@@ -164,7 +164,7 @@ class Embedding:
         cells = np.clip(np.floor(inside).astype(int), low, high)
         number = {tuple(index): vertex for vertex, index in enumerate(lattice.indices.tolist())}
         corners = list(itertools.product((0, 1), repeat=3))
-        # A vertex on the side of a cell that is not there belongs to the cell beside it; to time it, any will do.
+        # A vertex on the face of a missing cell belongs to the neighbouring cell; for timing, any lattice vertex does.
         self.corners = np.array([[number.get(tuple(cell + corner), 0) for corner in corners] for cell in cells])
         local = inside - cells
         weights = [np.where(corner, local, 1 - local).prod(axis=1) for corner in corners]
@@ -172,7 +172,7 @@ class Embedding:
         self.positions = body.positions.astype(np.float32)
 
     def surface(self) -> Floats:
-        """(k, 3): the mesh, moved by the lattice."""
+        """Returns the mesh vertices (k, 3) deformed by the lattice."""
         moved: Floats = np.einsum("kc,kci->ki", self.weights, self.positions[self.corners])
         return moved
 

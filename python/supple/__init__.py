@@ -1,4 +1,4 @@
-"""Soft bodies from any surface mesh, by lattice shape matching, that keep their volume.
+"""Soft bodies from any surface mesh: lattice shape matching with volume preservation.
 
     import supple
 
@@ -7,33 +7,34 @@
     sim = supple.Simulation([body], dt=1 / 60, colliders=[supple.Plane((0, -1, 0), (0, 1, 0))])
     for frame in range(120):
         sim.step()
-        points = body.surface()             # (k, 3): the mesh as it is shown, vertices in input order
+        points = body.surface()             # (k, 3): the displayed surface, vertices in input order
 
 A `Body` is a *lattice* of cubic cells that covers the mesh. Each step fits a rigid motion to the region around every
-lattice vertex, draws the vertices to the goal positions that these give, and integrates. The mesh is carried along, and
-what is shown has its volume corrected; the correction never feeds back, so looking changes nothing that follows.
+lattice vertex, moves the vertices towards the goal positions that these motions give, and integrates. The lattice
+deforms the mesh, and a volume correction restores the volume of the displayed surface. The correction never feeds back
+into the simulation: evaluating a surface does not change later steps.
 
-What there is:
+Contents:
 
-    Mesh, read_obj                          surfaces; wherever a mesh is asked for, a path or a trimesh.Trimesh will do
+    Mesh, read_obj                          surface meshes; a mesh argument may also be a path or a trimesh.Trimesh
     Lattice                                 from_mesh, or from_cells for a boolean array
     Body                                    positions, velocities, rotations, masses: numpy arrays, one row per vertex;
                                             pin, handle, apply_force; goals, surface, volume_report
     Simulation                              step(n); dt, time, gravity, colliders can be set between steps
     Plane, Sphere, Box, Capsule             colliders
-    load_scene, run, sweep                  scenes (TOML): as a simulation, to frames on disk, in many variations
-    plot_volume, plot_study, view           volumes and studies as pictures, a window with sliders; each needs an extra
-    rotations, reference.goals              the parts of the method by themselves
-    SuppleError                             and under it MeshError, LatticeError, SceneError (ValueErrors too) and
-                                            OutputError (an OSError too)
+    load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
+    plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; each needs an extra
+    rotations, reference.goals              single parts of the method
+    SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
+                                            OutputError (also an OSError)
 
-Lengths are in the units of your meshes, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). No axis
-is "up" but for gravity. Lists, tuples and arrays of any number type are taken, strided or read-only. Arrays come out as
-float64: state as a fresh copy, or written to your `out=`; constant data as read-only views. To change positions set all
-of them: `body.positions = body.positions + shift`.
+Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). Only
+gravity distinguishes an axis. Array arguments may be lists, tuples or arrays of any real dtype, strided or read-only.
+Returned arrays are float64: state is a new copy, or written to `out=`; constant data are read-only views. To change
+positions, assign the whole array: `body.positions = body.positions + offset`.
 
-The GIL is released while Rust works, Ctrl-C comes through between steps, and results have the same bits for any number
-of threads. Bodies and simulations pickle and deep-copy; a pickled simulation goes on bit for bit.
+The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. Results are bit-identical for any number
+of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
 from . import errors, plots, reference, reports, viewer

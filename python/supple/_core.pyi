@@ -1,4 +1,4 @@
-"""The compiled part of supple."""
+"""Types of the compiled module of supple."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Colliders: shapes that bodies cannot enter, at rest or moved along keys."""
+"""Colliders: shapes that bodies cannot penetrate, static or moved along keys."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ from . import _core
 
 __all__ = ["Box", "Capsule", "Collider", "Key", "Plane", "Sphere"]
 
-#: `(time, translate, rotate)`, or a dict with these names: seconds, (3,) length, (3,) degrees.
+#: `(time, translate, rotate)`, or a dict with these keys: seconds, (3,) length, (3,) degrees.
 Key: TypeAlias = Sequence[Any] | Mapping[str, Any]
 
-_NO_TURN = (0.0, 0.0, 0.0)
+_NO_ROTATION = (0.0, 0.0, 0.0)
 
 
 class Collider:
-    """Any of Plane, Sphere, Box, Capsule.
+    """Base class of Plane, Sphere, Box and Capsule.
 
     friction : float, default 0.5
-        Coulomb coefficient, >= 0; at 0 bodies slide freely.
+        Coulomb coefficient, >= 0. At 0 bodies slide without friction.
     restitution : float, default 0
-        Speed after over speed before an impact, in [0, 1]. Impacts slower than two steps of free fall do not bounce.
-    keys : list of (time, translate, rotate), default none
-        Moves the collider about its center: seconds, length, degrees about the fixed axes x, then y, then z.
-        Linear in time, angles too.
+        Ratio of the speeds after and before an impact, in [0, 1]. Impacts slower than two steps of free fall do not
+        bounce.
+    keys : list of (time, translate, rotate), default empty
+        Motion of the collider relative to its center: seconds, length, degrees about the fixed axes x, then y, then z.
+        Translations and angles are interpolated linearly.
 
-    ValueError for a number that makes no sense.
+    Raises ValueError for an invalid number.
     """
 
     shape: ClassVar[str]
@@ -38,19 +39,19 @@ class Collider:
     keys: Sequence[Key]
 
     def __post_init__(self) -> None:
-        """Refuses numbers that make no sense, and keeps plain copies of the others."""
+        """Check the numbers and replace them by plain copies."""
         for name, value in _core.check_collider(self).items():
             object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
 class Plane(Collider):
-    """The half space below a plane. friction, restitution and keys are those of Collider.
+    """The half-space behind a plane. For friction, restitution and keys see Collider.
 
     point : (3,) float
         Any point of the plane.
     normal : (3,) float
-        The side that is free, of any length but zero.
+        Points to the free side; any length except zero.
     """
 
     shape: ClassVar[str] = "plane"
@@ -63,7 +64,7 @@ class Plane(Collider):
 
 @dataclass(frozen=True)
 class Sphere(Collider):
-    """A ball. friction, restitution and keys are those of Collider.
+    """A solid sphere. For friction, restitution and keys see Collider.
 
     center : (3,) float
     radius : float, > 0
@@ -79,7 +80,7 @@ class Sphere(Collider):
 
 @dataclass(frozen=True)
 class Box(Collider):
-    """A box. friction, restitution and keys are those of Collider.
+    """A solid box. For friction, restitution and keys see Collider.
 
     center : (3,) float
     half_extents : (3,) float, > 0
@@ -90,7 +91,7 @@ class Box(Collider):
     shape: ClassVar[str] = "box"
     center: ArrayLike
     half_extents: ArrayLike
-    rotate: ArrayLike = _NO_TURN
+    rotate: ArrayLike = _NO_ROTATION
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
@@ -98,7 +99,7 @@ class Box(Collider):
 
 @dataclass(frozen=True)
 class Capsule(Collider):
-    """All points within `radius` of the segment from `a` to `b`. friction, restitution and keys are those of Collider.
+    """All points within `radius` of the segment from `a` to `b`. For friction, restitution and keys see Collider.
 
     a, b : (3,) float
     radius : float, > 0

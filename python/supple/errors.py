@@ -1,23 +1,23 @@
-"""What can go wrong. Wrong values also raise plain `ValueError`, wrong types `TypeError`."""
+"""Exceptions of supple. Invalid values may also raise a plain `ValueError`, and wrong types raise `TypeError`."""
 
 __all__ = ["LatticeError", "MeshError", "OutputError", "SceneError", "SuppleError"]
 
 
 class SuppleError(Exception):
-    """Any error of supple's own."""
+    """Base class of the exceptions of supple."""
 
 
 class MeshError(SuppleError, ValueError):
-    """A mesh, or its file, that cannot be used. For a file the message begins with `path:line:`."""
+    """Invalid mesh or mesh file. For a file the message begins with `path:line:`."""
 
 
 class LatticeError(SuppleError, ValueError):
-    """A lattice that cannot be built: nothing to build, an impossible cell size, too much memory."""
+    """A lattice that cannot be built: no cells, an invalid cell size, or too much memory."""
 
 
 class SceneError(SuppleError, ValueError):
-    """A scene that says what no scene can say. The message names file, line and key, and the way out."""
+    """Invalid scene file. The message names file, line and key, and how to correct the error."""
 
 
 class OutputError(SuppleError, OSError):
-    """Frames that cannot be written: no space, no permission, another run in the folder."""
+    """Frames that cannot be written: no space, no permission, or another run in the same folder."""

@@ -1,4 +1,4 @@
-"""Libraries that only some of supple needs."""
+"""Import of optional dependencies."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ __all__ = ["need"]
 
 
 def need(module: str, extra: str) -> Any:
-    """The module, or a ModuleNotFoundError that says how to get it."""
+    """Import a module, or raise a ModuleNotFoundError with the install command of the extra that provides it."""
     try:
         return import_module(module)
     except ModuleNotFoundError as missing:
-        message = f'{module} is not installed; `pip install "supple[{extra}]"` brings it'
+        message = f'{module} is not installed; install it with `pip install "supple[{extra}]"`'
         raise ModuleNotFoundError(message, name=missing.name) from missing

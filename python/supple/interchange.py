@@ -1,4 +1,4 @@
-"""Bodies as other libraries have them."""
+"""Conversion of bodies to the types of other libraries."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ __all__ = ["to_trimesh"]
 
 
 def to_trimesh(body: Body) -> Trimesh:
-    """The mesh as it is shown: what `Body.to_trimesh` calls."""
+    """Convert the displayed surface of a body to a trimesh.Trimesh. Implements `Body.to_trimesh`."""
     surface = body.surface()
     mesh = body.mesh
-    assert mesh is not None  # surface() has refused a bare lattice
-    made: Trimesh = need("trimesh", "trimesh").Trimesh(vertices=surface, faces=mesh.faces, process=False)
-    return made
+    assert mesh is not None  # surface() raises for a bare lattice
+    result: Trimesh = need("trimesh", "trimesh").Trimesh(vertices=surface, faces=mesh.faces, process=False)
+    return result

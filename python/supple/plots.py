@@ -1,4 +1,4 @@
-"""Pictures of volumes and of studies, with matplotlib."""
+"""Plots of volumes and studies, with matplotlib."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["plot_study", "plot_volume"]
 
 _BEFORE, _AFTER = "tab:orange", "tab:blue"
 
-#: The errors of a study, from those of a point; None where they are not known.
+#: Functions that read an error of a study from the errors of a point; None for an unknown error.
 _ERRORS: dict[str, Callable[[Mapping[str, Any]], float | None]] = {
     "surface": lambda errors: errors["surface_rms"],
     "volume": lambda errors: errors["cells_volume"] if errors["mesh_volume"] is None else errors["mesh_volume"],
@@ -39,16 +39,14 @@ def plot_volume(
     *,
     ax: Axes | None = None,
 ) -> Axes:
-    """Plot volumes relative to those at rest, before and after the correction.
+    """Plot volumes relative to the rest volume, before and after the correction.
 
-    report : VolumeReport or BodyReport
-        As bars, by each measure.
-    report : list of them
-        As lines over time, by the measure that is kept.
+    report : VolumeReport or BodyReport, or a list of them
+        One report gives bars, one pair per measure. A list gives lines over time, by the measure of the correction.
     times : (k,) float, optional
-        Seconds, one for each report of a list; by default the reports are counted.
+        Times in seconds, one per report of a list. Default: the index of the report.
     ax : matplotlib Axes, optional
-        Where to draw; by default a figure of its own.
+        Axes to draw on. Default: a new figure.
 
     Returns the Axes. Needs matplotlib (`pip install "supple[plot]"`).
     """
@@ -56,10 +54,10 @@ def plot_volume(
     given = [report] if isinstance(report, (VolumeReport, BodyReport)) else list(report)
     reports = [_volume(one) for one in given]
     if not reports:
-        raise ValueError("report is an empty list; there is nothing to plot")
+        raise ValueError("report is an empty list; it must have at least one report")
     if times is not None and (single or len(times) != len(reports)):
-        expected = "no times for a single report" if single else f"{len(reports)}, one for each report"
-        raise ValueError(f"times has {len(times)} entries; it must be {expected}")
+        expected = "a single report has no times" if single else f"it must have {len(reports)}, one per report"
+        raise ValueError(f"times has {len(times)} entries; {expected}")
     if ax is None:
         ax = need("matplotlib.pyplot", "plot").subplots()[1]
     if single:
@@ -73,6 +71,7 @@ def plot_volume(
 
 
 def _volume(report: VolumeReport | BodyReport) -> VolumeReport:
+    """Return the volume report of a report."""
     volume = report.volume if isinstance(report, BodyReport) else report
     if not isinstance(volume, VolumeReport):
         raise TypeError(f"report must be a VolumeReport, or a list of them, not {type(report).__name__}")
@@ -80,19 +79,21 @@ def _volume(report: VolumeReport | BodyReport) -> VolumeReport:
 
 
 def _bars(ax: Axes, report: VolumeReport) -> None:
+    """Draw the volumes of one report by each measure."""
     names = list(report.volumes)
-    places = range(len(names))
-    for shift, color, label, column in [(-0.2, _BEFORE, "before", 1), (0.2, _AFTER, "after", 2)]:
-        shares = [volumes[column] / volumes[0] for volumes in report.volumes.values()]
-        ax.bar([place + shift for place in places], shares, width=0.4, color=color, label=label)
-    ax.set_xticks(list(places), [f"{name} (kept)" if name == report.measure else name for name in names])
+    ticks = range(len(names))
+    for offset, color, label, column in [(-0.2, _BEFORE, "before", 1), (0.2, _AFTER, "after", 2)]:
+        ratios = [volumes[column] / volumes[0] for volumes in report.volumes.values()]
+        ax.bar([tick + offset for tick in ticks], ratios, width=0.4, color=color, label=label)
+    ax.set_xticks(list(ticks), [f"{name} (kept)" if name == report.measure else name for name in names])
 
 
 def _lines(ax: Axes, reports: list[VolumeReport], times: Sequence[float] | None) -> None:
-    along = list(range(len(reports))) if times is None else list(times)
+    """Draw the volumes of several reports over time."""
+    x = list(range(len(reports))) if times is None else list(times)
     measure = reports[0].measure
-    ax.plot(along, [one.before / one.rest for one in reports], color=_BEFORE, label=f"{measure}, before")
-    ax.plot(along, [one.after / one.rest for one in reports], color=_AFTER, label=f"{measure}, after")
+    ax.plot(x, [one.before / one.rest for one in reports], color=_BEFORE, label=f"{measure}, before")
+    ax.plot(x, [one.after / one.rest for one in reports], color=_AFTER, label=f"{measure}, after")
     ax.set_xlabel("report" if times is None else "time [s]")
 
 
@@ -102,20 +103,20 @@ def plot_study(
     *,
     ax: Axes | None = None,
 ) -> Axes:
-    """Plot error against run time, as `supple study` measured them: a point for each setting, the front as a line.
+    """Plot error against run time, as measured by `supple study`: one point per setting, and the Pareto front as a line.
 
     study : str, os.PathLike or dict
-        A study.json, the folder that it lies in, or what it holds.
+        A study.json, its folder, or its content.
     error : "surface", "volume", "cells" or "path"
-        "surface": rms distance of the mesh from that on the finest lattice, as a share of the diagonal; "volume":
-        greatest relative error of the volume; "cells": rms of the relative errors of single cells' volumes; "path": rms
-        distance of lattice vertices from where naive sums take them, in cells.
+        "surface": rms distance from the mesh on the finest lattice, as a fraction of the diagonal; "volume": greatest
+        relative error of the volume; "cells": rms of the relative errors of the cell volumes; "path": rms distance of
+        the lattice vertices from their positions with naive sums, in cells.
     ax : matplotlib Axes, optional
-        Where to draw; by default a figure of its own.
+        Axes to draw on. Default: a new figure.
 
-    On the front is what nothing in the study is both faster and better than. Points whose error is not known, or zero,
-    which has no place on the logarithmic axis, are left out. Returns the Axes. Needs matplotlib
-    (`pip install "supple[plot]"`).
+    The front consists of the points that no other point of the study beats in both speed and error. Points with an
+    unknown error are omitted, as are points with a zero error, which the logarithmic axis cannot show. Returns the
+    Axes. Needs matplotlib (`pip install "supple[plot]"`).
     """
     if error not in _ERRORS:
         known = " or ".join(f'"{name}"' for name in _ERRORS)
@@ -123,35 +124,36 @@ def plot_study(
     points = _points(study)
     if ax is None:
         ax = need("matplotlib.pyplot", "plot").subplots()[1]
-    of_method: dict[str, list[tuple[float, float]]] = {}
+    by_method: dict[str, list[tuple[float, float]]] = {}
     front: list[tuple[float, float]] = []
     for point in points:
-        wrong = _ERRORS[error](point["errors"])
-        if not wrong or (error == "surface" and point["finest"]):
+        value = _ERRORS[error](point["errors"])
+        if not value or (error == "surface" and point["finest"]):
             continue
-        place = (point["timing"]["total"]["median"], wrong)
-        of_method.setdefault(point["method"], []).append(place)
+        coordinates = (point["timing"]["total"]["median"], value)
+        by_method.setdefault(point["method"], []).append(coordinates)
         if error in point["front"]:
-            front.append(place)
-    for method, places in of_method.items():
-        times, errors = zip(*places, strict=True)
+            front.append(coordinates)
+    for method, coordinates_of_method in by_method.items():
+        times, errors = zip(*coordinates_of_method, strict=True)
         ax.scatter(times, errors, s=18, label=method, zorder=2)
     if front:
         times, errors = zip(*sorted(front), strict=True)
         ax.plot(times, errors, color="gray", linewidth=0.8, label="front", zorder=1)
-    ax.set(xscale="log", yscale="log", xlabel="run time a frame [ms]", ylabel=_LABELS[error])
-    if of_method:
+    ax.set(xscale="log", yscale="log", xlabel="run time per frame [ms]", ylabel=_LABELS[error])
+    if by_method:
         ax.legend()
     return ax
 
 
 def _points(study: str | os.PathLike[str] | Mapping[str, Any]) -> list[Any]:
+    """Return the points of a study."""
     if isinstance(study, Mapping):
-        found = study
+        content = study
     else:
         path = Path(study)
-        found = json.loads((path / "study.json" if path.is_dir() else path).read_text(encoding="utf-8"))
-    points = found.get("points") if isinstance(found, Mapping) else None
+        content = json.loads((path / "study.json" if path.is_dir() else path).read_text(encoding="utf-8"))
+    points = content.get("points") if isinstance(content, Mapping) else None
     if not isinstance(points, list):
-        raise ValueError("study has no points: it must be what `supple study` writes as study.json")
+        raise ValueError("study has no points; it must be a study.json written by `supple study`")
     return points

@@ -1,4 +1,4 @@
-"""The method in its naive form: plain sums in float64, slow, and the oracle of the fast ones."""
+"""Naive implementation of the method in float64: slow, for comparison with the fast implementation."""
 
 from ._core import reference_goals as goals
 

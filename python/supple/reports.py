@@ -1,4 +1,4 @@
-"""What simulations and runs tell: plain data that can be compared, printed and pickled."""
+"""Reports of simulations and runs: plain data that can be compared, printed and pickled."""
 
 from __future__ import annotations
 
@@ -14,101 +14,101 @@ __all__ = ["BodyReport", "ComponentReport", "Progress", "RunReport", "VolumeRepo
 
 @dataclass(frozen=True)
 class ComponentReport:
-    """What the volume correction did to one component of a lattice: a part that nothing joins to the others.
+    """Volume correction of one connected component of a lattice.
 
-    Volumes are cubed units of length.
+    Volumes are in cubed units of length.
     """
 
     #: Volume at rest.
     rest: float
     #: Volume before the correction.
     before: float
-    #: Volume after it.
+    #: Volume after the correction.
     after: float
-    #: How far a free boundary vertex moved along its normal, as a length, outwards if positive; with the scope
-    #: "regional" for what the regions left.
+    #: Scale of the correction: displacement of a free boundary vertex along its normal, as a length, positive outwards.
+    #: With the scope "regional", the scale of the final correction after the regional one.
     lambda_: float
     #: `(after - rest) / rest`.
     residual: float
-    #: Whether no scale within the cap keeps the volume.
+    #: Whether the volume is still off by more than 1e-6: no scale within the cap keeps it, or colliders prevent it.
     capped: bool
 
 
 @dataclass(frozen=True)
 class VolumeReport:
-    """The volume of a body, in cubed units of length, and what the correction did to it.
+    """Volume of a body before and after the correction, in cubed units of length.
 
-    With several components, rest, before and after are their sums; lambda_ and residual are those of greatest
+    With several components, rest, before and after are sums, and lambda_ and residual are the values of greatest
     magnitude.
     """
 
-    #: The measure that is kept, `"mesh"`, `"cells"` or `"lattice"`; with volume "off" what "auto" would keep.
+    #: Measure of the correction: `"mesh"`, `"cells"` or `"lattice"`; with volume "off" the one that "auto" would choose.
     measure: str
-    #: Volume at rest by that measure.
+    #: Volume at rest by this measure.
     rest: float
     #: Volume before the correction.
     before: float
-    #: Volume after it; without correction the same as before.
+    #: Volume after the correction; without correction the same as before.
     after: float
-    #: How far a free boundary vertex moved along its normal, as a length, outwards if positive.
+    #: Displacement of a free boundary vertex along its normal, as a length, positive outwards.
     lambda_: float
     #: `(after - rest) / rest`.
     residual: float
     #: Whether any component is capped.
     capped: bool
-    #: Each component of the lattice.
+    #: One report per component of the lattice.
     components: tuple[ComponentReport, ...]
-    #: (rest, before, after) by each measure that the body has.
+    #: Volumes (rest, before, after) by each measure that the body has.
     volumes: dict[str, tuple[float, float, float]]
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is, as its `progress` callback is told after each frame."""
+    """Progress of a run, the argument of its `progress` callback after each frame."""
 
-    #: The frame that is done, counted from 0.
+    #: Number of the completed frame, from 0.
     frame: int
-    #: The last frame.
+    #: Number of the last frame.
     last: int
     #: Simulated time in seconds.
     time: float
-    #: Seconds of wall clock since the run began.
+    #: Wall-clock time since the start of the run, in seconds.
     elapsed: float
-    #: The live simulation, to be looked at and changed between two frames.
+    #: The live simulation, which can be read and changed between two frames.
     simulation: Simulation = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True)
 class BodyReport:
-    """What became of a body in a run."""
+    """Result of a run for one body."""
 
-    #: Its name.
+    #: Name of the body.
     name: str
-    #: Lattice vertices.
+    #: Number of lattice vertices.
     lattice_vertices: int
-    #: Its volume at the last frame.
+    #: Volume at the last frame.
     volume: VolumeReport
 
 
 @dataclass(frozen=True)
 class RunReport:
-    """How a run ended."""
+    """Result of a run."""
 
-    #: The folder of the frames.
+    #: Folder of the frames.
     directory: Path
-    #: "finished"; "stopped" by its callback, to be resumed; or "already finished", with nothing written.
+    #: "finished"; "stopped" by the callback, can be resumed; or "already finished", nothing written.
     outcome: Literal["finished", "stopped", "already finished"]
-    #: The frame after which a resumed run went on; None if it started from frame 0.
+    #: Number of the frame after which the run resumed; None if it started from frame 0.
     resumed_after: int | None
-    #: The last frame that is done, counted from 0.
+    #: Number of the last completed frame, from 0.
     last: int
-    #: Frames that this run simulated, frame 0 included.
+    #: Number of frames that this run simulated, including frame 0.
     simulated: int
-    #: Frames that this run wrote, of all bodies together.
+    #: Number of frames that this run wrote, summed over all bodies.
     written: int
-    #: Steps in a frame.
+    #: Number of steps per frame.
     substeps: int
-    #: Seconds of wall clock.
+    #: Wall-clock time of the run, in seconds.
     elapsed: float
-    #: One for each body, in the order of the scene.
+    #: One report per body, in the order of the scene.
     bodies: tuple[BodyReport, ...]

@@ -1,4 +1,4 @@
-"""Scenes: loaded as a live simulation, or run to frames on disk."""
+"""Load scenes as live simulations, or run them to frames on disk."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
     """Load a scene as a simulation at time zero.
 
     path : str or os.PathLike
-        A scene (.toml), or a model (.obj) as the scene that it means alone: dropped on a ground just below it.
+        A scene (.toml), or a model (.obj), which is dropped on a ground plane just below it.
     overrides : dict, optional
-        Changes to the scene by path of keys: `{"simulation.gravity": [0, 0, 0], "body.bust.half_width": 3}`; bodies by
-        name, other lists by number.
+        Changes to the scene by key path: `{"simulation.gravity": [0, 0, 0], "body.bust.half_width": 3}`. A path
+        contains bodies by name and the entries of other lists by number.
 
-    Returns a Simulation whose dt is 1 / (fps * substeps). FileNotFoundError for a missing file; SceneError for what no
-    scene can say, with file, line and key; MeshError and LatticeError for a mesh that cannot be used.
+    Returns a Simulation with dt = 1 / (fps * substeps). Raises FileNotFoundError for a missing file, SceneError, with
+    file, line and key, for an invalid scene, and MeshError or LatticeError for an invalid mesh or lattice.
     """
     return _core.load_scene(path, _assignments(overrides))
 
@@ -48,30 +48,31 @@ def run(
     path : str or os.PathLike
         A scene (.toml) or a model (.obj), as for load_scene.
     output : str or os.PathLike, default the scene's `output.directory`
-        The folder of the frames `NAME_0000.obj`; made if it is not there.
+        Folder of the frames `NAME_0000.obj`. It is created if it does not exist.
     format : "obj", "ply" or "pc2", default the scene's
+        File format of the frames.
     frames : int, default the scene's
-        Frames after frame 0, the rest pose as placed.
+        Number of frames after frame 0, the rest pose as placed.
     progress : callable, optional
-        Called with a Progress after each frame, from frame 0 on. Its `simulation` is live: what can be changed between
-        steps can be changed there, forces applied, surfaces read. If it returns False the run stops, and can be
-        resumed; if it raises, the run stops and the exception comes out here. A resumed run keeps what was changed,
-        but for colliders.
+        Called with a Progress after each frame, from frame 0 on. Its `simulation` is live: the callback can change
+        settings, apply forces and evaluate surfaces. If the callback returns False, the run stops and can be resumed.
+        If it raises, the run stops and run raises the same exception. A resumed run keeps the changes of the callback
+        except those of colliders.
     every : int, default 1
-        Keeps every so many frames.
+        Interval of the frames that are written, at least 1.
     start_frame : int, default 0
-        The number that frame 0 goes by.
+        Number of frame 0 in the file names.
     stats : str or os.PathLike, optional
-        A .csv or .json file for one row a frame and body.
+        A .csv or .json file to write, with one row per frame and body.
     resume : bool, default False
-        Goes on where an earlier run ended; otherwise an existing sequence is replaced.
+        Continues an earlier run. If False, an existing sequence is replaced.
     threads : int, default the scene's
-        0 takes one for each processor.
+        Number of threads; 0 means one per processor.
     overrides : dict, optional
         Changes to the scene, as for load_scene.
 
-    Other Python threads run meanwhile, and Ctrl-C ends it after a frame. Errors are those of load_scene, and
-    OutputError for frames that cannot be written.
+    Returns a RunReport. Other Python threads continue to run, and Ctrl-C stops the run after the current frame. Raises
+    the errors of load_scene, and OutputError for frames that cannot be written.
     """
     return _core.run(
         path,
@@ -89,11 +90,12 @@ def run(
 
 
 def _assignments(overrides: Mapping[str, Any] | None) -> list[str]:
-    """`KEY=VALUE`, the values as TOML."""
+    """Format overrides as `KEY=VALUE`, with TOML values."""
     return [f"{key}={_toml(value)}" for key, value in (overrides or {}).items()]
 
 
 def _toml(value: Any) -> str:
+    """Format a value as TOML."""
     if hasattr(value, "tolist"):  # numpy
         value = value.tolist()
     if isinstance(value, Mapping):
@@ -106,4 +108,4 @@ def _toml(value: Any) -> str:
         return repr(value)
     if isinstance(value, (str, os.PathLike)):
         return json.dumps(os.fspath(value))
-    raise TypeError(f"overrides: {type(value).__name__} is no value that a scene can have")
+    raise TypeError(f"overrides: a scene cannot have a value of type {type(value).__name__}")

@@ -1,4 +1,4 @@
-"""Many runs of one scene, with different parameters."""
+"""Runs of one scene with different parameters."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .scenes import run
 
 __all__ = ["SweepResult", "sweep"]
 
-#: More than any run has: of the frames only the first is kept.
+#: A frame interval greater than the length of any run, so that only frame 0 is written.
 _FIRST_FRAME_ONLY = 2**32 - 1
 
 
 @dataclass(frozen=True)
 class SweepResult:
-    """One run of a sweep."""
+    """Result of one run of a sweep."""
 
-    #: The changes to the scene that this run was made with.
+    #: Changes to the scene in this run.
     parameters: dict[str, Any]
-    #: How it ended. Its directory is gone if the sweep kept no frames.
+    #: Report of the run. Its directory does not exist if the sweep kept no frames.
     report: RunReport
 
 
@@ -44,19 +44,20 @@ def sweep(
     scene : str or os.PathLike
         A scene (.toml) or a model (.obj).
     parameters : dict of lists, or list of dicts
-        `{"body.bust.half_width": [1, 2, 3]}` runs all combinations of the values; a list of dicts runs each of them.
-        The keys are those of `overrides` in load_scene.
+        A dict such as `{"body.bust.half_width": [1, 2, 3]}` gives one run per combination of the values, a list of
+        dicts one run per dict. Keys are the same as for `overrides` of load_scene.
     executor : concurrent.futures.Executor, optional
-        Does the runs: threads, processes, `dask.distributed.Client.get_executor()`, ... By default they are done here,
-        one after another. It is not shut down.
+        Executes the runs: threads, processes, `dask.distributed.Client.get_executor()`, ... It is not shut down. By
+        default the runs are executed in this process, one after another.
     output : str or os.PathLike, optional
-        Keeps the frames of run k in the folder `output/k`. By default none are kept.
+        Folder for the frames; run k writes to `output/k`. By default no frames are kept.
     frames : int, default the scene's
+        Number of frames after frame 0.
     threads : int, default 1
-        Threads of each run; 0 takes one for each processor.
+        Number of threads of each run; 0 means one per processor.
 
-    Returns one SweepResult for each set of parameters, in their order; the same bits wherever they ran, as long as the
-    machines have the same vector instructions (`supple.simd_level()`). An exception of a run comes out here.
+    Returns one SweepResult per set of parameters, in order. Results are bit-identical on all machines with the same
+    SIMD level (`supple.simd_level()`). Raises the exception of a run that fails.
     """
     path = os.path.abspath(os.fspath(scene))
     sets = _combinations(parameters)
@@ -69,7 +70,7 @@ def sweep(
     try:
         return [future.result() for future in futures]
     except BaseException:
-        # What has not begun need not begin any more.
+        # Cancels the runs that have not started.
         for future in futures:
             future.cancel()
         raise
@@ -78,6 +79,7 @@ def sweep(
 def _combinations(
     parameters: Mapping[str, Any] | Iterable[Mapping[str, Any]],
 ) -> list[dict[str, Any]]:
+    """Return the parameters of each run."""
     if isinstance(parameters, Mapping):
         return [dict(zip(parameters, values, strict=True)) for values in itertools.product(*parameters.values())]
     return [dict(one) for one in parameters]
@@ -89,6 +91,6 @@ def _run_one(
     if folder is not None:
         report = run(scene, folder, frames=frames, threads=threads, overrides=parameters)
         return SweepResult(parameters, report)
-    with tempfile.TemporaryDirectory(prefix="supple-") as nowhere:
-        report = run(scene, nowhere, "pc2", frames, every=_FIRST_FRAME_ONLY, threads=threads, overrides=parameters)
+    with tempfile.TemporaryDirectory(prefix="supple-") as temporary:
+        report = run(scene, temporary, "pc2", frames, every=_FIRST_FRAME_ONLY, threads=threads, overrides=parameters)
     return SweepResult(parameters, report)

@@ -1,4 +1,4 @@
-"""A window on a simulation, through polyscope."""
+"""Interactive viewer for simulations, with polyscope."""
 
 from __future__ import annotations
 
@@ -12,39 +12,40 @@ from .extras import need
 
 __all__ = ["Viewer", "view"]
 
-#: Pictures a second that a window shows at most.
-_RATE = 60.0
-_WIDEST = 8
+#: Maximum frame rate of the window, in Hz.
+_MAX_RATE = 60.0
+#: Greatest half-width of the slider, in cells.
+_MAX_HALF_WIDTH = 8
 
 
 def view(shown: Simulation | Body) -> None:
-    """Open a window on a simulation and wait until it is closed.
+    """Open a viewer window and wait until it is closed.
 
     shown : Simulation or Body
-        A body is shown with its simulation; one by itself stands still.
+        A body is displayed with its simulation. A body outside a simulation does not move.
 
-    The window runs and stops time, and has for each body a slider for stiffness (or frequency) and half-width, and a
-    switch for the volume correction. Planes at rest are drawn, other colliders are not. Needs polyscope
+    The window has controls to start and stop time, and, for each body, sliders for stiffness (or frequency) and
+    half-width and a checkbox for the volume correction. Of the colliders only static planes are drawn. Needs polyscope
     (`pip install "supple[view]"`) and a display.
     """
     Viewer(shown).show()
 
 
 class Viewer:
-    """What a window shows of a simulation, and its controls.
+    """A viewer window of a simulation, with controls.
 
     Viewer(shown)
 
     shown : Simulation or Body, as for view
 
-    Polyscope has one window for a process: a later Viewer takes it over.
+    Polyscope has only one window per process: a later Viewer replaces the content of an earlier one.
     """
 
-    #: Whether time runs.
+    #: Whether the simulation is running.
     running: bool
 
     def __init__(self, shown: Simulation | Body) -> None:
-        """Puts all that is to be seen into the window, which is not opened yet."""
+        """Set up the content of the window without opening it."""
         if not isinstance(shown, (Simulation, Body)):
             raise TypeError(f"shown must be a Simulation or a Body, not {type(shown).__name__}")
         self._polyscope = need("polyscope", "view")
@@ -60,7 +61,7 @@ class Viewer:
         self._polyscope.remove_all_structures()
         self._polyscope.set_ground_plane_mode("none")
         self._panels = [_Panel(self._polyscope, self._imgui, body, index) for index, body in enumerate(bodies)]
-        # The camera looks at the bodies, not at all of the ground.
+        # The camera frames the bodies only, so the planes are added afterwards.
         self._polyscope.reset_camera_to_home_view()
         self._draw_planes()
         self._polyscope.set_user_callback(self.frame)
@@ -70,44 +71,46 @@ class Viewer:
         self._polyscope.show()
 
     def frame(self) -> None:
-        """What happens once a picture: controls, steps if time runs, and the surfaces as they are then."""
+        """Update one frame of the window: controls, steps if the simulation is running, and surfaces."""
         if self._simulation is not None:
             self._step(self._simulation)
         for panel in self._panels:
             panel.frame()
 
     def _step(self, simulation: Simulation) -> None:
+        """Draw the time controls and step the simulation."""
         _, self.running = self._imgui.Checkbox("run", self.running)
         self._imgui.SameLine()
-        wanted = self._imgui.Button("one step")
+        one_step = self._imgui.Button("one step")
         self._imgui.SameLine()
         self._imgui.Text(f"{simulation.time:.3f} s")
         if self.running:
-            simulation.step(max(1, round(1.0 / (_RATE * simulation.dt))))
-        elif wanted:
+            simulation.step(max(1, round(1.0 / (_MAX_RATE * simulation.dt))))
+        elif one_step:
             simulation.step()
 
     def _draw_planes(self) -> None:
+        """Draw static planes as squares."""
         colliders = () if self._simulation is None else self._simulation.colliders
         low, high = np.min([panel.low for panel in self._panels], 0), np.max([panel.high for panel in self._panels], 0)
-        reach = 1.2 * float(np.linalg.norm(high - low))
+        size = 1.2 * float(np.linalg.norm(high - low))
         for index, plane in enumerate(colliders):
             if isinstance(plane, Plane) and not plane.keys:
                 corners = _square(
-                    np.asarray(plane.point, float), np.asarray(plane.normal, float), (low + high) / 2, reach
+                    np.asarray(plane.point, float), np.asarray(plane.normal, float), (low + high) / 2, size
                 )
                 quad = np.array([[0, 1, 2, 3]])
                 self._polyscope.register_surface_mesh(f"plane {index}", corners, quad, color=(0.7, 0.7, 0.7))
 
 
 class _Panel:
-    """A body in the window, and its controls."""
+    """A body in the window, with its controls."""
 
     def __init__(self, polyscope: Any, imgui: Any, body: Body, index: int) -> None:
         self._imgui, self._body = imgui, body
-        # Names must differ, and polyscope takes no "#" in them.
+        # polyscope needs unique names without "#".
         self._label = f"{body.name} [{index}]".replace("#", "-")
-        self._kept = body.volume_options
+        self._last_options = body.volume_options
         points = self._points()
         self.low, self.high = points.min(axis=0), points.max(axis=0)
         if body.mesh is None:
@@ -116,6 +119,7 @@ class _Panel:
             self._shape = polyscope.register_surface_mesh(self._label, points, body.mesh.faces, smooth_shade=True)
 
     def frame(self) -> None:
+        """Draw the controls and update the displayed surface."""
         self._imgui.PushID(self._label)
         self._imgui.Text(self._label)
         self._control()
@@ -127,42 +131,42 @@ class _Panel:
             self._shape.update_vertex_positions(points)
 
     def _control(self) -> None:
+        """Draw the controls of the body and apply changes."""
         body, imgui = self._body, self._imgui
         if body.stiffness is not None:
-            moved, stiffness = imgui.SliderFloat("stiffness", body.stiffness, v_min=0.01, v_max=1.0)
-            if moved:
+            changed, stiffness = imgui.SliderFloat("stiffness", body.stiffness, v_min=0.01, v_max=1.0)
+            if changed:
                 body.stiffness = min(max(stiffness, 0.01), 1.0)
         elif body.frequency is not None:
-            moved, frequency = imgui.SliderFloat("frequency [Hz]", body.frequency, v_min=0.1, v_max=60.0)
-            if moved:
+            changed, frequency = imgui.SliderFloat("frequency [Hz]", body.frequency, v_min=0.1, v_max=60.0)
+            if changed:
                 body.frequency = max(frequency, 0.1)
-        moved, half_width = imgui.SliderInt("half-width [cells]", body.half_width, v_min=1, v_max=_WIDEST)
-        if moved:
+        changed, half_width = imgui.SliderInt("half-width [cells]", body.half_width, v_min=1, v_max=_MAX_HALF_WIDTH)
+        if changed:
             body.half_width = max(half_width, 1)
-        keeps = body.volume_options["measure"] != "off"
-        moved, keep = imgui.Checkbox("keep the volume", keeps)
-        if moved and keep != keeps:
-            self._switch(keep)
+        is_on = body.volume_options["measure"] != "off"
+        changed, enable = imgui.Checkbox("keep the volume", is_on)
+        if changed and enable != is_on:
+            self._switch_correction(enable)
 
-    def _switch(self, keep: bool) -> None:
-        """Switches the correction off, or on as it was before."""
-        if keep:
-            self._body.volume_options = self._kept if self._kept["measure"] != "off" else "auto"
+    def _switch_correction(self, enable: bool) -> None:
+        """Switch the correction off, or on with the options before it was switched off."""
+        if enable:
+            self._body.volume_options = self._last_options if self._last_options["measure"] != "off" else "auto"
         else:
-            self._kept = self._body.volume_options
+            self._last_options = self._body.volume_options
             self._body.volume_options = "off"
 
     def _points(self) -> Any:
+        """Return the points to draw: the displayed surface, or the lattice of a body without a mesh."""
         return self._body.corrected_positions() if self._body.mesh is None else self._body.surface()
 
 
-def _square(point: Any, normal: Any, near: Any, reach: float) -> Any:
-    """The corners of a square of a plane, about the point of it that is nearest to another."""
+def _square(point: Any, normal: Any, near: Any, size: float) -> Any:
+    """Return the corners of a square in a plane, centered at the point of the plane that is nearest to `near`."""
     normal = normal / np.linalg.norm(normal)
-    middle = near - np.dot(near - point, normal) * normal
-    along = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    along *= reach / 2 / np.linalg.norm(along)
-    across = np.cross(normal, along)
-    return np.array(
-        [middle - along - across, middle + along - across, middle + along + across, middle - along + across]
-    )
+    center = near - np.dot(near - point, normal) * normal
+    u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    u *= size / 2 / np.linalg.norm(u)
+    v = np.cross(normal, u)
+    return np.array([center - u - v, center + u - v, center + u + v, center - u + v])

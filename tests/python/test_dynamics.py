@@ -218,7 +218,7 @@ def test_a_body_belongs_to_one_simulation(block):
     assert sim.bodies == (body,)
     with pytest.raises(ValueError, match=r"bodies\[1\] already belongs to a simulation"):
         supple.Simulation([other, body])
-    with pytest.raises(ValueError, match=r"bodies\[1\] is bodies\[0\]"):
+    with pytest.raises(ValueError, match=r"bodies\[1\] is the same Body as bodies\[0\]"):
         supple.Simulation([other, other])
     with pytest.raises(ValueError, match="dt"):
         supple.Simulation([other], dt=-1)

@@ -43,7 +43,7 @@ def test_to_trimesh(cube, block):
 )
 def test_what_is_not_installed_is_named_with_its_extra(stretched, monkeypatch, module, extra, call):
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(ModuleNotFoundError, match=rf'`pip install "supple\[{extra}\]"` brings it'):
+    with pytest.raises(ModuleNotFoundError, match=rf'install it with `pip install "supple\[{extra}\]"`'):
         call(stretched)
 
 
@@ -93,8 +93,8 @@ def test_a_run_is_plotted(scene, tmp_path, pyplot):
     [
         (lambda report: ([],), ValueError, "report is an empty list"),
         (lambda report: ([3],), TypeError, "report must be a VolumeReport, or a list of them, not int"),
-        (lambda report: ([report], [0, 1]), ValueError, "times has 2 entries; it must be 1, one for each report"),
-        (lambda report: (report, [0]), ValueError, "times has 1 entries; it must be no times"),
+        (lambda report: ([report], [0, 1]), ValueError, "times has 2 entries; it must have 1, one per report"),
+        (lambda report: (report, [0]), ValueError, "times has 1 entries; a single report has no times"),
     ],
 )
 def test_what_cannot_be_plotted(stretched, pyplot, arguments, error, message):

@@ -49,7 +49,7 @@ def test_overrides(scene):
     assert sim.colliders[0].friction == 0.9
     with pytest.raises(supple.SceneError, match=r"half_widht.*half_width"):
         supple.load_scene(scene, overrides={"body.cube.half_widht": 1})
-    with pytest.raises(TypeError, match="object is no value"):
+    with pytest.raises(TypeError, match="cannot have a value of type object"):
         supple.load_scene(scene, overrides={"simulation.frames": object()})
 
 

@@ -145,7 +145,7 @@ def test_a_process_forked_in_the_middle_of_work_says_so_and_does_not_wait(alone)
                 try:
                     look()
                 except RuntimeError as error:
-                    refused += "forked while another thread worked" in str(error)
+                    refused += "forked while another thread used" in str(error)
             return refused
 
         thread = threading.Thread(target=work)

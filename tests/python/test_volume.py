@@ -110,8 +110,8 @@ def test_reports_are_plain_data(cube):
     ("volume", "error", "message"),
     [
         ("mass", ValueError, 'volume is "mass"; it must be "auto" or'),
-        (3, TypeError, r'volume must be a string \("off" for none\) or a dict, not int'),
-        (None, TypeError, r'volume must be a string \("off" for none\) or a dict, not None'),
+        (3, TypeError, r'volume must be a string \("off" for no correction\) or a dict, not int'),
+        (None, TypeError, r'volume must be a string \("off" for no correction\) or a dict, not None'),
         ({"measure": "cell"}, ValueError, "volume measure"),
         ({"mesure": "cells"}, ValueError, 'volume has no key "mesure"; the nearest one is "measure"'),
         ({1: "cells"}, ValueError, 'volume has no key "1"'),

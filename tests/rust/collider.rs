@@ -1,4 +1,4 @@
-//! Shapes of colliders: signed distance, normal, validation.
+//! Shapes of colliders: signed distances, normals, validation.
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
@@ -30,7 +30,7 @@ fn distances_and_normals_at_known_points() {
         (&capsule, [2.0, 0.0, 1.0], 0.5, [0.0, 0.0, 1.0]),
         (&capsule, [7.0, 4.0, 0.0], 4.5, [0.6, 0.8, 0.0]),
         (&capsule, [-0.25, 0.0, 0.0], -0.25, [-1.0, 0.0, 0.0]),
-        // Degenerate: where the nearest point is not unique a fixed one is taken.
+        // Degenerate: the nearest point is not unique, and the implementation chooses this one.
         (&sphere, [1.0, 0.0, 0.0], -2.0, [1.0, 0.0, 0.0]),
         (&cuboid, [0.0, 0.0, 0.0], -1.0, [1.0, 0.0, 0.0]),
     ];
@@ -42,7 +42,7 @@ fn distances_and_normals_at_known_points() {
 }
 
 #[test]
-fn a_capsule_without_length_is_a_sphere_and_its_axis_has_a_normal() {
+fn a_capsule_of_zero_length_is_a_sphere_and_its_axis_has_a_normal() {
     let point = Collider::capsule([1.0; 3], [1.0; 3], 2.0).shape;
     let sphere = Collider::sphere([1.0; 3], 2.0).shape;
     for p in [[1.0; 3], [3.0, -1.0, 0.5], [1.0, 1.0, 1.5]] {
@@ -55,7 +55,7 @@ fn a_capsule_without_length_is_a_sphere_and_its_axis_has_a_normal() {
 }
 
 #[test]
-fn numbers_out_of_range_name_the_collider_and_the_range() {
+fn invalid_colliders_are_errors_with_the_collider_the_value_and_the_range() {
     let good = Collider::sphere([0.0; 3], 1.0);
     let key = Key { time: 1.0, ..Key::default() };
     let wrong = [
@@ -98,7 +98,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..Default::default() })]
 
     #[test]
-    fn the_normal_leads_to_the_surface_and_the_distance_is_1_lipschitz(
+    fn the_normal_points_from_the_surface_and_the_distance_is_1_lipschitz(
         shape in shapes(),
         p in prop::array::uniform3(-4.0..4.0_f64),
         q in prop::array::uniform3(-4.0..4.0_f64),

@@ -21,7 +21,7 @@ fn select(selection: Selection) -> Result<Vec<u32>, SelectionError> {
 }
 
 #[test]
-fn each_shape_takes_what_is_inside_borders_included() {
+fn each_shape_selects_the_vertices_inside_it_including_its_boundary() {
     assert_eq!(select(Selection::Box { min: [0.0; 3], max: [1.0, 0.0, 1.0] }), Ok(vec![0, 1, 4, 5]));
     assert_eq!(select(Selection::Sphere { center: [0.0; 3], radius: 1.0 }), Ok(vec![0, 1, 2, 4]));
     assert_eq!(
@@ -32,7 +32,7 @@ fn each_shape_takes_what_is_inside_borders_included() {
 }
 
 #[test]
-fn mesh_vertices_bring_the_vertices_of_their_cells() {
+fn selected_mesh_vertices_select_the_lattice_vertices_of_their_cells() {
     // Two cells side by side along x; the second mesh vertex lies in the second cell.
     let corners = |cell: u32| [0, 1, 3, 4, 6, 7, 9, 10].map(|v: u32| v + cell);
     let points = [Point3::new(0.2, 0.2, 0.2), Point3::new(1.7, 0.2, 0.2)];
@@ -41,7 +41,7 @@ fn mesh_vertices_bring_the_vertices_of_their_cells() {
 }
 
 #[test]
-fn taking_nothing_names_the_nearest_distance() {
+fn an_empty_selection_is_an_error_with_the_nearest_vertex_and_its_distance() {
     let error = select(Selection::Box { min: [1.25, 0.0, 0.0], max: [3.0, 1.0, 0.5] }).unwrap_err();
     assert_eq!(error, SelectionError::Nothing { shape: "box", nearest: [1.0, 0.0, 0.0], distance: 0.25 });
     assert!(error.to_string().contains("0.250000 outside"), "{error}");
@@ -52,7 +52,7 @@ fn taking_nothing_names_the_nearest_distance() {
 }
 
 #[test]
-fn selections_that_are_none_say_why() {
+fn invalid_selections_are_errors_with_the_value_and_the_way_out() {
     let wrong = [
         (Selection::Box { min: [0.0, 2.0, 0.0], max: [1.0; 3] }, "min 2 > max 1 along y"),
         (Selection::Box { min: [f64::NAN, 0.0, 0.0], max: [1.0; 3] }, "min is NaN"),
@@ -69,7 +69,7 @@ fn selections_that_are_none_say_why() {
 }
 
 #[test]
-fn motion_is_linear_in_time_angles_too_and_constant_outside() {
+fn translation_and_angles_are_linear_between_keys_and_constant_outside() {
     let motion =
         Motion::new(vec![key(1.0, [0.0; 3], [0.0; 3]), key(3.0, [4.0, 0.0, -2.0], [0.0, 720.0, 0.0])])
             .unwrap();
@@ -81,7 +81,7 @@ fn motion_is_linear_in_time_angles_too_and_constant_outside() {
         assert_eq!(pose.translate, Vector3::new(4.0 * s, 0.0, -2.0 * s));
         assert_eq!(pose.rotation, euler_degrees([0.0, 720.0 * s, 0.0]));
     }
-    // Two turns: back at the start half way, and turned by half a turn at a quarter.
+    // Two full turns: no rotation half way, half a turn at a quarter of the way.
     assert_eq!(motion.pose(2.0).rotation, euler_degrees([0.0; 3]));
     assert_eq!(motion.pose(1.5).rotation * Vector3::x(), -Vector3::x());
     let about = Point3::new(1.0, 0.0, 0.0);
@@ -89,7 +89,7 @@ fn motion_is_linear_in_time_angles_too_and_constant_outside() {
 }
 
 #[test]
-fn keys_that_are_no_motion_say_why() {
+fn invalid_keys_are_errors_with_their_index_and_value() {
     assert_eq!(Motion::new(vec![]), Err(MotionError::NoKeys));
     let twice = Motion::new(vec![key(0.5, [0.0; 3], [0.0; 3]); 2]).unwrap_err();
     assert_eq!(twice, MotionError::NotIncreasing { key: 1, time: 0.5, previous: 0.5 });
@@ -98,7 +98,7 @@ fn keys_that_are_no_motion_say_why() {
     assert!(error.to_string().contains("key 0: translate is NaN"), "{error}");
 }
 
-/// A cube of eight vertices whose slots are in reverse, far from the world's origin.
+/// A cube of eight vertices in reversed slots, far from the origin of world space.
 struct Body {
     positions: Lanes<3>,
     compensation: Lanes<3>,
@@ -141,7 +141,7 @@ impl Body {
         Vector3::from(self.velocities.get(self.slots[v]).map(f64::from)) * self.frame.cell_size
     }
 
-    /// A step in which everything is thrown about before the constraints.
+    /// Runs a step that displaces every vertex before the constraints are applied.
     fn step(&mut self, constraints: &mut Constraints, count: u64) {
         let step = Interval::of_step(count, DT);
         let slots = self.slots.clone();
@@ -161,33 +161,37 @@ fn window(start: f64, end: f64) -> TimeWindow {
 }
 
 #[test]
-fn a_pin_holds_what_it_finds_at_start_and_is_released_at_end() {
+fn a_pin_keeps_its_vertices_at_their_positions_at_start_and_releases_them_at_end() {
     let mut body = Body::new();
-    // Limits that are multiples of the step only to rounding.
-    let hold = Constraint::new(vec![0, 3], window(0.1, 0.3), None).unwrap();
-    let mut constraints = Constraints::new(8, vec![hold]);
-    let (mut found, mut first) = (Vec::new(), Vec::new());
+    // The window ends at multiples of the step only up to rounding.
+    let pin = Constraint::new(vec![0, 3], window(0.1, 0.3), None).unwrap();
+    let mut constraints = Constraints::new(8, vec![pin]);
+    let (mut captured, mut first) = (Vec::new(), Vec::new());
     for count in 0..30 {
         let before = [0, 3].map(|v: usize| body.local(v));
         body.step(&mut constraints, count);
         let after = [0, 3].map(|v: usize| body.local(v));
         if count == 6 {
-            (found, first) = (before.to_vec(), after.to_vec());
+            (captured, first) = (before.to_vec(), after.to_vec());
         }
-        let holds = (6..18).contains(&count);
-        assert_eq!(constraints.any_active(), holds, "step {count}");
-        assert_eq!(constraints.held(), [holds, false, false, holds, false, false, false, false]);
+        let active = (6..18).contains(&count);
+        assert_eq!(constraints.any_active(), active, "step {count}");
+        assert_eq!(constraints.held(), [active, false, false, active, false, false, false, false]);
         for (k, v) in [0, 3].into_iter().enumerate() {
-            if holds {
-                // To the bit from step to step; what it found, to the f64 of the world a million cells away.
+            if active {
+                // Equal bits from step to step. The captured position passes through world space, a million cells
+                // from the origin in f64.
                 assert_eq!(after[k], first[k]);
-                assert!((after[k] - found[k]).norm() < 1e-9, "{} {}", after[k], found[k]);
+                assert!((after[k] - captured[k]).norm() < 1e-9, "{} {}", after[k], captured[k]);
                 assert_eq!(body.velocity(v), Vector3::zeros());
             } else {
                 assert_ne!(after[k], before[k]);
             }
         }
-        assert!((body.velocity(1) - Vector3::repeat(2.7)).norm() < 1e-5, "free vertices are left alone");
+        assert!(
+            (body.velocity(1) - Vector3::repeat(2.7)).norm() < 1e-5,
+            "free vertices keep their velocities"
+        );
     }
 }
 
@@ -219,11 +223,11 @@ fn a_handle_follows_its_keys_about_the_captured_center() {
 }
 
 #[test]
-fn keys_are_relative_to_the_pose_captured_at_from() {
+fn keys_are_relative_to_the_pose_captured_at_start() {
     let keys = [key(0.5, [0.0; 3], [0.0; 3]), key(1.0, [1.0, 0.0, 0.0], [0.0; 3])];
     let mut body = Body::new();
-    let hold = Constraint::new(vec![5], window(0.5, 2.0), Some(&keys)).unwrap();
-    let mut constraints = Constraints::new(8, vec![hold]);
+    let handle = Constraint::new(vec![5], window(0.5, 2.0), Some(&keys)).unwrap();
+    let mut constraints = Constraints::new(8, vec![handle]);
     (0..30).for_each(|count| body.step(&mut constraints, count));
     let captured = body.world(5);
     (30..60).for_each(|count| body.step(&mut constraints, count));
@@ -231,7 +235,7 @@ fn keys_are_relative_to_the_pose_captured_at_from() {
 }
 
 #[test]
-fn the_later_hold_wins_where_two_overlap() {
+fn the_later_of_two_overlapping_constraints_wins() {
     let up = [key(0.0, [0.0, 1.0, 0.0], [0.0; 3])];
     let mut body = Body::new();
     let start: Vec<_> = (0..8).map(|v| body.world(v)).collect();
@@ -244,23 +248,23 @@ fn the_later_hold_wins_where_two_overlap() {
         (rise(&body, 0) - 1.0).abs() < 1e-5 && rise(&body, 1).abs() < 1e-9 && rise(&body, 2).abs() < 1e-9
     );
     assert_eq!(constraints.held()[..4], [true, true, true, false]);
-    // When the later one lets go the earlier one takes over.
+    // After the end of the later constraint the earlier one holds the shared vertex again.
     body.step(&mut constraints, 30);
     assert!((rise(&body, 1) - 1.0).abs() < 1e-5 && rise(&body, 2).abs() > 1e-3);
     assert_eq!(constraints.held()[..4], [true, true, false, false]);
 }
 
 #[test]
-fn what_was_captured_can_be_saved_and_put_back() {
+fn captured_poses_survive_serialization() {
     let keys = [key(0.0, [0.0; 3], [0.0; 3]), key(1.0, [0.0, 0.0, 2.0], [90.0, 0.0, 0.0])];
-    let holds = vec![
+    let list = vec![
         Constraint::new(vec![0, 1], TimeWindow::default(), Some(&keys)).unwrap(),
         Constraint::new(vec![6], window(0.4, 9.0), None).unwrap(),
     ];
-    let (mut one, mut first) = (Body::new(), Constraints::new(8, holds));
+    let (mut one, mut first) = (Body::new(), Constraints::new(8, list));
     (0..20).for_each(|count| one.step(&mut first, count));
 
-    // What a checkpoint does: one hold has captured, the other is yet to.
+    // As in a checkpoint: the handle has captured its pose, the pin has not.
     let mut second: Constraints = postcard::from_bytes(&postcard::to_stdvec(&first).unwrap()).unwrap();
     assert_eq!(second, first);
     let mut two = Body::new();
@@ -276,7 +280,7 @@ fn what_was_captured_can_be_saved_and_put_back() {
 }
 
 #[test]
-fn windows_that_are_empty_are_refused() {
+fn empty_or_non_finite_time_windows_are_errors() {
     for (start, end) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (f64::INFINITY, 1.0)] {
         let error = Constraint::new(vec![0], window(start, end), None).unwrap_err();
         assert!(matches!(error, ConstraintError::TimeWindow { .. }), "{error}");

@@ -1,4 +1,4 @@
-//! Contacts: what is pushed where, how friction holds and slides, and that nothing is missed.
+//! Contacts: displacement, restitution, rest, external impulses, and culling.
 
 use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -18,7 +18,7 @@ fn ground() -> Collider {
     Collider::plane([0.0; 3], [0.0, 1.0, 0.0])
 }
 
-/// Distance of the lowest sample from the plane y = 0, in cells.
+/// Returns the height of the lowest sample above the plane y = 0, in cells.
 fn lowest(block: &Block) -> f64 {
     block.surface().iter().map(|p| p.y).fold(f64::INFINITY, f64::min) / block.frame.cell_size
 }
@@ -28,7 +28,7 @@ fn vertices_of(block: &Block) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_sample_alone_is_pushed_out_exactly_and_its_velocity_left_alone() {
+fn one_penetrating_sample_is_moved_to_the_surface_without_a_velocity_change() {
     for local in [[0.3, 0.6, 0.2], [0.0, 0.0, 0.0], [1.0, 0.5, 0.0], [0.5, 0.5, 0.5], [0.99, 0.01, 0.4]] {
         let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, local)]));
         let frame = block.frame;
@@ -41,20 +41,20 @@ fn a_sample_alone_is_pushed_out_exactly_and_its_velocity_left_alone() {
         assert_eq!(report.contacts, 1);
         assert!((report.deepest - 0.21).abs() < 1e-6);
         assert!((block.sample(0) - before - normal * 0.21).norm() < 1e-5, "{local:?}");
-        // It was at rest: being pushed out gives it no speed.
+        // The body was at rest, and the displacement adds no velocity.
         assert!((0..8).all(|v| block.velocity(v) == Vector3::zeros()));
     }
 }
 
 #[test]
-fn an_even_face_is_pushed_out_in_one_pass_without_overshoot() {
+fn a_flat_face_is_moved_to_the_surface_in_one_step_without_overshoot() {
     let mut block = Block::new([3, 2, 4], CELL, None);
     block.place(&Matrix3::identity(), Point3::new(0.0, -0.2 * CELL, 0.0));
     block.resolve(&colliders(&[ground()]), Interval::of_step(0, DT));
     for (i, p) in block.surface().iter().enumerate() {
         assert!(p.y > -1e-4 * CELL && p.y < (2.0 + 1e-3) * CELL, "sample {i} at {p}");
     }
-    let bottom = block.rest.iter().positions_of(|r| r.y == 0.0);
+    let bottom = block.rest.iter().indices_where(|r| r.y == 0.0);
     for v in bottom {
         let y = block.position(v).y * CELL + block.frame.origin.y;
         assert!(y.abs() < 1e-3 * CELL, "vertex {v} at {y}");
@@ -62,8 +62,8 @@ fn an_even_face_is_pushed_out_in_one_pass_without_overshoot() {
 }
 
 #[test]
-fn the_deepest_of_many_samples_comes_out_too() {
-    // A curved underside: 40 samples in each of 16 cells, few of them deep, driven in by half a cell a step.
+fn the_deepest_of_many_samples_is_moved_to_the_surface() {
+    // A curved lower side: 40 samples in each of 16 cells, few of them deep, moving down by half a cell per step.
     let mut seed = 1_u32;
     let mut random = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -79,13 +79,19 @@ fn the_deepest_of_many_samples_comes_out_too() {
     let mut block = Block::new([4, 1, 4], CELL, Some(samples));
     block.place(&Matrix3::identity(), Point3::new(0.0, -0.5 * CELL, 0.0));
     block.set_velocity(Vector3::new(0.0, -0.5 * CELL / DT, 0.0));
+    // Samples up to 1e-3 cells above the plane are contacts.
+    let heights: Vec<f64> = block.surface().iter().map(|p| p.y / CELL).collect();
+    let expected = heights.iter().filter(|y| **y <= 1e-3).count();
+    let deepest = -heights.iter().copied().fold(f64::INFINITY, f64::min);
     let report = block.resolve(&colliders(&[ground()]), Interval::of_step(0, DT));
-    assert!(report.contacts > 300 && report.deepest > 0.49, "{report:?}");
-    assert!(lowest(&block) > -1e-3, "{} cells left", lowest(&block));
+    assert!(expected > 300, "{expected} samples below the plane");
+    assert_eq!(report.contacts, expected);
+    assert!((report.deepest - deepest).abs() < 1e-5, "{report:?}, {deepest}");
+    assert!(lowest(&block) > -1e-3, "the lowest sample is at {} cells", lowest(&block));
 }
 
 #[test]
-fn restitution_turns_the_approach_and_gravity_alone_does_not_bounce() {
+fn restitution_reverses_the_approach_velocity_but_not_that_of_one_step_of_gravity() {
     for restitution in [0.0, 0.4, 1.0] {
         let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, [0.2, 0.0, 0.7])]));
         block.place(&Matrix3::identity(), Point3::new(0.0, -0.01, 0.0));
@@ -95,7 +101,7 @@ fn restitution_turns_the_approach_and_gravity_alone_does_not_bounce() {
         let after = block.sample_velocity(0) * CELL;
         assert!((after - Vector3::new(1.0, 3.0 * restitution, 0.5)).norm() < 1e-5, "{after}");
 
-        // A body that lay on the plane when the step began.
+        // A body that rested on the plane at the start of the step.
         block.place(&Matrix3::identity(), Point3::new(0.0, -9.81 * DT * DT, 0.0));
         block.set_velocity(Vector3::new(0.0, -9.81 * DT, 0.0));
         block.resolve(&plane, Interval::of_step(0, DT));
@@ -104,8 +110,8 @@ fn restitution_turns_the_approach_and_gravity_alone_does_not_bounce() {
 }
 
 #[test]
-fn a_dropped_body_rises_to_the_square_of_the_restitution() {
-    // One sample in the middle of one cell moves the cell as a whole.
+fn a_dropped_body_rises_to_its_height_times_the_squared_restitution() {
+    // A contact at the center of one cell moves the whole cell.
     let restitution: f64 = 0.7;
     let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, [0.5; 3])]));
     let plane = colliders(&[Collider { restitution, ..ground() }]);
@@ -135,22 +141,23 @@ fn a_body_comes_to_rest_with_its_lowest_point_on_the_ground() {
         block.damping = damping;
         let plane = colliders(&[Collider { restitution, ..ground() }]);
         block.place(&euler_degrees(tilt), Point3::new(0.0, 1.5, 0.0));
-        let (mut worst, mut least) = (0.0_f64, f64::INFINITY);
+        let (mut largest, mut lowest_ever) = (0.0_f64, f64::INFINITY);
         for step in 0..900 {
             block.step(&plane, DT, 1.0);
-            least = least.min(lowest(&block));
+            lowest_ever = lowest_ever.min(lowest(&block));
             if step >= 780 {
-                worst = worst.max(lowest(&block).abs());
+                largest = largest.max(lowest(&block).abs());
             }
         }
-        assert!(least > -0.05, "sank to {least} cells");
-        assert!(worst < 0.05, "{worst} cells off the ground");
+        // Regression bounds.
+        assert!(lowest_ever > -0.05, "sank to {lowest_ever} cells");
+        assert!(largest < 0.05, "{largest} cells off the ground");
         assert!(block.mean_velocity().norm() < 0.02, "{}", block.mean_velocity());
     }
 }
 
 #[test]
-fn overlapping_and_repeated_colliders_support_as_one_does() {
+fn overlapping_and_repeated_colliders_support_a_body_like_one() {
     let corner = [ground(), ground(), Collider::plane([0.0; 3], [1.0, 0.0, 0.0])];
     let mut block = Block::new([2, 2, 2], CELL, None);
     block.place(&Matrix3::identity(), Point3::new(-0.2 * CELL, -0.24 * CELL, 0.0));
@@ -159,14 +166,14 @@ fn overlapping_and_repeated_colliders_support_as_one_does() {
     for p in block.surface() {
         assert!(p.y > -1e-3 * CELL && p.x > -1e-3 * CELL, "{p}");
     }
-    // Its foot stands; what sways above it has no damping of its own.
+    // Regression bounds: the lowest layer is at rest; the cells above it sway with little damping.
     block.run(900, &both, DT);
     assert!(lowest(&block).abs() < 0.05, "{}", lowest(&block));
     assert!(block.mean_velocity().norm() < 0.01, "{}", block.mean_velocity());
 }
 
 #[test]
-fn nothing_is_ever_nan_and_deep_bodies_come_out_bit_by_bit() {
+fn hostile_colliders_displace_by_a_quarter_cell_per_step_and_give_finite_results() {
     let far = 1e300;
     let center = [0.45, 0.45, 0.45];
     let hostile = [
@@ -185,7 +192,7 @@ fn nothing_is_ever_nan_and_deep_bodies_come_out_bit_by_bit() {
         let (count, set) = (set.len(), colliders(set));
         let mut block = Block::new([3, 3, 3], CELL, None);
         block.place(&Matrix3::identity(), Point3::origin());
-        // At rest: a quarter of a cell for each collider; a vertex moves at most twice as far as a sample.
+        // At rest a sample moves by at most a quarter of a cell per collider, and a vertex at most twice as far.
         let before = vertices_of(&block);
         block.resolve(&set, Interval::of_step(0, DT));
         for (v, before) in before.iter().enumerate() {
@@ -201,7 +208,7 @@ fn nothing_is_ever_nan_and_deep_bodies_come_out_bit_by_bit() {
 }
 
 #[test]
-fn a_second_run_has_the_same_bits() {
+fn two_runs_have_the_same_bits() {
     let run = || {
         let mut block = Block::new([3, 2, 2], CELL, None);
         block.place(&euler_degrees([20.0, 10.0, 5.0]), Point3::new(0.0, 0.6, 0.0));
@@ -213,7 +220,7 @@ fn a_second_run_has_the_same_bits() {
 }
 
 #[test]
-fn pushes_carry_the_weight_of_what_rests() {
+fn contact_displacements_of_a_resting_body_carry_its_weight() {
     let mut block = Block::new([3, 3, 3], CELL, None);
     let plane = colliders(&[ground()]);
     block.place(&Matrix3::identity(), Point3::origin());
@@ -224,7 +231,8 @@ fn pushes_carry_the_weight_of_what_rests() {
     let touched: Vec<u32> = block.contacts.touched().collect();
     assert_eq!(pushes.len(), 16, "the vertices of the lowest layer");
     assert!(pushes.iter().all(|(v, push)| touched.contains(v) && push[0] == 0.0 && push[2] == 0.0));
-    // At rest a step takes g dt of velocity from each vertex, and the push-out gives back what it moved by it.
+    // At rest, gravity adds g dt to the velocity of each vertex and g dt² to its displacement in a step. The contact
+    // displacement counts both: the push-out, and the velocity change times dt.
     let sum: f64 = pushes.iter().map(|(_, push)| f64::from(push[1])).sum();
     let fall = 9.81 * DT * DT / CELL * block.rest.len() as f64;
     assert!((sum / (2.0 * fall) - 1.0).abs() < 0.01, "{sum} of {}", 2.0 * fall);
@@ -263,11 +271,12 @@ proptest! {
     }
 }
 
-/// Indices of what satisfies a condition.
-trait PositionsOf: Iterator + Sized {
-    fn positions_of(self, condition: impl Fn(Self::Item) -> bool) -> Vec<usize> {
+/// Indices of the items that satisfy a condition.
+trait IndicesWhere: Iterator + Sized {
+    /// Returns the indices of the items that satisfy `condition`.
+    fn indices_where(self, condition: impl Fn(Self::Item) -> bool) -> Vec<usize> {
         self.enumerate().filter_map(|(i, item)| condition(item).then_some(i)).collect()
     }
 }
 
-impl<I: Iterator> PositionsOf for I {}
+impl<I: Iterator> IndicesWhere for I {}

@@ -1,4 +1,4 @@
-//! Contacts give no energy, whatever the restitution, and bodies come to rest on them.
+//! Contacts add no energy for any restitution, and bodies come to rest on the ground.
 
 use crate::common::{block, lattice, surface_of};
 use nalgebra::{Point3, Vector3};
@@ -7,7 +7,7 @@ use supple::{Body, BodyBuilder, BodyRef, Collider, Mesh, Simulation, VolumeOptio
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
 
-/// A body above the ground by `height`.
+/// Returns a simulation of a body whose lowest point is `height` above the ground.
 fn drop(body: BodyBuilder, ground: Collider, height: f64) -> Simulation {
     let body = body.translate([0.0, 100.0, 0.0]).build().unwrap();
     let low = lowest(body.alone());
@@ -28,14 +28,14 @@ fn center(body: &Body) -> Vector3<f64> {
     sum / masses.iter().sum::<f64>()
 }
 
-/// Kinetic energy and that of gravity above `level`, which a free fall keeps to rounding: heights are those half way
-/// through the last step.
+/// Returns kinetic energy plus potential energy above `level`. Heights are taken at the middle of the last step, so that
+/// a free fall keeps the energy to rounding.
 fn energy(body: &Body, level: f64) -> f64 {
     let terms = body.positions().into_iter().zip(body.velocities()).zip(body.masses());
     terms.map(|((p, v), m)| m * (0.5 * v.norm_squared() + GRAVITY * (p.y - 0.5 * DT * v.y - level))).sum()
 }
 
-/// Bare blocks that fall flat, on a corner, and on an end.
+/// Returns bare blocks that fall on a face, on a corner and on an end.
 fn shapes() -> [(&'static str, BodyBuilder); 3] {
     let cube = || Body::from_lattice(lattice(&block([3, 3, 3])));
     let bar = Body::from_lattice(lattice(&block([8, 2, 2])));
@@ -46,13 +46,14 @@ fn shapes() -> [(&'static str, BodyBuilder); 3] {
     ]
 }
 
-/// Steps a body for ten seconds; nothing but gravity and the ground acts on it.
-fn keeps_its_energy(name: &str, body: BodyBuilder, stiffness: f64, ground: Collider) {
+/// Asserts for ten seconds that a body under gravity and contact with the ground gains no energy.
+fn assert_gains_no_energy(name: &str, body: BodyBuilder, stiffness: f64, ground: Collider) {
     let (restitution, friction) = (ground.restitution, ground.friction);
     let mut sim = drop(body.stiffness(stiffness).region_damping(0.0), ground, 3.0);
     let level = lowest(sim.body(0)) - 3.0;
     let start = energy(&sim.body(0), level);
-    // What is conserved has beside this the deformation between two steps, at least -stiffness/4 of the kinetic part.
+    // The conserved energy also has a term of the deformation between two steps, at least -stiffness/4 of the kinetic
+    // energy. 1e-4 is for rounding.
     let limit = start / (1.0 - stiffness / 4.0) * (1.0 + 1e-4);
     for step in 0..600 {
         sim.step();
@@ -66,7 +67,7 @@ fn keeps_its_energy(name: &str, body: BodyBuilder, stiffness: f64, ground: Colli
 }
 
 #[test]
-fn no_restitution_gives_energy_to_a_body_without_damping() {
+fn an_undamped_body_gains_no_energy_at_any_restitution_and_friction() {
     for stiffness in [1.0, 0.3] {
         for half_width in [1, 2] {
             for friction in [0.0, 0.5] {
@@ -74,7 +75,7 @@ fn no_restitution_gives_energy_to_a_body_without_damping() {
                     for (name, body) in shapes() {
                         let ground =
                             Collider { restitution, friction, ..Collider::plane([0.0; 3], [1.0; 3]) };
-                        keeps_its_energy(name, body.half_width(half_width), stiffness, ground);
+                        assert_gains_no_energy(name, body.half_width(half_width), stiffness, ground);
                     }
                 }
             }
@@ -82,7 +83,7 @@ fn no_restitution_gives_energy_to_a_body_without_damping() {
     }
 }
 
-/// A ball with bumps, of six grids of `n` by `n` quads.
+/// Returns a sphere with bumps, of six grids of `n` by `n` quads.
 fn ball(n: i32) -> Mesh {
     let (vertices, quads) = surface_of(&block([n; 3]));
     let on_ball = |at: &[f64; 3]| {
@@ -98,19 +99,19 @@ fn ball_body() -> BodyBuilder {
 }
 
 #[test]
-fn nor_to_one_with_a_mesh() {
+fn an_undamped_body_with_a_mesh_gains_no_energy() {
     for restitution in [0.0, 0.5, 1.0] {
         for friction in [0.0, 0.5] {
             let ground = Collider { restitution, friction, ..Collider::plane([0.0; 3], [1.0; 3]) };
-            keeps_its_energy("ball", ball_body(), 0.8, ground);
+            assert_gains_no_energy("ball", ball_body(), 0.8, ground);
         }
     }
 }
 
 #[test]
-fn a_perfect_bounce_keeps_more_than_a_dull_one() {
+fn a_body_rises_higher_at_restitution_1_than_at_one_half_and_not_above_its_start() {
     for (name, body) in shapes() {
-        let risen = |restitution| {
+        let top = |restitution| {
             let ground = Collider { restitution, friction: 0.0, ..Collider::plane([0.0; 3], [1.0; 3]) };
             let mut sim = drop(body.clone().half_width(2).stiffness(0.5), ground, 3.0);
             let start = center(&sim.body(0)).y;
@@ -122,7 +123,8 @@ fn a_perfect_bounce_keeps_more_than_a_dull_one() {
             let turn = (1..200).find(|&k| heights[k] > heights[k - 1]).unwrap();
             heights[turn..].iter().copied().fold(f64::NEG_INFINITY, f64::max)
         };
-        assert!(risen(1.0) > risen(0.5) && risen(1.0) <= 0.0, "{name}: {} {}", risen(1.0), risen(0.5));
+        let (elastic, half) = (top(1.0), top(0.5));
+        assert!(elastic > half && elastic <= 0.0, "{name}: {elastic} {half}");
     }
 }
 
@@ -144,7 +146,7 @@ fn bodies_come_to_rest_on_the_ground() {
                 let above = (lowest(sim.body(0)) - level) / cell;
                 assert!(
                     (-1e-3..5e-3).contains(&above),
-                    "{name}, {restitution}: {above} cells above the ground"
+                    "{name}, restitution {restitution}: {above} cells above the ground"
                 );
             }
             let moved = (high - low).amax() / cell;
@@ -154,7 +156,7 @@ fn bodies_come_to_rest_on_the_ground() {
 }
 
 #[test]
-fn a_symmetric_body_that_falls_flat_stays_so() {
+fn a_symmetric_body_that_falls_flat_stays_symmetric() {
     let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let cube = Mesh::new(corners, &quads).unwrap();
@@ -168,7 +170,7 @@ fn a_symmetric_body_that_falls_flat_stays_so() {
         for &p in &positions {
             let image = mirror(p);
             let near = positions.iter().map(|q| (q - image).norm()).fold(f64::INFINITY, f64::min);
-            assert!(near < 1e-3, "{p} has no image: the nearest is {near} off");
+            assert!(near < 1e-3, "{p} has no mirror image: the nearest vertex is {near} away");
         }
     }
 }

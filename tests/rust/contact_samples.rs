@@ -1,4 +1,4 @@
-//! Where contacts are felt: on the faces of a mesh, however coarse, and on the boundary of a bare lattice.
+//! Contact samples: on the faces of coarse meshes, and on the boundary of bare lattices.
 
 use nalgebra::Point3;
 use supple::internals::{
@@ -6,7 +6,7 @@ use supple::internals::{
 };
 use supple::{Collider, Lattice, LatticeOptions, Mesh, Resolution};
 
-/// Contacts of a lattice at rest with one collider.
+/// Returns the contacts of a lattice at rest with one collider.
 fn touch(lattice: &Lattice, samples: SampleCells, collider: Collider) -> ContactReport {
     let blocks = lattice.len().div_ceil(8);
     let (mut positions, mut velocities) = (Lanes::zeros(blocks), Lanes::zeros(blocks));
@@ -24,7 +24,7 @@ fn slots(lattice: &Lattice) -> Vec<u32> {
     (0..lattice.len() as u32).collect()
 }
 
-/// The cube [0, 2]^3 of six quads.
+/// Returns the cube [0, 2]^3 of six quads.
 fn cube() -> Mesh {
     let vertices = (0..8).map(|k| [0, 1, 2].map(|a| f64::from(2 * (k >> a & 1)))).collect();
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -32,11 +32,11 @@ fn cube() -> Mesh {
 }
 
 #[test]
-fn a_coarse_face_is_felt_between_its_vertices() {
+fn contacts_are_found_between_the_vertices_of_coarse_faces() {
     let mesh = cube();
     let options = LatticeOptions { resolution: Resolution::CellSize(0.25), ..LatticeOptions::default() };
     let lattice = Lattice::from_mesh(&mesh, &options).unwrap();
-    // Balls of half a cell's radius and more, at places with no mesh vertex near, on faces and on edges.
+    // Spheres of more than the cell size in radius, on faces and edges away from mesh vertices.
     for (center, radius) in [
         ([1.0, 1.0, -0.1], 0.3),
         ([0.61, 1.37, 2.05], 0.3),
@@ -46,11 +46,11 @@ fn a_coarse_face_is_felt_between_its_vertices() {
     ] {
         let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
         let report = touch(&lattice, samples, Collider::sphere(center, radius));
-        assert!(report.contacts > 0, "nothing felt at {center:?}");
+        assert!(report.contacts > 0, "no contact at {center:?}");
         let samples = SampleCells::of_lattice(&lattice, &slots(&lattice));
         assert!(touch(&lattice, samples, Collider::sphere(center, radius)).contacts > 0);
     }
-    // The interior has no sample: a ball inside touches nothing.
+    // The interior has no samples.
     let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
     assert_eq!(touch(&lattice, samples, Collider::sphere([1.0; 3], 0.7)).contacts, 0);
 }
@@ -61,18 +61,17 @@ fn samples_lie_on_the_surface_of_the_mesh_and_are_few() {
     let options = LatticeOptions { resolution: Resolution::CellSize(0.25), ..LatticeOptions::default() };
     let lattice = Lattice::from_mesh(&mesh, &options).unwrap();
     let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
-    // A box that reaches to a thousandth of a cell below the surface holds none of them, one that reaches
-    // to the surface all.
+    // A box that ends 1e-3 below the surface contains no sample; a box that ends at the surface contains all.
     let inner = Collider::cuboid([1.0; 3], [1.0 - 1e-3; 3], [0.0; 3]);
     assert_eq!(touch(&lattice, samples.clone(), inner).contacts, 0);
     let outer = Collider::cuboid([1.0; 3], [1.0; 3], [0.0; 3]);
     assert_eq!(touch(&lattice, samples.clone(), outer).contacts, samples.count());
-    // Not many more than one for each cell's face: 24 m^2 in faces of 1/16.
+    // Regression bound: fewer than two samples per cell face, of 1/16 each on an area of 24.
     assert!(samples.count() < 2 * 24 * 16, "{}", samples.count());
 }
 
 #[test]
-fn a_bare_lattice_is_felt_at_each_boundary_vertex_once() {
+fn a_bare_lattice_has_one_sample_at_each_boundary_vertex() {
     let cells: Vec<[i32; 3]> =
         (0..4).flat_map(|z| (0..3).flat_map(move |y| (0..5).map(move |x| [x, y, z]))).collect();
     let lattice = Lattice::from_cells(&cells, 0.5, Point3::new(3.0, 0.0, -1.0), true).unwrap();

@@ -1,4 +1,4 @@
-//! A body on which nothing acts gains no energy, however it is turned inside out.
+//! A free body gains no energy while its cells invert.
 
 use crate::common::{Random, block, coordinates, lattice};
 use nalgebra::{Point3, Vector3};
@@ -7,13 +7,13 @@ use supple::{Body, Lattice, Simulation};
 
 const DT: f64 = 1.0 / 60.0;
 
-/// In cell masses times (cells per step)², for alpha 1.
+/// Returns the energy for alpha = 1, in cell masses times (cells per step)².
 fn energy(naive: &Naive, body: &Body) -> f64 {
     let velocities: Vec<_> = body.velocities().iter().map(|v| v * DT).collect();
     naive.energy(&coordinates(&body.positions()), &velocities, 1.0)
 }
 
-/// An undamped block whose vertices have changed places.
+/// Returns an undamped block whose vertex positions are shuffled.
 fn shuffled(lattice: &Lattice, half_width: usize, threads: usize) -> Simulation {
     let mut body = Body::from_lattice(lattice.clone()).half_width(half_width).build().unwrap();
     let mut random = Random(31);
@@ -25,7 +25,7 @@ fn shuffled(lattice: &Lattice, half_width: usize, threads: usize) -> Simulation 
     Simulation::builder().body(body).gravity([0.0; 3]).dt(DT).threads(threads).build().unwrap()
 }
 
-/// An undamped block in one point.
+/// Returns an undamped block whose vertices coincide.
 fn collapsed(lattice: &Lattice, half_width: usize) -> Simulation {
     let mut sim = shuffled(lattice, half_width, 1);
     let count = lattice.len();
@@ -34,7 +34,7 @@ fn collapsed(lattice: &Lattice, half_width: usize) -> Simulation {
 }
 
 #[test]
-fn a_body_that_is_turned_inside_out_again_and_again_gains_no_energy() {
+fn shuffled_and_collapsed_bodies_gain_no_energy() {
     let lattice = lattice(&block([8, 6, 5]));
     for (name, half_width, mut sim) in
         [("shuffled", 1, shuffled(&lattice, 1, 1)), ("collapsed", 4, collapsed(&lattice, 4))]
@@ -44,6 +44,7 @@ fn a_body_that_is_turned_inside_out_again_and_again_gains_no_energy() {
         for _ in 0..40 {
             sim.steps(50);
             let now = energy(&naive, &sim.body(0));
+            // Regression bounds: the energy limiter works on f32 positions.
             assert!(now < 1.02 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
             assert!(now > 0.5 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
         }
@@ -52,7 +53,7 @@ fn a_body_that_is_turned_inside_out_again_and_again_gains_no_energy() {
 }
 
 #[test]
-fn it_has_the_same_bits_for_any_number_of_threads() {
+fn shuffled_bodies_have_the_same_bits_for_any_number_of_threads() {
     let lattice = lattice(&block([20, 19, 18]));
     let after = |threads| {
         let mut sim = shuffled(&lattice, 1, threads);
@@ -65,7 +66,7 @@ fn it_has_the_same_bits_for_any_number_of_threads() {
 }
 
 #[test]
-fn it_goes_on_from_a_state_bit_for_bit() {
+fn shuffled_bodies_continue_from_a_state_bit_for_bit() {
     let lattice = lattice(&block([8, 6, 5]));
     let mut sim = shuffled(&lattice, 1, 1);
     sim.steps(200);

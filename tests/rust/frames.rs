@@ -1,4 +1,4 @@
-//! Frames: the layouts of PLY and PC2, and files that are whole or not there.
+//! Frames: the layouts of PLY and PC2, resuming, and files that are complete or absent.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,13 +27,13 @@ fn rest(mesh: &Mesh) -> Vec<[f32; 3]> {
     mesh.vertices().iter().map(|vertex| vertex.cast::<f32>().into()).collect()
 }
 
-/// Reads what this PLY writer writes: vertices of six floats, polygons.
+/// Reads the PLY files of the writer: vertices of six floats, then polygons.
 fn read_ply(bytes: &[u8]) -> (Vec<[f32; 6]>, Vec<Vec<u32>>) {
     let end = b"end_header\n";
     let header = bytes.windows(end.len()).position(|window| window == end).unwrap() + end.len();
     let text = std::str::from_utf8(&bytes[..header]).unwrap();
-    let count = |what: &str| -> usize {
-        let line = text.lines().find_map(|line| line.strip_prefix(&format!("element {what} "))).unwrap();
+    let count = |element: &str| -> usize {
+        let line = text.lines().find_map(|line| line.strip_prefix(&format!("element {element} "))).unwrap();
         line.parse().unwrap()
     };
     let wide = text.contains("property list int int vertex_indices");
@@ -72,11 +72,11 @@ fn ply_holds_positions_normals_and_faces() {
     for ((vertex, position), normal) in vertices.iter().zip(&positions).zip(&normals) {
         assert_eq!((&vertex[..3], &vertex[3..]), (&position[..], &normal[..]));
     }
-    assert_eq!(faces, part.mesh().triangles(), "quads and triangles: all as triangles");
+    assert_eq!(faces, part.mesh().triangles(), "mixed quads and triangles are written as triangles");
 }
 
 #[test]
-fn ply_keeps_polygons_of_one_size() {
+fn ply_keeps_polygons_of_equal_size() {
     let (document, part) = open("tests/data/seams.obj", None);
     let directory = TempDir::new().unwrap();
     let source = Source::Document(&document, &part);
@@ -87,7 +87,7 @@ fn ply_keeps_polygons_of_one_size() {
 }
 
 #[test]
-fn ply_counts_corners_in_an_int_where_a_byte_is_too_small() {
+fn ply_counts_more_than_255_corners_in_an_int() {
     let corner = |k: u32| [f64::from(k).cos(), f64::from(k).sin(), 0.0];
     let mesh =
         Mesh::new((0..300).map(corner).collect(), &[(0..300).collect::<Vec<u32>>(), vec![0, 1]]).unwrap();
@@ -100,7 +100,7 @@ fn ply_counts_corners_in_an_int_where_a_byte_is_too_small() {
 }
 
 #[test]
-fn a_mesh_of_arrays_is_written_plainly() {
+fn a_mesh_without_a_document_is_written_as_positions_and_faces() {
     let mesh =
         Mesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.5, 0.0]], &[vec![0, 1, 2], vec![0, 1]]).unwrap();
     let directory = TempDir::new().unwrap();
@@ -112,7 +112,7 @@ fn a_mesh_of_arrays_is_written_plainly() {
     assert_eq!(text, "v 0 0 0\nv 1 0 0\nv 0 0.5 0\nf 1 2 3\n");
 }
 
-/// The header and the samples of a point cache.
+/// Returns the header and the samples of a point cache.
 fn read_pc2(path: &Path) -> ((u32, u32, f32, f32, u32), Vec<f32>) {
     let bytes = fs::read(path).unwrap();
     assert_eq!(&bytes[..12], b"POINTCACHE2\0");
@@ -124,7 +124,7 @@ fn read_pc2(path: &Path) -> ((u32, u32, f32, f32, u32), Vec<f32>) {
 }
 
 #[test]
-fn a_point_cache_has_the_published_layout_and_all_points() {
+fn a_point_cache_has_the_pc2_layout_and_all_points_of_the_file() {
     let (document, part) = open("tests/data/odd.obj", Some("front"));
     let directory = TempDir::new().unwrap();
     let mut cached = sequence(directory.path(), Format::Pc2);
@@ -135,7 +135,7 @@ fn a_point_cache_has_the_published_layout_and_all_points() {
         writer.write(5 + 2 * frame, &[[frame as f32; 3]; 4], &[]).unwrap();
     }
     let part_file = directory.path().join("body.pc2.part");
-    assert_eq!(read_pc2(&part_file).0.4, 3, "readable while it is written");
+    assert_eq!(read_pc2(&part_file).0.4, 3, "the part file is valid while it is written");
     writer.finish().unwrap();
     assert!(!part_file.exists());
     let (header, samples) = read_pc2(&directory.path().join("body.pc2"));
@@ -148,7 +148,7 @@ fn a_point_cache_has_the_published_layout_and_all_points() {
 }
 
 #[test]
-fn a_point_cache_goes_on_where_it_is_told() {
+fn a_point_cache_resumes_at_the_given_frame() {
     let (document, part) = open("tests/data/ngon.obj", None);
     let source = Source::Document(&document, &part);
     let directory = TempDir::new().unwrap();
@@ -159,7 +159,7 @@ fn a_point_cache_goes_on_where_it_is_told() {
     let mut writer = FrameWriter::create(cached.clone(), source).unwrap();
     write(&mut writer, 0..5);
     drop(writer);
-    // A kill in the middle of a sample.
+    // As after a kill in the middle of a sample.
     let part_file = directory.path().join("body.pc2.part");
     let mut bytes = fs::read(&part_file).unwrap();
     bytes.extend_from_slice(&[7; 30]);
@@ -173,14 +173,14 @@ fn a_point_cache_goes_on_where_it_is_told() {
     assert_eq!(header.4, 7);
     assert_eq!(samples, (0..7).flat_map(|frame| [frame as f32; 18]).collect::<Vec<_>>());
 
-    // A finished one, too.
+    // A finished cache can be extended as well.
     let mut writer = FrameWriter::resume(cached.clone(), source, 7).unwrap();
     write(&mut writer, 7..8);
     writer.finish().unwrap();
     assert_eq!(read_pc2(&done).0.4, 8);
 
     let error = FrameWriter::resume(cached.clone(), source, 12).unwrap_err().to_string();
-    assert!(error.ends_with("it holds 8 of the 12 frames before"), "{error}");
+    assert!(error.ends_with("it has 8 of the 12 frames to keep"), "{error}");
     let (other, other_part) = open("tests/data/seams.obj", None);
     let error = FrameWriter::resume(cached, Source::Document(&other, &other_part), 2).unwrap_err();
     assert!(matches!(error, OutputError::Cache { .. }), "{error}");
@@ -245,7 +245,8 @@ fn a_failed_frame_leaves_nothing_behind() {
     assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
 
     let error = writer.write(1, &[[0.0; 3], [0.0, f32::NAN, 0.0], [0.0; 3]], &[]).unwrap_err();
-    assert_eq!(error.to_string(), "frame 1 is not written: vertex 1 (counted from 0) is not finite");
+    let expected = "frame 1 is not written: the position of vertex 1 (counted from 0) is not finite";
+    assert_eq!(error.to_string(), expected);
 
     let blocked = sequence(&taken.join("sub"), Format::Pc2);
     fs::remove_dir(&taken).unwrap();

@@ -1,4 +1,4 @@
-//! A body on which nothing pulls: it keeps its place, its angle and its momenta.
+//! Free bodies: position, orientation and momenta are conserved.
 
 use crate::common::{Random, bare, block, coordinates, lattice, points, rest, rigid_fit, worst};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
@@ -10,14 +10,14 @@ fn free(body: Body) -> Simulation {
     Simulation::builder().body(body).gravity([0.0; 3]).dt(DT).threads(1).build().unwrap()
 }
 
-/// Center of mass and the turn from rest.
+/// Returns the center of mass and the rotation from the rest pose.
 fn pose(sim: &Simulation) -> (Vector3<f64>, Rotation3<f64>) {
     let body = sim.body(0);
     let (turn, _, center) = rigid_fit(&body.masses(), &rest(body.lattice()), &coordinates(&body.positions()));
     (center, turn)
 }
 
-/// Linear momentum over mass, and angular momentum about the center over mass.
+/// Returns linear momentum, and angular momentum about the center of mass, both divided by the mass.
 fn momenta(sim: &Simulation) -> (Vector3<f64>, Vector3<f64>) {
     let body = sim.body(0);
     let (x, v, m) = (coordinates(&body.positions()), body.velocities(), body.masses());
@@ -29,7 +29,7 @@ fn momenta(sim: &Simulation) -> (Vector3<f64>, Vector3<f64>) {
     (linear, angular)
 }
 
-/// Noise on the positions with neither shift nor turn, and at rest.
+/// Adds noise to the rest positions, without net translation and rotation.
 fn shaken(body: &mut Body, size: f64) {
     let x0 = rest(body.lattice());
     let mut random = Random(21);
@@ -39,7 +39,7 @@ fn shaken(body: &mut Body, size: f64) {
     body.set_positions(&points(&x)).unwrap();
 }
 
-/// Stretched along the three axes of symmetry: it vibrates, and by symmetry never turns.
+/// Stretches a body along its three axes of symmetry, so that it vibrates without rotation.
 fn stretched(body: &mut Body, factors: Vector3<f64>) {
     let x0 = rest(body.lattice());
     let middle = x0.iter().sum::<Vector3<f64>>() / x0.len() as f64;
@@ -48,7 +48,7 @@ fn stretched(body: &mut Body, factors: Vector3<f64>) {
 }
 
 #[test]
-fn a_free_body_keeps_its_place_and_its_angle() {
+fn a_free_body_keeps_its_position_and_orientation_for_100_000_steps() {
     let (still, stretch) = (Vector3::repeat(1.0), Vector3::new(1.15, 0.95, 0.9));
     for (factors, damping) in [(still, 0.0), (still, 0.1), (stretch, 0.0), (stretch, 0.1)] {
         let lattice = lattice(&block([7, 4, 5]));
@@ -61,13 +61,14 @@ fn a_free_body_keeps_its_place_and_its_angle() {
         let after = pose(&sim);
         let turn = UnitQuaternion::from_rotation_matrix(&before.1.rotation_to(&after.1)).angle();
         let drift = (after.0 - before.0).norm();
+        // Regression bounds.
         assert!(drift < 1e-3, "stretch {factors:?}, damping {damping}: the center moved by {drift:e} cells");
         assert!(turn < 1e-3, "stretch {factors:?}, damping {damping}: it turned by {turn:e} rad");
     }
 }
 
 #[test]
-fn momenta_are_kept_while_it_spins_and_vibrates() {
+fn momenta_are_conserved_while_a_body_spins_and_vibrates() {
     for damping in [0.0, 0.2] {
         let mut random = Random(22);
         let lattice = lattice(&block([9, 3, 4]));
@@ -91,7 +92,7 @@ fn momenta_are_kept_while_it_spins_and_vibrates() {
 }
 
 #[test]
-fn a_body_flies_as_its_momentum_says() {
+fn a_fast_body_moves_a_million_cells_without_rotation_or_deformation() {
     let mut body = bare(&lattice(&block([4, 4, 4])), 2);
     let velocity = Vector3::new(60_000.0, -3_700.0, 1_100.0);
     body.set_velocities(&vec![velocity; body.lattice().len()]).unwrap();
@@ -99,9 +100,9 @@ fn a_body_flies_as_its_momentum_says() {
     let start = pose(&sim).0;
     sim.steps(1_000);
     let (end, turn) = pose(&sim);
-    let flown = velocity * (1_000.0 * DT);
-    assert!(flown.norm() > 1e6);
-    assert!((end - start - flown).norm() < 1e-3, "{end:?}");
+    let expected = velocity * (1_000.0 * DT);
+    assert!(expected.norm() > 1e6);
+    assert!((end - start - expected).norm() < 1e-3, "{end:?}");
     let turned = (turn.matrix() - Rotation3::identity().matrix()).amax();
     assert!(turned < 1e-5, "{turned}");
     let goals = coordinates(&sim.body(0).goals());
@@ -110,20 +111,20 @@ fn a_body_flies_as_its_momentum_says() {
 }
 
 #[test]
-fn a_slow_body_moves_by_less_than_its_positions_can_tell_apart() {
+fn a_body_slower_than_the_f32_resolution_of_positions_keeps_its_velocity() {
     let mut body = bare(&lattice(&block([4, 4, 4])), 1);
-    // 1.7e-8 cells a step: an ulp of the positions is ten times as long.
+    // 1.7e-8 cells per step. An ulp of the positions is ten times as large.
     let velocity = Vector3::new(1e-6, 0.0, 0.0);
     body.set_velocities(&vec![velocity; body.lattice().len()]).unwrap();
     let mut sim = free(body);
     let start = pose(&sim).0;
     sim.steps(20_000);
-    let flown = velocity * (20_000.0 * DT);
-    assert!((pose(&sim).0 - start - flown).norm() < 0.01 * flown.norm());
+    let expected = velocity * (20_000.0 * DT);
+    assert!((pose(&sim).0 - start - expected).norm() < 0.01 * expected.norm());
 }
 
 #[test]
-fn gravity_is_a_parabola() {
+fn a_body_falls_as_symplectic_euler() {
     let mut sim = Simulation::builder()
         .body(bare(&lattice(&block([3, 3, 3])), 2))
         .gravity([0.0, -9.81, 2.0])
@@ -139,15 +140,15 @@ fn gravity_is_a_parabola() {
 }
 
 #[test]
-fn parts_that_float_keep_their_own_momenta() {
+fn components_keep_their_own_momenta() {
     let mut cells = block([3, 3, 3]);
     cells.extend(block([2, 2, 2]).into_iter().map(|[x, y, z]| [x + 8, y, z]));
     let lattice = lattice(&cells);
     assert_eq!(lattice.components().count, 2);
     let mut body = Body::from_lattice(lattice.clone()).half_width(2).region_damping(0.3).build().unwrap();
     let of = lattice.components().of_vertex.clone();
-    let way = [Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, -2.0)];
-    let v: Vec<_> = of.iter().map(|&c| way[c as usize]).collect();
+    let velocity = [Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, -2.0)];
+    let v: Vec<_> = of.iter().map(|&c| velocity[c as usize]).collect();
     body.set_velocities(&v).unwrap();
     let mut sim = free(body);
     sim.steps(1000);
@@ -155,13 +156,13 @@ fn parts_that_float_keep_their_own_momenta() {
         .iter()
         .zip(rest(&lattice))
         .zip(&of)
-        .map(|((x, x0), &c)| x - x0 - way[c as usize] * (1000.0 * DT))
+        .map(|((x, x0), &c)| x - x0 - velocity[c as usize] * (1000.0 * DT))
         .collect();
     assert!(moved.iter().all(|d| d.norm() < 1e-4), "{:?}", moved[0]);
 }
 
 #[test]
-fn damping_leaves_a_rigid_motion_alone_also_when_it_was_set() {
+fn damping_keeps_a_rigid_motion_that_was_set() {
     let lattice = lattice(&block([6, 3, 4]));
     let mut body = Body::from_lattice(lattice.clone()).half_width(2).region_damping(0.9).build().unwrap();
     let turn = Rotation3::new(Vector3::new(0.9, -1.7, 0.4));

@@ -1,4 +1,4 @@
-//! Friction: what a slope holds and lets slide, and what a moving collider carries.
+//! Friction: sticking and sliding on slopes, and transport by moving colliders.
 
 use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -17,7 +17,7 @@ fn ground() -> Collider {
     Collider::plane([0.0; 3], [0.0, 1.0, 0.0])
 }
 
-/// A block on a slope of `degrees`; its displacement along the slope and speed there, after `seconds`.
+/// Returns the displacement and the speed down a slope of `degrees` of a block that starts at rest, after `seconds`.
 fn on_slope(degrees: f64, friction: f64, seconds: f64) -> (f64, f64) {
     let turn = euler_degrees([0.0, 0.0, degrees]);
     let (downhill, normal) = (turn * -Vector3::x(), turn * Vector3::y());
@@ -33,16 +33,18 @@ fn on_slope(degrees: f64, friction: f64, seconds: f64) -> (f64, f64) {
 }
 
 #[test]
-fn a_slope_holds_inside_the_friction_cone_and_lets_slide_outside_it() {
+fn a_block_sticks_inside_the_friction_cone_and_accelerates_as_coulomb_outside_it() {
     for degrees in [10.0_f64, 20.0, 30.0] {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         let tangent = sine / cosine;
         let (settled, _) = on_slope(degrees, 1.2 * tangent, 2.0);
         let (moved, speed) = on_slope(degrees, 1.2 * tangent, 10.0);
+        // Regression bounds: the block settles at first; then it does not creep.
         assert!(settled.abs() < 0.25 * CELL, "{degrees}: moved {settled}");
         assert!((moved - settled).abs() < 1e-3 * CELL && speed.abs() < 1e-3, "{degrees}: creeps {moved}");
 
         for part in [0.0, 0.5, 0.8] {
+            // Coulomb: the acceleration is g (sin - mu cos).
             let expected = 9.81 * (sine - part * tangent * cosine);
             let (_, early) = on_slope(degrees, part * tangent, 1.5);
             let (_, late) = on_slope(degrees, part * tangent, 3.5);
@@ -53,7 +55,7 @@ fn a_slope_holds_inside_the_friction_cone_and_lets_slide_outside_it() {
 }
 
 #[test]
-fn a_moving_collider_carries_what_lies_on_it() {
+fn moving_colliders_carry_resting_bodies_at_their_own_velocity() {
     let key = |time, x, turn| Key { time, translate: [x, 0.0, 0.0], rotate: [0.0, turn, 0.0] };
     let belt = Collider {
         friction: 1.0,
@@ -66,7 +68,7 @@ fn a_moving_collider_carries_what_lies_on_it() {
     block.run(240, &colliders(std::slice::from_ref(&belt)), DT);
     assert!((block.mean_velocity() - Vector3::new(0.8, 0.0, 0.0)).norm() < 0.01, "{}", block.mean_velocity());
 
-    // A turntable of a tenth of a turn a second: the body goes round with it.
+    // A turntable of a tenth of a turn per second turns the body with it.
     let table = Collider { keys: vec![key(0.0, 0.0, 0.0), key(10.0, 0.0, 360.0)], ..belt };
     let mut block = Block::new([3, 2, 3], CELL, None);
     block.place(&Matrix3::identity(), Point3::new(0.5, 0.0, 0.0));
@@ -75,10 +77,10 @@ fn a_moving_collider_carries_what_lies_on_it() {
     let start = block.center();
     block.run(150, &table, DT);
     let expected = euler_degrees([0.0, 90.0, 0.0]) * start.coords;
-    let off = (block.center().coords - expected).norm();
-    assert!(off < 0.2 * CELL, "{off}");
+    let error = (block.center().coords - expected).norm();
+    assert!(error < 0.2 * CELL, "{error}");
 
-    // A collider that rises into a resting body lifts it at its own speed.
+    // A plane that rises at 1.5 lifts a resting body at that speed.
     let lift = Collider {
         keys: vec![
             Key { time: 0.0, ..Key::default() },

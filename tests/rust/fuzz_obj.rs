@@ -1,4 +1,4 @@
-//! Mutated OBJ files: a surface or an error that names the line; a frame that is written reads back the same.
+//! Fuzzing of the OBJ reader: it returns a surface or an error, and a written frame reads back the same.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ fn read(input: &[u8]) -> String {
         "group ".repeat(groups.len().min(3))
     );
     let positions: Vec<[f32; 3]> = mesh.vertices().iter().map(|p| p.cast::<f32>().into()).collect();
-    // A file is written for some: it takes longer than all the rest.
+    // Only some inputs are written: writing a file takes longer than everything else.
     if input.len().is_multiple_of(8) && positions.iter().flatten().all(|x| x.is_finite()) {
         let folder = tempfile::tempdir().expect("a folder");
         let sequence = Sequence {
@@ -59,7 +59,7 @@ fn read(input: &[u8]) -> String {
         let mut writer = FrameWriter::create(sequence, Source::Document(&document, &part)).expect("a folder");
         writer.write(0, &positions, &[]).expect("a frame");
         let frame = Document::read(path).expect("a frame is an OBJ file");
-        let again = frame.mesh(None).expect("with a surface");
+        let again = frame.mesh(None).expect("a frame has a surface");
         assert!(again.faces().eq(mesh.faces()));
         let read: Vec<[f32; 3]> = again.vertices().iter().map(|p| p.cast::<f32>().into()).collect();
         assert_eq!(read, positions);
@@ -68,7 +68,7 @@ fn read(input: &[u8]) -> String {
 }
 
 #[test]
-fn mutated_obj_files_do_no_harm() {
+fn mutated_obj_files_are_read_or_refused_without_panics() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data");
     let names = ["forward", "hard_edges", "ngon", "odd", "old_mac", "seams"];
     let mut corpus: Vec<Vec<u8>> = names

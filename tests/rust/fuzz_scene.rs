@@ -1,4 +1,4 @@
-//! Mutated scenes: a scene or an error that names the place, and a scene that is written reads back the same.
+//! Fuzzing of the scene reader: it returns a scene or an error, and a written scene reads back the same.
 
 use std::path::Path;
 
@@ -54,7 +54,7 @@ const WORDS: [&str; 44] = [
 
 fn read(input: &[u8]) -> String {
     let text = String::from_utf8_lossy(input);
-    // What comes after the first line that says so are overrides.
+    // The lines after the first `#set` are overrides.
     let (text, overrides) = text.split_once("#set\n").unwrap_or((&text, ""));
     let overrides: Vec<String> = overrides.lines().map(str::to_owned).collect();
     match Scene::parse(text, "scene.toml", Path::new(""), &overrides) {
@@ -73,7 +73,7 @@ fn read(input: &[u8]) -> String {
 }
 
 #[test]
-fn mutated_scenes_do_no_harm() {
+fn mutated_scenes_are_read_or_refused_without_panics() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes");
     let names = ["bust_parts", "drop", "squeeze", "stretch_and_drop", "twist"];
     let mut corpus: Vec<Vec<u8>> = names

@@ -1,4 +1,4 @@
-//! The lattice of given cells: corners, links, components, bridges.
+//! Lattices of given cells: corners, links, components, bridges.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use proptest::prelude::*;
 use supple::{Lattice, LatticeError};
 
-/// All cells of a box, from its lowest index on.
+/// Returns the cells of a box with its lowest cell at `low`.
 fn block(low: [i32; 3], size: [i32; 3]) -> Vec<[i32; 3]> {
     let [x, y, z] = low;
     let [nx, ny, nz] = size;
@@ -21,7 +21,7 @@ fn zyx(&[x, y, z]: &[i32; 3]) -> (i32, i32, i32) {
     (z, y, x)
 }
 
-/// Compares a lattice with the definitions, by sets and explicit searches.
+/// Asserts that a lattice agrees with the definitions of vertices, links, corners and components.
 fn check(lattice: &Lattice) {
     let cells: BTreeSet<[i32; 3]> = lattice.cells().iter().copied().collect();
     assert!(lattice.cells().is_sorted_by_key(zyx) && cells.len() == lattice.cells().len());
@@ -64,7 +64,7 @@ fn check(lattice: &Lattice) {
     assert_eq!(lattice.components().count, count_components(lattice));
 }
 
-/// Parts of the link graph by a plain search.
+/// Counts the connected components of the links by depth-first search.
 fn count_components(lattice: &Lattice) -> usize {
     let mut seen = vec![false; lattice.len()];
     let mut count = 0;
@@ -81,7 +81,7 @@ fn count_components(lattice: &Lattice) -> usize {
 }
 
 #[test]
-fn a_box_has_all_corners_links_and_masses() {
+fn a_box_has_all_corners_links_and_occupied_cells() {
     for size in [[1, 1, 1], [3, 1, 2], [4, 5, 6]] {
         let lattice = lattice(&block([-2, 7, 0], size), true);
         check(&lattice);
@@ -144,7 +144,7 @@ fn floating_parts_are_bridged_by_a_shortest_path() {
 }
 
 #[test]
-fn a_chain_of_parts_is_joined_part_to_part() {
+fn a_chain_of_parts_is_bridged_between_adjacent_parts() {
     let cells: Vec<_> = (0..20).map(|i| [3 * i, 0, 0]).collect();
     let joined = lattice(&cells, true);
     check(&joined);
@@ -152,7 +152,7 @@ fn a_chain_of_parts_is_joined_part_to_part() {
 }
 
 #[test]
-fn the_order_of_the_cells_and_repeated_cells_do_not_matter() {
+fn a_lattice_is_independent_of_cell_order_and_repeated_cells() {
     let mut cells = block([0, 0, 0], [3, 3, 3]);
     cells.extend(block([9, 5, -7], [2, 1, 1]));
     let expected = lattice(&cells, true);
@@ -162,7 +162,7 @@ fn the_order_of_the_cells_and_repeated_cells_do_not_matter() {
 }
 
 #[test]
-fn wrong_requests_are_refused_with_their_numbers() {
+fn invalid_arguments_are_errors_with_their_values() {
     let from = |cells: &[[i32; 3]], size, origin| Lattice::from_cells(cells, size, origin, true).map(|_| ());
     let origin = Point3::origin();
     for size in [0.0, -1.0, f64::INFINITY] {
@@ -170,17 +170,18 @@ fn wrong_requests_are_refused_with_their_numbers() {
     }
     assert!(matches!(from(&[[0; 3]], f64::NAN, origin), Err(LatticeError::CellSize(size)) if size.is_nan()));
     assert_eq!(from(&[], 1.0, origin), Err(LatticeError::NoCells));
-    assert!(matches!(from(&[[0; 3]], 1.0, Point3::new(0.0, f64::NAN, 0.0)), Err(LatticeError::Origin(..))));
+    let nan_origin = from(&[[0; 3]], 1.0, Point3::new(0.0, f64::NAN, 2.0));
+    assert!(matches!(nan_origin, Err(LatticeError::Origin(0.0, y, 2.0)) if y.is_nan()));
     let cells = [[0, 0, 0], [0, i32::MIN, 0]];
     assert_eq!(from(&cells, 1.0, origin), Err(LatticeError::IndexRange { cell: 1, index: i32::MIN }));
-    // A bridge of six thousand million cells is refused before it is built; apart, the cells cost nothing.
+    // A bridge of six thousand million cells is an error before it is built. Without the bridge the lattice is small.
     let far = [[-(1 << 30); 3], [1 << 30; 3]];
     assert!(matches!(from(&far, 1.0, origin), Err(LatticeError::TooMuchMemory { .. })));
     check(&lattice(&far, false));
 }
 
 #[test]
-fn a_lattice_takes_at_most_forty_bytes_a_vertex() {
+fn a_lattice_holds_at_most_forty_bytes_per_vertex() {
     let solid = lattice(&block([0, 0, 0], [40, 40, 40]), true);
     assert!(solid.memory() <= 32 * solid.len(), "{}", solid.memory());
     let sheet = lattice(&block([0, 0, 0], [60, 60, 1]), true);
@@ -191,7 +192,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn random_cells_obey_the_definitions(cells in prop::collection::vec([-4..5, -4..5, -4..5], 1..60)) {
+    fn lattices_of_random_cells_agree_with_the_definitions(cells in prop::collection::vec([-4..5, -4..5, -4..5], 1..60)) {
         let apart = lattice(&cells, false);
         check(&apart);
         let joined = lattice(&cells, true);

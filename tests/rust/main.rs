@@ -1,4 +1,4 @@
-//! The tests of the crates as their users see them, in one program: it is built and linked once.
+//! Tests of the crates through their public interfaces, in one program, so that it is built and linked once.
 
 mod collider;
 mod common;

@@ -1,11 +1,11 @@
-//! The fast matching against the naive reference.
+//! Fast lattice shape matching compared with the naive reference.
 
 use crate::common::{Random, bare, block, coordinates, points, rest, rigid_fit, shapes, tolerance, worst};
 use nalgebra::{Matrix3, Vector3};
 use supple::reference::{self, Regions};
 use supple::{Body, Simulation};
 
-/// A smooth deformation, noise and a rigid motion of a shape.
+/// Returns a shape with a stretch, noise and a rotation.
 fn deformed(x: &[Vector3<f64>], random: &mut Random) -> Vec<Vector3<f64>> {
     let turn = random.rotation();
     let stretch = Matrix3::from_diagonal(&Vector3::new(1.3, 0.8, 1.1));
@@ -33,7 +33,7 @@ fn goals_equal_the_reference() {
     }
 }
 
-/// Wide windows are summed in other ways: running sums, and sums within blocks. They too break at gaps.
+/// Wide windows use other summations: running sums, and sums within blocks. They break at gaps as well.
 #[test]
 fn wide_regions_equal_the_reference() {
     let mut random = Random(2);
@@ -53,7 +53,7 @@ fn wide_regions_equal_the_reference() {
 }
 
 #[test]
-fn a_rigidly_moved_body_is_its_own_goal_also_far_away() {
+fn the_goals_of_a_rigid_motion_are_its_positions_also_far_away() {
     let mut random = Random(3);
     for (name, lattice) in shapes() {
         for away in [0.0, 1e3, 1e6] {
@@ -65,7 +65,7 @@ fn a_rigidly_moved_body_is_its_own_goal_also_far_away() {
             body.set_positions(&points(&x)).unwrap();
             let local: Vec<_> = x.iter().map(|x| x - shift).collect();
             let error = worst(&coordinates(&body.goals()), &x);
-            // The body's own origin is a multiple of its extent, so coordinates reach twice as far as its points.
+            // The origin of the body is a multiple of its extent, so its coordinates are up to twice as large.
             assert!(error <= tolerance(2.0 * extent(&local)), "{name}, {away:e} cells away: {error:e}");
         }
     }
@@ -92,7 +92,7 @@ fn goals_keep_both_momenta() {
 }
 
 #[test]
-fn positions_and_velocities_are_read_back_as_set() {
+fn positions_and_velocities_read_back_as_they_were_set() {
     let lattice = crate::common::lattice(&crate::common::block([5, 4, 3]));
     let mut random = Random(5);
     let mut body = bare(&lattice, 1);
@@ -106,7 +106,7 @@ fn positions_and_velocities_are_read_back_as_set() {
 }
 
 #[test]
-fn wrong_arrays_are_refused_by_name() {
+fn invalid_arrays_are_errors_that_name_the_array_and_change_nothing() {
     let lattice = crate::common::lattice(&crate::common::block([1, 1, 1]));
     let mut body = bare(&lattice, 1);
     let short = body.set_velocities(&[Vector3::zeros()]).unwrap_err().to_string();
@@ -119,7 +119,7 @@ fn wrong_arrays_are_refused_by_name() {
 }
 
 #[test]
-fn the_fit_of_a_turned_body_is_its_turn() {
+fn the_rigid_fit_of_a_rotated_body_is_its_rotation() {
     let lattice = crate::common::lattice(&crate::common::block([3, 4, 2]));
     let turn = Random(6).rotation();
     let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
@@ -132,7 +132,7 @@ fn damping_equals_the_reference() {
     let mut random = Random(8);
     for (name, lattice) in shapes() {
         for half_width in 1..=3 {
-            // A rigidly moved body is its own goal, so that the step adds nothing to the damped velocities.
+            // The goals of a rotated body are its positions, so the step adds nothing to the damped velocities.
             let turn = random.rotation();
             let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
             let v: Vec<_> = x.iter().map(|_| random.vector()).collect();

@@ -1,7 +1,6 @@
-//! Reading OBJ files: everything that real files hold, and what is refused.
+//! Reading OBJ files: variants of the format, errors, comparison with obj-rs.
 
-// Groups are lists of ranges, often of one.
-#![allow(clippy::single_range_in_vec_init)]
+#![allow(clippy::single_range_in_vec_init, reason = "groups are lists of ranges, often of one range")]
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +27,7 @@ fn refusal(text: impl AsRef<[u8]>) -> String {
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
 #[test]
-fn the_bust_is_read() {
+fn the_bust_is_read_with_all_its_parts() {
     let bust = obj::read(file("examples/scenes/bust.obj")).unwrap();
     assert_eq!((bust.vertices().len(), bust.face_count()), (4682, 4716));
     assert!(bust.is_closed() && bust.signed_volume() > 0.0);
@@ -50,7 +49,7 @@ fn the_bust_is_read() {
 }
 
 #[test]
-fn everything_odd_at_once() {
+fn a_file_with_every_oddity_is_read() {
     let odd = Document::read(data("odd.obj")).unwrap();
     assert_eq!((odd.vertex_count(), odd.normal_count(), odd.face_count()), (9, 3, 7));
     assert_eq!(odd.short_faces(), (2, Some(33)));
@@ -75,9 +74,9 @@ fn everything_odd_at_once() {
     assert_eq!(
         odd.mesh(Some("back  all")).unwrap().face_count(),
         1,
-        "the whole text of a `g` is a name, too"
+        "the whole text of a `g` line is also a name"
     );
-    assert_eq!(odd.mesh(Some("front")).unwrap().vertices().len(), 4, "only the vertices of its faces");
+    assert_eq!(odd.mesh(Some("front")).unwrap().vertices().len(), 4, "a part has only the vertices of its faces");
 
     let libraries: Vec<_> =
         odd.libraries().into_iter().map(|library| (library.name, library.exists)).collect();
@@ -90,7 +89,7 @@ fn everything_odd_at_once() {
 }
 
 #[test]
-fn line_ends_order_and_seams_do_not_matter() {
+fn line_ends_statement_order_seams_and_polygons_are_read() {
     for name in ["old_mac.obj", "forward.obj", "seams.obj", "hard_edges.obj"] {
         let mesh = obj::read(data(name)).unwrap();
         assert!(mesh.is_closed(), "{name}");
@@ -104,7 +103,7 @@ fn line_ends_order_and_seams_do_not_matter() {
 }
 
 #[test]
-fn refusals_name_the_line() {
+fn errors_name_the_line_the_value_and_the_reason() {
     for (text, expected) in [
         (
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n# c\nf 1 2 \\\n 4\n",
@@ -121,9 +120,9 @@ fn refusals_name_the_line() {
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1//1 2//1 3//1", "x.obj:4: face 1 refers to normal 1 of 0"),
         (
             "v 0 0 0\rv 1 0 0\r\rf 1 2 x",
-            "x.obj:4: face 1 has a corner `x`, which is none of v, v/vt, v//vn, v/vt/vn",
+            "x.obj:4: face 1 has a corner `x`; a corner must be v, v/vt, v//vn or v/vt/vn",
         ),
-        ("v 0 0 0\nv 1 0 0\nf 1 2 1/1/1/1", "x.obj:3: face 1 has a corner `1/1/1/1`, which is none of"),
+        ("v 0 0 0\nv 1 0 0\nf 1 2 1/1/1/1", "x.obj:3: face 1 has a corner `1/1/1/1`; a corner must be"),
         ("v 0 0 0\n\nv 1 0\nf 1 2 1", "x.obj:3: `v` needs 3 numbers, 2 found"),
         ("v 0 0 0\nvn 1 #0 0\nf 1 1 1", "x.obj:2: `vn` needs 3 numbers, 1 found"),
         ("v 0 0 0\r\nv 1 0 0\r\nv 0 1,5 0\r\nf 1 2 3", "x.obj:3: `1,5` in `v` is not a number"),
@@ -141,10 +140,10 @@ fn refusals_name_the_line() {
             "v 1 2 3\nv 1 2 3\nv 1 2 3.0\nf 1 2 3",
             "x.obj: no extent: all 3 vertices of the faces lie at (1, 2, 3)",
         ),
-        ("\n\nDear reader,\nthis is a letter.\n", "x.obj:3: is no OBJ file: line starts with `Dear`"),
-        ("ply\nformat ascii 1.0\nend_header\n0 0 0\n", "x.obj:1: is no OBJ file: line starts with `ply`"),
-        ("def f(x):\n  f (x)\n", "x.obj:1: is no OBJ file: line starts with `def`"),
-        ("v 0 0 0\nv 1 0 0\n\0", "x.obj:3: is no OBJ file: it holds binary data"),
+        ("\n\nDear reader,\nthis is a letter.\n", "x.obj:3: is not an OBJ file: line starts with `Dear`"),
+        ("ply\nformat ascii 1.0\nend_header\n0 0 0\n", "x.obj:1: is not an OBJ file: line starts with `ply`"),
+        ("def f(x):\n  f (x)\n", "x.obj:1: is not an OBJ file: line starts with `def`"),
+        ("v 0 0 0\nv 1 0 0\n\0", "x.obj:3: is not an OBJ file: it contains binary data"),
     ] {
         let message = refusal(text);
         assert!(message.starts_with(expected), "{text:?}\n  gives    {message}\n  expected {expected}");
@@ -154,21 +153,21 @@ fn refusals_name_the_line() {
 }
 
 #[test]
-fn a_missing_file_and_an_unknown_object_say_so() {
+fn missing_files_and_unknown_objects_are_errors_with_path_and_known_names() {
     let error = obj::read("no/such/file.obj").unwrap_err();
     assert!(error.to_string().starts_with("no/such/file.obj: cannot be read: "), "{error}");
     assert!(matches!(&error.problem, obj::ObjProblem::Read(e) if e.kind() == std::io::ErrorKind::NotFound));
 
     let error = obj::read_object(data("odd.obj"), Some("Head")).unwrap_err().to_string();
-    let expected = "no object or group `Head` with faces; there are: \
+    let expected = "no object or group `Head` with faces; the file has: \
                     `First  Part`, `back`, `all`, `front`, `Secondß`";
     assert!(error.ends_with(expected), "{error}");
     let nameless = Document::from_bytes("x.obj", TRIANGLE.into()).unwrap();
-    assert!(nameless.mesh(Some("a")).unwrap_err().to_string().ends_with("there are: none"));
+    assert!(nameless.mesh(Some("a")).unwrap_err().to_string().ends_with("the file has: none"));
 }
 
 #[test]
-fn names_may_repeat_and_end() {
+fn group_names_may_repeat_and_be_ended() {
     let text = format!("{TRIANGLE}g a a\nf 1 2 3\ng b\nf 1 2 3\ng a\nf 1 2 3\ng\nf 1 2 3\no\nf 3 2 1\ng c\n");
     let document = Document::from_bytes("x.obj", text.into()).unwrap();
     let groups: Vec<_> = document.groups().map(|g| (g.name.as_str(), g.faces.clone())).collect();
@@ -177,14 +176,14 @@ fn names_may_repeat_and_end() {
 }
 
 #[test]
-fn an_object_keeps_the_order_of_the_file() {
+fn a_part_keeps_the_vertex_order_of_the_file() {
     let part = Document::read(data("odd.obj")).unwrap().part(Some("front")).unwrap();
     assert_eq!(part.vertices().collect::<Vec<_>>(), [4, 5, 6, 7]);
     assert_eq!(part.faces().collect::<Vec<_>>(), [1]);
     assert_eq!(part.mesh().faces().collect::<Vec<_>>(), [[0, 1, 3, 2]]);
 }
 
-/// Bytes that look like an OBJ file often enough to get far.
+/// Generates bytes that resemble an OBJ file closely enough to reach most of the reader.
 fn obj_like() -> impl Strategy<Value = Vec<u8>> {
     let words = prop::sample::select(vec![
         "v",
@@ -237,7 +236,7 @@ fn obj_like() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(piece, 0..60).prop_map(|pieces| pieces.concat())
 }
 
-/// Reads bytes, and looks at everything that can be asked.
+/// Reads bytes and calls every query of the document.
 fn exercise(bytes: Vec<u8>) {
     let Ok(document) = Document::from_bytes("x.obj", bytes) else { return };
     let names: Vec<_> = document.groups().map(|group| group.name.clone()).collect();
@@ -253,17 +252,17 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+    fn arbitrary_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         exercise(bytes);
     }
 
     #[test]
-    fn nothing_that_looks_like_obj_panics(bytes in obj_like()) {
+    fn obj_like_bytes_do_not_panic(bytes in obj_like()) {
         exercise(bytes);
     }
 
     #[test]
-    fn no_mutation_panics(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    fn mutated_files_do_not_panic(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
                           cut in any::<prop::sample::Index>()) {
         let mut bytes = include_bytes!("../data/odd.obj").to_vec();
         for (at, byte) in changes {
@@ -279,7 +278,7 @@ proptest! {
 /// Positions, and the vertices of each face.
 type Polygons = (Vec<[f32; 3]>, Vec<Vec<usize>>);
 
-/// The positions and faces that obj-rs reads, where a file is plain enough for it.
+/// Returns the positions and faces that obj-rs reads, or `None` if it cannot read the file.
 fn by_obj_rs(bytes: &[u8]) -> Option<Polygons> {
     use ::obj::raw::object::{Polygon, parse_obj};
     let read = std::panic::catch_unwind(|| parse_obj(bytes)).ok()?.ok()?;
@@ -293,7 +292,7 @@ fn by_obj_rs(bytes: &[u8]) -> Option<Polygons> {
 }
 
 #[test]
-fn surfaces_are_those_that_obj_rs_reads() {
+fn positions_and_faces_equal_those_of_obj_rs() {
     let mut compared = Vec::new();
     let mut compare = |name: String, bytes: Vec<u8>| {
         let Some((positions, faces)) = by_obj_rs(&bytes) else { return };

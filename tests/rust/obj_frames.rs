@@ -1,4 +1,4 @@
-//! OBJ frames: what they keep of their input, how normals turn, where libraries are found.
+//! OBJ frames: text kept from the input, transformed normals, paths of material libraries.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ fn rest(mesh: &Mesh) -> Vec<[f32; 3]> {
     mesh.vertices().iter().map(|vertex| vertex.cast::<f32>().into()).collect()
 }
 
-/// Writes frame 0 of a file as OBJ, and returns its text.
+/// Writes frame 0 of a file as OBJ and returns its text.
 fn obj_frame(document: &Arc<Document>, part: &Part, positions: &[[f32; 3]]) -> Vec<u8> {
     let directory = TempDir::new().unwrap();
     let source = Source::Document(document, part);
@@ -38,7 +38,7 @@ fn obj_frame(document: &Arc<Document>, part: &Part, positions: &[[f32; 3]]) -> V
     fs::read(directory.path().join("body_0000.obj")).unwrap()
 }
 
-/// The lines with their ends; lines that continue another are lines of their own.
+/// Splits a text into lines with their line ends. Continuation lines are separate lines.
 fn lines(text: &[u8]) -> Vec<&[u8]> {
     text.split_inclusive(|&byte| byte == b'\n').collect()
 }
@@ -49,7 +49,7 @@ fn numbers(line: &[u8]) -> Vec<f32> {
 }
 
 #[test]
-fn a_frame_keeps_every_byte_but_positions_normals_and_libraries() {
+fn a_frame_keeps_every_byte_except_positions_normals_and_library_paths() {
     let (document, part) = open("tests/data/odd.obj", None);
     let mut positions = rest(part.mesh());
     positions.iter_mut().for_each(|position| *position = position.map(|x| 0.1 + x * 1.7));
@@ -82,7 +82,7 @@ fn a_frame_keeps_every_byte_but_positions_normals_and_libraries() {
 }
 
 #[test]
-fn an_undeformed_frame_has_the_numbers_of_the_input() {
+fn an_undeformed_frame_has_the_same_numbers_as_the_input() {
     for name in ["tests/data/odd.obj", "examples/scenes/bust.obj", "tests/data/hard_edges.obj"] {
         let (document, part) = open(name, None);
         let frame = obj_frame(&document, &part, &rest(part.mesh()));
@@ -99,12 +99,12 @@ fn an_undeformed_frame_has_the_numbers_of_the_input() {
     assert_eq!(
         obj_frame(&bust.0, &bust.1, &rest(bust.1.mesh())),
         bust.0.bytes(),
-        "written in shortest form already"
+        "the numbers of the bust are in shortest form already"
     );
 }
 
 #[test]
-fn an_object_moves_and_the_rest_keeps_its_text() {
+fn a_frame_of_one_object_changes_only_its_vertices_and_the_library_path() {
     let (document, part) = open("examples/scenes/bust_parts.obj", Some("tongue"));
     let positions: Vec<_> = rest(part.mesh()).into_iter().map(|[x, y, z]| [x + 1.0, y, z]).collect();
     let frame = obj_frame(&document, &part, &positions);
@@ -115,7 +115,7 @@ fn an_object_moves_and_the_rest_keeps_its_text() {
     assert_eq!(changed, part.mesh().vertices().len() + 1, "its vertices and the mtllib");
 }
 
-/// The `vn` of a text.
+/// Returns the `vn` of an OBJ text.
 fn written_normals(text: &[u8]) -> Vec<Vector3<f64>> {
     let is_normal = |line: &&[u8]| line.starts_with(b"vn ");
     lines(text)
@@ -126,7 +126,7 @@ fn written_normals(text: &[u8]) -> Vec<Vector3<f64>> {
 }
 
 #[test]
-fn normals_turn_with_the_surface_whatever_they_are() {
+fn normals_rotate_with_the_surface_at_any_scale() {
     // Smooth, hard and arbitrary normals on a quad, a triangle and a pentagon with a corner of 180 degrees.
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0.2\nv 0 1 0\nv 2 0.5 1\nv 0.5 0 0\n\
                 vn 0 0 1\nvn 0.6 0 0.8\nvn -0.1 0.7 -0.3\nvn 5 0 0\n\
@@ -162,7 +162,7 @@ fn hard_edges_stay_hard_under_any_linear_deformation() {
 
 #[test]
 fn smooth_normals_follow_a_stretch() {
-    // A sphere with its exact normals, made twice as long: those of the ellipsoid.
+    // A sphere with exact normals, stretched to an ellipsoid: the expected normals are those of the ellipsoid.
     let (mut text, mut faces) = (String::new(), String::new());
     let (rings, sectors) = (24, 48);
     for ring in 0..=rings {
@@ -195,27 +195,33 @@ fn smooth_normals_follow_a_stretch() {
     for (normal, [x, y, z]) in written.iter().zip(rest(part.mesh())) {
         let expected = Vector3::new(x / 2.0, y, z).cast::<f64>().normalize();
         let angle = normal.angle(&expected).to_degrees();
-        // A vertex at a pole has one corner, and nothing to take a mean of.
-        let most = if z.abs() == 1.0 { 2.0 } else { 0.25 };
-        assert!(angle < most, "at ({x}, {y}, {z}) off by {angle} degrees");
+        // Regression bounds. A vertex at a pole has only one corner, so its normal is not a mean over several faces.
+        let limit = if z.abs() == 1.0 { 2.0 } else { 0.25 };
+        assert!(angle < limit, "at ({x}, {y}, {z}) off by {angle} degrees");
     }
 }
 
 #[test]
-fn collapsed_faces_give_finite_normals() {
+fn normals_of_collapsed_faces_are_unit_vectors() {
     let (document, part) = open("tests/data/hard_edges.obj", None);
-    for collapse in
-        [|_: [f32; 3]| [1.0; 3], |[x, _, _]: [f32; 3]| [x, 0.0, 0.0], |[x, y, _]: [f32; 3]| [x, y, 0.0]]
+    let to_point = |_: [f32; 3]| [1.0_f32; 3];
+    let to_line = |[x, _, _]: [f32; 3]| [x, 0.0, 0.0];
+    let to_plane = |[x, y, _]: [f32; 3]| [x, y, 0.0];
+    // The faces along x and y keep their area in the plane, so their normals along z stay.
+    for (collapse, keeps_z) in
+        [(to_point as fn([f32; 3]) -> [f32; 3], false), (to_line, false), (to_plane, true)]
     {
         let positions: Vec<_> = rest(part.mesh()).into_iter().map(collapse).collect();
-        for normal in written_normals(&obj_frame(&document, &part, &positions)) {
+        let written = written_normals(&obj_frame(&document, &part, &positions));
+        for (normal, input) in written.iter().zip(written_normals(document.bytes())) {
             assert!((normal.norm() - 1.0).abs() < 1e-6);
+            assert!(!keeps_z || input.z == 0.0 || *normal == input, "{normal} is not {input}");
         }
     }
 }
 
 #[test]
-fn libraries_resolve_from_the_output_directory() {
+fn library_paths_are_rewritten_to_resolve_from_the_output_directory() {
     let root = TempDir::new().unwrap();
     let at = |path: &str| root.path().join(path);
     fs::create_dir_all(at("in put/sub")).unwrap();
@@ -242,7 +248,7 @@ fn libraries_resolve_from_the_output_directory() {
          mtllib {absolute}\nmtllib ../../in put/gone.mtl\nmtllib ../../in put/sub/d.mtl\n"
     );
     assert_eq!(frame("out/deep"), expected + triangle);
-    assert_eq!(frame("in put"), head.clone() + triangle, "right as it is");
+    assert_eq!(frame("in put"), head.clone() + triangle, "the paths are valid already");
     assert!(
         frame("in put/new")
             .starts_with("mtllib ../a b.mtl  ../c.mtl\nmtllib ../sub/d.mtl ../../e.mtl # why\n")

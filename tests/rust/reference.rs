@@ -1,4 +1,4 @@
-//! The naive method itself: what must hold exactly, and the rotation factor.
+//! The naive reference: its invariants and its rotation factor.
 
 use nalgebra::{Matrix3, Matrix4, Point3, Rotation3, Vector3};
 use proptest::prelude::*;
@@ -16,7 +16,7 @@ fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     (0..nx * ny * nz).map(|i| [i % nx, i / nx % ny, i / nx / ny]).collect()
 }
 
-/// Two arms with a gap of one cell, on a foot.
+/// Returns the cells of two arms on a foot, with a gap of one cell between them.
 fn u_shape() -> Vec<[i32; 3]> {
     let mut cells = block([3, 5, 2]);
     cells.retain(|c| c[0] != 1 || c[1] == 0);
@@ -27,7 +27,7 @@ fn rest(lattice: &Lattice) -> Vec<Vector3<f64>> {
     (0..lattice.len() as u32).map(|v| lattice.rest_position(v).coords).collect()
 }
 
-/// Positions off the rest shape, the same on each run.
+/// Returns smoothly deformed positions.
 fn bent(lattice: &Lattice) -> Vec<Vector3<f64>> {
     rest(lattice)
         .iter()
@@ -40,7 +40,7 @@ fn sum(masses: &[f64], values: &[Vector3<f64>]) -> Vector3<f64> {
 }
 
 #[test]
-fn in_a_box_both_regions_are_cubes() {
+fn both_kinds_of_region_are_cubes_in_a_box() {
     let lattice = lattice(&block([6, 6, 6]));
     for w in 0..4usize {
         for v in [0, 20, 171, 342] {
@@ -62,8 +62,11 @@ fn regions_stop_at_a_gap() {
     let lattice = lattice(&u_shape());
     let tip = lattice.vertex_at([1, 5, 0]).expect("on the left arm");
     for kind in KINDS {
-        let members = region(&lattice, tip, 2, kind);
-        assert!(members.iter().all(|&v| lattice.indices()[v as usize][0] <= 1), "{kind:?}");
+        // The tip of the left arm: its vertices of the highest two cells.
+        let expected: Vec<u32> = (0..lattice.len() as u32)
+            .filter(|&v| lattice.indices()[v as usize][0] <= 1 && lattice.indices()[v as usize][1] >= 3)
+            .collect();
+        assert_eq!(region(&lattice, tip, 2, kind), expected, "{kind:?}");
     }
     let foot = lattice.vertex_at([1, 1, 0]).expect("on the foot");
     assert!(
@@ -73,13 +76,13 @@ fn regions_stop_at_a_gap() {
 
 #[test]
 fn the_two_regions_differ_at_a_concave_corner() {
-    // From the inner side of the left arm: one step down, then one along the top of the foot.
+    // From the inner side of the left arm, the far vertex is one link down, then one along the top of the foot.
     let lattice = lattice(&u_shape());
     let inner = lattice.vertex_at([1, 2, 0]).expect("on the left arm");
     let far = lattice.vertex_at([2, 1, 0]).expect("on the foot");
     assert!(region(&lattice, inner, 1, Regions::Staircase).contains(&far));
     assert!(!region(&lattice, inner, 1, Regions::BreadthFirst).contains(&far));
-    // The staircase is not symmetric.
+    // Staircase regions are not symmetric.
     assert!(!region(&lattice, far, 1, Regions::Staircase).contains(&inner));
 }
 
@@ -100,7 +103,7 @@ fn goals_keep_linear_momentum() {
 }
 
 #[test]
-fn goals_keep_angular_momentum_where_rotations_are_optimal() {
+fn goals_keep_angular_momentum() {
     let lattice = lattice(&u_shape());
     let positions = bent(&lattice);
     for kind in KINDS {
@@ -113,7 +116,7 @@ fn goals_keep_angular_momentum_where_rotations_are_optimal() {
 }
 
 #[test]
-fn rigid_motions_are_their_own_goals() {
+fn the_goals_of_a_rigid_motion_are_its_positions() {
     let turn = Rotation3::new(Vector3::new(0.7, -1.9, 0.4));
     for cells in [block([4, 3, 2]), u_shape(), block([1, 1, 1])] {
         let lattice = lattice(&cells);
@@ -129,33 +132,33 @@ fn rigid_motions_are_their_own_goals() {
 }
 
 #[test]
-fn damping_leaves_rigid_motions_and_keeps_linear_momentum() {
+fn damping_keeps_rigid_motions_and_both_momenta_and_removes_energy() {
     let lattice = lattice(&u_shape());
     let turn = Rotation3::new(Vector3::new(0.2, 0.5, -0.3));
     let positions: Vec<_> = rest(&lattice).iter().map(|p| turn * p).collect();
     let (spin, drift) = (Vector3::new(0.3, -2.0, 1.0), Vector3::new(5.0, 0.1, -1.0));
     let rigid: Vec<_> = positions.iter().map(|p| drift + spin.cross(p)).collect();
-    let wild: Vec<_> =
+    let irregular: Vec<_> =
         positions.iter().map(|p| Vector3::new((7.0 * p.x).sin(), p.y * p.z, (5.0 * p.z).cos())).collect();
     for kind in KINDS {
         let damped = damped_velocities(&lattice, &positions, &rigid, 2, kind, 1.0);
         assert!(damped.iter().zip(&rigid).all(|(a, b)| (a - b).norm() < 1e-12));
         let masses = weights(&lattice, 2, kind).masses;
-        let damped = damped_velocities(&lattice, &positions, &wild, 2, kind, 0.7);
-        assert!((sum(&masses, &damped) - sum(&masses, &wild)).norm() < 1e-12);
+        let damped = damped_velocities(&lattice, &positions, &irregular, 2, kind, 0.7);
+        assert!((sum(&masses, &damped) - sum(&masses, &irregular)).norm() < 1e-12);
         let angular = |v: &[Vector3<f64>]| -> Vector3<f64> {
             (0..v.len()).map(|i| positions[i].cross(&v[i]) * masses[i]).sum()
         };
-        assert!((angular(&damped) - angular(&wild)).norm() < 1e-12);
+        assert!((angular(&damped) - angular(&irregular)).norm() < 1e-12);
         let energy =
             |v: &[Vector3<f64>]| -> f64 { v.iter().zip(&masses).map(|(v, m)| m * v.norm_squared()).sum() };
-        assert!(energy(&damped) < energy(&wild));
-        assert_eq!(damped_velocities(&lattice, &positions, &wild, 2, kind, 0.0), wild);
+        assert!(energy(&damped) < energy(&irregular));
+        assert_eq!(damped_velocities(&lattice, &positions, &irregular, 2, kind, 0.0), irregular);
     }
 }
 
 #[test]
-fn the_pull_to_the_goals_is_the_gradient_of_the_mismatch() {
+fn mass_times_offset_from_the_goal_is_the_gradient_of_the_mismatch() {
     let lattice = lattice(&u_shape());
     for kind in KINDS {
         let naive = Naive::new(&lattice, 2, kind).listed();
@@ -179,8 +182,8 @@ fn the_pull_to_the_goals_is_the_gradient_of_the_mismatch() {
     }
 }
 
-/// Davenport's matrix of A: its largest eigenvalue is the greatest tr(R^T A) over all rotations.
-fn greatest_trace(a: &Matrix3<f64>) -> f64 {
+/// Returns the largest tr(R^T A) of all rotations R: the largest eigenvalue of Davenport's matrix of A.
+fn largest_trace(a: &Matrix3<f64>) -> f64 {
     let (t, axial) = (a.trace(), Vector3::new(a.m32 - a.m23, a.m13 - a.m31, a.m21 - a.m12));
     let mut k = Matrix4::zeros();
     k.fixed_view_mut::<3, 3>(0, 0).copy_from(&(a + a.transpose() - Matrix3::identity() * t));
@@ -190,18 +193,19 @@ fn greatest_trace(a: &Matrix3<f64>) -> f64 {
     k.symmetric_eigenvalues().max()
 }
 
+/// Asserts that the reference rotation of `a` is a rotation that maximises tr(R^T A).
 fn check_rotation(a: &Matrix3<f64>) {
     let r = rotation(a);
     assert!((r.transpose() * r - Matrix3::identity()).amax() < 1e-14, "{a} {r}");
     assert!((r.determinant() - 1.0).abs() < 1e-14, "{a} {r}");
     let s = (r.transpose() * a).map(|x| x / a.amax().max(f64::MIN_POSITIVE));
-    assert!((s - s.transpose()).amax() < 1e-14 * 3.0, "torque: {a} {r}");
-    let greatest = greatest_trace(&a.map(|x| x / a.amax().max(f64::MIN_POSITIVE)));
-    assert!(s.trace() >= greatest - 1e-13, "{a}: {} of {greatest}", s.trace());
+    assert!((s - s.transpose()).amax() < 1e-14 * 3.0, "not symmetric: {a} {r}");
+    let largest = largest_trace(&a.map(|x| x / a.amax().max(f64::MIN_POSITIVE)));
+    assert!(s.trace() >= largest - 1e-13, "{a}: {} of {largest}", s.trace());
 }
 
 #[test]
-fn rotations_of_singular_and_inverted_matrices_are_rotations() {
+fn singular_and_inverted_matrices_have_optimal_rotations() {
     let diagonal = |x, y, z| Matrix3::from_diagonal(&Vector3::new(x, y, z));
     for a in [
         Matrix3::identity(),
@@ -228,7 +232,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn rotations_are_the_global_maximum(
+    fn rotations_maximise_the_trace_globally(
         entries in prop::array::uniform9(-1.0..1.0f64),
         flat in prop::option::of(0..3usize),
         exponent in -100..100i32,

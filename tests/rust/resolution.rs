@@ -1,4 +1,4 @@
-//! Cell sizes, wished numbers of vertices, limits of memory, and what the report says of the bust.
+//! Resolution of a lattice: cell sizes, requested vertex counts, memory limits, reports of floating and glued parts.
 
 use supple::{Lattice, LatticeError, LatticeOptions, Mesh, Resolution};
 
@@ -11,7 +11,7 @@ fn build(mesh: &Mesh, resolution: Resolution, memory_limit: Option<u64>) -> Resu
     Lattice::from_mesh(mesh, &LatticeOptions { resolution, join: true, memory_limit })
 }
 
-/// A box with corners at the origin and at `high`.
+/// Returns a box with corners at the origin and at `high`.
 fn cuboid(high: [f64; 3]) -> Mesh {
     let vertices =
         (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { 0.0 } else { high[a] })).collect();
@@ -20,19 +20,19 @@ fn cuboid(high: [f64; 3]) -> Mesh {
 }
 
 #[test]
-fn a_wished_number_of_vertices_is_met_within_five_percent() {
+fn the_requested_vertex_count_is_met_within_five_percent() {
     for name in ["bust.obj", "bust_parts.obj"] {
         let mesh = read(name);
-        for wished in [200, 300, 500, 700, 1000, 1500, 2000, 3000, 5000, 10000, 20000, 100000] {
-            let lattice = build(&mesh, Resolution::Vertices(wished), None).expect("a lattice");
-            let ratio = lattice.len() as f64 / wished as f64;
-            assert!((ratio - 1.0).abs() <= 0.05, "{name}: {} of {wished}", lattice.len());
+        for requested in [200, 300, 500, 700, 1000, 1500, 2000, 3000, 5000, 10000, 20000, 100000] {
+            let lattice = build(&mesh, Resolution::Vertices(requested), None).expect("a lattice");
+            let ratio = lattice.len() as f64 / requested as f64;
+            assert!((ratio - 1.0).abs() <= 0.05, "{name}: {} of {requested}", lattice.len());
         }
     }
 }
 
 #[test]
-fn the_cell_size_found_gives_the_same_lattice_again() {
+fn the_cell_size_found_for_a_vertex_count_gives_the_same_lattice() {
     let mesh = read("bust.obj");
     let found = build(&mesh, Resolution::Vertices(1000), None).expect("a lattice");
     assert_eq!(build(&mesh, Resolution::Vertices(1000), None).as_ref(), Ok(&found));
@@ -40,38 +40,40 @@ fn the_cell_size_found_gives_the_same_lattice_again() {
 }
 
 #[test]
-fn the_nearest_number_is_taken_where_a_shape_allows_no_other() {
+fn the_nearest_possible_vertex_count_is_used_for_a_cube() {
     let cube = cuboid([1.0; 3]);
-    for (wished, expected) in [(8, 8), (30, 27), (100, 125), (1000, 1000), (1030, 1000)] {
-        assert_eq!(build(&cube, Resolution::Vertices(wished), None).expect("a lattice").len(), expected);
+    for (requested, expected) in [(8, 8), (30, 27), (100, 125), (1000, 1000), (1030, 1000)] {
+        assert_eq!(build(&cube, Resolution::Vertices(requested), None).expect("a lattice").len(), expected);
     }
-    for (high, wished) in [([1.0, 1e-9, 1e-9], 4000), ([1e-3, 1e-3, 1e-12], 5000), ([1e9, 3e8, 2e8], 30000)] {
-        let lattice = build(&cuboid(high), Resolution::Vertices(wished), None).expect("a lattice");
+    for (high, requested) in
+        [([1.0, 1e-9, 1e-9], 4000), ([1e-3, 1e-3, 1e-12], 5000), ([1e9, 3e8, 2e8], 30000)]
+    {
+        let lattice = build(&cuboid(high), Resolution::Vertices(requested), None).expect("a lattice");
         assert!(
-            (lattice.len() as f64 / wished as f64 - 1.0).abs() <= 0.05,
-            "{high:?}: {} of {wished}",
+            (lattice.len() as f64 / requested as f64 - 1.0).abs() <= 0.05,
+            "{high:?}: {} of {requested}",
             lattice.len()
         );
     }
 }
 
 #[test]
-fn wrong_resolutions_are_refused() {
+fn invalid_resolutions_are_errors_with_their_value() {
     let cube = cuboid([1.0; 3]);
     for size in [0.0, -0.5, f64::INFINITY] {
         assert_eq!(build(&cube, Resolution::CellSize(size), None), Err(LatticeError::CellSize(size)));
     }
     assert!(matches!(build(&cube, Resolution::CellSize(f64::NAN), None), Err(LatticeError::CellSize(_))));
-    for wished in [0, 7] {
+    for requested in [0, 7] {
         assert_eq!(
-            build(&cube, Resolution::Vertices(wished), None),
-            Err(LatticeError::TooFewVertices(wished))
+            build(&cube, Resolution::Vertices(requested), None),
+            Err(LatticeError::TooFewVertices(requested))
         );
     }
 }
 
 #[test]
-fn too_much_memory_is_refused_with_a_cell_size_that_fits() {
+fn too_much_memory_is_an_error_with_a_cell_size_that_fits() {
     let meshes = [read("bust.obj"), cuboid([1.0; 3]), cuboid([1.0, 0.0, 0.7]), cuboid([1e12, 1.0, 1.0])];
     for mesh in &meshes {
         for limit in [1 << 20, 64 << 20] {
@@ -81,15 +83,15 @@ fn too_much_memory_is_refused_with_a_cell_size_that_fits() {
                 .chain([1_000_000, usize::MAX].map(Resolution::Vertices))
             {
                 let error = build(mesh, resolution, Some(limit)).expect_err("too much");
-                let LatticeError::TooMuchMemory { needed, limit: told, fitting, .. } = &error else {
+                let LatticeError::TooMuchMemory { needed, limit: reported, fitting, .. } = &error else {
                     panic!("{error}")
                 };
-                assert!(*needed > limit && *told == limit);
+                assert!(*needed > limit && *reported == limit);
                 let fitting = fitting.expect("a cell size that fits");
                 assert!(error.to_string().contains(&format!("{fitting:.4e}")));
-                let told: f64 = format!("{fitting:.4e}").parse().expect("a number");
-                let lattice = build(mesh, Resolution::CellSize(told), Some(limit)).expect("it fits");
-                // And it is not needlessly coarse.
+                let printed: f64 = format!("{fitting:.4e}").parse().expect("a number");
+                let lattice = build(mesh, Resolution::CellSize(printed), Some(limit)).expect("it fits");
+                // Regression bound: the suggested cell size is not needlessly coarse.
                 assert!(
                     lattice.len() as u64 * 250 > limit / 64,
                     "{} vertices in {limit} bytes",
@@ -105,8 +107,8 @@ fn too_much_memory_is_refused_with_a_cell_size_that_fits() {
 }
 
 #[test]
-fn parts_that_float_and_parts_that_touch_are_told() {
-    // A block, a cube that floats beside it, one that touches it (one cell from the second), and one within it.
+fn floating_and_touching_parts_are_reported() {
+    // A block, a cube that floats beside it, a box that touches the block one cell from the cube, a cube inside the block.
     let boxes = [
         ([0.0, 0.0, 0.0], [6.0, 6.0, 6.0]),
         ([8.0, 2.0, 2.0], [9.0, 3.0, 3.0]),
@@ -136,18 +138,15 @@ fn parts_that_float_and_parts_that_touch_are_told() {
 }
 
 #[test]
-fn eyes_teeth_and_tongue_ride_along() {
+fn all_parts_of_the_bust_are_in_one_lattice_component() {
     let mesh = read("bust_parts.obj");
-    for wished in [200, 1000, 20000, 200000] {
-        let lattice = build(&mesh, Resolution::Vertices(wished), None).expect("a lattice");
+    for requested in [200, 1000, 20000, 200000] {
+        let lattice = build(&mesh, Resolution::Vertices(requested), None).expect("a lattice");
         assert_eq!(lattice.components().count, 1);
         let report = lattice.report();
         assert!(!report.shell);
-        let floating = report.floating.iter().flat_map(|part| &part.mesh_components);
-        let mut all: Vec<u32> = report.glued.iter().flatten().chain(floating).copied().collect();
-        all.sort_unstable();
-        all.dedup();
-        assert!(!all.is_empty(), "five parts touch the skin or float");
-        assert!(report.floating.iter().all(|part| part.joined));
+        // Eyes, teeth and tongue touch the skin or lie inside it, where all cells are filled.
+        assert_eq!(report.glued, [[0, 1, 2, 3, 4, 5]]);
+        assert!(report.floating.is_empty() && report.bridge_cells == 0, "{report:?}");
     }
 }

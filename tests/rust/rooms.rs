@@ -1,14 +1,14 @@
-//! The rooms of the crates: arrows point one way, and no circles.
+//! Module dependencies of the crates: modules of the core form layers, and no crate has cyclic dependencies.
 //!
-//! Read from the `use` lines. In a folder, what a file takes from its `mod.rs` counts as taken from the file that
-//! defines it; items that `mod.rs` defines itself are common to the room.
+//! Dependencies are read from the `use` lines. Within a module, an item used through `mod.rs` counts as a dependency on
+//! the file that defines it. Items that `mod.rs` defines itself count as no dependency.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms of the core: each may use those to its right.
-const ORDER: [&str; 14] = [
+/// The modules of the core, from the highest layer to the lowest. Each may use only modules after it.
+const LAYERS: [&str; 14] = [
     "simulation",
     "body",
     "volume",
@@ -25,24 +25,25 @@ const ORDER: [&str; 14] = [
     "parallel",
 ];
 
-/// The naive oracle stands beside the rooms, `range` checks the numbers of all, and `error` wraps their errors.
-const ELSEWHERE: [&str; 4] = ["reference", "range", "error", "internals"];
+/// Modules outside the layers: the naive reference, range checks, the wrapping error, the internals for tests.
+const UNLAYERED: [&str; 4] = ["reference", "range", "error", "internals"];
 
-type Arrows = BTreeMap<String, BTreeSet<String>>;
+/// The modules or files that each module or file uses.
+type Dependencies = BTreeMap<String, BTreeSet<String>>;
 
 fn source(krate: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates").join(krate).join("src")
 }
 
-/// The Rust files below a folder, sorted.
+/// Returns the Rust files below a folder, sorted.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut all = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
-                open.push(path);
+                folders.push(path);
             } else if path.extension().is_some_and(|ending| ending == "rs") {
                 all.push(path);
             }
@@ -52,7 +53,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// The code of a file, without comments and without its unit tests.
+/// Returns the code of a file without comments and unit tests.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap();
     let text = text.split("#[cfg(test)]\nmod ").next().unwrap();
@@ -60,7 +61,7 @@ fn code(path: &Path) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// The paths of all `use` items of a text, braces resolved: `use a::{b, c::d};` gives `a::b` and `a::c::d`.
+/// Returns the paths of all `use` items with braces expanded: `use a::{b, c::d};` gives `a::b` and `a::c::d`.
 fn uses(code: &str) -> Vec<Vec<String>> {
     let mut paths = Vec::new();
     let mut rest = code;
@@ -76,6 +77,7 @@ fn uses(code: &str) -> Vec<Vec<String>> {
     paths
 }
 
+/// Appends the paths of a `use` tree below `prefix` to `paths`.
 fn expand(mut prefix: Vec<String>, tree: &str, paths: &mut Vec<Vec<String>>) {
     let tree = tree.trim();
     if let Some(at) = tree.find('{') {
@@ -108,15 +110,15 @@ fn segments(path: &str) -> impl Iterator<Item = String> {
     path.split("::").map(str::trim).filter(|part| !part.is_empty()).map(str::to_owned)
 }
 
-/// The top-level modules of a crate and those that each uses, by `use crate::...` and by paths in its code.
-fn rooms(krate: &str) -> Arrows {
+/// Returns the dependencies between the top-level modules of a crate, from `use crate::...` and from paths in the code.
+fn module_dependencies(krate: &str) -> Dependencies {
     let folder = source(krate);
-    let mut arrows = Arrows::new();
+    let mut dependencies = Dependencies::new();
     for path in files(&folder) {
         let relative = path.strip_prefix(&folder).unwrap();
-        let room = relative.components().next().unwrap().as_os_str().to_str().unwrap();
-        let room = room.trim_end_matches(".rs").to_owned();
-        if ["lib", "main"].contains(&&*room) {
+        let module = relative.components().next().unwrap().as_os_str().to_str().unwrap();
+        let module = module.trim_end_matches(".rs").to_owned();
+        if ["lib", "main"].contains(&&*module) {
             continue;
         }
         let code = code(&path);
@@ -131,125 +133,128 @@ fn rooms(krate: &str) -> Arrows {
         used.extend(
             paths.map(|path| path[1].clone()).filter(|name| name.starts_with(|c: char| c.is_lowercase())),
         );
-        used.remove(&room);
-        arrows.entry(room).or_default().extend(used);
+        used.remove(&module);
+        dependencies.entry(module).or_default().extend(used);
     }
-    let known: BTreeSet<String> = arrows.keys().cloned().collect();
-    arrows.values_mut().for_each(|used| used.retain(|name| known.contains(name)));
-    arrows
+    let known: BTreeSet<String> = dependencies.keys().cloned().collect();
+    dependencies.values_mut().for_each(|used| used.retain(|name| known.contains(name)));
+    dependencies
 }
 
-/// The files of a folder and those beside them that each uses.
-fn files_of_a_room(folder: &Path) -> Arrows {
-    let door = code(&folder.join("mod.rs"));
-    let home: BTreeMap<String, String> = uses(&door)
+/// Returns the dependencies between the files and subfolders of a module's folder.
+fn file_dependencies(folder: &Path) -> Dependencies {
+    let mod_file = code(&folder.join("mod.rs"));
+    // The file that defines each item that `mod.rs` re-exports.
+    let defining_file: BTreeMap<String, String> = uses(&mod_file)
         .into_iter()
         .map(|path| path.into_iter().filter(|part| part != "self").collect::<Vec<_>>())
         .filter(|path| path.len() > 1)
         .map(|path| (path[path.len() - 1].clone(), path[0].clone()))
         .collect();
     let name = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
-    let beside: Vec<PathBuf> = fs::read_dir(folder)
+    let entries: Vec<PathBuf> = fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .filter(|p| name(p) != "mod")
         .collect();
-    let names: BTreeSet<String> = beside.iter().map(|path| name(path)).collect();
-    // The path of the room itself, as `crate::volume::field`.
+    let names: BTreeSet<String> = entries.iter().map(|path| name(path)).collect();
+    // The path of the module itself, such as `crate::volume::field`.
     let parts = folder.components().map(|part| part.as_os_str().to_str().unwrap().to_owned());
     let mut own: Vec<String> = parts.skip_while(|part| part != "src").collect();
     own[0] = "crate".to_owned();
-    let mut arrows = Arrows::new();
-    for path in &beside {
-        let inside = if path.is_dir() { files(path) } else { vec![path.clone()] };
-        for file in inside {
+    let mut dependencies = Dependencies::new();
+    for path in &entries {
+        let sources = if path.is_dir() { files(path) } else { vec![path.clone()] };
+        for file in sources {
             let depth = file.strip_prefix(folder).unwrap().components().count();
-            // `super` of a file in the room, `super::super` of one in a folder of the room.
-            let up = if file.file_stem().unwrap() == "mod" { depth - 1 } else { depth };
+            // The module is `super` of a file in its folder, `super::super` of a file in a subfolder.
+            let levels = if file.file_stem().unwrap() == "mod" { depth - 1 } else { depth };
             let used = uses(&code(&file)).into_iter().filter_map(|path| {
                 let supers = path.iter().take_while(|part| *part == "super").count();
                 let at = if path.starts_with(&own) { own.len() } else { supers };
-                let target = path.get(at).filter(|_| at == own.len() || supers == up)?;
-                if names.contains(target) { Some(target.clone()) } else { home.get(target).cloned() }
+                let target = path.get(at).filter(|_| at == own.len() || supers == levels)?;
+                if names.contains(target) { Some(target.clone()) } else { defining_file.get(target).cloned() }
             });
-            arrows.entry(name(path)).or_default().extend(used.filter(|target| *target != name(path)));
+            dependencies.entry(name(path)).or_default().extend(used.filter(|target| *target != name(path)));
         }
     }
-    arrows.values_mut().for_each(|used| used.retain(|target| names.contains(target)));
-    arrows
+    dependencies.values_mut().for_each(|used| used.retain(|target| names.contains(target)));
+    dependencies
 }
 
-/// A circle of arrows, if there is one.
-fn circle(arrows: &Arrows) -> Option<Vec<String>> {
+/// Returns a cycle of dependencies, if there is one.
+fn cycle(dependencies: &Dependencies) -> Option<Vec<String>> {
     fn visit(
         at: &str,
-        arrows: &Arrows,
-        way: &mut Vec<String>,
+        dependencies: &Dependencies,
+        path: &mut Vec<String>,
         done: &mut BTreeSet<String>,
     ) -> Option<Vec<String>> {
-        if let Some(first) = way.iter().position(|step| step == at) {
-            return Some(way[first..].to_vec());
+        if let Some(first) = path.iter().position(|step| step == at) {
+            return Some(path[first..].to_vec());
         }
         if !done.insert(at.to_owned()) {
             return None;
         }
-        way.push(at.to_owned());
-        let found = arrows.get(at).into_iter().flatten().find_map(|next| visit(next, arrows, way, done));
-        way.pop();
+        path.push(at.to_owned());
+        let mut used = dependencies.get(at).into_iter().flatten();
+        let found = used.find_map(|next| visit(next, dependencies, path, done));
+        path.pop();
         found
     }
     let mut done = BTreeSet::new();
-    arrows.keys().find_map(|start| visit(start, arrows, &mut Vec::new(), &mut done))
+    dependencies.keys().find_map(|start| visit(start, dependencies, &mut Vec::new(), &mut done))
 }
 
 #[test]
-fn rooms_of_the_core_use_only_rooms_below_them() {
-    let place = |room: &str| ORDER.iter().position(|known| *known == room);
-    for (room, used) in rooms("core") {
-        if ELSEWHERE.contains(&&*room) {
+fn modules_of_the_core_use_only_lower_layers() {
+    let layer = |module: &str| LAYERS.iter().position(|known| *known == module);
+    for (module, used) in module_dependencies("core") {
+        if UNLAYERED.contains(&&*module) {
             continue;
         }
-        let own = place(&room).unwrap_or_else(|| panic!("room `{room}` has no place in the order"));
-        for other in used.iter().filter(|other| !ELSEWHERE.contains(&&***other)) {
-            let below = place(other).unwrap_or_else(|| panic!("room `{other}` has no place in the order"));
-            assert!(own < below, "room `{room}` uses `{other}`, which is not below it");
+        let own = layer(&module).unwrap_or_else(|| panic!("module `{module}` is missing in LAYERS"));
+        for other in used.iter().filter(|other| !UNLAYERED.contains(&&***other)) {
+            let below = layer(other).unwrap_or_else(|| panic!("module `{other}` is missing in LAYERS"));
+            assert!(own < below, "module `{module}` uses `{other}`, which is not in a lower layer");
         }
-        assert!(!used.contains("reference"), "room `{room}` uses the naive reference");
+        assert!(!used.contains("reference"), "module `{module}` uses the naive reference");
     }
 }
 
 #[test]
-fn rooms_of_no_crate_use_each_other_in_circles() {
+fn modules_of_the_other_crates_have_no_cyclic_dependencies() {
     for krate in ["io", "study", "cli", "python"] {
-        assert_eq!(circle(&rooms(krate)), None, "crate `{krate}`");
+        assert_eq!(cycle(&module_dependencies(krate)), None, "crate `{krate}`");
     }
 }
 
 #[test]
-fn files_of_no_room_use_each_other_in_circles() {
-    let mut circles = Vec::new();
+fn files_of_a_module_have_no_cyclic_dependencies() {
+    let mut cycles = Vec::new();
     for krate in ["core", "io", "study", "cli", "python"] {
-        for door in files(&source(krate)).iter().filter(|path| path.ends_with("mod.rs")) {
-            let folder = door.parent().unwrap();
-            circles.extend(circle(&files_of_a_room(folder)).map(|circle| (folder.to_owned(), circle)));
+        for mod_file in files(&source(krate)).iter().filter(|path| path.ends_with("mod.rs")) {
+            let folder = mod_file.parent().unwrap();
+            cycles.extend(cycle(&file_dependencies(folder)).map(|cycle| (folder.to_owned(), cycle)));
         }
     }
-    assert!(circles.is_empty(), "{circles:#?}");
+    assert!(cycles.is_empty(), "{cycles:#?}");
 }
 
 #[test]
-fn use_lines_are_read_and_circles_are_found() {
+fn use_lines_are_expanded_and_cycles_are_found() {
     let code = "//! x\nuse a::{b, c::{d, E as F}};\npub(crate) use super::g;\nfn h() {}\n";
     let read: Vec<String> = uses(code).iter().map(|path| path.join("::")).collect();
     assert_eq!(read, ["a::b", "a::c::d", "a::c::E", "super::g"]);
-    let arrows = |pairs: &[(&str, &str)]| {
-        let mut arrows = Arrows::new();
+    let graph = |pairs: &[(&str, &str)]| {
+        let mut dependencies = Dependencies::new();
         for (from, to) in pairs {
-            arrows.entry((*from).to_owned()).or_default().insert((*to).to_owned());
+            dependencies.entry((*from).to_owned()).or_default().insert((*to).to_owned());
         }
-        arrows
+        dependencies
     };
-    assert_eq!(circle(&arrows(&[("a", "b"), ("b", "c"), ("a", "c")])), None);
-    assert!(circle(&arrows(&[("a", "b"), ("b", "c"), ("c", "b")])).is_some());
-    assert!(rooms("core")["simulation"].contains("body"), "arrows are found");
+    assert_eq!(cycle(&graph(&[("a", "b"), ("b", "c"), ("a", "c")])), None);
+    let found = cycle(&graph(&[("a", "b"), ("b", "c"), ("c", "b")]));
+    assert_eq!(found, Some(vec!["b".to_owned(), "c".to_owned()]));
+    assert!(module_dependencies("core")["simulation"].contains("body"));
 }

@@ -1,10 +1,10 @@
-//! Rotation factors against the sign-corrected singular value decomposition in f64.
+//! Rotation factors compared with the sign-corrected singular value decomposition in f64.
 
 use crate::common::Random;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use supple::reference;
 
-/// Singular values with the sign of the determinant on the last one, largest first.
+/// Returns the singular values in decreasing order, the last one with the sign of the determinant.
 fn signed_singular_values(a: &Matrix3<f64>) -> Vector3<f64> {
     let r = reference::rotation(a);
     let mut values = (r.transpose() * a).symmetric_eigenvalues();
@@ -16,7 +16,7 @@ fn axial(m: &Matrix3<f64>) -> Vector3<f64> {
     Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)])
 }
 
-/// A matrix of one of many kinds, and the kind's name.
+/// Returns a random matrix of a random kind, with the name of the kind.
 fn any_matrix(random: &mut Random) -> (&'static str, Matrix3<f64>) {
     let entries = Matrix3::from_fn(|_, _| random.signed());
     let (u, v) = (random.rotation(), random.rotation());
@@ -39,7 +39,7 @@ fn any_matrix(random: &mut Random) -> (&'static str, Matrix3<f64>) {
 }
 
 #[test]
-fn a_million_matrices() {
+fn a_million_matrices_have_optimal_proper_rotations() {
     let mut random = Random(11);
     let (names, matrices): (Vec<_>, Vec<_>) = (0..1_000_000).map(|_| any_matrix(&mut random)).unzip();
     for ((name, a), r) in names.iter().zip(&matrices).zip(supple::rotations(&matrices)) {
@@ -53,7 +53,7 @@ fn a_million_matrices() {
         let a = a / scale;
         let s = signed_singular_values(&a);
         let m = r.transpose() * a;
-        // The rotation and the matrix are rounded to f32: that much torque is no error.
+        // The rotation and the matrix are rounded to f32, which causes this much torque.
         let rounding = 8.0 * f64::from(f32::EPSILON) * s[0];
         let torque = axial(&m).norm();
         assert!(torque <= (1e-6 * (s[1] + s[2])).max(rounding), "{name}: torque {torque:e} of {a}, s = {s}");
@@ -63,21 +63,23 @@ fn a_million_matrices() {
 }
 
 #[test]
-fn order_and_company_do_not_matter_much() {
+fn a_rotation_depends_on_the_other_matrices_of_its_batch_only_by_rounding() {
     let mut random = Random(12);
     let matrices: Vec<_> =
         (0..1000).map(|_| any_matrix(&mut random)).filter(|(name, _)| *name == "random").collect();
     let matrices: Vec<_> = matrices.into_iter().map(|(_, a)| a).collect();
     let together = supple::rotations(&matrices);
     for (a, r) in matrices.iter().zip(&together) {
-        let alone = supple::rotations(std::slice::from_ref(a))[0];
-        let gap = signed_singular_values(a);
-        assert!((alone - r).amax() < 4e-6 * gap[0] / (gap[1] + gap[2]).max(1e-3), "{a}");
+        let single = supple::rotations(std::slice::from_ref(a))[0];
+        let s = signed_singular_values(a);
+        // A perturbation E of A rotates its factor by about E/(s1 + s2), the sum of the two smallest signed singular
+        // values. 4e-6 is 34 ulp of f32, a regression bound for E relative to the largest singular value.
+        assert!((single - r).amax() < 4e-6 * s[0] / (s[1] + s[2]).max(1e-3), "{a}");
     }
 }
 
 #[test]
-fn what_is_not_finite_counts_as_zero() {
+fn matrices_with_non_finite_entries_have_the_identity_as_rotation() {
     let a = Matrix3::new(f64::NAN, 0.0, 0.0, 0.0, f64::INFINITY, 0.0, 0.0, 0.0, 1.0);
     assert!((supple::rotations(&[a])[0] - Matrix3::identity()).amax() < 1e-6);
     assert_eq!(supple::rotations(&[Matrix3::zeros()])[0], Matrix3::identity());
@@ -85,7 +87,7 @@ fn what_is_not_finite_counts_as_zero() {
 }
 
 #[test]
-fn half_turns_are_found() {
+fn rotations_by_large_angles_are_recovered() {
     for axis in [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()] {
         for angle in [std::f64::consts::PI, 3.0, -3.1, 2.0] {
             let turn = *Rotation3::from_axis_angle(&axis, angle).matrix();

@@ -1,4 +1,4 @@
-//! Jobs from Rust: what an observer sees, how a job stops and goes on, and how many steps it takes by itself.
+//! Jobs: observers, stopping and resuming, checkpoints, errors, automatic substeps.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -35,9 +35,9 @@ fn scene(folder: &Path, overrides: &[&str]) -> Scene {
     Scene::parse(SCENE, "scene.toml", folder, &overrides).unwrap()
 }
 
-/// Writes down what it sees, and stops after a frame.
+/// Records the calls to an observer, and stops the job after a frame.
 #[derive(Default)]
-struct Witness {
+struct Recorder {
     span: Option<(u32, u32)>,
     frames: Vec<u32>,
     times: Vec<f64>,
@@ -45,7 +45,7 @@ struct Witness {
     stop_after: Option<u32>,
 }
 
-impl Observer for Witness {
+impl Observer for Recorder {
     fn started(&mut self, first: u32, last: u32) {
         self.span = Some((first, last));
     }
@@ -62,34 +62,34 @@ impl Observer for Witness {
 }
 
 #[test]
-fn an_observer_sees_every_frame_and_may_stop_a_job_that_then_goes_on() {
+fn an_observer_is_called_for_every_frame_and_can_stop_a_job_that_resumes() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene(folder.path(), &[]);
     let mut job = Job::new(scene, folder.path().join("out"));
-    let mut witness = Witness { stop_after: Some(4), ..Witness::default() };
-    let report = job.run(&mut witness).unwrap();
+    let mut recorder = Recorder { stop_after: Some(4), ..Recorder::default() };
+    let report = job.run(&mut recorder).unwrap();
     assert_eq!((report.outcome, report.last, report.written), (Outcome::Stopped, 4, 5));
-    assert_eq!((witness.span, witness.frames), (Some((0, 10)), vec![0, 1, 2, 3, 4]));
+    assert_eq!((recorder.span, recorder.frames), (Some((0, 10)), vec![0, 1, 2, 3, 4]));
     assert!(job.directory.join(CHECKPOINT).is_file() && !job.directory.join(LOCK).exists());
 
     job.resume = true;
-    let mut witness = Witness::default();
-    let report = job.run(&mut witness).unwrap();
+    let mut recorder = Recorder::default();
+    let report = job.run(&mut recorder).unwrap();
     assert_eq!((report.outcome, report.resumed_after, report.written), (Outcome::Finished, Some(4), 6));
-    assert_eq!((witness.span, witness.frames), (Some((5, 10)), (5..=10).collect()));
-    assert_eq!(witness.notes, [Note::Resumed { frame: 4 }]);
-    // Time is frame / fps, never a running sum.
-    for (frame, time) in (5..=10).zip(&witness.times) {
+    assert_eq!((recorder.span, recorder.frames), (Some((5, 10)), (5..=10).collect()));
+    assert_eq!(recorder.notes, [Note::Resumed { frame: 4 }]);
+    // The time is frame / fps, not an accumulated sum.
+    for (frame, time) in (5..=10).zip(&recorder.times) {
         assert!((time - f64::from(frame) / 30.0).abs() < 1e-14);
     }
     let body = &report.bodies[0];
     assert!((body.volume.after / body.volume.rest - 1.0).abs() < 1e-6, "{body:?}");
 
-    let report = job.run(&mut Witness::default()).unwrap();
+    let report = job.run(&mut Recorder::default()).unwrap();
     assert_eq!((report.outcome, report.written), (Outcome::AlreadyFinished, 0));
 }
 
-/// Pushes the body in every frame, changes it after the second, and stops after a frame.
+/// Applies a force in every frame, changes settings at frame 2, and stops the job after the frame in the second field.
 struct Driver(Option<Arc<Mutex<Simulation>>>, u32);
 
 impl Observer for Driver {
@@ -99,7 +99,7 @@ impl Observer for Driver {
     }
 
     fn frame(&mut self, progress: &Progress) -> Flow {
-        // The job lets go of it between frames.
+        // The job does not hold the lock during the call.
         let mut simulation = self.0.as_ref().unwrap().try_lock().unwrap();
         assert_eq!(simulation.time(), progress.time);
         if progress.frame == 2 {
@@ -114,7 +114,7 @@ impl Observer for Driver {
 }
 
 #[test]
-fn an_observer_may_change_the_simulation_and_a_resumed_job_keeps_what_it_changed() {
+fn changes_by_an_observer_survive_stopping_and_resuming() {
     let folder = tempfile::tempdir().unwrap();
     let frame = |name: &str| std::fs::read(folder.path().join(name).join("cube_0010.obj")).unwrap();
     let mut job = Job::new(scene(folder.path(), &[]), folder.path().join("whole"));
@@ -130,7 +130,7 @@ fn an_observer_may_change_the_simulation_and_a_resumed_job_keeps_what_it_changed
     assert_ne!(frame("alone"), frame("whole"));
 }
 
-/// A ball with a `vn` after each `v`, too large for one thread.
+/// Returns an OBJ text of a sphere with a `vn` after each `v`, large enough for several threads.
 fn ball() -> String {
     let (rings, sectors) = (60, 100);
     let (mut elements, mut faces) = (String::new(), String::new());
@@ -177,7 +177,7 @@ fn frames_have_the_same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
-fn what_is_wrong_is_found_before_anything_is_written() {
+fn invalid_jobs_are_input_errors_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let refused = |job: Job| {
@@ -199,7 +199,7 @@ fn what_is_wrong_is_found_before_anything_is_written() {
 }
 
 #[test]
-fn a_failure_to_write_is_not_the_users_input() {
+fn a_write_failure_is_not_an_input_error() {
     let folder = tempfile::tempdir().unwrap();
     let job = Job::new(scene(folder.path(), &[]), folder.path().join("cube.obj/out"));
     let error = job.run(&mut ()).unwrap_err();
@@ -207,26 +207,27 @@ fn a_failure_to_write_is_not_the_users_input() {
 }
 
 #[test]
-fn checkpoints_are_written_by_the_clock() {
+fn checkpoints_are_written_after_the_checkpoint_interval() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = Job::new(scene(folder.path(), &[]), folder.path().join("out"));
-    struct Looks<'a>(&'a Path, usize);
-    impl Observer for Looks<'_> {
+    /// Counts the frames at which the checkpoint exists.
+    struct CheckpointCounter<'a>(&'a Path, usize);
+    impl Observer for CheckpointCounter<'_> {
         fn frame(&mut self, _: &Progress) -> Flow {
             self.1 += usize::from(self.0.is_file());
             Flow::Continue
         }
     }
     let path = job.directory.join(CHECKPOINT);
-    for (interval, seen) in [(Duration::from_secs(1000), 0), (Duration::ZERO, 10)] {
+    for (interval, expected) in [(Duration::from_secs(1000), 0), (Duration::ZERO, 10)] {
         job.checkpoint_interval = interval;
-        let mut looks = Looks(&path, 0);
-        job.run(&mut looks).unwrap();
-        assert_eq!(looks.1, seen);
+        let mut counter = CheckpointCounter(&path, 0);
+        job.run(&mut counter).unwrap();
+        assert_eq!(counter.1, expected);
     }
 }
 
-/// Steps of the scene with these overrides, for a unit cube of cells of this size whose base is at y = 0.5.
+/// Returns the automatic substeps of the scene with overrides, for a unit cube with its base at y = 0.5.
 fn steps(overrides: &[&str], cell_size: f64) -> u32 {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene(folder.path(), overrides);
@@ -238,7 +239,7 @@ fn steps(overrides: &[&str], cell_size: f64) -> u32 {
 fn auto_substeps_follow_frequency_and_speed() {
     let still = "simulation.gravity=[0, 0, 0]";
     assert_eq!(steps(&[still], 0.1), 1);
-    // Six steps in a period: alpha = 2 (1 - cos(2 pi / 6)) = 1.
+    // At least six steps per period: alpha = 2 (1 - cos(2 pi / 6)) = 1.
     for (frequency, expected) in [("5", 1), ("10", 2), ("10.1", 3), ("40", 8)] {
         assert_eq!(
             steps(&[still, &format!("body.cube.frequency={frequency}")], 0.1),
@@ -246,7 +247,7 @@ fn auto_substeps_follow_frequency_and_speed() {
             "{frequency}"
         );
     }
-    // A cell in a step: 12 / (30 x 0.1) = 4.
+    // At most one cell per step: 12 / (30 x 0.1) = 4.
     assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.1), 4);
     assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.4), 1);
     // A fall of the center over 1: v^2 = 2 g.
@@ -260,7 +261,7 @@ fn auto_substeps_follow_frequency_and_speed() {
 }
 
 #[test]
-fn auto_substeps_are_what_a_scene_runs_with() {
+fn a_scene_runs_with_its_auto_substeps() {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = scene(folder.path(), &["body.cube.frequency=40", "simulation.gravity=[0, 0, 0]"]);
     scene.simulation.substeps = Substeps::Auto;

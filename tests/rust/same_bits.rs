@@ -1,17 +1,18 @@
-//! The same bits for any number of threads, with and without looking, and the same figures at any SIMD level.
+//! Results have the same bits for any number of threads, with or without evaluation, at every SIMD level.
 
-use crate::common::{Random, block, coordinates, lattice, points, rest, worst};
+use crate::common::{Random, block, coordinates, lattice, points, rest, tolerance, worst};
 use nalgebra::{Point3, Vector3};
+use supple::reference::{self, Regions};
 use supple::{
-    Body, Collider, Handle, Key, Pin, Selection, Simulation, TimeWindow, VolumeOptions, VolumeScope,
+    Body, Collider, Handle, Key, Lattice, Pin, Selection, Simulation, TimeWindow, VolumeOptions, VolumeScope,
 };
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
-/// A body of several chunks with all stages: damping, a pin, a handle, the ground and a ball, the regional correction.
-fn everything(threads: usize) -> Simulation {
+/// A body of several chunks with every stage: damping, a pin, a handle, a plane, a sphere, the regional correction.
+fn full_simulation(threads: usize) -> Simulation {
     let lattice = lattice(&block([33, 17, 19]));
-    assert!(lattice.len() > 8_192);
+    assert!(lattice.len() > 8_192, "more than two chunks of 4,096 lattice vertices");
     let mut random = Random(31);
     let x: Vec<_> = rest(&lattice).iter().map(|x| x + random.vector() * 0.1).collect();
     let window = TimeWindow { start: 0.1, end: 0.6 };
@@ -28,18 +29,18 @@ fn everything(threads: usize) -> Simulation {
         .unwrap();
     body.set_positions(&points(&x)).unwrap();
     let ground = Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]);
-    let ball = Collider::sphere([16.0, -2.0, 9.0], 4.0);
-    Simulation::builder().body(body).collider(ground).collider(ball).threads(threads).build().unwrap()
+    let sphere = Collider::sphere([16.0, -2.0, 9.0], 4.0);
+    Simulation::builder().body(body).collider(ground).collider(sphere).threads(threads).build().unwrap()
 }
 
 fn run(threads: usize) -> Outcome {
-    let mut sim = everything(threads);
+    let mut sim = full_simulation(threads);
     sim.steps(60);
     (sim.body(0).positions(), sim.body(0).velocities())
 }
 
 #[test]
-fn for_any_number_of_threads() {
+fn steps_have_the_same_bits_for_any_number_of_threads() {
     let one = run(1);
     for threads in [2, 3, 8] {
         assert!(run(threads) == one, "{threads} threads differ from one");
@@ -47,24 +48,24 @@ fn for_any_number_of_threads() {
 }
 
 #[test]
-fn what_is_shown_for_any_number_of_threads() {
-    let shown = |threads| {
-        let mut sim = everything(threads);
+fn corrected_positions_have_the_same_bits_for_any_number_of_threads() {
+    let corrected = |threads| {
+        let mut sim = full_simulation(threads);
         [20, 20].map(|steps| {
             sim.steps(steps);
             sim.body(0).corrected_positions()
         })
     };
-    let one = shown(1);
+    let one = corrected(1);
     for threads in [2, 3] {
-        assert!(shown(threads) == one, "{threads} threads differ from one");
+        assert!(corrected(threads) == one, "{threads} threads differ from one");
     }
 }
 
 #[test]
-fn whether_somebody_looks_or_not() {
-    let blind = run(1);
-    let mut sim = everything(2);
+fn evaluating_a_body_between_steps_changes_no_bit() {
+    let unevaluated = run(1);
+    let mut sim = full_simulation(2);
     for _ in 0..60 {
         sim.step();
         let body = sim.body(0);
@@ -72,57 +73,128 @@ fn whether_somebody_looks_or_not() {
         body.corrected_positions();
         body.volume_report();
     }
-    assert!((sim.body(0).positions(), sim.body(0).velocities()) == blind);
+    assert!((sim.body(0).positions(), sim.body(0).velocities()) == unevaluated);
 }
 
-/// The levels are chosen once in a process, so each runs in one of its own: this test itself.
-#[test]
-fn levels_with_fma_agree_bit_for_bit_and_others_to_a_tolerance() {
-    const CHILD: &str = "SUPPLE_TEST_CHILD";
-    let mut sim = Simulation::builder()
-        .body(
-            Body::from_lattice(lattice(&block([9, 6, 7])))
-                .half_width(2)
-                .region_damping(0.05)
-                .build()
-                .unwrap(),
-        )
-        .gravity([0.0; 3])
-        .threads(1)
-        .build()
-        .unwrap();
+/// Coordinates of several points.
+type Vectors = Vec<[f64; 3]>;
+
+/// The results at one SIMD level: its name; the goals of a small deformed body; its positions after one step and after
+/// [`LEVEL_STEPS`]; positions, velocities and corrected positions of the full simulation on one thread and on three.
+type LevelResults = (String, Vectors, [Vectors; 2], [Vectors; 2]);
+
+const LEVEL_STEPS: u64 = 20;
+const LEVEL_HALF_WIDTH: usize = 2;
+
+/// The lattice of the small body and its deformed positions.
+fn deformed() -> (Lattice, Vec<Vector3<f64>>) {
+    let lattice = lattice(&block([9, 6, 7]));
     let mut random = Random(32);
-    let x: Vec<_> = rest(sim.body(0).lattice()).iter().map(|x| x + random.vector() * 0.2).collect();
-    sim.body_mut(0).set_positions(&points(&x)).unwrap();
-    sim.steps(20);
-    let x = coordinates(&sim.body(0).positions());
-    if let Ok(file) = std::env::var(CHILD) {
-        let text: Vec<String> = x.iter().flat_map(|x| x.iter().map(|x| x.to_bits().to_string())).collect();
-        std::fs::write(file, format!("{} {}", supple::simd_level(), text.join(" "))).unwrap();
+    let x = rest(&lattice).iter().map(|x| x + random.vector() * 0.2).collect();
+    (lattice, x)
+}
+
+fn level_results() -> LevelResults {
+    let plain = |x: &[Vector3<f64>]| -> Vectors { x.iter().map(|&x| x.into()).collect() };
+    let (lattice, x) = deformed();
+    let body = Body::from_lattice(lattice).half_width(LEVEL_HALF_WIDTH).stiffness(1.0).region_damping(0.05);
+    let mut body = body.build().unwrap();
+    body.set_positions(&points(&x)).unwrap();
+    let goals = plain(&coordinates(&body.goals()));
+    let mut sim = Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build().unwrap();
+    let stepped = [1, LEVEL_STEPS - 1].map(|steps| {
+        sim.steps(steps);
+        plain(&coordinates(&sim.body(0).positions()))
+    });
+    let full = [1, 3].map(|threads| {
+        let mut sim = full_simulation(threads);
+        sim.steps(LEVEL_STEPS);
+        let body = sim.body(0);
+        let shown = coordinates(&body.corrected_positions());
+        plain(&[coordinates(&body.positions()), body.velocities(), shown].concat())
+    });
+    (supple::simd_level().to_owned(), goals, stepped, full)
+}
+
+/// The results of a process that runs at `level`; `None` if the machine lacks that level. The level is chosen once per
+/// process, so the test that calls this starts itself again.
+fn results_at(level: &str, test: &str) -> Option<LevelResults> {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("results");
+    let status = std::process::Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", test])
+        .env("SUPPLE_SIMD", level)
+        .env(LEVEL_OUTPUT, &file)
+        .stdout(std::process::Stdio::null())
+        .status()
+        .unwrap();
+    assert!(status.success(), "{level}");
+    let results: LevelResults = postcard::from_bytes(&std::fs::read(&file).ok()?).unwrap();
+    assert_eq!(results.0, level, "the level that ran");
+    Some(results)
+}
+
+/// The environment variable that names the file for the results of a process started by [`results_at`].
+const LEVEL_OUTPUT: &str = "SUPPLE_TEST_LEVEL_OUTPUT";
+
+/// Within one SIMD level, results have the same bits for any number of threads and in any process. Between levels they
+/// differ: with FMA (`avx2`, `avx512`, `neon`) a product and its sum are rounded once, without it twice. So each level
+/// is compared with the f64 reference, to the tolerance of `matching::goals_equal_the_reference`.
+#[test]
+fn each_simd_level_is_thread_count_independent_and_close_to_the_reference() {
+    if let Ok(file) = std::env::var(LEVEL_OUTPUT) {
+        // Where the machine lacks the level, the library runs its best one instead: that leaves no file.
+        if supple::check_simd_request().is_ok() {
+            std::fs::write(file, postcard::to_stdvec(&level_results()).unwrap()).unwrap();
+        }
         return;
     }
-    let own_level = supple::simd_level();
-    let directory = tempfile::tempdir().unwrap();
-    for level in ["sse2", "sse4.2", "avx2", "avx512", "neon"] {
-        let file = directory.path().join(level);
-        let status = std::process::Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "same_bits::levels_with_fma_agree_bit_for_bit_and_others_to_a_tolerance"])
-            .env("SUPPLE_SIMD", level)
-            .env(CHILD, &file)
-            .stdout(std::process::Stdio::null())
-            .status()
-            .unwrap();
-        assert!(status.success());
-        let text = std::fs::read_to_string(&file).unwrap();
-        let (ran, bits) = text.split_once(' ').unwrap();
-        let numbers: Vec<f64> = bits.split(' ').map(|b| f64::from_bits(b.parse().unwrap())).collect();
-        let other: Vec<_> = numbers.chunks(3).map(Vector3::from_column_slice).collect();
-        if ran == own_level {
-            assert_eq!(x, other, "{level}");
-        } else if [ran, own_level].iter().all(|level| ["avx2", "avx512", "neon"].contains(level)) {
-            assert_eq!(x, other, "{ran} against {own_level}");
-        } else {
-            assert!(worst(&x, &other) < 1e-4, "{ran} against {own_level}");
+    let test = "same_bits::each_simd_level_is_thread_count_independent_and_close_to_the_reference";
+    let names = ["scalar", "sse2", "sse4.2", "avx2", "avx512", "neon"];
+    let levels: Vec<LevelResults> = names.iter().filter_map(|name| results_at(name, test)).collect();
+    let ran: Vec<&str> = levels.iter().map(|(name, ..)| &**name).collect();
+    // Every x86-64 processor has SSE2 and every AArch64 one NEON. Scalar code is compiled only for targets that
+    // guarantee neither, and is the only level there.
+    #[cfg(target_arch = "x86_64")]
+    {
+        assert!(ran.contains(&"sse2"), "{ran:?}");
+        if std::is_x86_feature_detected!("avx2") {
+            assert!(ran.contains(&"sse4.2") && ran.len() >= 2, "{ran:?}");
         }
+    }
+    #[cfg(target_arch = "aarch64")]
+    assert_eq!(ran, ["neon"]);
+    assert!(!ran.is_empty() && (!ran.contains(&"scalar") || ran.len() == 1), "{ran:?}");
+
+    let own =
+        levels.iter().find(|(name, ..)| name == supple::simd_level()).expect("the level of this process");
+    assert!(level_results() == *own, "another process gives other bits at {}", own.0);
+
+    let vectors = |x: &Vectors| -> Vec<Vector3<f64>> { x.iter().map(|&x| x.into()).collect() };
+    let (lattice, x) = deformed();
+    let naive = reference::goals(&lattice, &x, LEVEL_HALF_WIDTH, Regions::Staircase);
+    let goal_error = tolerance(x.iter().map(|x| x.amax()).fold(1.0, f64::max));
+    for (name, goals, [first, last], [one, three]) in &levels {
+        assert!(one == three, "{name}: three threads differ from one");
+        let error = worst(&vectors(goals), &naive);
+        assert!(error <= goal_error, "{name}: goals {error:e} cells off the reference");
+        // From rest, a step at stiffness 1 ends in the goals.
+        let error = worst(&vectors(first), &naive);
+        assert!(error <= 2.0 * goal_error, "{name}: {error:e} cells off the reference after one step");
+        // An error of a goal displaces its step and, as an error of the velocity, every later one: k errors after k
+        // steps, n (n + 1)/2 in all for a motion without a restoring force. Elastic modes and damping keep it smaller.
+        let growth = (LEVEL_STEPS * (LEVEL_STEPS + 1) / 2) as f64;
+        let difference = worst(&vectors(last), &vectors(&levels[0].2[1]));
+        assert!(
+            difference <= 2.0 * growth * goal_error,
+            "{name} and {}: {difference:e} cells apart after {LEVEL_STEPS} steps",
+            levels[0].0
+        );
+    }
+    // The levels with and without FMA round differently: equal bits would mean that the same kernels ran.
+    if let (Some(with), Some(without)) =
+        (levels.iter().find(|l| l.0 == "avx2"), levels.iter().find(|l| l.0 == "sse2"))
+    {
+        assert!(with.1 != without.1, "avx2 and sse2 give the same goals");
     }
 }

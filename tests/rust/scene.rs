@@ -1,4 +1,4 @@
-//! Scenes: every key, every refusal with its message, overrides, and the way back to text.
+//! Scenes: all keys, errors with their messages, overrides, and writing as text.
 
 use std::path::Path;
 
@@ -75,7 +75,7 @@ fn parse_with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
     Scene::parse(text, "scene.toml", Path::new("folder"), &overrides)
 }
 
-/// The message of a small scene with further lines in its body.
+/// Returns the error message of a small scene with additional lines in its body.
 fn refusal(lines: &str) -> String {
     parse(&format!("{SMALL}{lines}\n")).expect_err(lines).to_string()
 }
@@ -129,7 +129,7 @@ fn every_key_is_read() {
 }
 
 #[test]
-fn a_scene_reads_back_from_its_text() {
+fn a_written_scene_reads_back_the_same() {
     let scene = parse(FULL).unwrap();
     assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
     let quoted = parse_with(SMALL, &["body.bust.mesh=\"a \\\"b\\\" \\\\ c.obj\""]).unwrap();
@@ -137,7 +137,7 @@ fn a_scene_reads_back_from_its_text() {
 }
 
 #[test]
-fn unknown_keys_name_the_nearest() {
+fn unknown_keys_are_errors_with_the_nearest_known_key() {
     let message = refusal("half_widht = 3");
     assert!(message.starts_with("scene.toml:4: unknown key `body.bust.half_widht`"), "{message}");
     assert!(message.contains("`half_width`"), "{message}");
@@ -148,7 +148,7 @@ fn unknown_keys_name_the_nearest() {
 }
 
 #[test]
-fn values_out_of_range_name_the_range() {
+fn values_out_of_range_are_errors_with_the_range() {
     for (line, key, range) in [
         ("stiffness = 0", "stiffness", "in (0, 1]"),
         ("stiffness = 1.5", "stiffness", "in (0, 1]"),
@@ -168,7 +168,7 @@ fn values_out_of_range_name_the_range() {
         ("volume = { max_correction = -1 }", "max_correction", "at least 0"),
         ("[[body.pin]]\nplane = { point = [0,0,0], normal = [0,0,0] }", "pin.0.plane.normal", "but zero"),
         ("[[body.pin]]\nbox = { min = [1,0,0], max = [0,1,1] }", "pin.0.box.max", "`min`"),
-        ("[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nfrom = 2\nuntil = 1", "end", "above 2"),
+        ("[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nstart = 2\nend = 1", "end", "above 2"),
     ] {
         let message = refusal(line);
         assert!(message.contains(key) && message.contains(range), "{line}: {message}");
@@ -186,12 +186,12 @@ fn values_out_of_range_name_the_range() {
 }
 
 #[test]
-fn wrong_types_are_named() {
+fn values_of_the_wrong_type_are_errors_with_the_expected_type() {
     for (line, words) in [
-        ("stiffness = \"hard\"", "a number, not the text \"hard\""),
+        ("stiffness = \"hard\"", "a number, not the string \"hard\""),
         ("join = 1", "true or false, not 1"),
-        ("rotate = [0, 1]", "three numbers, not a list of 2 values"),
-        ("object = 3", "a text in quotes, not 3"),
+        ("rotate = [0, 1]", "three numbers, not [0, 1]"),
+        ("object = 3", "a string in quotes, not 3"),
         ("volume = 1", "{ measure = \"mesh\" }"),
         ("[body.pin]\nbox = { min = [0,0,0], max = [1,1,1] }", "[[body.pin]] in double brackets"),
         ("[[body.handle]]\nbox = { min = [0,0,0], max = [1,1,1] }\nkeys = 3", "a list of poses"),
@@ -202,8 +202,8 @@ fn wrong_types_are_named() {
 }
 
 #[test]
-fn a_body_takes_the_keys_of_the_table() {
-    // A date is right for no key.
+fn every_key_of_the_table_is_known_to_the_body_reader() {
+    // No key accepts a date.
     for key in body_keys().iter().filter(|key| !["name", "mesh"].contains(&key.as_str())) {
         let message = refusal(&format!("{key} = 1979-05-27"));
         assert!(message.contains(&format!("scene.toml:4: `body.bust.{key}` must be")), "{message}");
@@ -211,7 +211,7 @@ fn a_body_takes_the_keys_of_the_table() {
 }
 
 #[test]
-fn pairs_exclude_each_other() {
+fn mutually_exclusive_keys_are_errors_that_name_both() {
     for (line, first, second) in [
         ("half_width = 2\nstiffness_radius = 0.1", "half_width", "stiffness_radius"),
         ("stiffness = 1\nfrequency = 3", "stiffness", "frequency"),
@@ -230,7 +230,7 @@ fn pairs_exclude_each_other() {
 }
 
 #[test]
-fn bodies_need_a_mesh_and_names_of_their_own() {
+fn bodies_need_a_mesh_and_unique_valid_names() {
     let message = parse("[[body]]\nname = \"a\"\n").unwrap_err().to_string();
     assert!(message.contains("scene.toml:1: `body.a.mesh` is missing"), "{message}");
     let message = parse("[simulation]\n").unwrap_err().to_string();
@@ -246,7 +246,7 @@ fn bodies_need_a_mesh_and_names_of_their_own() {
 }
 
 #[test]
-fn keys_run_forward_in_time() {
+fn key_times_must_increase() {
     let handle = |keys: &str| {
         refusal(&format!("[[body.handle]]\nsphere = {{ center = [0,0,0], radius = 1 }}\nkeys = {keys}"))
     };
@@ -258,7 +258,7 @@ fn keys_run_forward_in_time() {
 }
 
 #[test]
-fn text_that_is_no_toml_names_its_line() {
+fn invalid_toml_and_unreadable_files_are_errors_with_the_line_or_the_path() {
     let message = parse("[simulation]\nframes = \n").unwrap_err().to_string();
     assert!(message.starts_with("scene.toml:2: not valid TOML"), "{message}");
     let message = parse("[simulation]\nframes = 99999999999999999999\n").unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Scenes changed by overrides, and the scene that a model alone means.
+//! Scenes changed by overrides, and the default scene of a model file.
 
 use std::path::Path;
 
@@ -38,7 +38,7 @@ fn parse_with(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
 }
 
 #[test]
-fn overrides_change_the_scene() {
+fn overrides_change_values_of_the_scene() {
     let scene = parse_with(
         TWO,
         &[
@@ -55,7 +55,7 @@ fn overrides_change_the_scene() {
     .unwrap();
     assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2));
     assert_eq!(scene.output.directory, Path::new("else where"));
-    // The override takes the place of `stiffness_radius`, which said the same.
+    // The override of `half_width` replaces `stiffness_radius`.
     assert_eq!(scene.bodies[0].material.region_size, RegionSize::Cells(3));
     assert_eq!(
         (scene.bodies[1].material.density, scene.bodies[1].placement.translate),
@@ -67,14 +67,14 @@ fn overrides_change_the_scene() {
 }
 
 #[test]
-fn wrong_overrides_say_so() {
+fn invalid_overrides_are_errors_with_the_override_and_the_reason() {
     for (text, words) in [
         ("simulation.frames", "KEY=VALUE"),
         ("simulation.frame=3", "unknown key `simulation.frame`; the nearest known one is `frames`"),
-        ("body.bsut.half_width=3", "nothing is called `bsut`; the nearest known name is `bust`"),
+        ("body.bsut.half_width=3", "no element is called `bsut`; the nearest known name is `bust`"),
         ("body.7.half_width=3", "the list has 1"),
         ("body.bust.half_width=0", "must be a whole number from 1"),
-        ("body.bust.stiffness=soft", "a number, not the text \"soft\""),
+        ("body.bust.stiffness=soft", "a number, not the string \"soft\""),
         ("body.bust.name.x=1", "has no keys"),
         ("body..x=1", "is called"),
         (".x=1", "empty"),
@@ -87,7 +87,7 @@ fn wrong_overrides_say_so() {
 }
 
 #[test]
-fn a_model_falls_its_own_height_in_half_a_second() {
+fn in_the_default_scene_a_model_falls_its_own_height_in_half_a_second() {
     for (up, axis) in [(Up::Y, 1), (Up::Z, 2)] {
         let scene =
             Scene::of_model(Path::new("models/red ball.obj"), [-1.0, -2.0, -3.0], [1.0, 2.0, 4.0], up);

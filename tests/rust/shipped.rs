@@ -1,4 +1,4 @@
-//! The shipped scenes do what they say.
+//! The example scenes keep their volume, and the stretched head comes to rest.
 
 use std::path::Path;
 
@@ -15,8 +15,8 @@ fn scene(name: &str, overrides: &[&str]) -> (Scene, Prepared) {
     (scene, prepared)
 }
 
-/// The enclosed volume of the surface as it is written: f32 coordinates.
-fn shown(body: BodyRef<'_>) -> (f64, [f32; 3], [f32; 3]) {
+/// Returns the enclosed volume and the bounds of the evaluated surface, in f32 coordinates as in the written frames.
+fn surface_volume_and_bounds(body: BodyRef<'_>) -> (f64, [f32; 3], [f32; 3]) {
     let mesh = body.mesh().unwrap();
     let mut surface = vec![[0.0_f32; 3]; mesh.vertices().len()];
     Display::new().evaluate(body).surface_into(&mut surface, None);
@@ -27,7 +27,7 @@ fn shown(body: BodyRef<'_>) -> (f64, [f32; 3], [f32; 3]) {
     (volume, low, high)
 }
 
-/// Cells that are turned inside out at a corner.
+/// Returns the number of cells that are inverted at a corner.
 fn inverted_cells(body: &Body) -> usize {
     let x = body.positions();
     let cells = 0..body.lattice().cells().len() as u32;
@@ -46,9 +46,9 @@ fn inverted_cells(body: &Body) -> usize {
 }
 
 #[test]
-fn a_stretched_head_keeps_its_volume_and_comes_to_rest() {
+fn the_stretched_head_keeps_its_volume_inverts_no_cell_and_comes_to_rest() {
     let (scene, mut prepared) = scene("stretch_and_drop.toml", &[]);
-    let (rest, low, high) = shown(prepared.simulation.body(0));
+    let (rest, low, high) = surface_volume_and_bounds(prepared.simulation.body(0));
     let height = high[1] - low[1];
     let (mut stretch, mut boxes) = (0.0_f32, Vec::new());
     for frame in 0..=scene.simulation.frames {
@@ -56,12 +56,13 @@ fn a_stretched_head_keeps_its_volume_and_comes_to_rest() {
             prepared.simulation.steps(u64::from(prepared.substeps));
         }
         let body = prepared.simulation.body(0);
-        let (volume, low, high) = shown(body);
+        let (volume, low, high) = surface_volume_and_bounds(body);
         assert!((volume / rest - 1.0).abs() < 1e-5, "frame {frame}: {volume} of {rest}");
         assert_eq!(inverted_cells(&body), 0, "frame {frame}");
         stretch = stretch.max((high[1] - low[1]) / height);
         boxes.push((low, high));
     }
+    // Regression bounds.
     assert!(stretch > 1.3, "stretched by {stretch}");
     let cell = prepared.simulation.body(0).lattice().cell_size() as f32;
     let second = scene.simulation.fps as usize;
@@ -76,25 +77,25 @@ fn a_stretched_head_keeps_its_volume_and_comes_to_rest() {
 }
 
 #[test]
-fn without_correction_it_swells() {
+fn the_stretched_head_swells_without_the_volume_correction() {
     let (_, mut prepared) = scene("stretch_and_drop.toml", &["body.bust.volume=off"]);
-    let rest = shown(prepared.simulation.body(0)).0;
-    // Full stretch: 1.5 s.
+    let rest = surface_volume_and_bounds(prepared.simulation.body(0)).0;
+    // The stretch is largest at 1.5 s. 1.25 is a regression bound.
     prepared.simulation.steps(45 * u64::from(prepared.substeps));
-    let swollen = shown(prepared.simulation.body(0)).0 / rest;
+    let swollen = surface_volume_and_bounds(prepared.simulation.body(0)).0 / rest;
     assert!(swollen > 1.25, "{swollen}");
 }
 
 #[test]
-fn every_scene_runs_and_keeps_its_volume() {
+fn every_example_scene_keeps_its_volume() {
     for name in ["drop.toml", "squeeze.toml", "twist.toml", "bust_parts.toml"] {
         let (scene, mut prepared) = scene(name, &[]);
         let rest = prepared.simulation.body(0).volume_report().rest;
         for _ in 0..scene.simulation.frames {
             prepared.simulation.steps(u64::from(prepared.substeps));
             let report = prepared.simulation.body(0).volume_report();
-            let kept = (report.after / rest - 1.0).abs() < 1e-5 && !report.capped;
-            assert!(kept, "{name} at {}: {report:?}", prepared.simulation.time());
+            let preserved = (report.after / rest - 1.0).abs() < 1e-5 && !report.capped;
+            assert!(preserved, "{name} at {}: {report:?}", prepared.simulation.time());
         }
     }
 }

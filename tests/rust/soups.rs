@@ -1,4 +1,4 @@
-//! Random triangles: the voxeliser against clipping and a plain search, and triangles on the grid.
+//! Random triangles: voxelisation compared with clipping and flood fill, and triangles on grid planes.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ fn lattice(mesh: &Mesh, cell_size: f64, join: bool) -> Lattice {
     Lattice::from_mesh(mesh, &options).expect("a lattice")
 }
 
-/// The part of a polygon on the inner side of the six planes of a box.
+/// Clips a polygon to a box.
 fn clip(polygon: &[[f64; 3]], low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
     let mut polygon = polygon.to_vec();
     for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
@@ -33,7 +33,7 @@ fn clip(polygon: &[[f64; 3]], low: [f64; 3], high: [f64; 3]) -> Vec<[f64; 3]> {
     polygon
 }
 
-/// The cells that some triangle cuts, grown or shrunk by a margin.
+/// Returns the cells that intersect a triangle after they are grown by a margin, or shrunk by a negative one.
 fn cut_cells(triangles: &[[[f64; 3]; 3]], size: [i32; 3], margin: f64) -> BTreeSet<[i32; 3]> {
     let all =
         (0..size[0] * size[1] * size[2]).map(|i| [i % size[0], i / size[0] % size[1], i / size[0] / size[1]]);
@@ -44,7 +44,7 @@ fn cut_cells(triangles: &[[[f64; 3]; 3]], size: [i32; 3], margin: f64) -> BTreeS
     all.filter(cut).collect()
 }
 
-/// The cells that a plain search from outside does not reach.
+/// Returns the cells that a flood fill from outside does not enter.
 fn enclosed(walls: &BTreeSet<[i32; 3]>, size: [i32; 3]) -> BTreeSet<[i32; 3]> {
     let mut reached = BTreeSet::new();
     let mut stack = vec![[-1; 3]];
@@ -67,7 +67,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_cells_of_a_soup_are_those_that_clipping_finds(
+    fn the_cells_of_random_triangles_equal_those_of_clipping_and_flood_fill(
         corners in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64), 3..40),
         stretch in prop::array::uniform3(0.05..1.0f64),
         fineness in 2.0..14.0f64,
@@ -91,7 +91,7 @@ proptest! {
     }
 
     #[test]
-    fn soups_on_the_grid_do_no_harm(
+    fn triangles_near_grid_planes_lie_within_their_cells(
         corners in prop::collection::vec(prop::array::uniform3(0..5i32), 3..40),
         jitter in prop::array::uniform3(-3e-6..3e-6f64),
     ) {

@@ -1,6 +1,6 @@
-//! A box of cells under global shape matching (Mueller et al. 2005): all that contacts need of a body.
+//! A box of cells under global shape matching (Mueller et al. 2005), as a minimal body for the tests of contacts.
 
-#![allow(dead_code, reason = "each test takes what it needs")]
+#![allow(dead_code, reason = "not every test uses every item")]
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::internals::{
@@ -18,13 +18,14 @@ pub(crate) struct Block {
     pub(crate) contacts: Contacts,
     pub(crate) samples: Vec<(u32, [f32; 3])>,
     pub(crate) gravity: [f64; 3],
-    /// Part of the velocities relative to the body's rigid motion that a step takes.
+    /// Share of the velocities relative to the body's rigid motion that a step removes.
     pub(crate) damping: f64,
     pub(crate) steps: u64,
 }
 
 impl Block {
-    /// Samples as (cell, place in it); `None`: every boundary vertex, and the middle of every boundary face.
+    /// Creates a body with samples as (cell, position in the cell). `None` means every boundary vertex and the center of
+    /// every boundary face.
     pub(crate) fn new(size: [u32; 3], cell_size: f64, samples: Option<Vec<(u32, [f32; 3])>>) -> Self {
         let n = size.map(|s| s + 1);
         let vertex = |i: [u32; 3]| (i[2] * n[1] + i[1]) * n[0] + i[0];
@@ -36,7 +37,7 @@ impl Block {
             .map(|i| std::array::from_fn(|k| vertex(std::array::from_fn(|a| i[a] + (k as u32 >> a & 1)))))
             .collect();
         let samples = samples.unwrap_or_else(|| surface(grid(size), size));
-        // Slots in an order of their own, with holes, as a layout in blocks has them.
+        // Slots in another order and with gaps, as in a layout in blocks.
         let slots: Vec<u32> = (0..rest.len() as u32).map(|v| 3 + 2 * (rest.len() as u32 - 1 - v)).collect();
         let blocks = (2 * rest.len() + 3).div_ceil(8);
         let (cells, local): (Vec<u32>, Vec<[f32; 3]>) = samples.iter().copied().unzip();
@@ -59,7 +60,8 @@ impl Block {
         block
     }
 
-    /// Puts the rest shape, turned by `rotation` about its corner, with that corner at a world point; at rest.
+    /// Sets the positions to the rest shape, transformed by `rotation` about its corner, with that corner at `corner` in
+    /// world space.
     pub(crate) fn place(&mut self, rotation: &Matrix3<f64>, corner: Point3<f64>) {
         for (v, rest) in self.rest.iter().enumerate() {
             let world = corner + rotation * rest * self.frame.cell_size;
@@ -91,7 +93,7 @@ impl Block {
         Vector3::from(self.velocities.get(self.slots[v]).map(f64::from))
     }
 
-    /// Local position of a sample.
+    /// Returns the position of a sample in cells.
     pub(crate) fn sample(&self, index: usize) -> Vector3<f64> {
         self.blend(index, |v| self.position(v))
     }
@@ -109,7 +111,7 @@ impl Block {
         })
     }
 
-    /// World positions of all samples.
+    /// Returns the world positions of all samples.
     pub(crate) fn surface(&self) -> Vec<Point3<f64>> {
         (0..self.samples.len()).map(|i| self.frame.origin + self.sample(i) * self.frame.cell_size).collect()
     }
@@ -124,7 +126,7 @@ impl Block {
         sum / self.rest.len() as f64 * self.frame.cell_size
     }
 
-    /// Contacts alone, no time passes but that of the interval.
+    /// Resolves contacts without a step of the body.
     pub(crate) fn resolve(&mut self, colliders: &Colliders, step: Interval) -> ContactReport {
         self.contacts.begin(&self.velocities);
         self.finish(colliders, step)
@@ -136,7 +138,7 @@ impl Block {
         contacts.resolve(&mut state, colliders, step, gravity)
     }
 
-    /// One whole step of length `dt` with stiffness `alpha`; 0 = the vertices do not know each other.
+    /// Runs a step of length `dt` with stiffness `alpha`. At 0 the vertices move independently.
     pub(crate) fn step(&mut self, colliders: &Colliders, dt: f64, alpha: f64) -> ContactReport {
         self.contacts.begin(&self.velocities);
         let goals = if alpha > 0.0 { self.goals() } else { Vec::new() };
@@ -158,7 +160,7 @@ impl Block {
         report
     }
 
-    /// Several steps at stiffness 1.
+    /// Runs several steps at stiffness 1.
     pub(crate) fn run(&mut self, count: usize, colliders: &Colliders, dt: f64) {
         for _ in 0..count {
             self.step(colliders, dt, 1.0);
@@ -180,7 +182,7 @@ impl Block {
     }
 }
 
-/// Draws velocities towards the rigid motion that has their momenta (Mueller et al. 2007, section 3.5).
+/// Blends velocities with the rigid motion of the same momenta (Mueller et al. 2007, section 3.5).
 fn damp(positions: &[Vector3<f64>], velocities: &mut [Vector3<f64>], part: f64) {
     let count = positions.len() as f64;
     let center = positions.iter().sum::<Vector3<f64>>() / count;
@@ -198,7 +200,7 @@ fn damp(positions: &[Vector3<f64>], velocities: &mut [Vector3<f64>], part: f64) 
     }
 }
 
-/// The boundary vertices and the middles of the boundary faces of a box of cells.
+/// Returns the boundary vertices and the centers of the boundary faces of a box of cells.
 fn surface(cells: impl Iterator<Item = [u32; 3]>, size: [u32; 3]) -> Vec<(u32, [f32; 3])> {
     let mut seen = std::collections::BTreeSet::new();
     let mut samples = Vec::new();

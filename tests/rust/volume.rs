@@ -1,6 +1,6 @@
-//! The volume correction: what is measured, what is kept, what stays in place, and what cannot be mended.
+//! The volume correction: measures, preserved volume, pinned vertices, contact directions.
 
-use crate::shapes::{apply, apply_in, ball, block, lattice, of_mesh, posed, shown, within};
+use crate::shapes::{apply, apply_in, ball, block, lattice, of_mesh, posed, surface_volume, within};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use supple::internals::{Correction, CorrectionWorkspace, ExternalForce, Surface, VolumeMeasures};
 use supple::{FieldKind, Lattice, Resolution, VolumeMeasure, VolumeOptions, VolumeScope};
@@ -10,7 +10,7 @@ fn correction(lattice: &Lattice, measure: VolumeMeasure) -> Correction {
 }
 
 #[test]
-fn boxes_have_exactly_their_volume() {
+fn the_volume_of_boxes_is_exact() {
     for size in [[1, 1, 1], [1, 1, 5], [2, 3, 4], [7, 1, 3]] {
         let lattice =
             Lattice::from_cells(&block([4, -9, 0], size), 0.25, Point3::new(1.0, 2.0, 3.0), true).unwrap();
@@ -25,7 +25,7 @@ fn boxes_have_exactly_their_volume() {
 }
 
 #[test]
-fn cells_are_exact_in_any_shape() {
+fn the_cell_measure_is_exact_for_affine_maps_of_any_shape() {
     let mut cells = block([0, 0, 0], [5, 4, 3]);
     cells.retain(|&[x, y, _]| !(x > 0 && x < 4 && y > 1) && [x, y] != [0, 0]);
     cells.extend([[9, 9, 9], [10, 10, 9]]);
@@ -40,7 +40,7 @@ fn cells_are_exact_in_any_shape() {
 }
 
 #[test]
-fn a_stretched_ball_keeps_the_volume_that_is_seen() {
+fn a_stretched_ball_keeps_the_volume_of_its_evaluated_surface() {
     let mesh = ball(2.0);
     let (lattice, embedding) = of_mesh(&mesh, Resolution::CellSize(0.4));
     let surface = Surface { mesh: &mesh, embedding: &embedding };
@@ -51,7 +51,7 @@ fn a_stretched_ball_keeps_the_volume_that_is_seen() {
     within(components[0].rest, mesh.volume(), 1e-6);
     within(components[0].before, 1.5 * mesh.volume(), 1e-6);
     assert!(components[0].lambda < 0.0 && !components[0].capped && components[0].residual.abs() < 1e-13);
-    within(shown(&mesh, &lattice, &embedding, &corrected), mesh.volume(), 1e-6);
+    within(surface_volume(&mesh, &lattice, &embedding, &corrected), mesh.volume(), 1e-6);
 
     let measures = VolumeMeasures::new(&lattice, Some(surface));
     let report = measures.report_corrected(&correction, &components, &stretched, &corrected);
@@ -65,7 +65,7 @@ fn a_stretched_ball_keeps_the_volume_that_is_seen() {
 }
 
 #[test]
-fn every_measure_keeps_a_block() {
+fn lattice_and_cell_measures_keep_the_volume_of_a_block() {
     let lattice = lattice(&block([0, 0, 0], [6, 4, 5]));
     let stretched = posed(&lattice, |[x, y, z]| [1.5 * x, y, z]);
     let measures = VolumeMeasures::new(&lattice, None);
@@ -76,13 +76,13 @@ fn every_measure_keeps_a_block() {
 }
 
 #[test]
-fn a_turned_body_needs_no_correction() {
+fn a_rotated_body_needs_no_correction() {
     let lattice = lattice(&block([0, 0, 0], [6, 4, 5]));
-    for (axis, away) in [([1.0, 2.0, -0.5], 0.0), ([0.0, 0.0, 3.0], 100.0), ([-2.0, 1.0, 0.7], 1000.0)] {
+    for (axis, offset) in [([1.0, 2.0, -0.5], 0.0), ([0.0, 0.0, 3.0], 100.0), ([-2.0, 1.0, 0.7], 1000.0)] {
         let turn = UnitQuaternion::from_scaled_axis(Vector3::from(axis));
         let rotation = turn.coords.map(|x| x as f32).into();
         let moved = posed(&lattice, |p| {
-            let p = turn * Vector3::from(p.map(f64::from)) + Vector3::new(away, -away, 2.0 * away);
+            let p = turn * Vector3::from(p.map(f64::from)) + Vector3::new(offset, -offset, 2.0 * offset);
             p.map(|x| x as f32).into()
         });
         for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells] {
@@ -96,18 +96,18 @@ fn a_turned_body_needs_no_correction() {
                     &mut corrected,
                 )
                 .to_vec();
-            // Positions themselves are only known to half an ulp.
-            let noise = 4.0 * f64::from(f32::EPSILON) * (away + 10.0);
-            assert!(reports[0].lambda.abs() < noise, "{measure} at {away}: {reports:?}");
+            // Positions are rounded by half an ulp of at most twice the offset and the size of the block.
+            let noise = 4.0 * f64::from(f32::EPSILON) * (offset + 10.0);
+            assert!(reports[0].lambda.abs() < noise, "{measure} at {offset}: {reports:?}");
         }
     }
 }
 
 #[test]
-fn the_field_turns_with_the_body() {
+fn the_correction_rotates_with_the_body() {
     let lattice = lattice(&block([0, 0, 0], [5, 4, 3]));
     let squeeze = |[x, y, z]: [f32; 3]| [x, 0.8 * y, z];
-    let still = apply(&correction(&lattice, VolumeMeasure::Cells), &posed(&lattice, squeeze), &[]);
+    let unrotated = apply(&correction(&lattice, VolumeMeasure::Cells), &posed(&lattice, squeeze), &[]);
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -1.1, 2.0));
     let turned = |p: [f32; 3]| (turn * Vector3::from(p.map(f64::from))).map(|x| x as f32).into();
     let moved = posed(&lattice, |p| turned(squeeze(p)));
@@ -120,8 +120,8 @@ fn the_field_turns_with_the_body() {
         &[],
         &mut corrected,
     );
-    for (turned_still, corrected) in still.iter().map(|&p| -> [f32; 3] { turned(p) }).zip(&corrected) {
-        assert!(turned_still.iter().zip(corrected).all(|(a, b)| (a - b).abs() < 5e-6));
+    for (expected, corrected) in unrotated.iter().map(|&p| -> [f32; 3] { turned(p) }).zip(&corrected) {
+        assert!(expected.iter().zip(corrected).all(|(a, b)| (a - b).abs() < 5e-6));
     }
 }
 
@@ -130,58 +130,59 @@ fn a_body_between_plates_bulges_sideways_only() {
     let lattice = lattice(&block([0, 0, 0], [6, 6, 6]));
     let squashed = posed(&lattice, |[x, y, z]| [x, y, 0.8 * z]);
     let plates = lattice.indices().iter().enumerate().filter(|(_, index)| index[2] == 0 || index[2] == 6);
-    let pushes: Vec<ExternalForce> = plates
+    let forces: Vec<ExternalForce> = plates
         .map(|(vertex, index)| ExternalForce {
             vertex: vertex as u32,
             offset: [0.0, 0.0, if index[2] == 0 { 0.2 } else { -0.2 }],
         })
         .collect();
     let correction = correction(&lattice, VolumeMeasure::Cells);
-    let corrected = apply(&correction, &squashed, &pushes);
-    for push in &pushes {
-        let v = push.vertex as usize;
+    let corrected = apply(&correction, &squashed, &forces);
+    for force in &forces {
+        let v = force.vertex as usize;
         assert!((corrected[v][2] - squashed[v][2]).abs() < 1e-4, "{:?}", corrected[v]);
     }
     within(VolumeMeasures::new(&lattice, None).report(&corrected).after, 216.0, 1e-6);
-    // The order of the pushes does not matter, nor that a push comes in two parts.
-    let mut reversed = pushes.clone();
+    // The result does not depend on the order of the forces.
+    let mut reversed = forces.clone();
     reversed.reverse();
     assert_eq!(apply(&correction, &squashed, &reversed), corrected);
-    // Without them the plates are passed.
+    // Without the forces the correction moves vertices through the plates.
     assert!(apply(&correction, &squashed, &[])[0][2] < -0.1);
 }
 
 #[test]
-fn the_contact_fades_in() {
+fn the_correction_is_continuous_in_the_contact_force() {
     let lattice = lattice(&block([0, 0, 0], [4, 4, 4]));
     let squashed = posed(&lattice, |[x, y, z]| [x, y, 0.8 * z]);
     let correction = correction(&lattice, VolumeMeasure::Cells);
     let mut before = apply(&correction, &squashed, &[]);
     for step in 0..400 {
         let force = 1e-6 * 1.05_f32.powi(step);
-        let push: Vec<ExternalForce> =
+        let forces: Vec<ExternalForce> =
             (0..25).map(|vertex| ExternalForce { vertex, offset: [0.0, 0.0, force] }).collect();
-        let now = apply(&correction, &squashed, &push);
+        let now = apply(&correction, &squashed, &forces);
         for (a, b) in now.iter().flatten().zip(before.iter().flatten()) {
-            assert!((a - b).abs() < 0.02, "a pop at {force}: {a} {b}");
+            // Regression bound: forces differ by 5 %, and the whole range moves a vertex by about half a cell.
+            assert!((a - b).abs() < 0.02, "a jump at {force}: {a} {b}");
         }
         before = now;
     }
 }
 
 #[test]
-fn what_is_held_stays_and_the_field_rises_beside_it() {
+fn pinned_vertices_stay_and_the_field_rises_beside_them() {
     let lattice = lattice(&block([0, 0, 0], [4, 4, 12]));
     let stretched = posed(&lattice, |[x, y, z]| [x, y, 1.3 * z]);
     let held: Vec<u32> = (0..25).collect();
-    // The field of the paper, which is the same all along the block.
+    // The field of the paper is uniform along the block.
     let options = VolumeOptions { field: FieldKind::Paper, ..VolumeMeasure::Cells.into() };
     let correction = Correction::new(&lattice, None, &options).unwrap().expect("not off");
     let mut workspace = CorrectionWorkspace::default();
     correction.hold(&mut workspace, held.iter().copied());
     let (_, corrected) = apply_in(&mut workspace, &correction, &stretched, &[]);
     assert_eq!(corrected[..25], stretched[..25]);
-    // Up an edge of the block: rising over three links, then even.
+    // Along an edge of the block the displacement rises over three links and is constant after them.
     let moved = |z: i32| {
         let v = lattice.vertex_at([0, 2, z]).unwrap() as usize;
         corrected[v][0] - stretched[v][0]
@@ -196,9 +197,9 @@ fn what_is_held_stays_and_the_field_rises_beside_it() {
     assert!(free[0] != stretched[0] && free == apply_in(&mut workspace, &correction, &stretched, &[]).1);
 }
 
-/// Nothing of one correction is left in a workspace for the next one.
+/// A workspace keeps no state from one correction to the next.
 #[test]
-fn a_workspace_serves_any_correction() {
+fn a_reused_workspace_gives_the_same_results_as_a_new_one() {
     let mut workspace = CorrectionWorkspace::default();
     for size in [[4, 4, 4], [2, 3, 9], [4, 4, 4], [3, 2, 9]] {
         let lattice = lattice(&block([0, 0, 0], size));
@@ -216,14 +217,14 @@ fn a_workspace_serves_any_correction() {
 }
 
 #[test]
-fn a_stretched_bust_keeps_the_volume_that_is_seen() {
+fn a_stretched_bust_keeps_its_volume_by_each_measure() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust.obj");
     let mesh = supple_io::obj::read(path).expect("the bust is there");
     let (lattice, embedding) = of_mesh(&mesh, Resolution::Vertices(1000));
     let surface = Surface { mesh: &mesh, embedding: &embedding };
     let stretched = posed(&lattice, |[x, y, z]| [x, 1.5 * y, z]);
     let measures = VolumeMeasures::new(&lattice, Some(surface));
-    let mut seen = [0.0; 3];
+    let mut ratios = [0.0; 3];
     for (k, measure) in
         [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh].into_iter().enumerate()
     {
@@ -233,9 +234,9 @@ fn a_stretched_bust_keeps_the_volume_that_is_seen() {
         let report = measures.report_corrected(&correction, &components, &stretched, &corrected);
         within(report.by(measure).unwrap().after, report.by(measure).unwrap().rest, 1e-6);
         assert!(!report.capped && report.lambda < 0.0);
-        seen[k] = shown(&mesh, &lattice, &embedding, &corrected) / mesh.volume();
+        ratios[k] = surface_volume(&mesh, &lattice, &embedding, &corrected) / mesh.volume();
     }
-    assert!((seen[2] - 1.0).abs() < 1e-6, "{seen:?}");
-    // Of the half that the stretch adds, the cheaper measures leave a few hundredths in the surface.
-    assert!(seen.iter().all(|seen| (seen - 1.0).abs() < 0.1), "{seen:?}");
+    assert!((ratios[2] - 1.0).abs() < 1e-6, "{ratios:?}");
+    // Regression bound: the stretch adds a half; the other measures leave a few hundredths of it in the surface.
+    assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.1), "{ratios:?}");
 }

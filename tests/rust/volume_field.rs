@@ -1,4 +1,6 @@
-//! The fields, judged by what is known exactly: bars that are stretched evenly, balls that are blown up.
+//! Correction fields compared with exact solutions: uniformly stretched bars and inflated balls.
+//!
+//! Unless a comment derives them, the factors and errors of the assertions are regression bounds.
 
 use crate::common::{block, rms, surface_of};
 use crate::shapes::{apply_in, of_mesh};
@@ -8,7 +10,7 @@ use supple::{FieldKind, Mesh, Resolution, VolumeMeasure, VolumeOptions};
 
 const FIELDS: [FieldKind; 3] = [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface];
 
-/// The vertices of a mesh whose lattice is deformed by `pose`, after the correction by the measure `mesh`.
+/// Returns the vertices of a mesh whose lattice is deformed by `pose`, after the correction with the measure `mesh`.
 fn corrected(
     mesh: &Mesh,
     cell: f64,
@@ -22,16 +24,16 @@ fn corrected(
     let to_cells = |p: Vector3<f64>| ((p - lattice.origin().coords) / cell).map(|x| x as f32).into();
     let deformed: Vec<[f32; 3]> =
         (0..lattice.len() as u32).map(|i| to_cells(pose(lattice.rest_position(i).coords))).collect();
-    let (report, shown) = apply_in(&mut CorrectionWorkspace::default(), &correction, &deformed, &[]);
+    let (report, positions) = apply_in(&mut CorrectionWorkspace::default(), &correction, &deformed, &[]);
     assert!(report.iter().all(|component| !component.capped && component.residual.abs() < 1e-12));
     let mut points = vec![[0.0_f32; 3]; mesh.vertices().len()];
-    embedding.interpolate(&shown, &mut points);
+    embedding.interpolate(&positions, &mut points);
     let to_world = |p: [f32; 3]| Vector3::from(p.map(f64::from)) * cell + lattice.origin().coords;
     points.into_iter().map(to_world).collect()
 }
 
-/// Of a bar of length 40 and width 1, turned, stretched by 1.5 and corrected: its width in the middle, and the rms
-/// distance of the vertices of its middle half from where an incompressible solid has them, in cells.
+/// Rotates a bar of length 40 and width 1, stretches it by 1.5 and corrects its volume. Returns the mean width of its
+/// middle half, and the rms distance of the vertices there from an incompressible solid, in cells.
 fn bar(field: FieldKind, cell: f64, turn: Rotation3<f64>) -> (f64, f64) {
     let (vertices, quads) = surface_of(&block([160, 4, 4]));
     let at_rest: Vec<Vector3<f64>> =
@@ -40,8 +42,8 @@ fn bar(field: FieldKind, cell: f64, turn: Rotation3<f64>) -> (f64, f64) {
     let along = |v: Vector3<f64>| turn * (turn.inverse() * v).component_mul(&Vector3::new(1.5, 1.0, 1.0));
     let width = (1.0_f64 / 1.5).sqrt();
     let exact = |v: &Vector3<f64>| v.component_mul(&Vector3::new(1.5, width, width));
-    let shown = corrected(&mesh, cell, field, along).into_iter().map(|p| turn.inverse() * p);
-    let pairs: Vec<_> = shown.zip(&at_rest).filter(|(_, rest)| rest.x.abs() <= 10.0).collect();
+    let surface = corrected(&mesh, cell, field, along).into_iter().map(|p| turn.inverse() * p);
+    let pairs: Vec<_> = surface.zip(&at_rest).filter(|(_, rest)| rest.x.abs() <= 10.0).collect();
     let sides = pairs.iter().filter(|(_, rest)| rest.y.abs() == 0.5).map(|(p, _)| p.y.abs());
     let count = pairs.iter().filter(|(_, rest)| rest.y.abs() == 0.5).count();
     let mean = 2.0 * sides.sum::<f64>() / count as f64;
@@ -49,7 +51,8 @@ fn bar(field: FieldKind, cell: f64, turn: Rotation3<f64>) -> (f64, f64) {
 }
 
 #[test]
-fn a_stretched_bar_gets_as_thin_as_it_must() {
+fn a_stretched_bar_has_the_width_of_an_incompressible_solid() {
+    // 1/sqrt(1.5) = 0.8165.
     let [paper, cells, surface] = FIELDS.map(|field| bar(field, 0.25, Rotation3::identity()));
     for (width, error) in [cells, surface] {
         assert!((width / 0.8165 - 1.0).abs() < 0.02 && error < 0.8 * paper.1, "{width}, {error} {paper:?}");
@@ -57,7 +60,7 @@ fn a_stretched_bar_gets_as_thin_as_it_must() {
 }
 
 #[test]
-fn nor_does_it_matter_how_it_lies_in_the_grid() {
+fn a_rotated_stretched_bar_has_the_width_of_an_incompressible_solid() {
     for axis in [Vector3::z(), Vector3::new(1.0, 1.0, 1.0).normalize()] {
         let turn = Rotation3::new(axis * 30.0_f64.to_radians());
         let [paper, _, surface] = FIELDS.map(|field| bar(field, 0.25, turn));
@@ -67,7 +70,7 @@ fn nor_does_it_matter_how_it_lies_in_the_grid() {
 }
 
 #[test]
-fn a_blown_up_ball_gets_round_again() {
+fn an_inflated_ball_regains_its_radius() {
     for radius in [3.0, 5.0, 5.3, 8.0] {
         let (vertices, quads) = surface_of(&block([24; 3]));
         let on_ball = |v: &[f64; 3]| {
@@ -76,8 +79,8 @@ fn a_blown_up_ball_gets_round_again() {
         };
         let mesh = Mesh::new(vertices.iter().map(on_ball).collect(), &quads).unwrap();
         let errors = FIELDS.map(|field| {
-            let shown = corrected(&mesh, 1.0, field, |v| v * 1.1);
-            rms(shown.iter().map(|p| p.norm() - radius))
+            let surface = corrected(&mesh, 1.0, field, |v| v * 1.1);
+            rms(surface.iter().map(|p| p.norm() - radius))
         });
         let [paper, _, surface] = errors;
         assert!(surface < 0.5 * paper && surface < 0.014, "radius {radius}: {errors:?}");
@@ -85,13 +88,13 @@ fn a_blown_up_ball_gets_round_again() {
 }
 
 #[test]
-fn a_surface_that_is_inside_out_is_turned() {
+fn a_reversed_surface_is_corrected_like_an_outward_one() {
     let (vertices, mut quads) = surface_of(&block([4; 3]));
     let outwards = Mesh::new(vertices.clone(), &quads).unwrap();
     quads.iter_mut().for_each(|quad| quad[1..].reverse());
     let inwards = Mesh::new(vertices, &quads).unwrap();
     let [one, other] =
         [outwards, inwards].map(|mesh| corrected(&mesh, 1.0, FieldKind::Surface, |v| v * 1.25));
-    let furthest = one.iter().zip(&other).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
-    assert!(furthest < 1e-4, "{furthest}");
+    let difference = one.iter().zip(&other).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
+    assert!(difference < 1e-4, "{difference}");
 }

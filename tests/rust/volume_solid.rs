@@ -1,33 +1,35 @@
-//! The shape that is shown beside that of a nearly incompressible solid, computed by finite elements.
+//! The evaluated surface compared with finite-element solutions of a nearly incompressible solid.
 //!
-//! The references are in `tests/data/fem`; how they were made is told in `tests/data/README.md`.
+//! `tests/data/README.md` describes the reference solutions in `tests/data/fem`. The factors of the assertions are
+//! regression bounds: a few percent above the measured ratios.
 
 use crate::common::{block, pulled, rms, surface_of};
 use nalgebra::Point3;
 use supple::{Body, BodyBuilder, FieldKind, Mesh, Preservation, VolumeMeasure, VolumeOptions};
 
-/// The rows of a reference, comments and heading left out.
+/// Returns the rows of numbers of a reference solution.
 fn rows(name: &str) -> Vec<Vec<f64>> {
     let path = format!("{}/../tests/data/fem/{name}.csv", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).expect("the reference is there");
     text.lines().filter_map(|line| line.split(',').map(|x| x.parse().ok()).collect()).collect()
 }
 
-/// The mesh of a stiff body that is held below `low` and above `high` along an axis, and pulled by `way` until it rests.
-fn shown(body: BodyBuilder, axis: usize, held: [f64; 2], way: f64) -> Vec<Point3<f64>> {
+/// Returns the evaluated surface of a stiff body at rest, after the part above `bounds[1]` along `axis` has moved by
+/// `distance` and the part below `bounds[0]` has been pinned.
+fn stretched_surface(body: BodyBuilder, axis: usize, bounds: [f64; 2], distance: f64) -> Vec<Point3<f64>> {
     let body = body.half_width(2).stiffness(0.8).region_damping(0.1);
-    pulled(body, axis, held, way, 600).body(0).surface().positions
+    pulled(body, axis, bounds, distance, 600).body(0).surface().positions
 }
 
-/// Without a correction, with the field of the paper, with the one that is the default.
+/// Returns the options without a correction, with the field of the paper, and with the default field.
 fn options() -> [VolumeOptions; 3] {
     let by = |field| VolumeOptions { field, ..Preservation::By(VolumeMeasure::Mesh).into() };
     [VolumeOptions::off(), by(FieldKind::Paper), by(FieldKind::Surface)]
 }
 
-/// 4 x 1 x 1, both ends clamped, stretched to 1.5 times its length.
+/// A bar of 4 x 1 x 1 with clamped ends is stretched to 1.5 times its length.
 #[test]
-fn a_bar() {
+fn the_surface_field_brings_a_stretched_bar_closer_to_finite_elements() {
     let (vertices, quads) = surface_of(&block([32, 8, 8]));
     let place = |v: [f64; 3]| [v[0] / 8.0, v[1] / 8.0 - 0.5, v[2] / 8.0 - 0.5];
     let mesh = Mesh::new(vertices.into_iter().map(place).collect(), &quads).unwrap();
@@ -35,11 +37,11 @@ fn a_bar() {
     for cell in [0.25, 0.125] {
         let errors = options().map(|volume| {
             let body = Body::builder(mesh.clone()).cell_size(cell).volume(volume);
-            let shown = shown(body, 0, [1e-6, 4.0 - 1e-6], 2.0);
+            let surface = stretched_surface(body, 0, [1e-6, 4.0 - 1e-6], 2.0);
             rms(reference.iter().map(|row| {
                 let rest = Point3::new(row[0], row[1], row[2]);
                 let vertex = mesh.vertices().iter().position(|v| (v - rest).norm() < 1e-4).unwrap();
-                (shown[vertex] - Point3::new(row[3], row[4], row[5])).norm()
+                (surface[vertex] - Point3::new(row[3], row[4], row[5])).norm()
             }))
         });
         let [none, paper, surface] = errors;
@@ -47,19 +49,19 @@ fn a_bar() {
     }
 }
 
-/// Shoulders held, crown pulled up by half of the height.
+/// The shoulders are pinned and the crown moves up by half of the height.
 #[test]
-fn a_bust() {
+fn the_surface_field_brings_a_stretched_bust_closer_to_finite_elements() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/scenes/bust.obj");
     let mesh = supple_io::obj::read(path).expect("the bust is there");
     let reference = rows("bust");
     for vertices in [1000, 4000] {
         let errors = options().map(|volume| {
             let body = Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume);
-            let shown = shown(body, 1, [6.183, 8.751], 1.834);
+            let surface = stretched_surface(body, 1, [6.183, 8.751], 1.834);
             rms(reference
                 .iter()
-                .map(|row| (shown[row[0] as usize] - Point3::new(row[4], row[5], row[6])).norm()))
+                .map(|row| (surface[row[0] as usize] - Point3::new(row[4], row[5], row[6])).norm()))
         });
         let [none, paper, surface] = errors;
         assert!(surface < 0.85 * none && surface < 1.05 * paper, "{vertices} vertices: {errors:?}");

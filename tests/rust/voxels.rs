@@ -8,7 +8,7 @@ use supple::{Lattice, LatticeOptions, Mesh, Resolution};
 type Faces = Vec<Vec<u32>>;
 type Soup = (Vec<[f64; 3]>, Faces);
 
-/// The faces of a box, outwards, each as `n` by `n` quads.
+/// Returns a box whose faces point outwards, each face of `n` by `n` quads.
 fn cuboid(low: [f64; 3], high: [f64; 3], n: usize) -> Soup {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for axis in 0..3 {
@@ -54,7 +54,7 @@ fn cell_set(lattice: &Lattice) -> BTreeSet<[i32; 3]> {
     lattice.cells().iter().copied().collect()
 }
 
-/// The faces as they are, all reversed, every other reversed, and each there twice, once a side.
+/// Returns the faces unchanged, all reversed, every other one reversed, and each in both orientations.
 fn orientations(faces: &Faces) -> [Faces; 4] {
     let reversed = |face: &Vec<u32>| face.iter().rev().copied().collect::<Vec<_>>();
     let all: Faces = faces.iter().map(reversed).collect();
@@ -65,7 +65,7 @@ fn orientations(faces: &Faces) -> [Faces; 4] {
 }
 
 #[test]
-fn a_cube_of_n_cells_gives_n_cubed_wherever_and_whichever_way_round() {
+fn a_cube_of_n_cells_is_filled_by_n_cubed_cells_at_any_offset_size_and_orientation() {
     for n in [1, 2, 3, 7, 10, 63, 64, 65] {
         for (cell_size, offset) in
             [(1.0, 0.0), (0.1, 0.0), (1.0 / 3.0, 0.7), (0.1, 12345.678), (1e-4, -3.3), (7e5, 1.0)]
@@ -79,7 +79,7 @@ fn a_cube_of_n_cells_gives_n_cubed_wherever_and_whichever_way_round() {
                 assert_eq!(lattice.len() as i32, (n + 1).pow(3));
                 assert!(
                     !lattice.report().shell || i > 1,
-                    "the seams may be open by rounding, but the volume is there"
+                    "the seams may be open by rounding, but the cube is filled"
                 );
                 let corner = lattice.rest_position(0);
                 assert!((0..3).all(|a| (corner[a] - low[a]).abs() < 1e-5 * cell_size));
@@ -89,7 +89,7 @@ fn a_cube_of_n_cells_gives_n_cubed_wherever_and_whichever_way_round() {
 }
 
 #[test]
-fn coordinates_with_six_digits_are_in_the_grid_planes_that_are_meant() {
+fn coordinates_rounded_to_six_decimals_lie_in_their_grid_planes() {
     let cell_size = 1.0 / 3.0;
     let high = [1.333333, 2.333333, 3.666667];
     let step = joined(cuboid([0.0; 3], high, 1), cuboid([0.0; 3], [4.666667, 0.666667, 0.333333], 1));
@@ -97,14 +97,14 @@ fn coordinates_with_six_digits_are_in_the_grid_planes_that_are_meant() {
 }
 
 #[test]
-fn a_box_is_centerd_on_the_grid() {
+fn the_grid_is_centered_on_a_box_of_fractional_size() {
     let lattice = lattice(&cuboid([0.0; 3], [2.5, 1.0, 0.2], 1), 1.0);
     assert_eq!(lattice.cells().len(), 3);
     assert!((lattice.origin() - Point3::new(-0.25, 0.0, -0.4)).norm() < 1e-15);
 }
 
 #[test]
-fn a_box_tilted_by_next_to_nothing_springs_no_leak() {
+fn a_slightly_tilted_box_has_no_leak() {
     for exponent in [-15, -12, -10, -9, -8, -7, -6, -5, -4, -3] {
         for n in [4, 40] {
             let (mut vertices, faces) = cuboid([0.0; 3], [f64::from(n); 3], 1);
@@ -119,7 +119,7 @@ fn a_box_tilted_by_next_to_nothing_springs_no_leak() {
 }
 
 #[test]
-fn a_long_bar_tilted_by_less_than_a_touch_a_cell_springs_no_leak() {
+fn a_long_slightly_sheared_bar_has_no_leak() {
     for slope in [6e-7, 8e-7] {
         let (mut vertices, faces) = cuboid([0.0; 3], [2000.0, 6.0, 6.0], 1);
         vertices.iter_mut().for_each(|p| p[1] += slope * p[0]);
@@ -133,22 +133,22 @@ fn a_long_bar_tilted_by_less_than_a_touch_a_cell_springs_no_leak() {
     }
 }
 
-/// A flat sheet of 4 by 4 in the plane y = `height`, facing up.
+/// Returns a flat sheet of 4 by 4 in the plane y = `height`, facing up.
 fn sheet(height: f64) -> Soup {
     let corners = [[0.0, 0.0], [0.0, 4.0], [4.0, 4.0], [4.0, 0.0]];
     (corners.map(|[x, z]| [x, height, z]).to_vec(), vec![vec![0, 1, 2, 3]])
 }
 
 #[test]
-fn a_sheet_has_one_layer() {
+fn a_sheet_has_one_layer_of_cells_on_its_inner_side() {
     for (i, faces) in orientations(&sheet(0.0).1).into_iter().enumerate() {
         let alone = lattice(&(sheet(0.3).0, faces.clone()), 1.0);
         assert_eq!((alone.cells().len(), alone.len()), (16, 50));
-        // Between two boxes, so that it lies in a grid plane.
+        // With two boxes around it, so that the sheet lies in a grid plane.
         let boxes = joined(cuboid([0.0; 3], [1.0; 3], 1), cuboid([3.0, 9.0, 3.0], [4.0, 10.0, 4.0], 1));
         let cells = cell_set(&lattice(&joined((sheet(5.0).0, faces), boxes), 1.0));
         assert_eq!(cells.len(), 16 + 2);
-        // It faces up, so its inner side is below, for a reversed one above, for one with two sides the lower.
+        // The inner side of a sheet that faces up is below it, of a reversed one above, of a two-sided one below.
         let y = if i == 1 { 5 } else { 4 };
         assert_eq!(
             cells.iter().filter(|c| c[1] == y).count(),
@@ -159,7 +159,7 @@ fn a_sheet_has_one_layer() {
 }
 
 #[test]
-fn a_sheet_at_the_edge_of_the_box_lies_within_it() {
+fn a_sheet_at_the_edge_of_the_bounding_box_stays_within_it() {
     for height in [0.0, 10.0] {
         for faces in orientations(&sheet(0.0).1) {
             let posts = cuboid([0.0, 0.0, 0.0], [1.0, 10.0, 1.0], 1);
@@ -197,7 +197,7 @@ fn an_open_box_is_a_shell_and_a_closed_one_is_not() {
 fn an_open_box_turned_inside_out_has_the_same_cells() {
     let (vertices, mut faces) = cuboid([2.0; 3], [8.0; 3], 1);
     faces.remove(0);
-    // Something beyond it on all sides, so that the grid does not end with the box.
+    // Other boxes beyond it on all sides, so that the grid does not end with the open box.
     let needle = cuboid([0.0, 0.0, 0.0], [10.0, 10.0, 0.5], 1);
     let far = cuboid([0.0, 0.0, 9.5], [0.5, 0.5, 10.0], 1);
     let (vertices, faces) = joined(joined((vertices, faces), needle), far);
@@ -208,7 +208,7 @@ fn an_open_box_turned_inside_out_has_the_same_cells() {
 }
 
 #[test]
-fn two_arms_with_a_gap_are_joined_only_by_their_foot() {
+fn two_arms_with_a_gap_of_one_cell_are_linked_only_through_their_foot() {
     let arms = joined(cuboid([0.0; 3], [2.0, 6.0, 2.0], 1), cuboid([3.0, 0.0, 0.0], [5.0, 6.0, 2.0], 1));
     let u = joined(arms, cuboid([-1.0, -1.0, 0.0], [6.0, 0.0, 2.0], 1));
     let lattice = lattice(&u, 1.0);
@@ -219,17 +219,26 @@ fn two_arms_with_a_gap_are_joined_only_by_their_foot() {
 }
 
 #[test]
-fn coordinates_too_coarse_for_the_cells_do_no_harm() {
+fn a_cube_far_from_the_origin_is_filled_where_f64_is_coarser_than_the_cells() {
+    // One ulp is 0.125 at 1e15 and 2 at 1e16. The corners of the cube are exact; the grid is relative to them.
     for offset in [1e12, 1e15, -1e15, 1e16] {
         let (vertices, faces) = cuboid([offset; 3], [offset + 8.0; 3], 3);
-        for cell_size in [0.1, 0.37] {
-            assert!(lattice(&(vertices.clone(), faces.clone()), cell_size).len() >= 8);
+        for (cell_size, n) in [(0.1, 80), (0.37, 22)] {
+            let lattice = lattice(&(vertices.clone(), faces.clone()), cell_size);
+            assert_eq!(lattice.cells().len(), n * n * n, "cells of {cell_size} at {offset}");
+            assert_eq!(lattice.report().filled_cells, (n - 2).pow(3));
+            let margin = (n as f64 * cell_size - 8.0) / 2.0;
+            let error = lattice.origin().coords.add_scalar(margin - offset).amax();
+            assert!(
+                error <= offset.abs() * f64::EPSILON,
+                "origin of cells of {cell_size} at {offset}: {error}"
+            );
         }
     }
 }
 
 #[test]
-fn nested_surfaces_are_filled() {
+fn the_space_between_nested_surfaces_and_the_inner_one_are_filled() {
     let hollow = joined(cuboid([0.0; 3], [9.0; 3], 1), cuboid([3.0; 3], [6.0; 3], 1));
     assert_eq!(lattice(&hollow, 1.0).cells().len(), 729);
 }

@@ -1,19 +1,19 @@
-//! How a command ends, and its exit code.
+//! The outcome of a command and its exit code.
 
 use std::process::ExitCode;
 
 use supple_io::run::RunError;
 
-/// How a command ended.
+/// Outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
-    /// Everything that was asked for is there.
+    /// The command completed.
     Done,
-    /// Something failed while it ran.
+    /// A failure during the run.
     Failed,
-    /// Arguments, scene or mesh are wrong; nothing was written.
+    /// Invalid arguments, scene or mesh; nothing was written.
     Input,
-    /// Ended by Ctrl-C.
+    /// The user pressed Ctrl-C.
     Interrupted,
 }
 

@@ -1,27 +1,27 @@
-//! Ctrl-C: once ends after the current frame, twice at once.
+//! Ctrl-C: the first press stops after the current frame, the second exits immediately.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::say;
 
-static ASKED: AtomicBool = AtomicBool::new(false);
+static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Listens to Ctrl-C from here on.
+/// Installs the handler for Ctrl-C.
 pub(crate) fn listen() {
-    let listening = ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::Relaxed) {
-            // Frames are renamed when they are whole, so that nothing half written has a final name.
+    let installed = ctrlc::set_handler(|| {
+        if REQUESTED.swap(true, Ordering::Relaxed) {
+            // Complete frames are renamed to their final names, so no file with a final name is incomplete.
             process::exit(130);
         }
-        say::err("\nending after this frame; Ctrl-C again ends at once");
+        say::err("\nstopping after this frame; press Ctrl-C again to exit immediately");
     });
-    if let Err(error) = listening {
-        say::err(format_args!("warning: Ctrl-C will not keep a checkpoint: {error}"));
+    if let Err(error) = installed {
+        say::err(format_args!("warning: cannot handle Ctrl-C, so it will not write a checkpoint: {error}"));
     }
 }
 
-/// Whether Ctrl-C was pressed.
-pub(crate) fn asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+/// Returns whether Ctrl-C was pressed.
+pub(crate) fn requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
 }

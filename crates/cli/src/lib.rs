@@ -1,7 +1,7 @@
-//! The command line of supple, as a library: arguments -> jobs and studies -> lines on a terminal.
+//! The command line of supple as a library: parses arguments, runs jobs and studies, prints the results.
 //!
-//! Exit codes: 0 done; 2 bad arguments, scene or mesh, and nothing was written; 1 a failure during the run; 130 ended
-//! by Ctrl-C.
+//! Exit codes: 0 success; 1 a failure during the run; 2 invalid arguments, scene or mesh (nothing was
+//! written); 130 stopped by Ctrl-C.
 
 mod args;
 mod exit;
@@ -19,7 +19,7 @@ use clap::Parser;
 use args::{Cli, Command};
 use exit::Exit;
 
-/// Runs the program on the arguments it was started with.
+/// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
     if let Err(error) = supple::check_simd_request() {

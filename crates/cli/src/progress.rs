@@ -1,4 +1,4 @@
-//! What is shown while a job or a study runs: a bar on a terminal, a line every 10 % in a pipe, or nothing.
+//! Progress of a job or a study: a bar on a terminal, a line every 10 % in a pipe, or nothing.
 
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
@@ -9,52 +9,53 @@ use supple_study as study;
 
 use crate::{interrupt, say};
 
-/// Shows the progress of a job or a study, and asks it to stop after Ctrl-C.
-pub(crate) struct Watch {
+/// Prints the progress of a job or a study, and stops it after Ctrl-C.
+pub(crate) struct Reporter {
     name: String,
-    view: View,
-    begun: Instant,
-    /// First frame of a job.
+    output: Output,
+    start: Instant,
+    /// First frame of the job.
     first: u32,
 }
 
-enum View {
+/// Form of the progress output.
+enum Output {
     Nothing,
     Bar(ProgressBar),
-    /// The tenths that were printed.
+    /// Lines in a pipe: the number of tenths printed so far.
     Lines(u32),
 }
 
-/// Steps of the bar.
+/// Positions of the bar.
 const STEPS: f64 = 10_000.0;
 
-impl Watch {
-    /// Shows the progress of what has this name; nothing but notes if `quiet`.
+impl Reporter {
+    /// Creates a reporter for the job or study `name`. If `quiet`, only notes are printed.
     pub(crate) fn new(name: &str, quiet: bool) -> Self {
-        let view = match (quiet, io::stderr().is_terminal()) {
-            (true, _) => View::Nothing,
-            (false, true) => View::Bar(bar(name)),
-            (false, false) => View::Lines(0),
+        let output = match (quiet, io::stderr().is_terminal()) {
+            (true, _) => Output::Nothing,
+            (false, true) => Output::Bar(bar(name)),
+            (false, false) => Output::Lines(0),
         };
-        Self { name: name.to_owned(), view, begun: Instant::now(), first: 0 }
+        Self { name: name.to_owned(), output, start: Instant::now(), first: 0 }
     }
 
     /// Removes the bar.
     pub(crate) fn finish(&self) {
-        if let View::Bar(bar) = &self.view {
+        if let Output::Bar(bar) = &self.output {
             bar.finish_and_clear();
         }
     }
 
-    /// Shows that a share of the work is done after this time.
-    fn show(&mut self, done: f64, elapsed: Duration, at: &str) -> Flow {
-        match &mut self.view {
-            View::Nothing => {}
-            View::Bar(bar) => {
+    /// Updates the output: the fraction `done` of the work took `elapsed`; `at` names the current position.
+    fn update(&mut self, done: f64, elapsed: Duration, at: &str) -> Flow {
+        match &mut self.output {
+            Output::Nothing => {}
+            Output::Bar(bar) => {
                 bar.set_position((done * STEPS) as u64);
                 bar.set_message(at.to_owned());
             }
-            View::Lines(printed) => {
+            Output::Lines(printed) => {
                 let tenths = (done * 10.0) as u32;
                 if tenths > *printed {
                     *printed = tenths;
@@ -63,14 +64,14 @@ impl Watch {
                 }
             }
         }
-        if interrupt::asked() { Flow::Stop } else { Flow::Continue }
+        if interrupt::requested() { Flow::Stop } else { Flow::Continue }
     }
 }
 
-impl run::Observer for Watch {
+impl run::Observer for Reporter {
     fn started(&mut self, first: u32, _last: u32) {
         self.first = first;
-        if let View::Bar(bar) = &self.view {
+        if let Output::Bar(bar) = &self.output {
             bar.reset();
         }
     }
@@ -78,29 +79,29 @@ impl run::Observer for Watch {
     fn frame(&mut self, progress: &run::Progress) -> Flow {
         let run::Progress { frame, last, elapsed, .. } = *progress;
         let done = f64::from(frame - self.first + 1) / f64::from(last - self.first + 1);
-        self.show(done, elapsed, &format!("frame {frame} of {last}"))
+        self.update(done, elapsed, &format!("frame {frame} of {last}"))
     }
 
     fn note(&mut self, note: &Note) {
         let line = format!("{}: {note}", self.name);
-        match &self.view {
-            View::Bar(bar) => bar.suspend(|| say::err(line)),
-            View::Nothing if matches!(note, Note::Resumed { .. }) => {}
+        match &self.output {
+            Output::Bar(bar) => bar.suspend(|| say::err(line)),
+            Output::Nothing if matches!(note, Note::Resumed { .. }) => {}
             _ => say::err(line),
         }
     }
 }
 
-impl study::Observer for Watch {
+impl study::Observer for Reporter {
     fn progress(&mut self, progress: &study::Progress<'_>) -> Flow {
-        self.show(progress.done, self.begun.elapsed(), progress.point)
+        self.update(progress.done, self.start.elapsed(), progress.point)
     }
 }
 
-/// A bar with a name, a message and the time left.
+/// Creates a bar with a name, a message and the time left.
 fn bar(name: &str) -> ProgressBar {
     let bar = ProgressBar::new(STEPS as u64).with_prefix(name.to_owned());
-    // The template is a constant; if it did not parse, the plain bar would do.
+    // The template is constant; should parsing fail, the default style remains.
     if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {msg}, {eta} left") {
         bar.set_style(style);
     }

@@ -1,4 +1,4 @@
-//! `supple run`: one input, or several, one after another.
+//! `supple run`: runs one or several inputs, one after another.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use supple_io::scene::Scene;
 
 use crate::args::RunArgs;
 use crate::exit::Exit;
-use crate::progress::Watch;
+use crate::progress::Reporter;
 use crate::{interrupt, say};
 
 /// Runs every input.
@@ -35,7 +35,7 @@ fn print_scenes(args: &RunArgs) -> Exit {
     Exit::Done
 }
 
-/// The scene of an input with the changes that the arguments ask for.
+/// Reads the scene of an input and applies the options of the command line.
 fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     let mut scene = args.scene.open(input)?;
     if let Some(frames) = args.frames {
@@ -56,7 +56,7 @@ fn run_alone(args: &RunArgs, input: &Path) -> Exit {
         Ok(report) => {
             say::out(line(&name, &report));
             if report.outcome == Outcome::Stopped {
-                say::out(format_args!("go on with: {}", say::resume_command()));
+                say::out(format_args!("resume with: {}", say::resume_command()));
                 return Exit::Interrupted;
             }
             Exit::Done
@@ -68,11 +68,12 @@ fn run_alone(args: &RunArgs, input: &Path) -> Exit {
     }
 }
 
-/// Runs every input into a folder of its own. A failure does not stop the rest; a table follows the last.
+/// Runs each input into its own folder and prints a table at the end. A failure does not stop the other
+/// inputs.
 fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     if let Some((first, second)) = same_stem(inputs) {
         say::error(format_args!(
-            "{} and {} would both write to a folder called {}; run them one at a time, with -o",
+            "{} and {} would both write to the folder {}; run them one at a time with different -o",
             first.display(),
             second.display(),
             stem(first)
@@ -81,7 +82,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     }
     let mut results: Vec<(String, Result<RunReport, RunError>)> = Vec::new();
     for input in inputs {
-        if interrupt::asked() {
+        if interrupt::requested() {
             break;
         }
         let name = stem(input);
@@ -98,7 +99,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         result.as_ref().is_ok_and(|report| report.outcome == Outcome::Stopped)
     };
     if results.len() < inputs.len() || results.iter().any(|(_, result)| stopped(result)) {
-        say::out(format_args!("go on with: {}", say::resume_command()));
+        say::out(format_args!("resume with: {}", say::resume_command()));
         Exit::Interrupted
     } else if results.iter().any(|(_, result)| result.is_err()) {
         Exit::Failed
@@ -107,7 +108,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     }
 }
 
-/// Runs one input; as one of several into a folder and a stats file of its name.
+/// Runs one input. If it is one of several, its folder and its stats file are named after it.
 fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<RunReport, RunError> {
     let scene = changed_scene(args, input)?;
     let mut folder = args.output.clone().unwrap_or_else(|| scene.output_folder());
@@ -122,13 +123,13 @@ fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<Ru
     job.resume = args.resume;
     job.stats = stats;
     job.checkpoint_interval = args.checkpoint;
-    let mut watch = Watch::new(name, args.quiet);
-    let result = job.run(&mut watch);
-    watch.finish();
+    let mut reporter = Reporter::new(name, args.quiet);
+    let result = job.run(&mut reporter);
+    reporter.finish();
     result
 }
 
-/// Two inputs whose files have the same stem.
+/// Returns the first two inputs whose file names have the same stem.
 fn same_stem(inputs: &[PathBuf]) -> Option<(&Path, &Path)> {
     inputs.iter().enumerate().find_map(|(index, second)| {
         let first = inputs[..index].iter().find(|first| stem(first) == stem(second))?;
@@ -136,27 +137,27 @@ fn same_stem(inputs: &[PathBuf]) -> Option<(&Path, &Path)> {
     })
 }
 
-/// The name of an input in tables and folders.
+/// Returns the name of an input in tables and folders.
 fn stem(input: &Path) -> String {
     input.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The stats file of one input: `stats.csv` of `bust.toml` is `stats_bust.csv`.
+/// Returns the stats file of one of several inputs: `stats.csv` becomes `stats_bust.csv` for `bust.toml`.
 fn stats_of(path: &Path, stem: &str) -> PathBuf {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{name}_{stem}.{extension}"))
 }
 
-/// One line about one job.
+/// Formats the final line of a job.
 fn line(name: &str, report: &RunReport) -> String {
     let folder = report.directory.display();
     match report.outcome {
         Outcome::AlreadyFinished => {
-            format!("{name}: finished before, frame {} is in {folder}; nothing written", report.last)
+            format!("{name}: already finished, frame {} is in {folder}; nothing written", report.last)
         }
         Outcome::Finished | Outcome::Stopped => {
-            let ended = if report.outcome == Outcome::Stopped { "stopped after" } else { "done, up to" };
+            let ended = if report.outcome == Outcome::Stopped { "stopped after" } else { "finished at" };
             format!(
                 "{name}: {ended} frame {}, {} frames written to {folder} in {}",
                 report.last,
@@ -167,7 +168,7 @@ fn line(name: &str, report: &RunReport) -> String {
     }
 }
 
-/// The table that ends a batch of `inputs` jobs, of which the last may not have begun.
+/// Formats the table of a batch of `inputs` jobs; jobs after an interruption have no result.
 fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> String {
     let width = results.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max("input".len());
     let row = |cells: [&str; 5]| {
@@ -181,7 +182,7 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
                 let outcome = match report.outcome {
                     Outcome::Finished => "done",
                     Outcome::Stopped => "stopped",
-                    Outcome::AlreadyFinished => "was done",
+                    Outcome::AlreadyFinished => "complete",
                 };
                 let time = say::duration(report.elapsed.as_secs_f64());
                 let folder = report.directory.display().to_string();
@@ -191,7 +192,7 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
         });
     }
     if results.len() < inputs {
-        lines.push(format!("{} of {inputs} not begun", inputs - results.len()));
+        lines.push(format!("{} of {inputs} not started", inputs - results.len()));
     }
     lines.join("\n")
 }
@@ -201,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_input_has_its_own_files() {
+    fn stats_files_and_stems_of_several_inputs_are_distinct() {
         assert_eq!(stats_of(Path::new("a/stats.csv"), "bust"), Path::new("a/stats_bust.csv"));
         let inputs = ["a/x.toml", "b/y.toml", "b/x.obj"].map(PathBuf::from);
         assert_eq!(same_stem(&inputs), Some((Path::new("a/x.toml"), Path::new("b/x.obj"))));

@@ -1,11 +1,11 @@
-//! Prints lines, and writes numbers and commands as people read them.
+//! Prints lines, and formats sizes, durations and commands.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 
 /// Prints a line to standard output.
 pub(crate) fn out(line: impl Display) {
-    // A closed pipe is no error.
+    // A closed pipe is not an error.
     let _ = writeln!(io::stdout().lock(), "{line}");
 }
 
@@ -19,7 +19,7 @@ pub(crate) fn error(error: impl Display) {
     err(format_args!("error: {error}"));
 }
 
-/// A size in bytes as people read it, `1.2 MB`.
+/// Formats a size in bytes, e.g. `1.2 MB`.
 pub(crate) fn bytes(bytes: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
     let (mut value, mut unit) = (bytes as f64, 0);
@@ -30,7 +30,7 @@ pub(crate) fn bytes(bytes: u64) -> String {
     if unit == 0 { format!("{bytes} B") } else { format!("{value:.1} {}", units[unit]) }
 }
 
-/// A duration as people read it: `4.2 s`, `3 min 07 s`, `2 h 05 min`.
+/// Formats a duration: `4.2 s`, `3 min 07 s` or `2 h 05 min`.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
@@ -40,7 +40,7 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
-/// The command that goes on where this one ended.
+/// Returns the command that resumes the current one.
 pub(crate) fn resume_command() -> String {
     let mut words: Vec<String> = std::env::args().map(|word| quoted(&word)).collect();
     if !words.iter().any(|word| word == "--resume") {
@@ -49,7 +49,7 @@ pub(crate) fn resume_command() -> String {
     words.join(" ")
 }
 
-/// A word as a shell reads it back.
+/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_and_durations_are_readable() {
+    fn sizes_and_durations_have_units() {
         assert_eq!([0, 999, 1000, 94_400_000].map(bytes), ["0 B", "999 B", "1.0 kB", "94.4 MB"]);
         assert_eq!([0.0, 4.24, 187.2, 7500.0].map(duration), ["0.0 s", "4.2 s", "3 min 07 s", "2 h 05 min"]);
     }

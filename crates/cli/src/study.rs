@@ -1,4 +1,4 @@
-//! `supple study`: what accuracy costs, of a scene or of the summation alone; stiff and extreme cases.
+//! `supple study`: error against run time of a scene or of the summation alone; stability of extreme cases.
 
 use std::path::Path;
 
@@ -8,27 +8,27 @@ use supple_study::{Outcome, Study, StudyError, SumsStudy};
 
 use crate::args::StudyArgs;
 use crate::exit::Exit;
-use crate::progress::Watch;
+use crate::progress::Reporter;
 use crate::{interrupt, say};
 
-/// Runs the study that is asked for.
+/// Runs the study that the arguments select.
 pub(crate) fn study(args: &StudyArgs) -> Exit {
     interrupt::listen();
-    let mut watch = Watch::new("study", args.quiet);
+    let mut reporter = Reporter::new("study", args.quiet);
     let result = match &args.input {
-        Some(input) => scene(args, input, &mut watch),
-        None if args.sums => sums(args, &mut watch),
-        None => stability(args, &mut watch),
+        Some(input) => scene(args, input, &mut reporter),
+        None if args.sums => sums(args, &mut reporter),
+        None => stability(args, &mut reporter),
     };
     result.unwrap_or_else(|error| {
-        watch.finish();
+        reporter.finish();
         say::error(&error);
         if error.is_input() { Exit::Input } else { Exit::Failed }
     })
 }
 
-/// `supple study SCENE`: error against run time.
-fn scene(args: &StudyArgs, input: &Path, watch: &mut Watch) -> Result<Exit, StudyError> {
+/// Runs `supple study SCENE`: error against run time.
+fn scene(args: &StudyArgs, input: &Path, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     let study = Study {
         scene: args.scene.open(input).map_err(RunError::from)?,
         name: input.display().to_string(),
@@ -36,39 +36,39 @@ fn scene(args: &StudyArgs, input: &Path, watch: &mut Watch) -> Result<Exit, Stud
         quick: args.quick,
         resume: args.resume,
     };
-    let (report, outcome) = study.run(watch)?;
-    watch.finish();
+    let (report, outcome) = study.run(reporter)?;
+    reporter.finish();
     say::out(report.table());
     let folder = args.output.display();
     match outcome {
         Outcome::Finished => say::out(format_args!("written to {folder}: study.csv, study.json, study.svg")),
         Outcome::AlreadyFinished => {
-            say::out(format_args!("finished before, in {folder}; nothing written"));
+            say::out(format_args!("already finished in {folder}; nothing written"));
         }
         Outcome::Stopped => {
             let (points, command) = (report.points.len(), say::resume_command());
-            say::out(format_args!("stopped after {points} points; go on with: {command}"));
+            say::out(format_args!("stopped after {points} points; resume with: {command}"));
             return Ok(Exit::Interrupted);
         }
     }
     Ok(Exit::Done)
 }
 
-/// `supple study --sums`: the summation alone.
-fn sums(args: &StudyArgs, watch: &mut Watch) -> Result<Exit, StudyError> {
+/// Runs `supple study --sums`: the summation alone.
+fn sums(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     let study = SumsStudy { directory: args.output.clone(), quick: args.quick };
-    let (report, outcome) = study.run(watch)?;
-    watch.finish();
+    let (report, outcome) = study.run(reporter)?;
+    reporter.finish();
     say::out(report.table());
     say::out(format_args!("written to {}: sums.csv, sums.json", args.output.display()));
     Ok(if outcome == Outcome::Stopped { Exit::Interrupted } else { Exit::Done })
 }
 
-/// `supple study --stability`: stiff and extreme cases, each against a bound.
-fn stability(args: &StudyArgs, watch: &mut Watch) -> Result<Exit, StudyError> {
+/// Runs `supple study --stability`: stiff and extreme cases, each checked against bounds.
+fn stability(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     let study = StabilityStudy { directory: args.output.clone(), quick: args.quick };
-    let report = study.run(watch)?;
-    watch.finish();
+    let report = study.run(reporter)?;
+    reporter.finish();
     let passed = report.rows.iter().filter(|row| row.passed).count();
     let (cases, path) = (report.asked, study.path());
     say::out(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));

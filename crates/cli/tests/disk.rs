@@ -1,4 +1,4 @@
-//! A full disk: exit code 1, a message, and whatever has a final name is whole.
+//! A full disk gives exit code 1 and a message; every file with a final name is complete.
 
 #![cfg(target_os = "linux")]
 
@@ -8,7 +8,7 @@ use std::process::Command;
 
 use support::{Ended, Stage, program};
 
-/// A script that fills a file system of 64 kB of its own with frames, and copies them out.
+/// A script that fills a new file system of 128 kB with frames and copies them to `copy`.
 const TMPFS: &str = r#"
 mkdir -p out && mount -t tmpfs -o size=128k none out || exit 77
 "$0" run scene.toml --frames 2000 --format "$1" --quiet
@@ -18,7 +18,7 @@ exit $code
 "#;
 
 #[test]
-fn frames_on_a_full_disk_are_whole() {
+fn frames_on_a_full_disk_are_complete() {
     for format in ["obj", "ply", "pc2"] {
         let stage = Stage::new();
         let ended = Command::new("unshare")
@@ -29,7 +29,7 @@ fn frames_on_a_full_disk_are_whole() {
             Ok(output) if output.status.code() != Some(77) && stage.path("copy").is_dir() => {
                 Ended::of(output)
             }
-            // File systems of its own are not permitted here: the other test does without.
+            // Mounting is not permitted here; the other test needs no mount.
             _ => return,
         };
         ended.expect(1, &["cannot write", "out/"]);
@@ -38,9 +38,9 @@ fn frames_on_a_full_disk_are_whole() {
 }
 
 #[test]
-fn a_file_that_may_not_grow_stops_the_run() {
+fn a_file_size_limit_stops_the_run() {
     let stage = Stage::new();
-    // Blocks of 512 bytes; without the signal, a write beyond them fails as on a full disk.
+    // The unit is 512 bytes. With SIGXFSZ ignored, a write beyond the limit fails as on a full disk.
     let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" run scene.toml --frames 2000 --format pc2 --quiet";
     let output =
         Command::new("sh").args(["-c", script, program()]).current_dir(stage.path("")).output().unwrap();
@@ -48,14 +48,14 @@ fn a_file_that_may_not_grow_stops_the_run() {
     assert!(!stage.path("out/block.pc2").exists());
 }
 
-/// Compares whatever has a final name with a run that had room.
+/// Compares every file with a final name to the file of a run with enough space.
 fn check_frames(stage: &Stage, folder: &str, format: &str) {
     stage
         .supple(&["run", "scene.toml", "--frames", "2000", "--format", format, "--quiet", "-o", "whole"])
         .expect(0, &[]);
     let whole = stage.frames("whole");
-    let kept = stage.frames(folder);
-    let finals: Vec<_> = kept.iter().filter(|(name, _)| name.ends_with(&format!(".{format}"))).collect();
-    assert!(format == "pc2" || finals.len() > 10, "{:?}", kept.keys());
+    let limited = stage.frames(folder);
+    let finals: Vec<_> = limited.iter().filter(|(name, _)| name.ends_with(&format!(".{format}"))).collect();
+    assert!(format == "pc2" || finals.len() > 10, "{:?}", limited.keys());
     assert!(finals.iter().all(|(name, bytes)| whole[*name] == **bytes), "{format}");
 }

@@ -1,17 +1,27 @@
-//! `supple inspect`: everything about a scene, and nothing is run.
+//! `supple inspect` prints facts about a scene and does not run it.
 
 mod support;
 
 use support::{SCENE, Stage};
 
 #[test]
-fn text_and_json_say_what_would_run() {
+fn text_and_json_describe_the_scene() {
     let stage = Stage::new();
     let text = stage.supple(&["inspect", "scene.toml"]);
     text.expect(0, &[]);
-    for words in
-        ["block", "10 vertices", "7 faces", "closed", "lattice", "cells", "SIMD", "threads", "PC2", "on disk"]
-    {
+    for words in [
+        "block",
+        "10 vertices",
+        "7 faces",
+        "closed",
+        "lattice",
+        "cells",
+        "memory",
+        "SIMD",
+        "threads",
+        "PC2",
+        "on disk",
+    ] {
         assert!(text.out.contains(words), "{words}: {}", text.out);
     }
     let json = stage.supple(&["inspect", "scene.toml", "--json"]);
@@ -26,11 +36,31 @@ fn text_and_json_say_what_would_run() {
     assert!(body["lattice"]["vertices"].as_u64().unwrap() >= 190);
     assert!(value["plan"].as_str().is_some_and(|plan| !plan.is_empty()));
     assert!(value["bytes_on_disk"].as_u64().unwrap() > 0);
+    assert!(body["memory_bytes"].as_u64().unwrap() > body["lattice"]["bytes"].as_u64().unwrap());
     assert!(!stage.path("out").exists());
 }
 
 #[test]
-fn several_bodies_do_not_touch_each_other() {
+fn the_plan_is_printed_only_with_its_flag() {
+    let stage = Stage::new();
+    let json = stage.supple(&["inspect", "scene.toml", "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    let plan: Vec<String> = value["plan"].as_str().unwrap().lines().map(|line| format!("  {line}")).collect();
+    assert!(plan.len() > 2, "{plan:?}");
+    let without = stage.supple(&["inspect", "scene.toml"]);
+    without.expect(0, &[]);
+    let with = stage.supple(&["inspect", "scene.toml", "--plan"]);
+    with.expect(0, &[]);
+    for line in &plan {
+        assert!(with.out.lines().any(|other| other == line.trim_end()), "{line}: {}", with.out);
+        assert!(!without.out.lines().any(|other| other == line.trim_end()), "{line}: {}", without.out);
+    }
+    assert!(with.out.starts_with(without.out.trim_end()), "{}", with.out);
+    assert!(!stage.path("out").exists());
+}
+
+#[test]
+fn missing_contact_between_bodies_is_noted() {
     let second = "\n[[body]]\nname = \"other\"\nmesh = \"block.obj\"\ntranslate = [9, 1, 0]\n";
     let stage = Stage::of(&format!("{SCENE}{second}"));
     let words = "contact between bodies is not simulated";
@@ -39,7 +69,7 @@ fn several_bodies_do_not_touch_each_other() {
 }
 
 #[test]
-fn a_model_alone_is_inspected_as_the_scene_that_it_means() {
+fn a_model_is_inspected_as_its_default_scene() {
     let stage = Stage::new();
     let ended = stage.supple(&["inspect", "block.obj", "--json", "--set", "body.block.cell_size=0.5"]);
     ended.expect(0, &[]);

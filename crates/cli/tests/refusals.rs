@@ -1,10 +1,10 @@
-//! What is refused: exit code 2, a message with the way out, and nothing written.
+//! Invalid input gives exit code 2 and a message that helps to correct it, and nothing is written.
 
 mod support;
 
 use support::{SCENE, Stage};
 
-/// Runs a scene that must be refused, and checks that no folder appeared.
+/// Runs an invalid scene and checks the message and that no folder was created.
 #[track_caller]
 fn refused(scene: &str, options: &[&str], words: &[&str]) {
     let stage = Stage::of(scene);
@@ -15,7 +15,7 @@ fn refused(scene: &str, options: &[&str], words: &[&str]) {
 }
 
 #[test]
-fn arguments() {
+fn invalid_arguments_are_refused() {
     let stage = Stage::new();
     stage.supple(&["run"]).expect(2, &["INPUT"]);
     stage.supple(&["run", "scene.toml", "--every", "0"]).expect(2, &["--every"]);
@@ -31,7 +31,7 @@ fn arguments() {
 }
 
 #[test]
-fn scenes() {
+fn invalid_scenes_are_refused() {
     for (from, to, words) in [
         ("half_width", "half_widht", ["scene.toml:15", "body.block.half_widht", "`half_width`"].as_slice()),
         ("fps = 30", "fps = 0", &["scene.toml:4", "simulation.fps", "above 0"]),
@@ -58,7 +58,7 @@ fn scenes() {
 }
 
 #[test]
-fn overrides() {
+fn invalid_overrides_are_refused() {
     refused(SCENE, &["--set", "body.block.half_widht=3"], &["--set body.block.half_widht=3", "`half_width`"]);
     refused(SCENE, &["--set", "body.blok.half_width=3"], &["blok", "`block`"]);
     refused(SCENE, &["--set", "body.block.stiffness=3"], &["body.block.stiffness", "(0, 1]"]);
@@ -66,7 +66,7 @@ fn overrides() {
 }
 
 #[test]
-fn meshes() {
+fn invalid_meshes_are_refused() {
     for (mesh, words) in [
         ("", ["block.obj"].as_slice()),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", &["block.obj", "face"]),
@@ -85,12 +85,12 @@ fn meshes() {
 }
 
 #[test]
-fn a_lattice_that_does_not_fit_in_memory_names_one_that_does() {
+fn a_lattice_larger_than_the_memory_is_refused_with_a_feasible_cell_size() {
     refused(SCENE, &["--set", "body.block.cell_size=1e-5"], &["memory", "cell size"]);
 }
 
 #[test]
-fn inputs_are_never_written_over() {
+fn inputs_are_never_overwritten() {
     let stage = Stage::of(&SCENE.replace("block.obj", "block_0003.obj"));
     stage.write("block_0003.obj", support::BLOCK);
     stage
@@ -100,7 +100,7 @@ fn inputs_are_never_written_over() {
 }
 
 #[test]
-fn two_runs_in_one_folder() {
+fn a_second_run_in_one_folder_is_refused() {
     let stage = Stage::new();
     std::fs::create_dir(stage.path("out")).unwrap();
     let lock = std::fs::File::create(stage.path("out/supple.lock")).unwrap();
@@ -109,20 +109,20 @@ fn two_runs_in_one_folder() {
         stage.supple(options).expect(1, &["supple.lock", "another run"]);
     }
     assert!(stage.frames("out").is_empty());
-    // A run that was killed leaves the file, but nobody holds it.
+    // A killed run leaves the file without its lock.
     drop(lock);
     stage.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
     assert!(!stage.path("out/supple.lock").exists());
 }
 
 #[test]
-fn a_simd_level_that_is_not_there() {
+fn an_unavailable_simd_level_is_refused() {
     let stage = Stage::new();
     let mut command = stage.command(&["run", "scene.toml"]);
     let ended = support::Ended::of(command.env("SUPPLE_SIMD", "avx9").output().unwrap());
     ended.expect(2, &["SUPPLE_SIMD is \"avx9\"", "it has"]);
     assert!(!stage.path("out").exists());
-    // Empty is as not set.
+    // An empty value counts as unset.
     let mut command = stage.command(&["run", "scene.toml", "--frames", "1"]);
     support::Ended::of(command.env("SUPPLE_SIMD", "").output().unwrap()).expect(0, &[]);
 }

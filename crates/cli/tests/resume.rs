@@ -1,4 +1,5 @@
-//! `--resume`: after an end, a change, damage, Ctrl-C and `kill -9`, with the bits of an uninterrupted run.
+//! `--resume` after completion, changes, damage, Ctrl-C and `kill -9`. Frames equal those of an uninterrupted
+//! run.
 
 mod support;
 
@@ -10,7 +11,7 @@ use support::{Ended, SCENE, Stage};
 const LONG: [&str; 6] = ["run", "scene.toml", "--frames", "300", "--checkpoint", "0"];
 
 #[test]
-fn a_finished_run_writes_nothing_and_a_longer_one_goes_on() {
+fn resuming_a_finished_run_writes_only_additional_frames() {
     for format in ["obj", "ply", "pc2"] {
         let stage = Stage::new();
         let run = |frames: &str, more: &[&str]| {
@@ -37,7 +38,7 @@ fn a_finished_run_writes_nothing_and_a_longer_one_goes_on() {
     }
 }
 
-/// Names and times of change of a folder's files.
+/// Returns names and modification times of the files in a folder.
 fn times(stage: &Stage, folder: &str) -> Vec<(std::ffi::OsString, std::time::SystemTime)> {
     let entries = std::fs::read_dir(stage.path(folder)).unwrap().map(|entry| entry.unwrap());
     let mut times: Vec<_> =
@@ -47,7 +48,7 @@ fn times(stage: &Stage, folder: &str) -> Vec<(std::ffi::OsString, std::time::Sys
 }
 
 #[test]
-fn what_changes_the_motion_is_refused_and_what_does_not_is_not() {
+fn resuming_is_refused_only_after_changes_of_the_motion() {
     let stage = Stage::new();
     stage.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
     let resume = |more: &[&str]| {
@@ -67,7 +68,7 @@ fn what_changes_the_motion_is_refused_and_what_does_not_is_not() {
     resume(&[]).expect(2, &["mesh file has changed", "without resuming"]);
     stage.write("block.obj", support::BLOCK);
     assert_eq!(stage.frames("out").len(), 5);
-    // The number of threads, and where the scene lies, change no bit.
+    // The number of threads and the folder of the scene do not affect the result.
     std::fs::create_dir(stage.path("moved")).unwrap();
     stage.write("moved/scene.toml", SCENE.replace("\"block.obj\"", "\"../block.obj\""));
     stage
@@ -77,7 +78,7 @@ fn what_changes_the_motion_is_refused_and_what_does_not_is_not() {
 }
 
 #[test]
-fn other_frames_of_the_same_motion_are_made_from_the_start() {
+fn resuming_with_another_frame_interval_starts_from_frame_0() {
     let stage = Stage::new();
     stage.supple(&["run", "scene.toml", "--frames", "6", "--every", "2"]).expect(0, &[]);
     stage.supple(&["run", "scene.toml", "--frames", "6", "--resume"]).expect(0, &["block_0001.obj"]);
@@ -106,14 +107,14 @@ fn a_damaged_checkpoint_is_refused_with_a_message() {
 }
 
 #[test]
-fn kill_at_random_moments() {
+fn resuming_after_kills_at_random_times_gives_the_same_frames() {
     for (format, seed) in [("obj", 1), ("ply", 2), ("pc2", 3)] {
         let stage = Stage::new();
         let mut whole = LONG.to_vec();
         whole.extend(["--format", format, "--quiet", "-o", "whole", "--stats", "whole.json"]);
-        let begun = Instant::now();
+        let start_time = Instant::now();
         stage.supple(&whole).expect(0, &[]);
-        let length = begun.elapsed();
+        let length = start_time.elapsed();
 
         let mut arguments = LONG.to_vec();
         arguments.extend(["--format", format, "--quiet", "--resume", "--stats", "s.json"]);
@@ -123,11 +124,11 @@ fn kill_at_random_moments() {
             std::thread::sleep(length.mul_f64(random.next() / 3.0));
             child.kill().unwrap();
             child.wait().unwrap();
-            // Whatever has a final name is whole.
+            // Every file with a final name is complete.
             let expected = stage.frames("whole");
             for (name, bytes) in stage.frames("out") {
                 let is_final = name.ends_with(&format!(".{format}"));
-                assert!(!is_final || expected[&name] == bytes, "{name} is not whole");
+                assert!(!is_final || expected[&name] == bytes, "{name} is not complete");
             }
         }
         stage.supple(&arguments).expect(0, &[]);
@@ -147,7 +148,7 @@ fn start(stage: &Stage, arguments: &[&str]) -> Child {
     stage.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Numbers in [0, 1) that depend on the clock: every run of the test kills elsewhere.
+/// Random numbers in [0, 1), seeded by the clock: each test run kills at other times.
 struct Random(u64);
 
 impl Random {
@@ -160,10 +161,10 @@ impl Random {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_keeps_what_is_written() {
+fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
     for format in ["obj", "pc2"] {
         let stage = Stage::new();
-        // By the clock it would write a checkpoint much later: Ctrl-C writes one.
+        // The default checkpoint interval is longer than this run, so the checkpoint is that of Ctrl-C.
         let arguments = ["run", "scene.toml", "--frames", "20000", "--format", format, "--stats", "s.json"];
         let child = start(&stage, &arguments);
         wait_until(|| std::fs::metadata(stage.path("s.json")).is_ok_and(|file| file.len() > 5000));
@@ -195,7 +196,7 @@ fn ctrl_c_keeps_what_is_written() {
         if format == "pc2" {
             assert!(stage.frames("out") == stage.frames("whole"));
         } else {
-            // Names are as wide as the last number of their run.
+            // The frame count of a run determines the number of digits, so names can differ.
             assert!(stage.frames("out").values().eq(stage.frames("whole").values()));
         }
     }
@@ -203,9 +204,9 @@ fn ctrl_c_keeps_what_is_written() {
 
 #[cfg(unix)]
 fn wait_until(condition: impl Fn() -> bool) {
-    let begun = Instant::now();
+    let start_time = Instant::now();
     while !condition() {
-        assert!(begun.elapsed() < Duration::from_secs(60), "waited in vain");
+        assert!(start_time.elapsed() < Duration::from_secs(60), "timed out");
         std::thread::sleep(Duration::from_millis(5));
     }
 }

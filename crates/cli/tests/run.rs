@@ -1,11 +1,11 @@
-//! `supple run`: what is written, under which names, and what a terminal shows.
+//! `supple run`: files, file names and terminal output.
 
 mod support;
 
 use support::{SCENE, Stage};
 
 #[test]
-fn frames_are_numbered_from_the_rest_pose_on() {
+fn frames_are_numbered_from_the_rest_pose() {
     let stage = Stage::new();
     let ended = stage.supple(&["run", "scene.toml"]);
     ended.expect(0, &[]);
@@ -25,7 +25,7 @@ fn frames_are_numbered_from_the_rest_pose_on() {
     for (found, expected) in vertices(&rest).iter().zip(&expected) {
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?} {expected:?}");
     }
-    // Every other line is that of the input.
+    // All other lines equal those of the input.
     let others = |text: &str| -> Vec<String> {
         text.lines().filter(|line| !line.starts_with("v ")).map(str::to_owned).collect()
     };
@@ -33,7 +33,7 @@ fn frames_are_numbered_from_the_rest_pose_on() {
 }
 
 #[test]
-fn options_choose_frames_numbers_and_formats() {
+fn options_select_frames_numbers_and_formats() {
     let stage = Stage::new();
     let run = |options: &[&str], folder: &str| {
         let mut arguments = vec!["run", "scene.toml", "-o", folder];
@@ -59,7 +59,7 @@ fn options_choose_frames_numbers_and_formats() {
 }
 
 #[test]
-fn a_run_replaces_the_sequence_that_was_there_and_nothing_else() {
+fn a_run_replaces_only_the_existing_sequence() {
     let stage = Stage::new();
     stage.supple(&["run", "scene.toml", "--frames", "9"]).expect(0, &[]);
     for name in ["out/block_notes.txt", "out/other_0000.obj", "out/block_0000.ply"] {
@@ -72,7 +72,7 @@ fn a_run_replaces_the_sequence_that_was_there_and_nothing_else() {
 }
 
 #[test]
-fn the_bits_do_not_depend_on_threads_or_on_who_looks() {
+fn frames_do_not_depend_on_threads_or_frame_interval() {
     let stage = Stage::new();
     for (folder, options) in
         [("one", ["--threads", "1", "--every", "1"]), ("two", ["--threads", "2", "--every", "5"])]
@@ -87,7 +87,7 @@ fn the_bits_do_not_depend_on_threads_or_on_who_looks() {
 }
 
 #[test]
-fn statistics_have_a_row_a_frame_and_body() {
+fn statistics_have_one_row_per_frame_and_body() {
     let stage = Stage::new();
     stage.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.csv"]).expect(0, &[]);
     let text = std::fs::read_to_string(stage.path("s.csv")).unwrap();
@@ -103,7 +103,7 @@ fn statistics_have_a_row_a_frame_and_body() {
         assert_eq!((row[0].parse(), row[2], row.len()), (Ok(frame), "block", 15));
         let number = |column: usize| row[column].parse::<f64>().unwrap();
         assert!((number(1) - frame as f64 / 30.0).abs() < 1e-12);
-        assert!((number(9) / number(7) - 1.0).abs() < 1e-5, "the volume is kept: {row:?}");
+        assert!((number(9) / number(7) - 1.0).abs() < 1e-5, "the volume is not preserved: {row:?}");
     }
 
     stage.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.json"]).expect(0, &[]);
@@ -114,7 +114,7 @@ fn statistics_have_a_row_a_frame_and_body() {
 }
 
 #[test]
-fn a_pipe_shows_every_tenth_and_a_summary() {
+fn a_pipe_gets_a_line_per_tenth_and_a_summary() {
     let stage = Stage::new();
     let ended = stage.supple(&["run", "scene.toml"]);
     let lines: Vec<&str> = ended.err.lines().filter(|line| line.contains(" %")).collect();
@@ -126,7 +126,7 @@ fn a_pipe_shows_every_tenth_and_a_summary() {
 }
 
 #[test]
-fn a_model_alone_is_dropped() {
+fn a_model_without_a_scene_falls_on_the_ground() {
     let stage = Stage::new();
     stage.supple(&["run", "block.obj", "-o", "fall"]).expect(0, &[]);
     let frames = stage.frames("fall");
@@ -137,7 +137,7 @@ fn a_model_alone_is_dropped() {
         heights.fold(f64::INFINITY, f64::min)
     };
     assert!(lowest("block_0000.obj").abs() < 1e-6);
-    // The ground lies a tenth of the height below it, and there it stands in the end.
+    // The ground is a tenth of the height (0.3) below the block, which comes to rest on it.
     let last = lowest("block_0090.obj");
     assert!((last + 0.3).abs() < 0.02, "{last}");
     let printed = stage.supple(&["run", "block.obj", "--print-scene", "--up", "z"]);
@@ -148,7 +148,7 @@ fn a_model_alone_is_dropped() {
 }
 
 #[test]
-fn a_batch_goes_on_after_a_failure() {
+fn a_batch_continues_after_a_failure() {
     let stage = Stage::new();
     stage.write("bad.toml", SCENE.replace("half_width", "half_widht"));
     stage.write("last.toml", SCENE);

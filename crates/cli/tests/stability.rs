@@ -1,18 +1,18 @@
-//! `supple study --stability`: a row a case, a JSON file, and the exit code.
+//! `supple study --stability`: one row per case, a JSON file, and the exit code.
 
 mod support;
 
 use support::Stage;
 
 #[test]
-fn a_study_that_is_killed_leaves_the_earlier_report() {
+fn a_killed_study_leaves_the_earlier_report() {
     let stage = Stage::new();
     std::fs::create_dir(stage.path("out")).unwrap();
     std::fs::write(stage.path("out/stability.json"), "earlier").unwrap();
     let mut study = stage.command(&["study", "--stability", "-o", "out", "--quiet"]).spawn().unwrap();
-    let begun = std::time::Instant::now();
+    let start_time = std::time::Instant::now();
     while !stage.path("out/stability.part").exists() {
-        assert!(begun.elapsed().as_secs() < 60, "waited in vain");
+        assert!(start_time.elapsed().as_secs() < 60, "timed out");
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     study.kill().unwrap();
@@ -21,7 +21,7 @@ fn a_study_that_is_killed_leaves_the_earlier_report() {
 }
 
 #[test]
-#[ignore = "takes a minute; the cases themselves are tests of their own crate"]
+#[ignore = "takes a minute; the cases are tested in supple-study"]
 fn the_quick_cases_are_written_and_pass() {
     let stage = Stage::new();
     let ended = stage.supple(&["study", "--stability", "--quick", "-o", "out"]);

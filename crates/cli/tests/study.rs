@@ -1,10 +1,10 @@
-//! `supple study`: what it writes, how it ends, what it refuses.
+//! `supple study`: files, exit codes and refused input.
 
 mod support;
 
 use support::{SCENE, Stage, files};
 
-/// The scene of the other tests, shorter.
+/// Creates the common scene with fewer frames and lattice vertices.
 fn stage() -> Stage {
     Stage::of(&SCENE.replace("frames = 20", "frames = 6").replace("= 200", "= 60"))
 }
@@ -25,7 +25,7 @@ fn a_study_of_a_scene_writes_its_three_files_and_a_table() {
     let before = files(&stage.path("out"));
     let again = stage.supple(&["study", "scene.toml", "--quick", "-o", "out", "--resume", "--quiet"]);
     again.expect(0, &[]);
-    assert!(again.err.is_empty() && again.out.contains("finished before"), "{again:?}");
+    assert!(again.err.is_empty() && again.out.contains("already finished"), "{again:?}");
     assert_eq!(files(&stage.path("out")), before);
     stage.supple(&["study", "scene.toml", "-o", "out", "--resume"]).expect(2, &["quick", "--resume"]);
     let other = ["study", "scene.toml", "--quick", "-o", "out", "--resume", "--set", "simulation.fps=31"];
@@ -34,7 +34,7 @@ fn a_study_of_a_scene_writes_its_three_files_and_a_table() {
 }
 
 #[test]
-fn the_sums_are_studied_alone() {
+fn a_study_of_the_sums_needs_no_scene() {
     let stage = stage();
     let ended = stage.supple(&["study", "--sums", "--quick", "-o", "sums", "--quiet"]);
     ended.expect(0, &[]);
@@ -64,7 +64,7 @@ fn wrong_arguments_write_nothing() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_keeps_the_points_that_are_done() {
+fn ctrl_c_keeps_the_measured_points() {
     use std::process::Stdio;
     use support::Ended;
 
@@ -73,9 +73,9 @@ fn ctrl_c_keeps_the_points_that_are_done() {
     let mut command = stage.command(&arguments);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let study = || std::fs::read_to_string(stage.path("out/study.json")).unwrap_or_default();
-    let begun = std::time::Instant::now();
+    let start_time = std::time::Instant::now();
     while !study().contains("\"timing\"") {
-        assert!(begun.elapsed().as_secs() < 60, "waited in vain");
+        assert!(start_time.elapsed().as_secs() < 60, "timed out");
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();

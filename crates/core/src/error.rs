@@ -1,4 +1,4 @@
-//! All errors of the crate: one enum for each stage, wrapped by [`Error`].
+//! The error type of the crate. [`Error`] wraps one error type per stage.
 
 use crate::body::{ArrayError, StateError};
 use crate::contact::ColliderError;
@@ -12,34 +12,34 @@ use crate::volume::VolumeError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A simulation of no bodies.
+    /// A simulation without bodies.
     #[error("a simulation needs at least one body")]
     NoBody,
-    /// A mesh.
+    /// An invalid mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The lattice.
+    /// A lattice that cannot be built.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
-    /// A number out of its range.
+    /// A number out of range.
     #[error(transparent)]
     Range(#[from] RangeError),
-    /// An array that does not fit.
+    /// An array with the wrong length or an invalid value.
     #[error(transparent)]
     Array(#[from] ArrayError),
-    /// The selection of a pin, a handle or a force.
+    /// An invalid or empty selection of a pin, a handle or a force.
     #[error(transparent)]
     Selection(#[from] SelectionError),
-    /// A pin or a handle.
+    /// An invalid pin or handle.
     #[error(transparent)]
     Constraint(#[from] ConstraintError),
-    /// The volume correction.
+    /// A volume correction that the body does not allow.
     #[error(transparent)]
     Volume(#[from] VolumeError),
-    /// A collider.
+    /// An invalid collider.
     #[error(transparent)]
     Collider(#[from] ColliderError),
-    /// A state of other bodies.
-    #[error("the state does not fit: {0}")]
+    /// A saved state that does not match the bodies.
+    #[error("the state does not match the simulation: {0}")]
     State(#[from] StateError),
 }

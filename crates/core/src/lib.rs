@@ -1,13 +1,14 @@
-//! Soft bodies from any surface mesh, by lattice shape matching, that keep their volume.
+//! Soft bodies from any surface mesh: lattice shape matching with volume preservation.
 //!
-//! A body is a lattice of cubic cells that covers its mesh. Each step fits a rigid motion to the region around every
-//! lattice vertex, and draws the vertices to the goal positions that these motions give; that cannot blow up. The mesh is
-//! carried along, and what is shown has its volume restored. No tetrahedra, no stiffness matrix.
+//! A body is a lattice of cubic cells that covers its mesh. Each step fits a rigid motion to the region
+//! around every lattice vertex and moves the vertices towards the goal positions that these motions give;
+//! this is unconditionally stable (Müller et al. 2005). The lattice deforms the mesh, and a volume correction
+//! restores the volume of the displayed surface. There is no tetrahedral mesh and no stiffness matrix.
 //!
 //! ```
 //! use supple::{Body, Collider, Mesh, Simulation};
 //!
-//! // A cube of edge 1, as six quads seen from outside.
+//! // A cube of edge 1: six quads, counter-clockwise seen from outside.
 //! let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
 //! let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 //! let mesh = Mesh::new(corners, &quads)?;
@@ -24,60 +25,77 @@
 //! # Ok::<(), supple::Error>(())
 //! ```
 //!
-//! # The pipeline, in order
+//! # The pipeline
 //!
-//! Once for a body ([`Body::builder`], [`Body::from_lattice`]):
+//! [`Body::builder`] and [`Body::from_lattice`] build a body once:
 //!
-//! 1. **Mesh** ([`Mesh`]): polygons of any kind; what is unusual is reported, not refused.
-//! 2. **Lattice** ([`Lattice`]): the cells that the surface passes through or encloses. Vertices sit on their corners, links
-//!    join neighbours along an axis. Nothing is glued across a gap of a cell or more.
-//! 3. **Embedding**: the cell of each mesh vertex and its place in it.
+//! 1. **Mesh** ([`Mesh`], module `mesh`): polygons of any size. Open, non-manifold and self-intersecting
+//!    surfaces are accepted and reported.
+//! 2. **Lattice** ([`Lattice`], modules `voxel`, `lattice`): the cells that the surface passes through or
+//!    encloses. The lattice vertices are the corners of the cells, and links join neighbours along an axis.
+//!    Parts that are a cell or more apart are not glued together.
+//! 3. **Embedding** (module `lattice`): the cell of each mesh vertex and its coordinates in this cell.
 //!
-//! In each step ([`Simulation::step`]), with h its length, x and v the positions and velocities, f external forces and a
-//! gravity:
+//! [`Simulation::step`] runs these stages for each body. In the formulas, h is the step length, x, v and m
+//! are the position, velocity and mass of a vertex, n is the number of regions that contain it, superscript 0
+//! is the rest pose, f is an external force and a is gravity:
 //!
-//! 1. **Forces** ([`Body::apply_force`]): v += h f/m.
-//! 2. **Region damping** ([`RegionDamping`]): the velocities move towards the mean rigid velocity of the regions.
-//! 3. **Matching** ([`Body::goals`]): moments of all regions by window sums along x, y and z, a rotation for each
-//!    ([`rotations()`]), and the adjoint of the sums, which gives the goal positions g. v += alpha (g - x)/h + h a.
-//! 4. **Integration**: x += h v, with the momenta of free bodies kept in f64.
-//! 5. **Contacts** ([`Collider`]): impulses on the visible surface.
-//! 6. **Constraints** ([`Pin`], [`Handle`]): held vertices follow their motion.
+//! 1. **External forces** ([`Body::apply_force`], module `dynamics::forces`): v += h f/m.
+//! 2. **Region damping** ([`RegionDamping`], module `dynamics::damping`): v += d (v̄ - v), where v̄ is the
+//!    mean of the rigid velocities of the vertex's regions (Rivers & James 2007, section 5).
+//! 3. **Shape matching** ([`Body::goals`], module `matching`): for each region the centers of mass c and c⁰,
+//!    weighted by m/n, and the rotation R of Σ m/n (x - c)(x⁰ - c⁰)ᵀ ([`rotations()`]); for each vertex the
+//!    goal position g, the mean of R (x⁰ - c⁰) + c over its regions (Rivers & James 2007, Eqs. (5) and (6)).
+//!    The sums over regions are window sums along x, y and z. Then v += alpha (g - x)/h + h a (Müller et al.
+//!    2005, Eq. (9)).
+//! 4. **Integration** (module `dynamics::integration`): x += h v. The momenta of free bodies are tracked in
+//!    f64 (module `dynamics::momentum`).
+//! 5. **Contacts** ([`Collider`], module `contact`): impulses on the visible surface.
+//! 6. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
+//!    position and the velocity of their pin or handle.
 //!
-//! Where a body is shown ([`Display`], [`BodyRef::surface`]), and never fed back:
+//! [`Display`] and [`BodyRef::surface`] evaluate the displayed surface. Its result never feeds back into the
+//! dynamics:
 //!
-//! 1. **Volume correction** ([`VolumeOptions`]): the lattice moves along a smooth field that moves the surface by its
-//!    normals, by the root of a cubic.
-//! 2. **Mesh update**: trilinear in the cells, with normals.
+//! 1. **Volume correction** ([`VolumeOptions`], module `volume`): the lattice moves to P~ = P^ + lambda V
+//!    (Takamatsu & Kanai 2009, Eq. (1)). The field V moves the surface along its normals, and lambda is the
+//!    root of a cubic.
+//! 2. **Mesh update** (module `skin`): trilinear interpolation in the cells, and normals.
 //!
-//! [`Simulation::plan`] lists the stages of a simulation; a stage that it does not need takes no time and no memory.
-//! [`reference`](mod@reference) is the same method in its naive form, the oracle of the tests.
+//! [`Simulation::plan`] lists the stages of a simulation. A stage that a body does not need takes no time and
+//! no memory. [`reference`](mod@reference) implements the method naively; the tests compare against it.
 //!
 //! # Units and conventions
 //!
-//! Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees but for `spin` (rad/s). Axes are
-//! right-handed, and none is "up" but for gravity. Positions are `Point3<f64>` and vectors `Vector3<f64>` of nalgebra; where one is
-//! passed, `[f64; 3]` will do, and long arrays that are passed or written have rows `[T; 3]`. Axes 0, 1, 2 are x, y, z; corner k of a cell lies at the offset
-//! `(k & 1, k >> 1 & 1, k >> 2 & 1)`; lattice vertices are sorted by z, then y, then x. Results have the same bits for any
-//! number of threads. Contact between bodies is not simulated.
+//! * Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees. `spin`
+//!   is in rad/s.
+//! * Axes are right-handed. Only gravity distinguishes an axis. Axes 0, 1, 2 are x, y, z.
+//! * Positions and vectors are nalgebra's `Point3<f64>` and `Vector3<f64>`. A single point or vector is
+//!   passed as `[f64; 3]`. Mesh vertices are passed, and displayed surfaces written, as rows `[T; 3]`.
+//! * Corner k of a cell is at the offset `(k & 1, k >> 1 & 1, k >> 2 & 1)`. Lattice vertices are sorted by z,
+//!   then y, then x.
+//! * Results are bit-identical for any number of threads.
+//! * Contact between bodies is not simulated.
 //!
 //! # Features
 //!
-//! | feature | default | what |
+//! | feature | default | effect |
 //! |---|---|---|
-//! | `rayon` | yes | threads |
-//! | `serde` | no | serialises [`SimulationState`] and [`BodySnapshot`] |
+//! | `rayon` | yes | multithreading |
+//! | `serde` | no | serialization of [`SimulationState`] and [`BodySnapshot`] |
 //!
-//! OBJ files, frame sequences and TOML scenes are in the package `supple-io`.
+//! The crate `supple-io` reads and writes OBJ files, frame sequences and TOML scenes.
 //!
-//! # Sources
+//! # References
 //!
 //! * K. Takamatsu, T. Kanai: Volume-Preserving LSM Deformations, SIGGRAPH Asia 2009 Sketches.
-//! * A. Rivers, D. James: FastLSM: Fast Lattice Shape Matching for Robust Real-Time Deformation, SIGGRAPH 2007.
-//! * M. Müller, B. Heidelberger, M. Teschner, M. Gross: Meshless Deformations Based on Shape Matching, SIGGRAPH 2005.
+//! * A. Rivers, D. James: FastLSM: Fast Lattice Shape Matching for Robust Real-Time Deformation, SIGGRAPH
+//!   2007.
+//! * M. Müller, B. Heidelberger, M. Teschner, M. Gross: Meshless Deformations Based on Shape Matching,
+//!   SIGGRAPH 2005.
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
-// Stage internals are public for `internals`; without it parts of them are not used.
+// The feature `internals` exports stage internals; without it parts of them are unused.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unreachable_pub, unused_imports))]
 
 mod body;
@@ -125,7 +143,7 @@ pub use volume::{
     VolumeScope, Volumes,
 };
 
-/// Internals of the stages, for studies, benches and tests. Not part of the interface: they may change at any time.
+/// Internals of the stages, for studies, benches and tests. They are not part of the public API.
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {

@@ -1,16 +1,17 @@
-//! Threads and chunks: the only place that starts threads.
+//! Runs work on threads, in chunks. No other module starts threads.
 //!
-//! Work on a body is cut into chunks of a fixed number of blocks, whatever the number of threads; each output
-//! value is computed by one thread in one order. So the bits of a result do not depend on the threads.
+//! A chunk is a fixed number of blocks for any number of threads, and one thread computes each output value
+//! in a fixed order. Results are therefore bit-identical for any number of threads.
 
 use std::sync::Arc;
 #[cfg(feature = "rayon")]
 use std::sync::{Mutex, PoisonError};
 
-/// Blocks in a task: 4,096 lattice vertices. A smaller body is one task, since joins cost more than its work.
+/// Blocks per task: 4,096 lattice vertices. A smaller body is one task, since joining threads costs more than
+/// its work.
 pub(crate) const CHUNK: usize = 512;
 
-/// Where work runs: on the calling thread, or on a pool of threads. Cloning shares the pool.
+/// Runs work on the calling thread or on a pool of threads. Clones share the pool.
 #[derive(Clone, Debug, Default)]
 pub struct Executor {
     #[cfg(feature = "rayon")]
@@ -20,13 +21,13 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// The calling thread alone.
+    /// Creates an executor that uses the calling thread only.
     pub fn sequential() -> Self {
         Self::default()
     }
 
-    /// `threads` threads; 0 = one for each processor. Without the feature `rayon`, or where the system gives
-    /// no threads, the calling thread alone.
+    /// Creates an executor with `threads` threads; 0 = one per processor. Without the feature `rayon`, or if
+    /// the system cannot start threads, it uses the calling thread only.
     #[cfg(feature = "rayon")]
     pub fn new(threads: usize) -> Self {
         let threads =
@@ -37,20 +38,20 @@ impl Executor {
         Self { pool: pool.map(Arc::new) }
     }
 
-    /// The calling thread: the feature `rayon` is off.
+    /// Creates an executor that uses the calling thread only: the feature `rayon` is off.
     #[cfg(not(feature = "rayon"))]
     pub fn new(_threads: usize) -> Self {
         Self::sequential()
     }
 
-    /// Leaves the pool as it is, and works on the calling thread: its threads are not there any more, and to wait
-    /// for them would hang.
+    /// Leaks the pool and switches to the calling thread. After a fork the pool's threads do not exist, and
+    /// dropping the pool would wait for them forever.
     pub(crate) fn abandon(&mut self) {
         #[cfg(feature = "rayon")]
         std::mem::forget(self.pool.take());
     }
 
-    /// Threads that work.
+    /// Returns the number of threads.
     pub fn threads(&self) -> usize {
         #[cfg(feature = "rayon")]
         if let Some(pool) = &self.pool {
@@ -59,7 +60,7 @@ impl Executor {
         1
     }
 
-    /// Runs `work` where its chunks can be shared out; once for many steps, since entering a pool has a price.
+    /// Runs `work` inside the pool. Call it once for many steps, since entering a pool is slow.
     pub(crate) fn enter<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         #[cfg(feature = "rayon")]
         if let Some(pool) = &self.pool {
@@ -68,7 +69,7 @@ impl Executor {
         work()
     }
 
-    /// `work(item)` for each item, in parallel.
+    /// Calls `work(item)` for each item, in parallel.
     pub(crate) fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Send + Sync) {
         #[cfg(feature = "rayon")]
         if self.pool.is_some() && items.len() > 1 {
@@ -78,7 +79,7 @@ impl Executor {
         items.iter_mut().for_each(work);
     }
 
-    /// The number of the thread that works, below [`Executor::threads`].
+    /// Returns the index of the current thread, less than [`Executor::threads`].
     pub(crate) fn worker(&self) -> usize {
         #[cfg(feature = "rayon")]
         if let Some(pool) = &self.pool {
@@ -87,8 +88,8 @@ impl Executor {
         0
     }
 
-    /// `work(item)` for each item, on the calling thread, and on threads of the pool as they become free. Faster than
-    /// entering the pool where the work is short.
+    /// Calls `work(item)` for each item, on the calling thread and on pool threads as they become free. For
+    /// short work this is faster than entering the pool.
     pub fn share<T>(&self, items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
         #[cfg(feature = "rayon")]
         if let Some(pool) = &self.pool
@@ -110,8 +111,9 @@ impl Executor {
         items.for_each(work);
     }
 
-    /// `work(task, a, b, c)` for tasks that own parts of arrays: of `a` and `b` the items from `bounds[task]` to
-    /// `bounds[task + 1]`, of `c` equally many each. An empty array stands for no array.
+    /// Calls `work(task, a, b, c)` for tasks that own parts of arrays. Task `task` owns the items
+    /// `bounds[task]` to `bounds[task + 1]` of `a` and `b`. `c` is divided equally. An empty array means that
+    /// there is no array.
     pub(crate) fn tasks<A: Send, B: Send, C: Send>(
         &self,
         bounds: &[usize],
@@ -120,18 +122,19 @@ impl Executor {
     ) {
         #[cfg(feature = "rayon")]
         if self.pool.is_some() && bounds.len() > 2 {
-            return self.enter(|| halve(0, bounds, parts, &work));
+            return self.enter(|| run_tasks(0, bounds, parts, &work));
         }
         let (mut a, mut b, mut c) = parts;
         let each = c.len() / bounds.len().saturating_sub(1).max(1);
         for (task, ends) in bounds.windows(2).enumerate() {
             let items = ends[1] - ends[0];
-            let (of_a, of_b) = (take(&mut a, items), take(&mut b, items));
-            work(task, of_a, of_b, take(&mut c, each));
+            let (part_a, part_b) = (take_front(&mut a, items), take_front(&mut b, items));
+            work(task, part_a, part_b, take_front(&mut c, each));
         }
     }
 
-    /// `work(first, a, b, c)` for chunks of three arrays of equal length, `first` the index of a chunk's first items.
+    /// Calls `work(first, a, b, c)` for chunks of three arrays of equal length. `first` is the index of a
+    /// chunk's first item.
     pub(crate) fn chunks3<A: Send, B: Send, C: Send>(
         &self,
         (a, b, c): (&mut [A], &mut [B], &mut [C]),
@@ -149,8 +152,8 @@ impl Executor {
     }
 }
 
-/// Cuts the first items off, as many as there are.
-fn take<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+/// Splits off the first `count` items, or all if there are fewer.
+fn take_front<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     let count = count.min(items.len());
     items.split_off_mut(..count).unwrap_or_default()
 }
@@ -158,9 +161,10 @@ fn take<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
 #[cfg(feature = "rayon")]
 type Parts<'a, A, B, C> = (&'a mut [A], &'a mut [B], &'a mut [C]);
 
-/// Does the tasks from `task` on, of which `bounds` are the bounds, one half beside the other.
+/// Runs the tasks with the item bounds `bounds`, numbered from `task`: recursively, one half in parallel with
+/// the other.
 #[cfg(feature = "rayon")]
-fn halve<A: Send, B: Send, C: Send>(
+fn run_tasks<A: Send, B: Send, C: Send>(
     task: usize,
     bounds: &[usize],
     (mut a, mut b, mut c): Parts<A, B, C>,
@@ -174,9 +178,9 @@ fn halve<A: Send, B: Send, C: Send>(
     }
     let half = tasks / 2;
     let (items, each) = (bounds[half] - bounds[0], c.len() / tasks);
-    let first = (take(&mut a, items), take(&mut b, items), take(&mut c, each * half));
+    let first = (take_front(&mut a, items), take_front(&mut b, items), take_front(&mut c, each * half));
     rayon::join(
-        || halve(task, &bounds[..=half], first, work),
-        || halve(task + half, &bounds[half..], (a, b, c), work),
+        || run_tasks(task, &bounds[..=half], first, work),
+        || run_tasks(task + half, &bounds[half..], (a, b, c), work),
     );
 }

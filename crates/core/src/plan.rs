@@ -1,10 +1,11 @@
-//! The plan of a simulation: which stages run, in which order, and the memory that they hold.
+//! The plan of a simulation: its stages in execution order, and their memory.
 //!
-//! A stage that a scene does not need does not exist: it takes no time and no memory, and is named under "left out".
+//! A stage that a body does not need is not created and takes no time and no memory. The plan lists it as
+//! "left out".
 
 use std::fmt;
 
-/// The stages of a [`Simulation`](crate::Simulation), for each body.
+/// The stages of each body of a [`Simulation`](crate::Simulation). `Display` prints them as a table.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Plan {
@@ -14,7 +15,7 @@ pub struct Plan {
     pub substeps: u64,
     /// Number of threads.
     pub threads: usize,
-    /// One for each body.
+    /// One plan per body.
     pub bodies: Vec<BodyPlan>,
 }
 
@@ -22,29 +23,29 @@ pub struct Plan {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BodyPlan {
-    /// The body's name.
+    /// Name of the body.
     pub name: String,
-    /// Memory of the lattice.
+    /// Memory of the lattice, in bytes.
     pub lattice_bytes: usize,
-    /// Memory of positions, velocities and rotations.
+    /// Memory of positions, velocities and rotations, in bytes.
     pub state_bytes: usize,
-    /// In the order in which they run.
+    /// The stages in execution order.
     pub stages: Vec<PlannedStage>,
-    /// The stages that this body does not need.
+    /// Names of the stages that this body does not need.
     pub left_out: Vec<&'static str>,
 }
 
-/// One stage.
+/// A stage of a body.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlannedStage {
-    /// When it runs.
+    /// When the stage runs.
     pub when: When,
-    /// Its name.
+    /// Name of the stage.
     pub name: &'static str,
-    /// Its parameters.
+    /// Parameters of the stage, as text.
     pub detail: String,
-    /// Memory that it holds now.
+    /// Memory that the stage holds now, in bytes.
     pub bytes: usize,
 }
 
@@ -54,12 +55,12 @@ pub struct PlannedStage {
 pub enum When {
     /// In every step.
     Step,
-    /// Where the body is shown: on a written frame.
+    /// When the surface is evaluated for display, such as for a written frame.
     Display,
 }
 
 impl BodyPlan {
-    /// Memory of the body: lattice, state and stages.
+    /// Returns the memory of the body in bytes: lattice, state and stages.
     pub fn bytes(&self) -> usize {
         let stages: usize = self.stages.iter().map(|stage| stage.bytes).sum();
         self.lattice_bytes + self.state_bytes + stages
@@ -69,16 +70,16 @@ impl BodyPlan {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { dt, substeps, threads, bodies } = self;
-        writeln!(f, "steps of {dt:.6} s, {substeps} a frame, threads: {threads}")?;
+        writeln!(f, "dt: {dt:.6} s, steps per frame: {substeps}, threads: {threads}")?;
         for body in bodies {
             writeln!(f, "{}: {:.1} MB", body.name, body.bytes() as f64 / 1e6)?;
             for stage in &body.stages {
                 let when = match stage.when {
                     When::Step => "step",
-                    When::Display => "show",
+                    When::Display => "display",
                 };
                 let kilobytes = stage.bytes as f64 / 1e3;
-                writeln!(f, "  {when}  {:<18} {:<52} {kilobytes:>10.1} kB", stage.name, stage.detail)?;
+                writeln!(f, "  {when:<7}  {:<18} {:<49} {kilobytes:>10.1} kB", stage.name, stage.detail)?;
             }
             if !body.left_out.is_empty() {
                 writeln!(f, "  left out: {}", body.left_out.join(", "))?;

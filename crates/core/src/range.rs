@@ -1,28 +1,28 @@
-//! Numbers that users give, and their ranges.
+//! Range checks of user-supplied numbers.
 
-/// A number out of its range.
+/// A number out of range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{name} = {} is out of range: it must be {range}", short(*.value))]
+#[error("{name} = {} is out of range: it must be {range}", format_value(*.value))]
 pub struct RangeError {
-    /// The name of the number, as in a scene file.
+    /// Name of the number, as in a scene file.
     pub name: &'static str,
-    /// What was given.
+    /// The value that was passed.
     pub value: f64,
-    /// What is taken.
+    /// Description of the valid range.
     pub range: &'static str,
 }
 
-/// A number as a person would write it.
-fn short(value: f64) -> String {
+/// Formats a number, with an exponent from 1e15 on.
+fn format_value(value: f64) -> String {
     if value.abs() >= 1e15 { format!("{value:e}") } else { value.to_string() }
 }
 
-/// `value`, if it is finite and `inside`.
+/// Returns `value` if it is finite and `valid` is true; otherwise a [`RangeError`].
 pub(crate) fn in_range(
     name: &'static str,
     value: f64,
-    inside: bool,
+    valid: bool,
     range: &'static str,
 ) -> Result<f64, RangeError> {
-    if value.is_finite() && inside { Ok(value) } else { Err(RangeError { name, value, range }) }
+    if value.is_finite() && valid { Ok(value) } else { Err(RangeError { name, value, range }) }
 }

@@ -1,30 +1,31 @@
-//! Whole files or none.
+//! Atomic file writes: a temporary file that is renamed when it is complete.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The ending of files that are not whole yet.
+/// Suffix of files that are not complete yet.
 pub(crate) const PART: &str = ".part";
 
-/// `path` with `.part` at its end.
-pub(crate) fn part_of(path: &Path) -> PathBuf {
+/// Returns `path` with `.part` appended.
+pub(crate) fn part_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(PART);
     name.into()
 }
 
-/// Writes a file beside `path`, called as it with `.part` at its end, and renames it.
+/// Writes a file atomically: writes to `path` with `.part` appended, then renames it to `path`.
 ///
 /// # Errors
 ///
-/// What `write` or the system says. Nothing of the new file stays then, and an older one at `path` is as it was.
+/// The error of `write` or of the file system. The `.part` file is then removed, and a file that existed at
+/// `path` is unchanged.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    let part = part_of(path);
+    let part = part_path(path);
     let written = File::create(&part).and_then(|mut file| write(&mut file));
     let result = written.and_then(|()| fs::rename(&part, path));
     if result.is_err() {
-        // Whatever is wrong with the directory is told by the first error.
+        // The first error is returned; a second one adds nothing.
         let _ = fs::remove_file(&part);
     }
     result

@@ -1,11 +1,11 @@
-//! Files of [`supple`]: what it reads, what it writes, and the job between the two.
+//! Files of [`supple`]: reads models and scenes, runs simulations, writes frames.
 //!
-//! * [`obj`]: Wavefront OBJ models, read so that they can be written back byte for byte.
+//! * [`obj`]: Wavefront OBJ models, whose bytes are kept so that they can be written back unchanged.
 //! * [`frames`]: frame sequences as OBJ, PLY and PC2.
 //! * [`scene`]: scenes in TOML.
-//! * [`run`]: a scene stepped to frames, with statistics and checkpoints.
+//! * [`run`]: runs a scene and writes its frames, statistics and checkpoints.
 //!
-//! Each module may use those before it in this list.
+//! Each module may use only the modules above it in this list.
 
 mod file;
 pub mod frames;

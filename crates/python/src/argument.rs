@@ -1,5 +1,4 @@
-//! Arguments: numbers, words, truth values, each named in its error; and keyword arguments by the names that scenes have
-//! for them.
+//! Checks arguments: numbers, strings, booleans, paths and keyword arguments. Each error names the argument.
 
 use std::path::PathBuf;
 
@@ -8,18 +7,18 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use supple_io::scene::nearest;
 
-/// A real number, finite or not.
+/// Reads a real number, finite or not.
 pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     if value.is_instance_of::<PyString>() || value.is_instance_of::<PyBool>() {
         return Err(wrong_type(value, name, "a number"));
     }
     value.extract().map_err(|error: PyErr| match error.is_instance_of::<PyOverflowError>(value.py()) {
-        true => PyValueError::new_err(format!("{name} is too large for a number")),
+        true => PyValueError::new_err(format!("{name} is too large for a float")),
         false => wrong_type(value, name, "a number"),
     })
 }
 
-/// A whole number of at least `least`.
+/// Reads a whole number, at least `least`.
 pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, least: usize) -> PyResult<usize> {
     if value.is_instance_of::<PyBool>() || !value.hasattr("__index__")? {
         return Err(wrong_type(value, name, "a whole number"));
@@ -32,22 +31,22 @@ pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, least: usize) -> PyRes
     }
 }
 
-/// True or false.
+/// Reads a boolean.
 pub(crate) fn boolean(value: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
     value.extract().map_err(|_| wrong_type(value, name, "True or False"))
 }
 
-/// A word or a text.
+/// Reads a string.
 pub(crate) fn text(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
     value.extract().map_err(|_| wrong_type(value, name, "a string"))
 }
 
-/// A path: a string or anything with `__fspath__`.
+/// Reads a path: a string or an object with `__fspath__`.
 pub(crate) fn path(value: &Bound<'_, PyAny>, name: &str) -> PyResult<PathBuf> {
     value.extract().map_err(|_| wrong_type(value, name, "a path (str or os.PathLike)"))
 }
 
-/// One of a few words.
+/// Reads a string that must be one of `choices`, and returns the value of this choice.
 pub(crate) fn choice<T: Copy>(value: &Bound<'_, PyAny>, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
     let word = text(value, name)?;
     choices.iter().find(|(known, _)| *known == word).map(|(_, meaning)| *meaning).ok_or_else(|| {
@@ -56,7 +55,7 @@ pub(crate) fn choice<T: Copy>(value: &Bound<'_, PyAny>, name: &str, choices: &[(
     })
 }
 
-/// "must be ..., not ...".
+/// Returns the `TypeError` "{name} must be {expected}, not {type of value}".
 pub(crate) fn wrong_type(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {
     let found = match value.is_none() {
         true => "None".to_owned(),
@@ -65,21 +64,21 @@ pub(crate) fn wrong_type(value: &Bound<'_, PyAny>, name: &str, expected: &str) -
     PyTypeError::new_err(format!("{name} must be {expected}, not {found}"))
 }
 
-/// Keyword arguments, or the entries of a dict that is one. One that is absent leaves its default; so does `None`, where
-/// `None` is taken.
+/// Keyword arguments of a call, or the entries of a dict argument. A missing argument means its default; so
+/// does `None` for the names in `optional`.
 pub(crate) struct Settings<'py> {
     given: Option<Bound<'py, PyDict>>,
-    /// Those that may be `None`.
+    /// Names of the arguments that may be `None`.
     optional: &'static [&'static str],
 }
 
 impl<'py> Settings<'py> {
-    /// The arguments of a call to `function`, of which those in `optional` may be `None`.
+    /// Wraps the arguments of a call to `function`. The arguments in `optional` may be `None`.
     ///
     /// # Errors
     ///
-    /// `TypeError` for a name that is not one of `known`, with the nearest that is.
-    pub(crate) fn of_call(
+    /// `TypeError` for a name that is not in `known`, with the nearest known name.
+    pub(crate) fn from_call(
         given: Option<&Bound<'py, PyDict>>,
         function: &str,
         known: &[&str],
@@ -89,12 +88,12 @@ impl<'py> Settings<'py> {
         Self::new(given.cloned(), known, optional, wrong)
     }
 
-    /// The entries of the dict that the argument `name` is.
+    /// Wraps the entries of the dict that was passed as the argument `name`.
     ///
     /// # Errors
     ///
-    /// `ValueError` for a key that is not one of `known`, with the nearest that is.
-    pub(crate) fn of_dict(given: &Bound<'py, PyDict>, name: &str, known: &[&str]) -> PyResult<Self> {
+    /// `ValueError` for a key that is not in `known`, with the nearest known key.
+    pub(crate) fn from_dict(given: &Bound<'py, PyDict>, name: &str, known: &[&str]) -> PyResult<Self> {
         let wrong = |key| PyValueError::new_err(format!("{name} has no key {key}"));
         Self::new(Some(given.clone()), known, &[], wrong)
     }
@@ -115,13 +114,13 @@ impl<'py> Settings<'py> {
         Ok(Self { given, optional })
     }
 
-    /// What was given under a name.
+    /// Returns the value of an argument, or `None` if it is missing.
     pub(crate) fn get(&self, key: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         let value = self.given.as_ref().map(|given| given.get_item(key)).transpose()?.flatten();
         Ok(value.filter(|value| !(value.is_none() && self.optional.contains(&key))))
     }
 
-    /// What was given under a name, as `read` reads it.
+    /// Returns the value of an argument, converted by `read`, or `None` if it is missing.
     pub(crate) fn read<T>(
         &self,
         key: &str,
@@ -130,17 +129,17 @@ impl<'py> Settings<'py> {
         self.get(key)?.map(|value| read(&value, key)).transpose()
     }
 
-    /// A number, finite or not.
+    /// Returns a number, finite or not.
     pub(crate) fn number(&self, key: &str) -> PyResult<Option<f64>> {
         self.read(key, number)
     }
 
-    /// A whole number of at least `least`.
+    /// Returns a whole number, at least `least`.
     pub(crate) fn count(&self, key: &str, least: usize) -> PyResult<Option<usize>> {
         self.read(key, |value, key| count(value, key, least))
     }
 
-    /// A whole number of at least `least` that 32 bits hold.
+    /// Returns a whole number, at least `least`, that fits into 32 bits.
     pub(crate) fn count_u32(&self, key: &str, least: usize) -> PyResult<Option<u32>> {
         let narrow = |count: usize| {
             u32::try_from(count).map_err(|_| PyValueError::new_err(format!("{key} = {count} is too large")))
@@ -148,11 +147,11 @@ impl<'py> Settings<'py> {
         self.count(key, least)?.map(narrow).transpose()
     }
 
-    /// Refuses two ways to say one thing.
+    /// Checks that at most one of two alternative arguments is given.
     pub(crate) fn exclusive(&self, one: &str, other: &str) -> PyResult<()> {
         if self.get(one)?.is_some() && self.get(other)?.is_some() {
             return Err(PyValueError::new_err(format!(
-                "{one} and {other} say the same thing in two ways; leave one of them out"
+                "{one} and {other} are mutually exclusive; pass only one of them"
             )));
         }
         Ok(())

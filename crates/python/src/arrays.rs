@@ -1,5 +1,6 @@
-//! Numpy arrays: anything array-like in (lists, tuples, arrays of any number type, strided or read-only), checked by
-//! name; fresh `float64` out, read-only where it is constant, or into the caller's `out`.
+//! Converts numpy arrays. Inputs are array-like: lists, tuples, and arrays of any real dtype, strided or
+//! read-only. Outputs are new `float64` arrays, read-only for constant data, or the caller's `out`. Errors
+//! name the argument.
 
 use nalgebra::{Matrix3, Point3};
 use numpy::ndarray::{Array2, Array3};
@@ -13,17 +14,17 @@ use crate::argument::wrong_type;
 
 /// The expected length of an array along one axis.
 #[derive(Clone, Copy)]
-pub(crate) enum Side {
-    /// Any, called so in messages.
+pub(crate) enum Axis {
+    /// Any length; messages show this name.
     Any(&'static str),
-    /// This one.
+    /// Exactly this length.
     Is(usize),
-    /// One of these, and what lies between.
+    /// From the first to the second length, inclusive.
     Between(usize, usize),
 }
 
-impl Side {
-    fn fits(self, length: usize) -> bool {
+impl Axis {
+    fn accepts(self, length: usize) -> bool {
         match self {
             Self::Any(_) => true,
             Self::Is(expected) => length == expected,
@@ -32,24 +33,24 @@ impl Side {
     }
 }
 
-/// An array of finite or other numbers as `float64`, contiguous.
+/// Reads an array of numbers, finite or not, as contiguous `float64`.
 pub(crate) fn floats<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
-    shape: &[Side],
+    shape: &[Axis],
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let array = array(value, name, shape, "numbers", b"fiu")?;
     contiguous(array, "float64")
 }
 
-/// An array of integers as `int64`, contiguous.
+/// Reads an array of integers as contiguous `int64`.
 pub(crate) fn integers<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
-    shape: &[Side],
+    shape: &[Axis],
 ) -> PyResult<PyReadonlyArrayDyn<'py, i64>> {
     let array = array(value, name, shape, "integers", b"iu")?;
-    // As int64 the larger ones would be negative.
+    // Conversion to int64 would make large values negative.
     if array.dtype().kind() == b'u' && array.dtype().itemsize() == 8 {
         let unsigned = contiguous::<u64>(array.clone(), "uint64")?;
         if let Some(large) = unsigned.as_slice()?.iter().find(|&&x| i64::try_from(x).is_err()) {
@@ -59,18 +60,18 @@ pub(crate) fn integers<'py>(
     contiguous(array, "int64")
 }
 
-/// Whether something is a mask: an array, or a list, of booleans.
+/// Returns whether a value is a mask: an array or a list of booleans.
 pub(crate) fn is_mask(value: &Bound<'_, PyAny>) -> bool {
     let array = || get_array_module(value.py())?.call_method1("asarray", (value,));
     let is_mask = |array: Bound<'_, PyAny>| Some(array.cast::<PyUntypedArray>().ok()?.dtype().kind() == b'b');
     array().ok().and_then(is_mask).unwrap_or(false)
 }
 
-/// An array of truth values: booleans, or numbers that are not zero.
-pub(crate) fn truths<'py>(
+/// Reads an array of booleans. Nonzero numbers are true.
+pub(crate) fn booleans<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
-    shape: &[Side],
+    shape: &[Axis],
 ) -> PyResult<PyReadonlyArrayDyn<'py, bool>> {
     let array = array(value, name, shape, "booleans", b"bfiu")?;
     if array.dtype().kind() == b'f' {
@@ -79,63 +80,64 @@ pub(crate) fn truths<'py>(
     contiguous(array, "bool")
 }
 
-/// Finite `(n, 3)`; `n` as expected or any.
-pub(crate) fn vectors(value: &Bound<'_, PyAny>, name: &str, rows: Side) -> PyResult<Vec<[f64; 3]>> {
-    Ok(finite(value, name, &[rows, Side::Is(3)])?.as_slice()?.as_chunks().0.to_vec())
+/// Reads finite `(n, 3)` vectors. `rows` gives the expected `n`.
+pub(crate) fn vectors(value: &Bound<'_, PyAny>, name: &str, rows: Axis) -> PyResult<Vec<[f64; 3]>> {
+    Ok(finite(value, name, &[rows, Axis::Is(3)])?.as_slice()?.as_chunks().0.to_vec())
 }
 
-/// Finite `(3,)`.
+/// Reads a finite `(3,)` vector.
 pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
-    Ok(finite(value, name, &[Side::Is(3)])?.as_slice()?.as_chunks().0[0])
+    Ok(finite(value, name, &[Axis::Is(3)])?.as_slice()?.as_chunks().0[0])
 }
 
-/// Finite `(n, 3, 3)`, row by row.
+/// Reads finite `(n, 3, 3)` matrices, row-major.
 pub(crate) fn matrices(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<[f64; 9]>> {
-    let array = finite(value, name, &[Side::Any("n"), Side::Is(3), Side::Is(3)])?;
+    let array = finite(value, name, &[Axis::Any("n"), Axis::Is(3), Axis::Is(3)])?;
     Ok(array.as_slice()?.as_chunks().0.to_vec())
 }
 
-/// Finite `(3, 3)`, row by row; `None` for an array with another number of axes.
+/// Reads a finite `(3, 3)` matrix, row-major. Returns `None` for an array with a different number of axes.
 pub(crate) fn matrix(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<[f64; 9]>> {
     if value.getattr("ndim").and_then(|axes| axes.extract::<usize>()).ok() != Some(2) {
         return Ok(None);
     }
-    Ok(finite(value, name, &[Side::Is(3), Side::Is(3)])?.as_slice()?.first_chunk().copied())
+    Ok(finite(value, name, &[Axis::Is(3), Axis::Is(3)])?.as_slice()?.first_chunk().copied())
 }
 
-/// As [`floats`], all of them finite.
+/// Reads an array like [`floats`], and checks that all numbers are finite.
 fn finite<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
-    shape: &[Side],
+    shape: &[Axis],
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let array = floats(value, name, shape)?;
     check_finite(&array, name)?;
     Ok(array)
 }
 
-/// Refuses NaN and infinity, and tells where.
+/// Checks that all numbers are finite. The error gives the index of the first that is not.
 fn check_finite(array: &PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<()> {
     let numbers = array.as_slice()?;
     let Some(mut at) = numbers.iter().position(|x| !x.is_finite()) else { return Ok(()) };
     let value = numbers[at];
     let mut index = vec![0; array.ndim()];
-    for (place, side) in index.iter_mut().zip(array.shape()).rev() {
-        (*place, at) = (at % side, at / side);
+    for (index, length) in index.iter_mut().zip(array.shape()).rev() {
+        (*index, at) = (at % length, at / length);
     }
     Err(PyValueError::new_err(format!("{name}[{}] = {value} is not finite", joined(&index))))
 }
 
-/// "1, 2, 3".
+/// Formats numbers as "1, 2, 3".
 fn joined(numbers: &[usize]) -> String {
     numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// `numpy.asarray`, with its shape and the kind of its dtype checked.
+/// Calls `numpy.asarray`, and checks the shape and the kind of the dtype. `what` names the expected kind in
+/// messages.
 fn array<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
-    shape: &[Side],
+    shape: &[Axis],
     what: &str,
     kinds: &[u8],
 ) -> PyResult<Bound<'py, PyUntypedArray>> {
@@ -149,7 +151,7 @@ fn array<'py>(
         }
     })?;
     let array = array.cast_into::<PyUntypedArray>().map_err(|_| wrong_type(value, name, "an array"))?;
-    // An empty list is float64, whatever it should have held.
+    // An empty list becomes float64 for any expected kind.
     if !kinds.contains(&array.dtype().kind()) && !array.is_empty() {
         let found = match array.ndim() {
             0 if !value.is_instance_of::<PyUntypedArray>() => value.get_type().qualname()?.to_string(),
@@ -158,7 +160,8 @@ fn array<'py>(
         let message = format!("{name} must be {what} of shape {}, not {found}", expected(shape));
         return Err(PyTypeError::new_err(message));
     }
-    if array.ndim() != shape.len() || !array.shape().iter().zip(shape).all(|(&found, side)| side.fits(found))
+    if array.ndim() != shape.len()
+        || !array.shape().iter().zip(shape).all(|(&found, axis)| axis.accepts(found))
     {
         let (found, comma) = (joined(array.shape()), if array.ndim() == 1 { "," } else { "" });
         let expected = expected(shape);
@@ -168,6 +171,7 @@ fn array<'py>(
     Ok(array)
 }
 
+/// Converts an array to `dtype`, contiguous in C order. Copies only if necessary.
 fn contiguous<'py, T: numpy::Element>(
     array: Bound<'py, PyUntypedArray>,
     dtype: &str,
@@ -179,49 +183,49 @@ fn contiguous<'py, T: numpy::Element>(
     Ok(array.cast_into::<PyArrayDyn<T>>()?.try_readonly()?)
 }
 
-/// `(n, 3)`; `(m, 3) or (m, 4)`.
-fn expected(shape: &[Side]) -> String {
+/// Formats an expected shape, such as `(n, 3)` or `(m, 3) or (m, 4)`.
+fn expected(shape: &[Axis]) -> String {
     let one = |pick: fn(usize, usize) -> usize| {
-        let side = |side: &Side| match *side {
-            Side::Any(name) => name.to_owned(),
-            Side::Is(length) => length.to_string(),
-            Side::Between(least, greatest) => pick(least, greatest).to_string(),
+        let length = |axis: &Axis| match *axis {
+            Axis::Any(name) => name.to_owned(),
+            Axis::Is(length) => length.to_string(),
+            Axis::Between(least, greatest) => pick(least, greatest).to_string(),
         };
-        let sides: Vec<String> = shape.iter().map(side).collect();
-        let comma = if sides.len() == 1 { "," } else { "" };
-        format!("({}{comma})", sides.join(", "))
+        let lengths: Vec<String> = shape.iter().map(length).collect();
+        let comma = if lengths.len() == 1 { "," } else { "" };
+        format!("({}{comma})", lengths.join(", "))
     };
     let (least, greatest) = (one(|least, _| least), one(|_, greatest| greatest));
     if least == greatest { least } else { format!("{least} or {greatest}") }
 }
 
-/// A fresh `(n, 3)`.
-pub(crate) fn of_vectors<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Bound<'_, PyArray2<T>> {
+/// Creates a new `(n, 3)` array.
+pub(crate) fn from_vectors<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Bound<'_, PyArray2<T>> {
     let rows = Array2::from_shape_vec((vectors.len(), 3), vectors.into_flattened());
-    rows.expect("three numbers a row").into_pyarray(py)
+    rows.expect("three numbers per row").into_pyarray(py)
 }
 
-/// A read-only `(n, 3)`.
-pub(crate) fn constant<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Py<PyArray2<T>> {
-    let array = of_vectors(py, vectors);
+/// Creates a read-only `(n, 3)` array.
+pub(crate) fn read_only<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Py<PyArray2<T>> {
+    let array = from_vectors(py, vectors);
     array.readwrite().make_nonwriteable();
     array.unbind()
 }
 
-/// A fresh `(n, 3)`.
-pub(crate) fn of_points<'py>(py: Python<'py>, points: Vec<Point3<f64>>) -> Bound<'py, PyArray2<f64>> {
-    of_vectors(py, points.into_iter().map(Into::into).collect())
+/// Creates a new `(n, 3)` array.
+pub(crate) fn from_points<'py>(py: Python<'py>, points: Vec<Point3<f64>>) -> Bound<'py, PyArray2<f64>> {
+    from_vectors(py, points.into_iter().map(Into::into).collect())
 }
 
-/// A fresh `(n, 3, 3)`.
-pub(crate) fn of_matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> Bound<'py, PyArray3<f64>> {
+/// Creates a new `(n, 3, 3)` array.
+pub(crate) fn from_matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> Bound<'py, PyArray3<f64>> {
     let n = matrices.len();
-    // nalgebra stores columns; a numpy array has rows.
+    // nalgebra is column-major, numpy row-major.
     let numbers: Vec<f64> = matrices.iter().flat_map(|m| m.transpose().data.0).flatten().collect();
-    Array3::from_shape_vec((n, 3, 3), numbers).expect("nine numbers a matrix").into_pyarray(py)
+    Array3::from_shape_vec((n, 3, 3), numbers).expect("nine numbers per matrix").into_pyarray(py)
 }
 
-/// The caller's own array; refuses one of another shape than `(rows, 3)`, or a read-only one.
+/// Checks the `out` argument: a writable numpy array of shape `(rows, 3)`.
 pub(crate) fn check_out<'a, 'py>(
     out: &'a Bound<'py, PyAny>,
     rows: usize,
@@ -232,19 +236,20 @@ pub(crate) fn check_out<'a, 'py>(
         return Err(PyValueError::new_err(format!("out has the shape ({shape}); it must be ({rows}, 3)")));
     }
     if !array.getattr("flags")?.getattr("writeable")?.extract::<bool>()? {
-        return Err(PyValueError::new_err("out is read-only; pass an array that can be written to"));
+        return Err(PyValueError::new_err("out is read-only; pass a writable array"));
     }
     Ok(array)
 }
 
-/// Lets `fill` write to the rows of `array`, directly where they lie one after another.
+/// Calls `fill` with the rows of `array`. It writes directly to a contiguous array, and through a copy
+/// otherwise.
 pub(crate) fn fill<'py, T: Element + Copy>(
     array: &Bound<'py, PyArray2<T>>,
     zero: T,
     fill: impl FnOnce(&mut [[T; 3]]) -> PyResult<()>,
 ) -> PyResult<()> {
     let mut guard = array.try_readwrite()?;
-    // A slice is had of columns one after another, too: those are not rows.
+    // A column-major array also gives a slice, but not of rows.
     if array.is_c_contiguous()
         && let Ok(numbers) = guard.as_slice_mut()
     {
@@ -253,6 +258,6 @@ pub(crate) fn fill<'py, T: Element + Copy>(
     drop(guard);
     let mut rows = vec![[zero; 3]; array.shape()[0]];
     fill(&mut rows)?;
-    get_array_module(array.py())?.call_method1("copyto", (array, of_vectors(array.py(), rows)))?;
+    get_array_module(array.py())?.call_method1("copyto", (array, from_vectors(array.py(), rows)))?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Colliders: the dataclasses of `supple.colliders` as the core has them.
+//! Converts colliders between the dataclasses of `supple.colliders` and the core.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -10,19 +10,19 @@ use crate::argument::{number, wrong_type};
 use crate::arrays::vector;
 use crate::constraint;
 
-/// The colliders of a simulation, as they were given.
+/// Reads the `colliders` argument as a tuple of Python objects.
 pub(crate) fn tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
     let wrong = |_| wrong_type(colliders, "colliders", "a list of Plane, Sphere, Box or Capsule");
     let items = colliders.try_iter().map_err(wrong)?;
     PyTuple::new(colliders.py(), items.collect::<PyResult<Vec<_>>>()?)
 }
 
-/// The colliders of a simulation.
+/// Converts all colliders of a simulation to the core.
 pub(crate) fn read_all(colliders: &Bound<'_, PyTuple>) -> PyResult<Vec<Collider>> {
     colliders.iter().enumerate().map(|(index, item)| read(&item, &format!("colliders[{index}]"))).collect()
 }
 
-/// The fields of a collider as plain numbers; refuses those that make no sense.
+/// Check a collider and return its fields as plain numbers. ValueError for an invalid field.
 #[pyfunction]
 pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let class = collider.get_type().name()?.to_string();
@@ -31,39 +31,42 @@ pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Boun
     Ok(fields(collider.py(), &read)?.1)
 }
 
+/// Converts a collider to the core, without checking ranges.
 fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
     static BASE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let base = BASE.import(collider.py(), "supple.colliders", "Collider")?;
     if !collider.is_instance(base)? {
         return Err(wrong_type(collider, name, "a Plane, Sphere, Box or Capsule"));
     }
-    let place = |key| vector(&collider.getattr(key)?, key);
-    let length = |key| number(&collider.getattr(key)?, key);
+    let read_vector = |key| vector(&collider.getattr(key)?, key);
+    let read_number = |key| number(&collider.getattr(key)?, key);
     let shape = match collider.getattr("shape")?.extract::<String>()?.as_str() {
-        "plane" => Shape::Plane { point: place("point")?, normal: place("normal")? },
-        "sphere" => Shape::Sphere { center: place("center")?, radius: length("radius")? },
+        "plane" => Shape::Plane { point: read_vector("point")?, normal: read_vector("normal")? },
+        "sphere" => Shape::Sphere { center: read_vector("center")?, radius: read_number("radius")? },
         "box" => Shape::Box {
-            center: place("center")?,
-            half_extents: place("half_extents")?,
-            rotate: place("rotate")?,
+            center: read_vector("center")?,
+            half_extents: read_vector("half_extents")?,
+            rotate: read_vector("rotate")?,
         },
-        "capsule" => Shape::Capsule { a: place("a")?, b: place("b")?, radius: length("radius")? },
+        "capsule" => {
+            Shape::Capsule { a: read_vector("a")?, b: read_vector("b")?, radius: read_number("radius")? }
+        }
         shape => return Err(PyValueError::new_err(format!("{name} has the unknown shape {shape:?}"))),
     };
-    let (friction, restitution) = (length("friction")?, length("restitution")?);
+    let (friction, restitution) = (read_number("friction")?, read_number("restitution")?);
     let keys = constraint::keys(&collider.getattr("keys")?)?;
     Ok(Collider { shape, friction, restitution, keys })
 }
 
-/// The Python object of a collider.
+/// Converts a collider to its Python object.
 pub(crate) fn to_python<'py>(py: Python<'py>, collider: &Collider) -> PyResult<Bound<'py, PyAny>> {
     let (class, fields) = fields(py, collider)?;
     py.import("supple.colliders")?.getattr(class)?.call((), Some(&fields))
 }
 
-/// The Python class of a collider, and its fields.
+/// Returns the name of the Python class of a collider, and its fields.
 fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
-    let (class, places, radius) = match collider.shape {
+    let (class, vectors, radius) = match collider.shape {
         Shape::Plane { point, normal } => ("Plane", vec![("point", point), ("normal", normal)], None),
         Shape::Sphere { center, radius } => ("Sphere", vec![("center", center)], Some(radius)),
         Shape::Box { center, half_extents, rotate } => {
@@ -72,8 +75,8 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
         Shape::Capsule { a, b, radius } => ("Capsule", vec![("a", a), ("b", b)], Some(radius)),
     };
     let fields = PyDict::new(py);
-    for (name, place) in places {
-        fields.set_item(name, <(f64, f64, f64)>::from(place))?;
+    for (name, vector) in vectors {
+        fields.set_item(name, <(f64, f64, f64)>::from(vector))?;
     }
     if let Some(radius) = radius {
         fields.set_item("radius", radius)?;

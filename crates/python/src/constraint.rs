@@ -1,5 +1,6 @@
-//! Pins and handles as they are described: exactly one of `box=`, `sphere=`, `plane=`, `vertices=`; from when until when;
-//! and the keys of a motion, `[(time, translate, rotate), ...]` or dicts with these names.
+//! Reads the arguments of pins, handles and forces: the selection (exactly one of `box=`, `sphere=`,
+//! `plane=`, `vertices=`), the time window, and keys, `[(time, translate, rotate), ...]` or dicts with these
+//! names.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -7,15 +8,15 @@ use pyo3::types::{PyDict, PyString};
 use supple::{Key, Selection, TimeWindow};
 
 use crate::argument::{Settings, number, wrong_type};
-use crate::arrays::{self, Side, vector};
+use crate::arrays::{self, Axis, vector};
 
-/// The names of the shapes, as keyword arguments.
+/// Keyword arguments that give a selection.
 pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
 
-/// What of the arguments of a pin or a handle may be `None`.
+/// Keyword arguments of a pin or a handle that may be `None`.
 pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "end"];
 
-/// The one selection among the arguments of `function`, for a lattice of `count` vertices.
+/// Reads the selection among the arguments of `function`, for a lattice of `count` vertices.
 pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
     let given = |shape| Ok(settings.get(shape)?.map(|value| (shape, value)));
     let given: Vec<_> =
@@ -24,12 +25,12 @@ pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -
         [(shape, value)] => read_shape(shape, value, count),
         [] => Err(PyTypeError::new_err(format!("{function} needs one of box=, sphere=, plane=, vertices="))),
         [(one, _), (other, _), ..] => Err(PyTypeError::new_err(format!(
-            "{function} takes one of box=, sphere=, plane=, vertices=; {one} and {other} were given"
+            "{function} accepts only one of box=, sphere=, plane=, vertices=; {one} and {other} were given"
         ))),
     }
 }
 
-/// `start` and `end`, in seconds.
+/// Reads `start` and `end`, in seconds.
 pub(crate) fn window(settings: &Settings<'_>) -> PyResult<TimeWindow> {
     let default = TimeWindow::default();
     let start = settings.number("start")?.unwrap_or(default.start);
@@ -37,6 +38,7 @@ pub(crate) fn window(settings: &Settings<'_>) -> PyResult<TimeWindow> {
     Ok(TimeWindow { start, end })
 }
 
+/// Reads the value of the selection argument `shape`.
 fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Selection> {
     Ok(match shape {
         "box" => {
@@ -57,11 +59,11 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<S
     })
 }
 
-/// The two parts of a shape: a pair, or a dict with their names.
+/// Reads the two parts of a shape from a pair or from a dict with the keys `names`.
 fn pair<'py>(value: &Bound<'py, PyAny>, shape: &str, names: [&str; 2]) -> PyResult<[Bound<'py, PyAny>; 2]> {
     let expected = format!("a pair ({}, {})", names[0], names[1]);
     if let Ok(dict) = value.cast::<PyDict>() {
-        let settings = Settings::of_dict(dict, shape, &names)?;
+        let settings = Settings::from_dict(dict, shape, &names)?;
         let missing = |name| PyValueError::new_err(format!("{shape} has no {name}"));
         let part = |name| settings.get(name)?.ok_or_else(|| missing(name));
         return Ok([part(names[0])?, part(names[1])?]);
@@ -75,16 +77,16 @@ fn pair<'py>(value: &Bound<'py, PyAny>, shape: &str, names: [&str; 2]) -> PyResu
     })
 }
 
-/// Lattice vertices by index, or a mask of all of them.
+/// Reads lattice vertices: indices, or a mask of all `count` vertices.
 fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
     if arrays::is_mask(value) {
-        let mask = arrays::truths(value, "vertices", &[Side::Is(count)])?;
+        let mask = arrays::booleans(value, "vertices", &[Axis::Is(count)])?;
         let chosen = mask.as_slice()?.iter().enumerate().filter(|(_, chosen)| **chosen);
         return Ok(chosen.map(|(vertex, _)| vertex as u32).collect());
     }
-    let list = arrays::integers(value, "vertices", &[Side::Any("k")])?;
+    let list = arrays::integers(value, "vertices", &[Axis::Any("k")])?;
     let within = |&vertex: &i64| match u32::try_from(vertex) {
-        Ok(inside) if (inside as usize) < count => Ok(inside),
+        Ok(valid) if (valid as usize) < count => Ok(valid),
         _ => Err(PyValueError::new_err(format!(
             "vertices: {vertex} is out of range: the lattice has {count} vertices, 0 to {}",
             count - 1
@@ -93,7 +95,7 @@ fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
     list.as_slice()?.iter().map(within).collect()
 }
 
-/// Keys in the order given.
+/// Reads keys, in the given order.
 pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
     let wrong = || wrong_type(keys, "keys", "a list of (time, translate, rotate)");
     if keys.is_instance_of::<PyString>() || keys.is_instance_of::<PyDict>() {
@@ -103,9 +105,10 @@ pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
     keys.map(|(index, key)| read_key(&key?, &format!("keys[{index}]"))).collect()
 }
 
+/// Reads one key: a sequence or a dict.
 fn read_key(key: &Bound<'_, PyAny>, name: &str) -> PyResult<Key> {
     if let Ok(dict) = key.cast::<PyDict>() {
-        let settings = Settings::of_dict(dict, name, &["time", "translate", "rotate"])?;
+        let settings = Settings::from_dict(dict, name, &["time", "translate", "rotate"])?;
         let missing = || PyValueError::new_err(format!("{name} has no time"));
         let time = settings.number("time")?.ok_or_else(missing)?;
         let translate = settings.read("translate", vector)?.unwrap_or_default();
@@ -117,8 +120,8 @@ fn read_key(key: &Bound<'_, PyAny>, name: &str) -> PyResult<Key> {
         false => key.try_iter().ok().and_then(|parts| parts.collect::<PyResult<_>>().ok()),
     }
     .ok_or_else(|| wrong_type(key, name, "(time, translate, rotate)"))?;
-    let part = |at: usize, what: &str| match parts.get(at) {
-        Some(value) if !value.is_none() => vector(value, &format!("{name}.{what}")),
+    let part = |index: usize, field: &str| match parts.get(index) {
+        Some(value) if !value.is_none() => vector(value, &format!("{name}.{field}")),
         _ => Ok([0.0; 3]),
     };
     if parts.is_empty() || parts.len() > 3 {

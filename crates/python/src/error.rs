@@ -1,4 +1,4 @@
-//! Rust errors as the exceptions of `supple.errors`.
+//! Converts Rust errors to the exceptions of `supple.errors`.
 
 use std::io;
 use std::path::Path;
@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use supple_io::obj::{ObjError, ObjProblem};
 
-/// The exceptions of `supple.errors`, by their names without `Error`.
+/// The exceptions of `supple.errors`. A variant has the name of its exception without `Error`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Exception {
     Mesh,
@@ -17,7 +17,7 @@ pub(crate) enum Exception {
 }
 
 impl Exception {
-    /// The exception with a message.
+    /// Creates the exception with a message.
     pub(crate) fn with(self, message: String) -> PyErr {
         Python::attach(|py| {
             let class =
@@ -26,8 +26,8 @@ impl Exception {
         })
     }
 
-    /// A `ValueError` of an argument as this exception, which is one too; others as they are.
-    pub(crate) fn of_value_error(self, error: PyErr) -> PyErr {
+    /// Converts a `ValueError` to this exception, which is a subclass of it. Returns other errors unchanged.
+    pub(crate) fn wrap_value_error(self, error: PyErr) -> PyErr {
         Python::attach(|py| match error.is_instance_of::<PyValueError>(py) {
             true => self.with(error.value(py).to_string()),
             false => error,
@@ -35,8 +35,8 @@ impl Exception {
     }
 }
 
-/// Any error of the core.
-pub(crate) fn of(error: impl Into<supple::Error>) -> PyErr {
+/// Converts an error of the core.
+pub(crate) fn from_core(error: impl Into<supple::Error>) -> PyErr {
     match error.into() {
         supple::Error::Mesh(error) => Exception::Mesh.with(error.to_string()),
         supple::Error::Lattice(error) => Exception::Lattice.with(error.to_string()),
@@ -44,21 +44,21 @@ pub(crate) fn of(error: impl Into<supple::Error>) -> PyErr {
     }
 }
 
-/// What is wrong with an OBJ file.
-pub(crate) fn of_obj(error: ObjError) -> PyErr {
+/// Converts an error of an OBJ file.
+pub(crate) fn from_obj(error: ObjError) -> PyErr {
     match error {
-        ObjError { path, problem: ObjProblem::Read(source), .. } => of_file(&path, &source),
+        ObjError { path, problem: ObjProblem::Read(source), .. } => from_io(&path, &source),
         error => Exception::Mesh.with(error.to_string()),
     }
 }
 
-/// A wrong value.
+/// Converts any error to a `ValueError`.
 pub(crate) fn value(error: impl std::error::Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// What the system said about a file: `FileNotFoundError`, `PermissionError`, ...
-pub(crate) fn of_file(path: &Path, error: &io::Error) -> PyErr {
+/// Converts an I/O error of a file: `FileNotFoundError`, `PermissionError`, ...
+pub(crate) fn from_io(path: &Path, error: &io::Error) -> PyErr {
     match error.raw_os_error() {
         Some(number) => {
             let text = error.to_string();

@@ -1,4 +1,5 @@
-//! Locks after a fork: what another thread held at that moment is said to be lost, and not waited for.
+//! Locks that stay usable after a fork: a lock that another thread held during the fork gives an error, not a
+//! deadlock.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
@@ -8,51 +9,51 @@ use std::time::Duration;
 use pyo3::PyErr;
 use pyo3::exceptions::PyRuntimeError;
 
-/// How often, and after which time each, a lock is tried that no thread of this process is known to hold.
+/// Number of attempts, and the pause between them, to take a lock whose owner may not exist in this process.
 const TRIES: usize = 200;
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// The process whose threads use a lock.
+/// The id of the process that last took a lock.
 ///
-/// A fork copies one thread. A lock that another one held is never given back in the new process, where waiting for it
-/// would be for ever.
+/// A fork copies only the calling thread. A lock that another thread held during the fork is never released
+/// in the child process, and waiting for it would block forever.
 pub(crate) struct Owner(AtomicU32);
 
-/// Another thread was at work when the process was forked: what it left is of no use.
+/// Another thread held the lock when the process was forked, so that the data may be inconsistent.
 pub(crate) struct Forked;
 
 impl Owner {
-    /// This process.
+    /// Creates an owner for the current process.
     pub(crate) fn new() -> Self {
         Self(AtomicU32::new(std::process::id()))
     }
 
-    /// The lock; `renew` has what it guards first, when this is the first time in a process that was forked.
+    /// Takes the lock. In a forked process, the first call passes the guarded data to `reinitialize`.
     ///
     /// # Errors
     ///
-    /// If nobody can ever have it.
+    /// If another thread held the lock when the process was forked.
     pub(crate) fn lock<'a, T>(
         &self,
         mutex: &'a Mutex<T>,
-        renew: impl Fn(&mut T),
+        reinitialize: impl Fn(&mut T),
     ) -> Result<MutexGuard<'a, T>, Forked> {
         let process = std::process::id();
         for _ in 0..TRIES {
             if self.0.load(Ordering::Acquire) == process {
-                // Whatever panicked with the lock in hand left things as whole as any.
+                // Ignores poisoning: a panic leaves the data in a usable state.
                 return Ok(mutex.lock().unwrap_or_else(PoisonError::into_inner));
             }
             let mut guard = match mutex.try_lock() {
                 Ok(guard) => guard,
                 Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-                // Lost, or for this moment with a thread that is the first to use it.
+                // Held by a thread that does not exist any more, or by another thread of this process.
                 Err(TryLockError::WouldBlock) => {
                     sleep(PAUSE);
                     continue;
                 }
             };
-            renew(&mut guard);
+            reinitialize(&mut guard);
             self.0.store(process, Ordering::Release);
             return Ok(guard);
         }
@@ -63,7 +64,7 @@ impl Owner {
 impl From<Forked> for PyErr {
     fn from(_: Forked) -> Self {
         PyRuntimeError::new_err(
-            "the process was forked while another thread worked on this simulation or body; build it anew",
+            "the process was forked while another thread used this simulation or body; build it again",
         )
     }
 }

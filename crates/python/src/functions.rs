@@ -1,4 +1,4 @@
-//! `supple.rotations` and `supple.reference`: functions over arrays.
+//! `supple.rotations` and `supple.reference`: functions on arrays.
 
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray2, PyArrayMethods};
@@ -6,43 +6,47 @@ use pyo3::prelude::*;
 use supple::reference::Regions;
 
 use crate::argument::{self, wrong_type};
-use crate::arrays::{self, Side};
+use crate::arrays::{self, Axis};
 use crate::lattice::Lattice;
 
-/// The rotation factor of each 3x3 matrix, as used in the step: the rotation R that maximises trace(R^T A).
+/// Compute the rotation factor of each 3x3 matrix A, as in a step.
+///
+/// The rotation factor is the rotation R that maximizes trace(R^T A).
 ///
 /// a : (n, 3, 3) float, or a single (3, 3)
 ///     Finite, of any scale.
 ///
-/// Returns (n, 3, 3) float64, or (3, 3). Each is a proper rotation, det +1, also where A is singular or inverted: for
-/// det A < 0 it is U diag(1, 1, -1) V^T (Umeyama 1991); for zero it is the identity.
+/// Returns (n, 3, 3) float64, or (3, 3). Each result is a proper rotation (det +1), also for a singular or
+/// inverted A: for det A < 0 it is U diag(1, 1, -1) V^T (Umeyama 1991); for A = 0 it is the identity.
 #[pyfunction]
 pub(crate) fn rotations<'py>(a: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let py = a.py();
     if let Some(matrix) = arrays::matrix(a, "a")? {
         let rotation = supple::rotations(&[Matrix3::from_row_slice(&matrix)]);
-        return Ok(arrays::of_matrices(py, &rotation).reshape([3, 3])?.into_any());
+        return Ok(arrays::from_matrices(py, &rotation).reshape([3, 3])?.into_any());
     }
     let rows = arrays::matrices(a, "a")?;
     let rotations = py.detach(|| {
         let matrices: Vec<_> = rows.iter().map(|rows| Matrix3::from_row_slice(rows)).collect();
         supple::rotations(&matrices)
     });
-    Ok(arrays::of_matrices(py, &rotations).into_any())
+    Ok(arrays::from_matrices(py, &rotations).into_any())
 }
 
-/// Goal positions by plain sums in float64: slow, and the oracle of the fast ones.
+/// Compute goal positions by naive sums in float64: a slow reference for Body.goals.
 ///
 /// lattice : Lattice
 /// positions : (n, 3) float
 ///     One per lattice vertex, in the units of the lattice's cell size.
 /// half_width : int
-///     Of the regions, in cells, at least 0.
+///     Half-width of the regions in cells, at least 0.
 /// regions : "staircase" or "breadth_first"
-///     "staircase": up to half_width linked steps along z, then y, then x, as the fast sums have them.
-///     "breadth_first": all vertices within half_width steps between corners of a common cell (Rivers and James 2007).
+///     "staircase": the regions of a step, up to half_width links along z, then y, then x.
+///     "breadth_first": all vertices within half_width steps between corners of a common cell
+///     (Rivers & James 2007).
 ///
-/// Returns (n, 3) float64. Masses are occupied cells / 8; each vertex counts m_i / n_i in the n_i regions that hold it.
+/// Returns (n, 3) float64. The mass m_i of a vertex is its number of occupied cells / 8. Its weight in each
+/// of the n_i regions that contain it is m_i / n_i.
 #[pyfunction]
 #[pyo3(name = "reference_goals", signature = (lattice, positions, half_width, regions=None), text_signature = "(lattice, positions, half_width, regions='staircase')")]
 pub(crate) fn reference_goals<'py>(
@@ -55,7 +59,7 @@ pub(crate) fn reference_goals<'py>(
     let lattice =
         lattice.cast::<Lattice>().map_err(|_| wrong_type(lattice, "lattice", "a supple.Lattice"))?;
     let lattice = &lattice.get().lattice;
-    let positions = arrays::vectors(positions, "positions", Side::Is(lattice.len()))?;
+    let positions = arrays::vectors(positions, "positions", Axis::Is(lattice.len()))?;
     let half_width = argument::count(half_width, "half_width", 0)?;
     let choices = [("staircase", Regions::Staircase), ("breadth_first", Regions::BreadthFirst)];
     let regions =
@@ -65,5 +69,5 @@ pub(crate) fn reference_goals<'py>(
         let goals = supple::reference::goals(lattice, &positions, half_width, regions);
         goals.into_iter().map(Into::into).collect()
     });
-    Ok(arrays::of_vectors(py, goals))
+    Ok(arrays::from_vectors(py, goals))
 }

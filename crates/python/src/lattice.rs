@@ -1,4 +1,4 @@
-//! `supple.Lattice`: cells along the axes that cover a shape, and their corners.
+//! `supple.Lattice`: the cubic cells that cover a shape, and their corners.
 
 use nalgebra::Point3;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
@@ -9,14 +9,14 @@ use pyo3::types::{PyDict, PyType};
 use supple::{LatticeOptions, Resolution};
 
 use crate::argument::{self, Settings};
-use crate::arrays::{self, Side};
+use crate::arrays::{self, Axis};
 use crate::error::{self, Exception};
 use crate::mesh::mesh_like;
 
-/// Lattice vertices on the corners of cubic cells: what is simulated.
+/// A lattice of cubic cells. The corners of the cells are the simulated vertices.
 ///
-/// Made by Lattice.from_mesh or Lattice.from_cells. Vertices and cells are sorted by (z, y, x), x fastest; arrays that
-/// are "one per vertex" have this order. len(lattice) is the number of vertices.
+/// Create it with Lattice.from_mesh or Lattice.from_cells. Vertices and cells are sorted by (z, y, x), x
+/// fastest; arrays with one row per vertex have this order. len(lattice) is the number of vertices.
 #[pyclass(frozen, module = "supple")]
 pub(crate) struct Lattice {
     pub(crate) lattice: supple::Lattice,
@@ -34,17 +34,20 @@ impl Lattice {
 
 #[pymethods]
 impl Lattice {
-    /// The lattice of a surface: the cells that it passes through and those that it encloses.
+    /// Create the lattice of a mesh: the cells that the surface passes through or encloses.
     ///
-    /// mesh : Mesh, path, or anything with vertices and faces (trimesh.Trimesh)
+    /// mesh : Mesh, path, or an object with vertices and faces (trimesh.Trimesh)
     /// vertices : int, default 1000
-    ///     Wished number of lattice vertices, at least 8; met within 5 % where the shape allows.
+    ///     Target number of lattice vertices, at least 8. The result is within 5 % where the shape allows.
     /// cell_size : float
-    ///     In place of vertices: the edge of a cell, > 0.
+    ///     Edge of a cell, > 0. Excludes vertices.
     /// join : bool, default True
-    ///     Parts that float apart are bridged to the largest; otherwise each is a component of its own.
+    ///     Bridges of cells join separate parts. If False, each part is a component of its own.
     /// memory_limit : int, default half of the machine's memory
-    ///     Bytes that the lattice and its simulation may take; LatticeError if they would take more.
+    ///     Limit in bytes of the lattice and its simulation.
+    ///
+    /// Raises LatticeError for a lattice that cannot be built or exceeds the memory limit, MeshError for an
+    /// invalid mesh and ValueError for a value out of range.
     #[classmethod]
     #[pyo3(
         signature = (mesh, **settings),
@@ -58,7 +61,7 @@ impl Lattice {
         let py = mesh.py();
         let known = ["vertices", "cell_size", "join", "memory_limit"];
         let optional = &["vertices", "cell_size", "memory_limit"];
-        let settings = Settings::of_call(settings, "from_mesh()", &known, optional)?;
+        let settings = Settings::from_call(settings, "from_mesh()", &known, optional)?;
         let mesh = mesh_like(mesh, "mesh", None)?;
         settings.exclusive("vertices", "cell_size")?;
         let mut options = LatticeOptions::default();
@@ -67,19 +70,21 @@ impl Lattice {
         options.memory_limit = settings.count("memory_limit", 0)?.map(|bytes| bytes as u64);
         let mesh = &mesh.get().mesh;
         let lattice = py.detach(|| supple::Lattice::from_mesh(mesh, &options));
-        lattice.map(Self::from_core).map_err(error::of)
+        lattice.map(Self::from_core).map_err(error::from_core)
     }
 
-    /// The lattice of given cells.
+    /// Create a lattice from an array of occupied cells.
     ///
     /// cells : (nx, ny, nz) bool
-    ///     Which cells are occupied; the first axis is x.
+    ///     True for occupied cells; the first axis is x.
     /// cell_size : float, default 1
     ///     Edge of a cell, > 0.
     /// origin : (3,) float, default 0
-    ///     Where index (0, 0, 0) lies.
+    ///     Position of the vertex with indices (0, 0, 0).
     /// join : bool, default True
-    ///     Parts that float apart are bridged; otherwise each is a component of its own.
+    ///     Bridges of cells join separate parts. If False, each part is a component of its own.
+    ///
+    /// Raises LatticeError if no cell is occupied or a value is invalid.
     #[classmethod]
     #[pyo3(
         signature = (cells, cell_size=None, origin=None, join=None),
@@ -95,32 +100,34 @@ impl Lattice {
         let py = cells.py();
         let cell_size = cell_size.map_or(Ok(1.0), |cell_size| argument::number(cell_size, "cell_size"))?;
         let join = join.map_or(Ok(true), |join| argument::boolean(join, "join"))?;
-        let wrong = |e| Exception::Lattice.of_value_error(e);
+        let wrong = |e| Exception::Lattice.wrap_value_error(e);
         let cells = occupied(cells).map_err(wrong)?;
         let origin = origin.map_or(Ok([0.0; 3]), |origin| arrays::vector(origin, "origin")).map_err(wrong)?;
         Self::build(py, &cells, cell_size, origin, join)
     }
 
-    /// (n, 3) int64, read-only: grid coordinates of the vertices; for from_cells those of the given array.
+    /// Grid coordinates of the vertices: (n, 3) int64, read-only.
+    ///
+    /// With from_cells, the origin is the least corner of cell (0, 0, 0) of the given array.
     #[getter]
     fn indices<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let indices = || self.lattice.indices().iter().map(|index| index.map(i64::from)).collect();
-        self.indices.get_or_init(py, || arrays::constant(py, indices())).bind(py)
+        self.indices.get_or_init(py, || arrays::read_only(py, indices())).bind(py)
     }
 
-    /// (n, 3) float64, read-only: origin + cell_size * indices.
+    /// Rest positions of the vertices, origin + cell_size * indices: (n, 3) float64, read-only.
     #[getter]
     fn rest_positions<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<f64>> {
         let rest = |vertex| self.lattice.rest_position(vertex).into();
         let positions = || (0..self.lattice.len() as u32).map(rest).collect();
-        self.rest_positions.get_or_init(py, || arrays::constant(py, positions())).bind(py)
+        self.rest_positions.get_or_init(py, || arrays::read_only(py, positions())).bind(py)
     }
 
-    /// (m, 3) int64, read-only: grid coordinates of the occupied cells, those of their least corner.
+    /// Grid coordinates of the least corner of each occupied cell: (m, 3) int64, read-only.
     #[getter]
     fn cells<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let cells = || self.lattice.cells().iter().map(|index| index.map(i64::from)).collect();
-        self.cells.get_or_init(py, || arrays::constant(py, cells())).bind(py)
+        self.cells.get_or_init(py, || arrays::read_only(py, cells())).bind(py)
     }
 
     /// Edge of a cell.
@@ -129,13 +136,13 @@ impl Lattice {
         self.lattice.cell_size()
     }
 
-    /// (3,) float64: where index (0, 0, 0) lies.
+    /// Position of the vertex with indices (0, 0, 0): (3,) float64.
     #[getter]
     fn origin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.lattice.origin().coords.as_slice())
     }
 
-    /// Connected parts of the link graph.
+    /// Number of connected components of the link graph.
     #[getter]
     fn component_count(&self) -> usize {
         self.lattice.components().count
@@ -159,11 +166,11 @@ impl Lattice {
         let (py, lattice) = (slf.py(), &slf.get().lattice);
         let restore = py.get_type::<Self>().getattr("_from_indices")?;
         let origin: [f64; 3] = lattice.origin().into();
-        let arguments = (slf.get().cells(py), lattice.cell_size(), arrays::of_vectors(py, vec![origin]));
+        let arguments = (slf.get().cells(py), lattice.cell_size(), arrays::from_vectors(py, vec![origin]));
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 
-    /// A lattice from the grid coordinates of its cells, with nothing bridged.
+    /// Create a lattice from the grid coordinates of its cells, without bridges. For pickles.
     #[classmethod]
     fn _from_indices(
         class: &Bound<'_, PyType>,
@@ -171,10 +178,10 @@ impl Lattice {
         cell_size: f64,
         origin: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let cells = arrays::integers(cells, "cells", &[Side::Any("m"), Side::Is(3)])?;
+        let cells = arrays::integers(cells, "cells", &[Axis::Any("m"), Axis::Is(3)])?;
         let cells: Vec<[i32; 3]> =
             cells.as_slice()?.as_chunks().0.iter().map(|c| c.map(|x| x as i32)).collect();
-        let origin = arrays::vectors(origin, "origin", Side::Is(1))?[0];
+        let origin = arrays::vectors(origin, "origin", Axis::Is(1))?[0];
         Self::build(class.py(), &cells, cell_size, origin, false)
     }
 }
@@ -188,22 +195,22 @@ impl Lattice {
         join: bool,
     ) -> PyResult<Self> {
         let lattice = py.detach(|| supple::Lattice::from_cells(cells, cell_size, Point3::from(origin), join));
-        lattice.map(Self::from_core).map_err(error::of)
+        lattice.map(Self::from_core).map_err(error::from_core)
     }
 }
 
-/// How fine a lattice is to be: a wished number of vertices, under this key, or `cell_size`.
+/// Reads the resolution of a lattice: a target number of vertices, with the key `vertices`, or `cell_size`.
 pub(crate) fn resolution(settings: &Settings<'_>, vertices: &str) -> PyResult<Option<Resolution>> {
     let vertices = settings.count(vertices, 8)?.map(Resolution::Vertices);
     Ok(vertices.or(settings.number("cell_size")?.map(Resolution::CellSize)))
 }
 
-/// Indices of the true entries of an `(nx, ny, nz)` array.
+/// Returns the indices of the true entries of an `(nx, ny, nz)` array.
 fn occupied(cells: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> {
-    let cells = arrays::truths(cells, "cells", &[Side::Any("nx"), Side::Any("ny"), Side::Any("nz")])?;
+    let cells = arrays::booleans(cells, "cells", &[Axis::Any("nx"), Axis::Any("ny"), Axis::Any("nz")])?;
     let shape = cells.shape();
     let (ny, nz) = (shape[1], shape[2]);
-    if shape.iter().any(|&side| side > 1 << 30) {
+    if shape.iter().any(|&length| length > 1 << 30) {
         return Err(PyValueError::new_err("cells has an axis of more than 2^30 cells"));
     }
     let occupied = cells.as_slice()?.iter().enumerate().filter(|(_, occupied)| **occupied);

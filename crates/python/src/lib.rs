@@ -1,15 +1,16 @@
-//! `supple._core`: array checks, errors and classes over the `supple` crate. No algorithm lives here.
+//! `supple._core`: the Python bindings of the `supple` crate. They convert arrays, errors and classes, and
+//! contain no algorithms.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | `argument` | numbers, words and keyword arguments, checked by name |
-//! | `arrays` | numpy arrays in and out |
-//! | `error` | Rust errors as the exceptions of `supple.errors` |
-//! | `forked` | locks, after a fork |
+//! | `argument` | checks numbers, strings and keyword arguments |
+//! | `arrays` | converts numpy arrays |
+//! | `error` | converts Rust errors to the exceptions of `supple.errors` |
+//! | `forked` | locks that stay usable after a fork |
 //! | `mesh`, `lattice`, `body`, `simulation` | the classes |
-//! | `constraint`, `collider` | pins, handles and colliders, as they are described |
-//! | `scene` | scenes, loaded or run |
-//! | `report` | reports, as the dataclasses of `supple.reports` |
+//! | `constraint`, `collider` | read the descriptions of pins, handles and colliders |
+//! | `scene` | loads and runs scenes |
+//! | `report` | converts reports to the dataclasses of `supple.reports` |
 //! | `functions` | functions over arrays |
 
 mod argument;

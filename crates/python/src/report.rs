@@ -1,11 +1,11 @@
-//! Reports, as the dataclasses of `supple.reports`.
+//! Converts reports to the dataclasses of `supple.reports`.
 
 use pyo3::call::PyCallArgs;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use supple::ComponentReport;
 
-/// The report of a class, with its fields in their order.
+/// Creates a report of the class `class`, with its fields in order.
 pub(crate) fn make<'py>(
     py: Python<'py>,
     class: &str,
@@ -14,8 +14,11 @@ pub(crate) fn make<'py>(
     py.import("supple.reports")?.getattr(class)?.call1(fields)
 }
 
-/// A `supple.reports.VolumeReport`.
-pub(crate) fn of_volume<'py>(py: Python<'py>, report: &supple::VolumeReport) -> PyResult<Bound<'py, PyAny>> {
+/// Creates a `supple.reports.VolumeReport`.
+pub(crate) fn volume_report<'py>(
+    py: Python<'py>,
+    report: &supple::VolumeReport,
+) -> PyResult<Bound<'py, PyAny>> {
     let component = |c: &ComponentReport| {
         make(py, "ComponentReport", (c.rest, c.before, c.after, c.lambda, c.residual, c.capped))
     };

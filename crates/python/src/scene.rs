@@ -1,4 +1,4 @@
-//! Scenes: loaded as a live simulation, or run to frames on disk.
+//! Loads scenes as live simulations, and runs them to frames on disk.
 
 use std::sync::{Arc, Mutex};
 
@@ -12,13 +12,13 @@ use supple_io::run::{
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
 
 use crate::argument::{self, Settings};
-use crate::body::{Body, Storage, World, volume_settings};
+use crate::body::{Body, SharedSimulation, Storage, volume_settings};
 use crate::error::{self, Exception};
 use crate::mesh::Mesh;
 use crate::simulation::Simulation;
 use crate::{collider, report};
 
-/// The simulation of a scene file, at time zero; `overrides` are `KEY=VALUE`.
+/// Load a scene file as a simulation at time zero. `overrides` are `KEY=VALUE`.
 #[pyfunction]
 pub(crate) fn load_scene<'py>(
     py: Python<'py>,
@@ -26,31 +26,31 @@ pub(crate) fn load_scene<'py>(
     overrides: Vec<String>,
 ) -> PyResult<Bound<'py, Simulation>> {
     let scene = open(path, &overrides)?;
-    let prepared = py.detach(|| prepare(&scene)).map_err(of_run)?;
-    live(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))
+    let prepared = py.detach(|| prepare(&scene)).map_err(run_error)?;
+    to_python(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))
 }
 
-/// The Python object of the simulation of a scene.
-fn live<'py>(
+/// Creates the Python object of the simulation of a scene.
+fn to_python<'py>(
     py: Python<'py>,
     scene: &Scene,
     inputs: &[Input],
     simulation: Arc<Mutex<supple::Simulation>>,
 ) -> PyResult<Bound<'py, Simulation>> {
-    let world = Arc::new(World::new(simulation, scene.simulation.threads));
+    let shared = Arc::new(SharedSimulation::new(simulation, scene.simulation.threads));
     let bodies = scene.bodies.iter().zip(inputs).enumerate().map(|(index, (data, input))| {
         let shape = Bound::new(py, Mesh::from_core(input.part.mesh().clone()))?.into_any();
-        Py::new(py, Body::of(Storage::In(world.clone(), index), (shape, settings(py, data)?)))
+        Py::new(py, Body::from_storage(Storage::In(shared.clone(), index), (shape, settings(py, data)?)))
     });
     let bodies = bodies.collect::<PyResult<_>>()?;
     let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));
     let colliders = PyTuple::new(py, colliders.collect::<PyResult<Vec<_>>>()?)?;
-    let simulation = Bound::new(py, Simulation::of(world, bodies, &colliders))?;
-    simulation.get().introduce(&simulation)?;
+    let simulation = Bound::new(py, Simulation::from_parts(shared, bodies, &colliders))?;
+    simulation.get().register_python_object(&simulation)?;
     Ok(simulation)
 }
 
-/// A body's keys as keyword arguments.
+/// Converts the scene keys of a body to keyword arguments of `Body`.
 fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict>> {
     let settings = PyDict::new(py);
     settings.set_item("name", &data.name)?;
@@ -80,14 +80,14 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
     Ok(settings)
 }
 
-/// The keyword arguments of `supple.run`.
+/// Keyword arguments of `supple.run`.
 const KEYS: [&str; 9] =
     ["output", "format", "frames", "progress", "every", "start_frame", "stats", "resume", "threads"];
 
-/// Those that may be `None`: as the scene has it, or not asked for.
+/// Keyword arguments of `supple.run` that may be `None`: the value of the scene, or no output.
 const OPTIONAL: [&str; 6] = ["output", "format", "frames", "progress", "stats", "threads"];
 
-/// Runs a scene to frames on disk; `overrides` are `KEY=VALUE`.
+/// Run a scene to frames on disk. `overrides` are `KEY=VALUE`.
 #[pyfunction]
 #[pyo3(
     signature = (path, overrides, **options),
@@ -99,7 +99,7 @@ pub(crate) fn run<'py>(
     overrides: Vec<String>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let options = Settings::of_call(options, "run()", &KEYS, &OPTIONAL)?;
+    let options = Settings::from_call(options, "run()", &KEYS, &OPTIONAL)?;
     let mut scene = open(path, &overrides)?;
     let formats = Format::ALL.map(|format| (format.name(), format));
     let format = options.read("format", |format, key| argument::choice(format, key, &formats))?;
@@ -114,28 +114,29 @@ pub(crate) fn run<'py>(
     job.stats = options.read("stats", argument::path)?;
     job.resume = options.read("resume", argument::boolean)?.unwrap_or(job.resume);
     let callback = options.get("progress")?.map(Bound::unbind);
-    let mut onlooker = Onlooker { scene: &job.scene, callback, simulation: None, raised: None };
-    let report = py.detach(|| job.run(&mut onlooker));
-    if let Some(raised) = onlooker.raised {
+    let mut observer = CallbackObserver { scene: &job.scene, callback, simulation: None, raised: None };
+    let report = py.detach(|| job.run(&mut observer));
+    if let Some(raised) = observer.raised {
         return Err(raised);
     }
-    of_report(py, &report.map_err(of_run)?)
+    run_report(py, &report.map_err(run_error)?)
 }
 
-/// Lets Ctrl-C through and calls back after each frame; what either raises stops the run.
-struct Onlooker<'a> {
+/// Checks for Ctrl-C and calls the `progress` callback after each frame. An exception of either stops the
+/// run.
+struct CallbackObserver<'a> {
     scene: &'a Scene,
     callback: Option<Py<PyAny>>,
-    /// What the callback may look at and change.
+    /// The simulation that the callback can read and change.
     simulation: Option<Py<Simulation>>,
     raised: Option<PyErr>,
 }
 
-impl Observer for Onlooker<'_> {
+impl Observer for CallbackObserver<'_> {
     fn built(&mut self, simulation: &Arc<Mutex<supple::Simulation>>, inputs: &[Input]) {
         if self.callback.is_some() {
             let simulation = simulation.clone();
-            match Python::attach(|py| live(py, self.scene, inputs, simulation).map(Bound::unbind)) {
+            match Python::attach(|py| to_python(py, self.scene, inputs, simulation).map(Bound::unbind)) {
                 Ok(simulation) => self.simulation = Some(simulation),
                 Err(error) => self.raised = Some(error),
             }
@@ -146,26 +147,26 @@ impl Observer for Onlooker<'_> {
         if self.raised.is_some() {
             return Flow::Stop;
         }
-        let goes_on = Python::attach(|py| -> PyResult<bool> {
+        let proceed = Python::attach(|py| -> PyResult<bool> {
             py.check_signals()?;
             let Some(callback) = &self.callback else { return Ok(true) };
             let Progress { frame, last, time, elapsed } = progress;
             let fields = (*frame, *last, *time, elapsed.as_secs_f64(), &self.simulation);
-            let answer = callback.bind(py).call1((report::make(py, "Progress", fields)?,))?;
-            Ok(answer.extract::<bool>().unwrap_or(true))
+            let result = callback.bind(py).call1((report::make(py, "Progress", fields)?,))?;
+            Ok(result.extract::<bool>().unwrap_or(true))
         });
-        let goes_on = goes_on.unwrap_or_else(|error| {
+        let proceed = proceed.unwrap_or_else(|error| {
             self.raised = Some(error);
             false
         });
-        if goes_on { Flow::Continue } else { Flow::Stop }
+        if proceed { Flow::Continue } else { Flow::Stop }
     }
 }
 
-/// A `supple.reports.RunReport`.
-fn of_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny>> {
+/// Creates a `supple.reports.RunReport`.
+fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny>> {
     let body = |body: &BodyReport| {
-        let volume = report::of_volume(py, &body.volume)?;
+        let volume = report::volume_report(py, &body.volume)?;
         report::make(py, "BodyReport", (&body.name, body.lattice_vertices, volume))
     };
     let bodies = run.bodies.iter().map(body).collect::<PyResult<Vec<_>>>()?;
@@ -181,36 +182,36 @@ fn of_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny
     report::make(py, "RunReport", values)
 }
 
-/// The scene of a file: TOML, or the scene that a model alone means.
+/// Opens a scene file: TOML, or a model, for which a default scene is created.
 fn open(path: &Bound<'_, PyAny>, overrides: &[String]) -> PyResult<Scene> {
     let py = path.py();
     let path = argument::path(path, "path")?;
     py.detach(|| {
-        // A file that is not there is told so, whatever its name ends in.
+        // A missing file gives FileNotFoundError for any file extension.
         if let Err(missing) = std::fs::metadata(&path) {
             return Err(SceneError::Read { path, source: missing });
         }
         Scene::open(&path, Up::default(), overrides)
     })
-    .map_err(of_scene)
+    .map_err(scene_error)
 }
 
-/// What is wrong with a scene.
-fn of_scene(error: SceneError) -> PyErr {
+/// Converts an error of a scene.
+fn scene_error(error: SceneError) -> PyErr {
     match error {
-        SceneError::Read { path, source } => error::of_file(&path, &source),
-        SceneError::Mesh(error) => error::of_obj(error),
+        SceneError::Read { path, source } => error::from_io(&path, &source),
+        SceneError::Mesh(error) => error::from_obj(error),
         error => Exception::Scene.with(error.to_string()),
     }
 }
 
-/// What stopped a run, or kept it from starting.
-fn of_run(error: RunError) -> PyErr {
+/// Converts an error of a run.
+fn run_error(error: RunError) -> PyErr {
     let message = error.to_string();
     match error {
-        RunError::Scene(error) => of_scene(error),
-        RunError::MeshFile { path, source, .. } => error::of_file(&path, &source),
-        RunError::Mesh(error) => error::of_obj(error),
+        RunError::Scene(error) => scene_error(error),
+        RunError::MeshFile { path, source, .. } => error::from_io(&path, &source),
+        RunError::Mesh(error) => error::from_obj(error),
         RunError::Body { source: supple::Error::Mesh(_), .. } => Exception::Mesh.with(message),
         RunError::Body { source: supple::Error::Lattice(_), .. } => Exception::Lattice.with(message),
         error if error.is_input() && !matches!(error, RunError::NotAFolder { .. }) => {

@@ -1,4 +1,4 @@
-//! What can stop a study.
+//! Errors of a study.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,56 +6,56 @@ use std::path::{Path, PathBuf};
 use supple::Error;
 use supple_io::run::RunError;
 
-/// What can stop a study.
+/// Error of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The scene cannot be read, built or run.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A scene that does not move for any time.
-    #[error("simulation.frames is 0: a study needs at least 1 frame")]
+    /// The scene has no frames after frame 0.
+    #[error("simulation.frames is 0; a study needs at least 1 frame")]
     NoFrames,
     /// A point of the study cannot be run.
     #[error(transparent)]
     Point(#[from] Error),
-    /// The scene can be built as it is, but not as a point of the study has it.
-    #[error("a point of the study cannot be built: {source}; those before it are in {}", path.display())]
+    /// The scene can be built, but not with the parameters of a point of the study.
+    #[error("a point of the study cannot be built: {source}; the points before it are in {}", path.display())]
     Later {
-        /// The study as far as it went.
+        /// The file of the unfinished study.
         path: PathBuf,
-        /// Why not.
+        /// The cause.
         source: Box<RunError>,
     },
-    /// The earlier study is of something else.
+    /// The earlier study differs from this one in its scene, options or machine.
     #[error("{} cannot be continued: {what}; run it without --resume, or write to another folder", path.display())]
     Resume {
-        /// The earlier study.
+        /// The file of the earlier study.
         path: PathBuf,
-        /// What is not the same.
+        /// Description of the difference.
         what: String,
     },
-    /// A file or folder that cannot be read or written.
+    /// A file or folder cannot be read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     File {
-        /// What was tried.
+        /// The verb of the failed operation, e.g. `write`.
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The cause.
         source: io::Error,
     },
-    /// A plot that cannot be drawn.
+    /// A plot cannot be drawn.
     #[error("cannot draw {}: {what}", path.display())]
     Plot {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The cause.
         what: String,
     },
 }
 
 impl StudyError {
-    /// Whether the user's input is to blame, and nothing was written.
+    /// Returns whether the input is invalid, in which case nothing was written.
     pub fn is_input(&self) -> bool {
         match self {
             Self::Run(error) => error.is_input(),
@@ -64,8 +64,8 @@ impl StudyError {
         }
     }
 
-    /// The same error, once the study at `path` is written.
-    pub(crate) fn later(self, path: PathBuf) -> Self {
+    /// Converts a run error that occurs after the study at `path` was written.
+    pub(crate) fn after_writing(self, path: PathBuf) -> Self {
         match self {
             Self::Run(source) => Self::Later { path, source: Box::new(source) },
             other => other,
@@ -77,12 +77,12 @@ impl StudyError {
     }
 }
 
-/// Why a study ends before its last point.
+/// Reason why a study ends before its last point.
 #[derive(Debug)]
 pub(crate) enum Halt {
-    /// The observer asked for it.
+    /// The observer requested a stop.
     Stopped,
-    /// It failed.
+    /// An error occurred.
     Failed(StudyError),
 }
 

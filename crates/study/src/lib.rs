@@ -1,11 +1,12 @@
-//! Studies of supple: what accuracy costs, and what stiff and extreme cases do.
+//! Studies of supple: error against run time, and stability in stiff and extreme cases.
 //!
-//! * [`Study`]: a scene at fixed physical stiffness and damping, over lattice resolution, half-width, steps, volume
-//!   corrections and the naive sums. Each point has its run time per frame and its errors; the best are marked.
-//! * [`SumsStudy`]: the summation alone.
-//! * [`stability`]: stiff and extreme cases, each against a bound.
+//! * [`Study`]: a scene at fixed physical stiffness and damping, for several lattice resolutions,
+//!   half-widths, steps per frame, volume corrections and summations. Each point has its run time per frame
+//!   and its errors; the points on the Pareto fronts are marked.
+//! * [`SumsStudy`]: accuracy and run time of the summation alone.
+//! * [`stability`]: stiff and extreme cases, each checked against bounds.
 //!
-//! The library prints nothing: an [`Observer`] is told of the progress.
+//! The library prints nothing; it reports progress to an [`Observer`].
 
 mod error;
 mod machine;

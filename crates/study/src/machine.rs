@@ -1,19 +1,19 @@
-//! Where a study was run.
+//! Description of the machine that ran a study.
 
 use std::thread::available_parallelism;
 
 use serde::{Deserialize, Serialize};
 
-/// Where a study was run.
+/// Description of the machine that ran a study.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
-    /// Model of the processor; empty where the system does not say.
+    /// Model of the processor; empty if unknown (`/proc/cpuinfo` is missing).
     pub processor: String,
-    /// Processors that the program may use.
+    /// Number of processors available to the program.
     pub processors: usize,
-    /// Threads that worked.
+    /// Number of worker threads.
     pub threads: usize,
-    /// Vector instructions that the core used.
+    /// SIMD level used by the core.
     pub simd: String,
     /// Operating system and architecture.
     pub system: String,
@@ -22,7 +22,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine, with so many threads at work.
+    /// Describes this machine with the given number of worker threads.
     pub fn here(threads: usize) -> Self {
         Self {
             processor: processor(),
@@ -34,7 +34,7 @@ impl Machine {
         }
     }
 
-    /// In one line.
+    /// Formats the description as one line.
     pub fn line(&self) -> String {
         let name = if self.processor.is_empty() { &self.system } else { &self.processor };
         let Self { processors, threads, simd, version, .. } = self;
@@ -42,8 +42,9 @@ impl Machine {
     }
 }
 
+/// Returns the model of the processor, or an empty string.
 fn processor() -> String {
-    let facts = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = facts.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     model.map_or_else(String::new, |(_, model)| model.trim().to_owned())
 }

@@ -1,12 +1,12 @@
-//! What looks on while a study runs.
+//! Progress of a study: observers, outcomes and the meter that reports progress.
 
 use supple_io::run::Flow;
 
 use crate::error::Halt;
 
-/// Looks on while a study runs, and may ask it to stop. `()` looks away.
+/// Receives the progress of a study and can stop it. `()` ignores progress.
 pub trait Observer {
-    /// Some work is done. Called at least once a simulated frame.
+    /// Receives the current progress. Called at least once per simulated frame.
     fn progress(&mut self, _progress: &Progress<'_>) -> Flow {
         Flow::Continue
     }
@@ -14,61 +14,66 @@ pub trait Observer {
 
 impl Observer for () {}
 
-/// How far a study is.
+/// Progress of a study.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress<'a> {
-    /// The share of the work that is done, by an estimate, in [0, 1].
+    /// Estimated completed fraction of the work, in [0, 1].
     pub done: f64,
-    /// What is being measured.
+    /// Name of the point being measured.
     pub point: &'a str,
 }
 
-/// How a study ended.
+/// Outcome of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// All points are there.
+    /// All points are measured.
     Finished,
-    /// The observer asked to stop; the points so far are there.
+    /// The observer requested a stop; the points measured so far are kept.
     Stopped,
-    /// An earlier study had finished; nothing was written.
+    /// The earlier study is complete; nothing was written.
     AlreadyFinished,
 }
 
-/// Counts the work of a study.
+/// Measures the completed work of a study and reports it to the observer.
 pub(crate) struct Meter<'a> {
     observer: &'a mut dyn Observer,
-    all: f64,
-    /// What is done with.
-    before: f64,
-    /// What is under way: its name, its weight, the share of it that is done, and what a tick adds.
+    /// Weight of all points.
+    total: f64,
+    /// Weight of the completed points.
+    completed: f64,
+    /// Name of the current point.
     point: String,
+    /// Weight of the current point.
     weight: f64,
+    /// Completed fraction of the current point.
     share: f64,
+    /// Fraction of the current point that a tick adds.
     tick: f64,
 }
 
 impl<'a> Meter<'a> {
-    /// For work of this weight.
-    pub(crate) fn new(observer: &'a mut dyn Observer, all: f64) -> Self {
-        let all = all.max(f64::MIN_POSITIVE);
-        Self { observer, all, before: 0.0, point: String::new(), weight: 0.0, share: 0.0, tick: 0.0 }
+    /// Creates a meter for work of the weight `total`.
+    pub(crate) fn new(observer: &'a mut dyn Observer, total: f64) -> Self {
+        let total = total.max(f64::MIN_POSITIVE);
+        Self { observer, total, completed: 0.0, point: String::new(), weight: 0.0, share: 0.0, tick: 0.0 }
     }
 
-    /// What was under way is done; what comes now has this weight and about so many ticks.
+    /// Completes the current point and begins `point`, which has the given weight and about `ticks` ticks.
     pub(crate) fn begin(&mut self, point: impl Into<String>, weight: f64, ticks: f64) -> Result<(), Halt> {
-        self.before += self.weight;
+        self.completed += self.weight;
         (self.point, self.weight, self.share, self.tick) = (point.into(), weight, 0.0, 1.0 / ticks.max(1.0));
-        self.tell()
+        self.report()
     }
 
-    /// A frame is done.
+    /// Adds a tick (a frame or a similar unit) to the current point.
     pub(crate) fn tick(&mut self) -> Result<(), Halt> {
         self.share = (self.share + self.tick).min(1.0);
-        self.tell()
+        self.report()
     }
 
-    fn tell(&mut self) -> Result<(), Halt> {
-        let done = ((self.before + self.weight * self.share) / self.all).min(1.0);
+    /// Reports the progress; fails with [`Halt::Stopped`] if the observer requests a stop.
+    fn report(&mut self) -> Result<(), Halt> {
+        let done = ((self.completed + self.weight * self.share) / self.total).min(1.0);
         match self.observer.progress(&Progress { done, point: &self.point }) {
             Flow::Continue => Ok(()),
             Flow::Stop => Err(Halt::Stopped),

@@ -1,4 +1,4 @@
-//! The files that studies write, and numbers as their tables show them.
+//! Output files of studies, and formatting of numbers in tables.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use supple_io::run::RunError;
 
 use crate::error::StudyError;
 
-/// Creates a folder where there is none. A file of this name is an error of the input.
+/// Creates a folder if it does not exist. If the path is a file, the error is an input error.
 pub(crate) fn open_folder(directory: &Path) -> Result<(), StudyError> {
     if directory.exists() && !directory.is_dir() {
         return Err(RunError::NotAFolder { path: directory.to_owned() }.into());
@@ -16,7 +16,7 @@ pub(crate) fn open_folder(directory: &Path) -> Result<(), StudyError> {
     fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))
 }
 
-/// Writes a file beside its name, with the extension `part`, then renames it: on an error the earlier file stays.
+/// Writes a file with the extension `part` and renames it to `path`. On an error, an existing file is kept.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
     let part = path.with_extension("part");
     fs::write(&part, bytes)
@@ -39,8 +39,9 @@ pub(crate) fn write_csv(path: &Path, records: &[Vec<String>]) -> Result<(), Stud
     write_whole(path, &writer.into_inner().map_err(|error| failed(error.into_error().into()))?)
 }
 
-/// Two or three digits in at most six columns: `0.129`, `3.1e-7`; `-` for an unknown number.
-pub(crate) fn small(value: Option<f64>) -> String {
+/// Formats a number with two to four digits, mostly in at most six columns: `0.129`, `3.1e-7`. `None` gives
+/// `-`.
+pub(crate) fn compact(value: Option<f64>) -> String {
     match value {
         None => "-".to_owned(),
         Some(0.0) => "0".to_owned(),

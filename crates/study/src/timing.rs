@@ -1,38 +1,38 @@
-//! Run times: a sample is a whole run of the motion, divided by its frames.
+//! Run times per frame. A sample is one run of the whole motion, divided by its number of frames.
 
 use serde::{Deserialize, Serialize};
 
-/// Milliseconds of wall clock a frame, in one run of the whole motion.
+/// Wall-clock milliseconds per frame, from one run of the whole motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
-    /// The steps of the frame.
+    /// Steps of the frame.
     pub step: f64,
-    /// The volume correction, with the rotations that turn its field.
+    /// Volume correction, including the rotations of its field.
     pub correction: f64,
-    /// The mesh update, with normals.
+    /// Mesh update with normals.
     pub update: f64,
 }
 
 impl Sample {
-    /// All of a frame.
+    /// Returns the total time of a frame.
     pub fn total(&self) -> f64 {
         self.step + self.correction + self.update
     }
 }
 
-/// The middle and the ends of some samples, ms.
+/// Median, minimum and maximum of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// The median.
+    /// Median.
     pub median: f64,
-    /// The least.
+    /// Minimum.
     pub low: f64,
-    /// The greatest.
+    /// Maximum.
     pub high: f64,
 }
 
 impl Spread {
-    /// Of at least one value.
+    /// Computes the spread of `values`; all fields are NaN if there are no values.
     pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = values.collect();
         sorted.sort_by(f64::total_cmp);
@@ -47,25 +47,25 @@ impl Spread {
     }
 }
 
-/// What a frame took, ms.
+/// Run time of a frame, in ms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
-    /// The steps.
+    /// Steps.
     pub step: Spread,
-    /// The volume correction.
+    /// Volume correction.
     pub correction: Spread,
-    /// The mesh update.
+    /// Mesh update.
     pub update: Spread,
-    /// All of it.
+    /// Total of the three parts.
     pub total: Spread,
-    /// The first run, which is not counted in.
+    /// First run, which the statistics exclude.
     pub warm_up: Option<Sample>,
-    /// The runs that are counted.
+    /// Runs that the statistics include.
     pub samples: Vec<Sample>,
 }
 
 impl Timing {
-    /// Of at least one run.
+    /// Computes the statistics of `samples`.
     pub(crate) fn new(warm_up: Option<Sample>, samples: Vec<Sample>) -> Self {
         let spread = |part: fn(&Sample) -> f64| Spread::of(samples.iter().map(part));
         Self {
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_of_an_even_number_lies_between_the_middle_two() {
+    fn the_median_of_an_even_count_is_the_mean_of_the_middle_two() {
         let spread = |values: &[f64]| Spread::of(values.iter().copied());
         assert_eq!(spread(&[3.0]), Spread { median: 3.0, low: 3.0, high: 3.0 });
         assert_eq!(spread(&[4.0, 1.0, 2.0]), Spread { median: 2.0, low: 1.0, high: 4.0 });

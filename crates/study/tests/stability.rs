@@ -1,9 +1,9 @@
-//! All cases as tests: the quick ones in each run, all of them with `--ignored`.
+//! The stability cases as tests: the quick cases in each run, all cases with `--ignored`.
 
 use supple_study::stability::{Case, StabilityReport, Suite, cases};
 
-/// Runs cases on all processors; none may fail.
-fn pass(cases: &[Case]) {
+/// Runs cases on all processors and checks that all assert_all_pass.
+fn assert_all_pass(cases: &[Case]) {
     let report = StabilityReport::of(cases, &mut ());
     assert_eq!(report.rows.len(), cases.len());
     assert!(report.passed, "{}", report.table());
@@ -13,17 +13,17 @@ fn pass(cases: &[Case]) {
 fn the_quick_cases_pass() {
     let mut cases = cases();
     cases.retain(|case| case.suite == Suite::Quick);
-    pass(&cases);
+    assert_all_pass(&cases);
 }
 
 #[test]
 #[ignore = "takes several minutes"]
 fn all_cases_pass() {
-    pass(&cases());
+    assert_all_pass(&cases());
 }
 
 #[test]
-fn each_case_has_its_own_name_says_what_it_expects_and_has_a_bound_beyond_not_being_nan() {
+fn cases_have_unique_names_expectations_and_bounds() {
     let cases = cases();
     let mut names: Vec<_> = cases.iter().map(|case| (case.family, case.name.as_str())).collect();
     names.sort_unstable();

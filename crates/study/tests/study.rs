@@ -1,4 +1,4 @@
-//! The study of a small scene: what its figures must be, what it leaves behind, and how it goes on.
+//! The study of a small scene: figures, files, stopping and resuming.
 
 use std::fs;
 
@@ -10,7 +10,7 @@ use tempfile::TempDir;
 /// A block of 2 x 3 x 1, closed.
 const BLOCK: &str = include_str!("block.obj");
 
-/// The block hangs by its side above the ground, is pulled, let go, and falls.
+/// The block is pinned at one side above the ground, pulled at the other, released at 0.2 s, and falls.
 const SCENE: &str = r#"
 [simulation]
 frames = 12
@@ -41,7 +41,7 @@ end = 0.2
 plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 "#;
 
-/// A folder with the scene, and a study of it.
+/// Creates a folder with the scene, and a study of it.
 fn stage() -> (TempDir, Study) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("block.obj"), BLOCK).unwrap();
@@ -50,7 +50,7 @@ fn stage() -> (TempDir, Study) {
     (folder, Study { scene, name: "scene.toml".to_owned(), directory, quick: true, resume: false })
 }
 
-/// Stops when a point after so many begins.
+/// Requests a stop when the point after `points` points begins.
 struct StopsAfter {
     points: usize,
     last: String,
@@ -70,12 +70,13 @@ impl Observer for StopsAfter {
     }
 }
 
+/// Returns the points on an axis.
 fn on(report: &Report, axis: Axis) -> Vec<&Point> {
     report.points.iter().filter(|point| point.axis == axis).collect()
 }
 
 #[test]
-fn the_figures_are_what_they_must_be() {
+fn figures_satisfy_their_bounds() {
     let (_folder, study) = stage();
     let (report, outcome) = study.run(&mut ()).unwrap();
     assert_eq!(outcome, Outcome::Finished);
@@ -87,7 +88,7 @@ fn the_figures_are_what_they_must_be() {
         let Point { name, errors, timing, .. } = point;
         assert!(timing.samples.iter().all(|sample| sample.total() > 0.0), "{name}");
         assert_eq!(timing.warm_up.is_some(), point.sums == "fast");
-        // Exactly kept, or not at all.
+        // The volume of the mesh is preserved to rounding by the measure `mesh`, and not by other methods.
         let volume = errors.mesh_volume.unwrap();
         match point.method.starts_with("mesh") && errors.capped == 0 {
             true => assert!(volume < 1e-6, "{name}: {volume:e}"),
@@ -98,7 +99,7 @@ fn the_figures_are_what_they_must_be() {
         let path = errors.path.unwrap();
         assert_eq!(path.frames, report.frames);
         let (goals, path) = (errors.goals.unwrap(), path.distances);
-        // In a block regions of both kinds are the same.
+        // In a block, staircase and breadth-first regions are the same.
         let most = if point.sums == "fast" { [2e-6, 2e-5] } else { [0.0, 0.0] };
         assert!(goals.max_cells <= most[0] && path.max_cells <= most[1], "{name}: {goals:?} {path:?}");
         if let Some(free) = &point.free {
@@ -106,7 +107,7 @@ fn the_figures_are_what_they_must_be() {
             assert!(free.energy_gain < Some(0.1) && free.energy_loss < Some(0.1), "{name}: {free:?}");
         }
     }
-    // Twice the steps, a quarter of the change of energy: the steps are of second order.
+    // The steps are of second order: twice the steps give about a quarter of the energy change.
     let change = |point: &Point| {
         let free = point.free.as_ref().unwrap();
         free.energy_gain.unwrap() + free.energy_loss.unwrap()
@@ -117,7 +118,7 @@ fn the_figures_are_what_they_must_be() {
 }
 
 #[test]
-fn bodies_of_which_one_is_open_keep_the_volume_of_their_cells() {
+fn scenes_with_an_open_mesh_preserve_the_volume_of_the_cells() {
     let (folder, mut study) = stage();
     let open: String =
         BLOCK.lines().filter(|line| *line != "f 4 3 2 1").map(|line| format!("{line}\n")).collect();
@@ -134,7 +135,7 @@ fn bodies_of_which_one_is_open_keep_the_volume_of_their_cells() {
 }
 
 #[test]
-fn the_front_is_what_nothing_dominates() {
+fn the_front_contains_the_points_that_no_point_dominates() {
     let (_folder, study) = stage();
     let (report, _) = study.run(&mut ()).unwrap();
     for front in Front::ALL {
@@ -142,7 +143,7 @@ fn the_front_is_what_nothing_dominates() {
         let candidates: Vec<&Point> = report
             .points
             .iter()
-            .filter(|point| point.reach == 1.0 && !point.softened && costs(point).is_some())
+            .filter(|point| point.region_factor == 1.0 && !point.softened && costs(point).is_some())
             .filter(|point| front != Front::Path || point.method == report.method)
             .collect();
         assert!(!candidates.is_empty());
@@ -158,7 +159,7 @@ fn the_front_is_what_nothing_dominates() {
 }
 
 #[test]
-fn files_hold_all_points_and_the_table_fits() {
+fn files_contain_all_points_and_the_table_fits_80_columns() {
     let (_folder, study) = stage();
     let (report, _) = study.run(&mut ()).unwrap();
     let read = |name: &str| fs::read_to_string(study.directory.join(name)).unwrap();
@@ -178,7 +179,7 @@ fn files_hold_all_points_and_the_table_fits() {
 }
 
 #[test]
-fn what_is_stopped_goes_on_and_ends_with_the_same_errors() {
+fn a_resumed_study_gives_the_same_errors_as_an_uninterrupted_one() {
     let (_folder, mut study) = stage();
     let (whole, _) = study.run(&mut ()).unwrap();
     let (_other, stopped) = stage();
@@ -208,7 +209,7 @@ fn what_is_stopped_goes_on_and_ends_with_the_same_errors() {
 }
 
 #[test]
-fn what_is_not_the_same_study_is_refused() {
+fn resuming_a_different_study_is_refused() {
     let (_folder, mut study) = stage();
     let stop = || StopsAfter { points: 1, last: String::new() };
     study.run(&mut stop()).unwrap();
@@ -227,13 +228,13 @@ fn what_is_not_the_same_study_is_refused() {
     refused(&change(&|study| study.scene.simulation.frames = 13), "frames");
     refused(&change(&|study| study.scene.bodies[0].material.density = 7.0), "density");
     fs::write(study.directory.join("study.json"), "[]").unwrap();
-    refused(&study, "no study");
+    refused(&study, "not a study");
     study.scene.simulation.frames = 0;
     assert!(matches!(study.run(&mut ()), Err(StudyError::NoFrames)));
 }
 
 #[test]
-fn a_frame_in_which_two_bodies_meet_their_caps_counts_once() {
+fn a_frame_with_two_capped_bodies_counts_once() {
     let (folder, mut study) = stage();
     let second = "[[body]]\nname = \"other\"\nmesh = \"block.obj\"\ntranslate = [9, 1, 0]\nspin = [3, 2, 1]\n\
                   lattice_vertices = 40\n";
@@ -242,15 +243,15 @@ fn a_frame_in_which_two_bodies_meet_their_caps_counts_once() {
     for body in &mut study.scene.bodies {
         body.volume.max_correction = 1e-9;
     }
-    // The finest lattice and the scene as it is.
+    // The points are the finest lattice and the unchanged scene.
     let (report, _) = study.run(&mut StopsAfter { points: 2, last: String::new() }).unwrap();
     assert_eq!(report.points.iter().map(|point| point.errors.capped).collect::<Vec<_>>(), [3]);
 }
 
 #[test]
-fn a_point_that_cannot_be_built_is_no_fault_of_the_input() {
+fn a_point_that_cannot_be_built_is_not_an_input_error() {
     let (_folder, mut study) = stage();
-    // A vertex that the scene's own lattice has, and the coarse one has not.
+    // This vertex exists in the lattice of the scene, but not in the coarse one.
     let vertices = supple::Selection::Vertices(vec![90]);
     study.scene.bodies[0].pins[0].selection = vertices;
     let error = study.run(&mut ()).unwrap_err();
@@ -259,7 +260,7 @@ fn a_point_that_cannot_be_built_is_no_fault_of_the_input() {
     assert!(error.to_string().contains(&path.display().to_string()), "{error}");
     let report: Report = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     assert!(!report.complete && !report.points.is_empty());
-    // What the scene itself cannot have is refused before anything is written.
+    // An invalid scene is refused before anything is written.
     let (_folder, mut study) = stage();
     study.scene.bodies[0].material.density = -1.0;
     assert!(study.run(&mut ()).unwrap_err().is_input() && !study.directory.exists());

@@ -1,14 +1,14 @@
-//! Shapes and measures that the tests share.
-#![allow(dead_code, unreachable_pub, reason = "each test program uses a part")]
+//! Bodies, lattices and measures that several tests share.
+#![allow(dead_code, unreachable_pub, reason = "not every test program uses every item")]
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use supple::{Body, BodyBuilder, Handle, Key, Lattice, Pin, Selection, Simulation, TimeWindow};
 
-/// A generator of numbers that are the same in each run (Steele, Lea & Flood 2014: SplitMix64).
+/// A seeded random number generator (Steele, Lea & Flood 2014: SplitMix64).
 pub struct Random(pub u64);
 
 impl Random {
-    /// Any 64 bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -17,34 +17,34 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1).
+    /// Returns a number that is uniform in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in [-1, 1).
+    /// Returns a number that is uniform in [-1, 1).
     pub fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
 
-    /// Each component uniform in [-1, 1).
+    /// Returns a vector whose components are uniform in [-1, 1).
     pub fn vector(&mut self) -> Vector3<f64> {
         Vector3::new(self.signed(), self.signed(), self.signed())
     }
 
-    /// Any rotation.
+    /// Returns a random rotation.
     pub fn rotation(&mut self) -> Rotation3<f64> {
         Rotation3::new(self.vector() * 3.0)
     }
 }
 
-/// A block of cells.
+/// Returns the cells of a box with its lowest cell at [0, 0, 0].
 pub fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     let [nx, ny, nz] = size;
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
 }
 
-/// The boundary of some cells of edge 1: vertices, and quads seen from outside.
+/// Returns the boundary surface of cells of edge 1: its vertices, and quads that face outwards.
 pub fn surface_of(cells: &[[i32; 3]]) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
     let occupied: std::collections::BTreeSet<_> = cells.iter().copied().collect();
     let mut numbers = std::collections::BTreeMap::new();
@@ -77,22 +77,29 @@ pub fn surface_of(cells: &[[i32; 3]]) -> (Vec<[f64; 3]>, Vec<[u32; 4]>) {
     (vertices, quads)
 }
 
-/// The root mean square of some lengths.
+/// Returns the root mean square of lengths.
 pub fn rms(lengths: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = lengths.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
     f64::sqrt(sum / count)
 }
 
-/// A body held below `low` and above `high` along an axis, and pulled there by `way` in a second; after some steps.
-pub fn pulled(body: BodyBuilder, axis: usize, [low, high]: [f64; 2], way: f64, steps: u64) -> Simulation {
+/// Pins a body below `low`, moves its part above `high` by `distance` along `axis` in one second, and returns the
+/// simulation after `steps` steps.
+pub fn pulled(
+    body: BodyBuilder,
+    axis: usize,
+    [low, high]: [f64; 2],
+    distance: f64,
+    steps: u64,
+) -> Simulation {
     let along = |x: f64| {
         let mut vector = [0.0; 3];
         vector[axis] = x;
         vector
     };
-    let beyond = |at: f64, way: f64| Selection::Plane { point: along(at), normal: along(way) };
-    let key = |time, way| Key { time, translate: along(way), rotate: [0.0; 3] };
-    let keys = vec![key(0.0, 0.0), key(1.0, way)];
+    let beyond = |at: f64, side: f64| Selection::Plane { point: along(at), normal: along(side) };
+    let key = |time, distance| Key { time, translate: along(distance), rotate: [0.0; 3] };
+    let keys = vec![key(0.0, 0.0), key(1.0, distance)];
     let body = body.pin(Pin { selection: beyond(low, -1.0), window: TimeWindow::default() }).handle(Handle {
         selection: beyond(high, 1.0),
         keys,
@@ -104,28 +111,28 @@ pub fn pulled(body: BodyBuilder, axis: usize, [low, high]: [f64; 2], way: f64, s
     simulation
 }
 
-/// A lattice of cells of edge 1 whose vertex [0, 0, 0] lies in the origin; parts that float stay apart.
+/// Returns a lattice of cells of edge 1 with its origin at zero, without bridges between floating parts.
 pub fn lattice(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap()
 }
 
-/// A block of 4 x 3 x 2 cells of edge 0.5, away from the origin.
+/// Returns a block of 4 x 3 x 2 cells of edge 0.5 with its lowest corner at (1, 2, 3).
 pub fn half_cells() -> Lattice {
     let cells = block([4, 3, 2]);
     Lattice::from_cells(&cells, 0.5, Point3::new(1.0, 2.0, 3.0), true).unwrap()
 }
 
-/// A body by itself, without gravity, in steps of a hundredth of a second.
-pub fn alone(body: Body) -> Simulation {
+/// Returns a simulation of one body without gravity, in steps of 0.01 s, on one thread.
+pub fn without_gravity(body: Body) -> Simulation {
     Simulation::builder().body(body).gravity([0.0; 3]).dt(0.01).threads(1).build().unwrap()
 }
 
-/// The linear momentum of a body.
+/// Returns the linear momentum of a body.
 pub fn momentum(body: &Body) -> Vector3<f64> {
     body.masses().iter().zip(body.velocities()).map(|(m, v)| v * *m).sum()
 }
 
-/// Shapes that are easy to get wrong, with their names.
+/// Returns lattices of difficult shapes (thin, concave, sparse, far from index 0) with their names.
 pub fn shapes() -> Vec<(&'static str, Lattice)> {
     let u_shape: Vec<_> = block([9, 7, 2]).into_iter().filter(|c| c[1] < 2 || c[0] < 3 || c[0] > 3).collect();
     let mut random = Random(7);
@@ -151,39 +158,39 @@ pub fn shapes() -> Vec<(&'static str, Lattice)> {
     ]
 }
 
-/// A body of a bare lattice with regions of half-width `half_width`, and otherwise as it comes.
+/// Returns a body of a bare lattice with regions of half-width `half_width` and default settings.
 pub fn bare(lattice: &Lattice, half_width: usize) -> Body {
     Body::from_lattice(lattice.clone()).half_width(half_width).build().unwrap()
 }
 
-/// The rest positions.
+/// Returns the rest positions of a lattice.
 pub fn rest(lattice: &Lattice) -> Vec<Vector3<f64>> {
     (0..lattice.len() as u32).map(|v| lattice.rest_position(v).coords).collect()
 }
 
-/// The positions of a body as vectors.
+/// Converts points to vectors.
 pub fn coordinates(points: &[Point3<f64>]) -> Vec<Vector3<f64>> {
     points.iter().map(|p| p.coords).collect()
 }
 
-/// Vectors as points.
+/// Converts vectors to points.
 pub fn points(vectors: &[Vector3<f64>]) -> Vec<Point3<f64>> {
     vectors.iter().map(|&v| v.into()).collect()
 }
 
-/// The greatest difference of a coordinate.
+/// Returns the largest difference of a coordinate.
 pub fn worst(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
 }
 
-/// How far positions of a lattice with cells of edge 1 may be from the reference, in cells: 1e-5, or 4 ulp of the
-/// largest coordinate that the body sees.
+/// Returns the largest permitted difference of positions from the reference, in cells of edge 1: 1e-5, or 4 ulp of
+/// the largest coordinate `extent` if that is more.
 pub fn tolerance(extent: f64) -> f64 {
     let ulp = 2.0_f64.powi(extent.log2().floor() as i32 - 23);
     (4.0 * ulp).max(1e-5)
 }
 
-/// The rigid motion (R, c, d) with x ≈ R (x0 - c) + d that fits best, by masses.
+/// Returns the rigid motion (R, c, d) with x ≈ R (x0 - c) + d that has the least mass-weighted squared error.
 pub fn rigid_fit(
     masses: &[f64],
     from: &[Vector3<f64>],

@@ -1,9 +1,9 @@
-//! Throws mutated inputs at a reader, on the stable toolchain: never a panic, a hang, or more than a gigabyte.
+//! A mutation fuzzer on the stable toolchain: fails if a reader panics, hangs or takes more than a gigabyte.
 //!
-//! Inputs are made from a corpus by changes of bytes, lines, numbers and words. What a reader answers to for the first
-//! time, judged by the words of its answer, joins the corpus: so later inputs get further in. Each run of the same
-//! seed begins alike. `SUPPLE_FUZZ_SECONDS` sets how long a reader is tried (20 by default), `SUPPLE_FUZZ_SEED` where the
-//! numbers begin. An input that fails is left in the folder for temporary files, and named.
+//! Inputs are mutations of a corpus: changed bytes, lines, numbers and words. An input whose answer has new words joins
+//! the corpus, so that later inputs get further into the reader. Runs with the same seed start with the same inputs.
+//! `SUPPLE_FUZZ_SECONDS` is the duration per reader (20 by default), `SUPPLE_FUZZ_SEED` the seed (1 by default). A
+//! failing input is written to the folder for temporary files, and the failure names its path.
 
 mod mutation;
 
@@ -16,30 +16,30 @@ use std::time::{Duration, Instant};
 use fastrand::Rng;
 use mutation::Mutation;
 
-/// The longest that a reader may take for an input of at most [`LONGEST`] bytes.
-const SLOWEST: Duration = Duration::from_secs(5);
+/// The longest time that a reader may take for an input of at most [`MAX_INPUT`] bytes.
+const TIME_LIMIT: Duration = Duration::from_secs(5);
 
-/// Bytes of an input.
-const LONGEST: usize = 1 << 16;
+/// The largest size of an input in bytes.
+const MAX_INPUT: usize = 1 << 16;
 
-/// Inputs that are kept to be changed further.
-const CORPUS: usize = 4096;
+/// The largest number of inputs in the corpus.
+const MAX_CORPUS: usize = 4096;
 
-/// Most memory that the process may have taken, in kB.
-const MEMORY: u64 = 1_000_000;
+/// The largest permitted peak memory of the process, in kB.
+const MEMORY_LIMIT: u64 = 1_000_000;
 
-/// A reader that is tried.
+/// A reader under test.
 pub(crate) struct Target {
-    /// Of files with failing inputs.
+    /// Name of the reader, in messages and as the stem of the file with a failing input.
     pub(crate) name: &'static str,
-    /// Words and numbers that mean something to it.
+    /// Words of its input language.
     pub(crate) words: &'static [&'static str],
-    /// Reads an input, checks what it can, and says in words what came out.
+    /// Reads an input, checks the result and describes it in words.
     pub(crate) read: fn(&[u8]) -> String,
 }
 
-/// Tries a reader.
-#[allow(clippy::print_stdout, reason = "what a run of minutes has seen is to be recorded")]
+/// Runs a reader on mutations of `corpus` for the configured duration.
+#[allow(clippy::print_stdout, reason = "the log of a long run needs its statistics")]
 pub(crate) fn fuzz(target: &Target, corpus: Vec<Vec<u8>>) {
     let number = |name: &str, default| {
         std::env::var(name).map_or(default, |text| text.parse().expect("a whole number"))
@@ -49,7 +49,7 @@ pub(crate) fn fuzz(target: &Target, corpus: Vec<Vec<u8>>) {
     let current: Mutex<Option<(Instant, Vec<u8>)>> = Mutex::new(None);
     let (inputs, answers) = std::thread::scope(|scope| {
         scope.spawn(|| watch(target, &current, end));
-        try_until(target, corpus, &mut Rng::with_seed(seed), &current, end)
+        run_until(target, corpus, &mut Rng::with_seed(seed), &current, end)
     });
     let memory = peak_memory().unwrap_or(0);
     println!("{}: {inputs} inputs, {answers} kinds of answer, {seconds} s, peak {memory} kB", target.name);
@@ -57,7 +57,8 @@ pub(crate) fn fuzz(target: &Target, corpus: Vec<Vec<u8>>) {
 
 type Current = Mutex<Option<(Instant, Vec<u8>)>>;
 
-fn try_until(
+/// Runs a reader until `end`. Returns the number of inputs and the number of kinds of answers.
+fn run_until(
     target: &Target,
     mut corpus: Vec<Vec<u8>>,
     rng: &mut Rng,
@@ -74,7 +75,7 @@ fn try_until(
         for _ in 0..1 << rng.u32(0..5) {
             let other = rng.usize(..corpus.len());
             Mutation::any(rng).apply(&mut input, &corpus[other], target.words, rng);
-            input.truncate(LONGEST);
+            input.truncate(MAX_INPUT);
         }
         input.shrink_to_fit();
         inputs += 1;
@@ -82,13 +83,13 @@ fn try_until(
         let answer = catch_unwind(AssertUnwindSafe(|| (target.read)(&input)));
         *current.lock().unwrap() = None;
         match answer {
-            Err(_) => panic!("{} panics at {}", target.name, keep(target, &input).display()),
+            Err(_) => panic!("{} panics for the input {}", target.name, keep(target, &input).display()),
             Ok(answer) => {
                 let memory = peak_memory().unwrap_or(0);
-                if memory > MEMORY {
-                    panic!("{memory} kB, after {}", keep(target, &input).display());
+                if memory > MEMORY_LIMIT {
+                    panic!("{memory} kB after the input {}", keep(target, &input).display());
                 }
-                if answers.insert(kind(&answer, &input)) && corpus.len() < CORPUS {
+                if answers.insert(kind(&answer, &input)) && corpus.len() < MAX_CORPUS {
                     corpus.push(input);
                 }
             }
@@ -97,13 +98,13 @@ fn try_until(
     (inputs, answers.len())
 }
 
-/// Ends the process where one input takes too long: a thread that hangs cannot be stopped.
-#[allow(clippy::print_stdout, reason = "nothing else can be said before the process ends")]
+/// Ends the process when one input takes too long: a thread that hangs cannot be stopped.
+#[allow(clippy::print_stdout, reason = "the process ends here, so the message cannot be a panic")]
 fn watch(target: &Target, current: &Current, end: Instant) {
-    while Instant::now() < end + SLOWEST {
+    while Instant::now() < end + TIME_LIMIT {
         std::thread::sleep(Duration::from_millis(200));
         let Ok(current) = current.lock() else { return };
-        if let Some((since, input)) = current.as_ref().filter(|(since, _)| since.elapsed() > SLOWEST) {
+        if let Some((since, input)) = current.as_ref().filter(|(since, _)| since.elapsed() > TIME_LIMIT) {
             let path = keep(target, input);
             println!("{} has not answered for {:?} to {}", target.name, since.elapsed(), path.display());
             std::process::exit(101);
@@ -114,7 +115,7 @@ fn watch(target: &Target, current: &Current, end: Instant) {
     }
 }
 
-/// The words of an answer that are its own, and not the input's.
+/// Returns up to 16 words of an answer that do not come from the input.
 fn kind(answer: &str, input: &[u8]) -> String {
     let input = String::from_utf8_lossy(input);
     let words = answer.split(|c: char| !c.is_ascii_alphabetic());
@@ -122,13 +123,14 @@ fn kind(answer: &str, input: &[u8]) -> String {
     own.take(16).collect::<Vec<_>>().join(" ")
 }
 
+/// Writes a failing input to a file and returns its path.
 fn keep(target: &Target, input: &[u8]) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{}.failing", target.name));
     std::fs::write(&path, input).expect("the folder for temporary files");
     path
 }
 
-/// The most memory that this process ever had, in kB, where the system says so.
+/// Returns the peak memory of this process in kB, on systems with `/proc`.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

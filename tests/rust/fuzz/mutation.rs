@@ -1,10 +1,10 @@
-//! Changes of an input.
+//! Mutations of an input.
 
 use std::ops::Range;
 
 use fastrand::Rng;
 
-/// Numbers at which readers stumble.
+/// Numbers at the limits of integer and float types, and malformed ones.
 const NUMBERS: [&str; 22] = [
     "0",
     "-0",
@@ -30,7 +30,7 @@ const NUMBERS: [&str; 22] = [
     "+.5e+3",
 ];
 
-/// One change.
+/// One kind of mutation.
 #[derive(Clone, Copy)]
 pub(super) enum Mutation {
     FlipByte,
@@ -47,6 +47,7 @@ pub(super) enum Mutation {
 }
 
 impl Mutation {
+    /// Returns a random mutation.
     pub(super) fn any(rng: &mut Rng) -> Self {
         const ALL: [Mutation; 14] = [
             Mutation::FlipByte,
@@ -67,7 +68,7 @@ impl Mutation {
         ALL[rng.usize(..ALL.len())]
     }
 
-    /// Changes `input`; `other` is another one of the corpus.
+    /// Mutates `input`; `other` is another input of the corpus.
     pub(super) fn apply(self, input: &mut Vec<u8>, other: &[u8], words: &[&str], rng: &mut Rng) {
         let at = rng.usize(..=input.len());
         match self {
@@ -104,7 +105,7 @@ impl Mutation {
             }
             Self::RepeatLine => {
                 let line = line(input, at);
-                // Where lines end otherwise, one may be all there is.
+                // With other line ends, the whole input may be one line.
                 let repeated =
                     input[line.clone()].repeat(rng.usize(1..if line.len() < 1000 { 40 } else { 2 }));
                 input.splice(line.end..line.end, repeated);
@@ -115,20 +116,20 @@ impl Mutation {
     }
 }
 
-/// Some bytes, at most `longest`.
+/// Returns a random range of at most `longest` bytes.
 fn range(length: usize, longest: usize, rng: &mut Rng) -> Range<usize> {
     let start = rng.usize(..=length);
     start..length.min(start + rng.usize(..=longest))
 }
 
-/// The bytes about `at` that belong together.
+/// Returns the range of adjacent bytes around `at` that satisfy `belongs`.
 fn token(input: &[u8], at: usize, belongs: impl Fn(u8) -> bool) -> Range<usize> {
     let before = input[..at].iter().rev().take_while(|byte| belongs(**byte)).count();
     let after = input[at..].iter().take_while(|byte| belongs(**byte)).count();
     at - before..at + after
 }
 
-/// The line about `at`, with its end.
+/// Returns the range of the line around `at`, with its line end.
 fn line(input: &[u8], at: usize) -> Range<usize> {
     let start = input[..at].iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
     let end = input[at..].iter().position(|byte| *byte == b'\n').map_or(input.len(), |end| at + end + 1);

@@ -1,12 +1,12 @@
-//! The facts about a scene before it runs, as `--json` prints them.
+//! Facts about a scene before it runs. `--json` prints them with these field names.
 
 use serde::Serialize;
-use supple::{Body, Lattice, Preservation};
+use supple::{Body, Lattice, Plan, Preservation};
 use supple_io::frames::{Format, shared_normals};
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, Scene, Substeps};
 
-/// A scene.
+/// Facts about a scene.
 #[derive(Debug, Serialize)]
 pub(super) struct Facts {
     pub(super) input: String,
@@ -14,35 +14,37 @@ pub(super) struct Facts {
     pub(super) fps: f64,
     pub(super) seconds: f64,
     pub(super) substeps: u32,
-    /// Whether the number of steps was left to the program.
+    /// Whether the program chose the number of steps per frame.
     pub(super) substeps_auto: bool,
     pub(super) threads: usize,
     pub(super) simd: String,
     pub(super) directory: String,
     pub(super) format: &'static str,
-    /// Bytes of all frames.
+    /// Size of all frames on disk, in bytes.
     pub(super) bytes_on_disk: u64,
     pub(super) bodies: Vec<BodyFacts>,
     pub(super) colliders: usize,
-    /// The stages that run, in order.
+    /// The stages that run, in order, with their memory.
     pub(super) plan: String,
     pub(super) notes: Vec<String>,
 }
 
-/// A body.
+/// Facts about a body.
 #[derive(Debug, Serialize)]
 pub(super) struct BodyFacts {
     pub(super) name: String,
     pub(super) mesh: MeshFacts,
     pub(super) lattice: LatticeFacts,
     pub(super) half_width: usize,
-    /// Bytes of a frame.
+    /// Size of a frame on disk, in bytes.
     pub(super) frame_bytes: u64,
-    /// What a reader of a point cache must know.
+    /// Memory of the lattice, the state and the stages, in bytes.
+    pub(super) memory_bytes: usize,
+    /// Notes for loading a PC2 point cache.
     pub(super) pc2: Vec<String>,
 }
 
-/// A mesh.
+/// Facts about a mesh.
 #[derive(Debug, Serialize)]
 pub(super) struct MeshFacts {
     pub(super) file: String,
@@ -52,7 +54,7 @@ pub(super) struct MeshFacts {
     pub(super) closed: bool,
     pub(super) flipped: bool,
     pub(super) components: usize,
-    /// Magnitude, in the model's frame after `scale`.
+    /// Magnitude of the enclosed volume, in the model's frame after `scale`.
     pub(super) volume: f64,
     pub(super) low: [f64; 3],
     pub(super) high: [f64; 3],
@@ -64,7 +66,7 @@ pub(super) struct MeshFacts {
     pub(super) degenerate_faces: usize,
     pub(super) duplicate_faces: usize,
     pub(super) two_sided_faces: usize,
-    /// `vn` of the file whose corners have different normals, and therefore get their mean.
+    /// Number of `vn` lines whose corners have different normals; the mean of these is written.
     pub(super) shared_normals: usize,
     pub(super) short_faces: usize,
     pub(super) ignored_statements: Vec<String>,
@@ -72,30 +74,30 @@ pub(super) struct MeshFacts {
     pub(super) groups: Vec<String>,
 }
 
-/// A lattice.
+/// Facts about a lattice.
 #[derive(Debug, Serialize)]
 pub(super) struct LatticeFacts {
     pub(super) vertices: usize,
     pub(super) cells: usize,
     pub(super) cell_size: f64,
     pub(super) components: usize,
-    /// The openings of the mesh let the outside in, so that only its skin is filled.
+    /// Whether the mesh has openings wider than a cell, so that only cells on its surface are filled.
     pub(super) shell: bool,
     pub(super) surface_cells: usize,
     pub(super) filled_cells: usize,
     pub(super) bridge_cells: usize,
     pub(super) floating: Vec<FloatingFacts>,
-    /// Groups of mesh components that cells hold together.
+    /// Groups of mesh components that share or touch cells.
     pub(super) glued: Vec<Vec<u32>>,
-    /// Bytes of the lattice.
+    /// Memory of the lattice, in bytes.
     pub(super) bytes: usize,
-    /// Volume at rest, by each measure that the body has.
+    /// Rest volume by each available measure.
     pub(super) volumes: Vec<(String, f64)>,
-    /// The measure that is kept, if any is.
+    /// The preserved measure; `None` if the volume is not preserved.
     pub(super) measure: Option<String>,
 }
 
-/// A part that floats apart from the largest.
+/// Facts about a lattice part that is not connected to the largest part.
 #[derive(Debug, Serialize)]
 pub(super) struct FloatingFacts {
     pub(super) cells: usize,
@@ -104,10 +106,11 @@ pub(super) struct FloatingFacts {
 }
 
 impl Facts {
-    /// What is known about a prepared scene.
+    /// Collects the facts about a prepared scene.
     pub(super) fn of(input: &str, scene: &Scene, prepared: &Prepared) -> Self {
+        let plan = prepared.simulation.plan();
         let bodies: Vec<BodyFacts> =
-            (0..scene.bodies.len()).map(|index| body(scene, prepared, index)).collect();
+            (0..scene.bodies.len()).map(|index| body(scene, prepared, &plan, index)).collect();
         let simulation = &scene.simulation;
         let frames = u64::from(simulation.frames) + 1;
         Self {
@@ -124,13 +127,13 @@ impl Facts {
             bytes_on_disk: bodies.iter().map(|body| body.frame_bytes * frames).sum(),
             bodies,
             colliders: scene.colliders.len(),
-            plan: prepared.simulation.plan().to_string(),
+            plan: plan.to_string(),
             notes: notes(scene),
         }
     }
 }
 
-/// What a user may not expect.
+/// Returns the limitations that affect a scene.
 fn notes(scene: &Scene) -> Vec<String> {
     let mut notes = Vec::new();
     if scene.bodies.len() > 1 {
@@ -139,8 +142,8 @@ fn notes(scene: &Scene) -> Vec<String> {
     notes
 }
 
-/// The facts about a body, by its number in the scene.
-fn body(scene: &Scene, prepared: &Prepared, index: usize) -> BodyFacts {
+/// Collects the facts about the body with the given index.
+fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFacts {
     let (data, input) = (&scene.bodies[index], &prepared.inputs[index]);
     let body = prepared.simulation.body(index);
     let source = input.source();
@@ -150,12 +153,13 @@ fn body(scene: &Scene, prepared: &Prepared, index: usize) -> BodyFacts {
         lattice: lattice(body.lattice(), &body),
         half_width: body.half_width(),
         frame_bytes: source.frame_bytes(scene.output.format),
+        memory_bytes: plan.bodies[index].bytes(),
         pc2: pc2(source.points(), scene, input),
     }
 }
 
 fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts {
-    // As it lies in the lattice: after `scale`.
+    // The mesh of the body is scaled by `scale`.
     let mesh = body.mesh().unwrap_or_else(|| input.part.mesh());
     let (topology, (low, high)) = (mesh.topology(), mesh.bounds());
     let document = &input.document;
@@ -217,23 +221,22 @@ fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
     }
 }
 
-/// What a reader of a point cache must know: the format holds neither faces nor names.
+/// Returns notes for loading a point cache. PC2 files contain neither faces nor names.
 fn pc2(points: usize, scene: &Scene, input: &Input) -> Vec<String> {
     let mut facts = vec![
         format!(
-            "{points} points, all `v` lines of {} in their order: load it without merging, splitting or \
-             reordering vertices",
+            "{points} points, all `v` lines of {} in file order: import that file without merging, splitting \
+             or reordering vertices",
             input.document.path().display()
         ),
-        "positions are in world space, in the axes of the scene; do not turn or place the mesh again"
-            .to_owned(),
+        "positions are in world space, in the axes of the scene: do not transform the mesh".to_owned(),
     ];
     if input.part.mesh().vertices().len() < points {
-        facts.push("points of other objects of the file stay where they are".to_owned());
+        facts.push("points of other objects of the file do not move".to_owned());
     }
     let samples = u64::from(scene.simulation.frames) + 1;
     facts.push(format!(
-        "{samples} samples at {} a second, {} bytes",
+        "{samples} samples at {} per second, {} bytes",
         scene.simulation.fps,
         32 + samples * input.source().frame_bytes(Format::Pc2)
     ));

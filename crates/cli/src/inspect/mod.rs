@@ -1,4 +1,4 @@
-//! `supple inspect`: what would be simulated; nothing is run.
+//! `supple inspect`: prints facts about a scene without running it.
 
 mod facts;
 mod text;
@@ -12,13 +12,13 @@ use facts::Facts;
 
 /// Inspects one input.
 pub(crate) fn inspect(args: &InspectArgs) -> Exit {
-    match look(args) {
+    match collect(args) {
         Ok(facts) if args.json => {
             say::out(serde_json::to_string_pretty(&facts).expect("facts are plain data"));
             Exit::Done
         }
         Ok(facts) => {
-            say::out(text::of(&facts).trim_end());
+            say::out(text::format(&facts, args.plan).trim_end());
             Exit::Done
         }
         Err(error) => {
@@ -28,7 +28,8 @@ pub(crate) fn inspect(args: &InspectArgs) -> Exit {
     }
 }
 
-fn look(args: &InspectArgs) -> Result<Facts, RunError> {
+/// Builds the scene and collects its facts.
+fn collect(args: &InspectArgs) -> Result<Facts, RunError> {
     let scene = args.scene.open(&args.input)?;
     let prepared = prepare(&scene)?;
     Ok(Facts::of(&args.input.display().to_string(), &scene, &prepared))

@@ -1,36 +1,36 @@
-//! The facts as people read them.
+//! Facts about a scene as text.
 
 use std::fmt::Write;
 
 use super::facts::{BodyFacts, Facts, LatticeFacts, MeshFacts};
 use crate::say;
 
-/// All facts, in lines of two columns.
-pub(super) fn of(facts: &Facts) -> String {
+/// Formats all facts in lines of two columns; with the plan of the simulation if `plan` is set.
+pub(super) fn format(facts: &Facts, plan: bool) -> String {
     let mut page = Page(String::new());
     let auto = if facts.substeps_auto { " (auto)" } else { "" };
-    page.line(&format!(
-        "{}: {} frames at {} a second = {:.2} s, {} steps a frame{auto}",
-        facts.input, facts.frames, facts.fps, facts.seconds, facts.substeps
-    ));
-    page.entry("machine", &format!("{} threads, SIMD level {}", facts.threads, facts.simd));
+    page.line(&facts.input);
     page.entry(
-        "frames",
-        &format!(
-            "{} in {}, about {} on disk",
-            facts.format,
-            facts.directory,
-            say::bytes(facts.bytes_on_disk)
-        ),
+        "duration",
+        &format!("{} frames at {} frames/s = {:.2} s", facts.frames, facts.fps, facts.seconds),
     );
+    page.entry("steps", &format!("{} per frame{auto}", facts.substeps));
+    page.entry("output", &format!("{} files in {}", facts.format, facts.directory));
+    page.entry("on disk", &format!("about {}", say::bytes(facts.bytes_on_disk)));
+    let memory: usize = facts.bodies.iter().map(|body| body.memory_bytes).sum();
+    page.entry("memory", &say::bytes(memory as u64));
+    page.entry("threads", &facts.threads.to_string());
+    page.entry("SIMD level", &facts.simd);
     page.entry("colliders", &facts.colliders.to_string());
     for body in &facts.bodies {
         page.body(body);
     }
-    page.line("");
-    page.line("plan");
-    for line in facts.plan.lines() {
-        page.line(&format!("  {line}"));
+    if plan {
+        page.line("");
+        page.line("plan");
+        for line in facts.plan.lines() {
+            page.line(&format!("  {line}"));
+        }
     }
     for note in &facts.notes {
         page.line("");
@@ -39,6 +39,7 @@ pub(super) fn of(facts: &Facts) -> String {
     page.0
 }
 
+/// Text with labelled lines.
 struct Page(String);
 
 impl Page {
@@ -49,13 +50,13 @@ impl Page {
 
     fn entry(&mut self, key: &str, value: &str) {
         // Writing to a string does not fail.
-        let _ = writeln!(self.0, "  {key:10}{value}");
+        let _ = writeln!(self.0, "  {key:12}{value}");
     }
 
-    /// An entry for something that is seldom there.
-    fn count(&mut self, count: usize, what: &str) {
+    /// Adds an entry unless `count` is 0.
+    fn count(&mut self, count: usize, text: &str) {
         if count > 0 {
-            self.entry("", &format!("{count} {what}"));
+            self.entry("", &format!("{count} {text}"));
         }
     }
 
@@ -64,8 +65,9 @@ impl Page {
         self.line(&format!("body {}", body.name));
         self.mesh(&body.mesh);
         self.lattice(&body.lattice);
-        self.entry("regions", &format!("half-width {} cells", body.half_width));
-        self.entry("frame", &say::bytes(body.frame_bytes));
+        self.entry("half-width", &format!("{} cells", body.half_width));
+        self.entry("memory", &say::bytes(body.memory_bytes as u64));
+        self.entry("frame size", &say::bytes(body.frame_bytes));
         for (index, fact) in body.pc2.iter().enumerate() {
             self.entry(if index == 0 { "PC2" } else { "" }, fact);
         }
@@ -89,23 +91,23 @@ impl Page {
             ),
         );
         if mesh.flipped {
-            self.entry("", "its faces look inwards; its volume is taken as positive all the same");
+            self.entry("", "its faces point inwards; its volume is counted as positive");
         }
-        self.count(
-            mesh.welded_seam_vertices,
-            "seam vertices lie where another vertex lies, and move with it",
-        );
-        self.count(mesh.unused_vertices, "vertices are used by no face");
-        self.count(mesh.boundary_edges, "edges belong to one face alone");
+        self.count(mesh.welded_seam_vertices, "seam vertices coincide with another vertex and move with it");
+        self.count(mesh.unused_vertices, "vertices are not used by any face");
+        self.count(mesh.boundary_edges, "edges belong to only one face");
         self.count(mesh.non_manifold_edges, "edges belong to more than two faces");
-        self.count(mesh.misoriented_edges, "edges join faces that look opposite ways");
-        self.count(mesh.degenerate_faces, "faces have fewer than three different corners");
-        self.count(mesh.duplicate_faces, "faces repeat another");
-        self.count(mesh.two_sided_faces, "faces repeat another, turned over");
-        self.count(mesh.shared_normals, "`vn` lines are shared by different normals, and get their mean");
-        self.count(mesh.short_faces, "`f` lines with fewer than three corners are left out");
+        self.count(mesh.misoriented_edges, "edges join faces of opposite orientation");
+        self.count(mesh.degenerate_faces, "faces have fewer than three distinct corners");
+        self.count(mesh.duplicate_faces, "faces duplicate another face");
+        self.count(mesh.two_sided_faces, "faces duplicate another face with the opposite orientation");
+        self.count(
+            mesh.shared_normals,
+            "`vn` lines are shared by corners with different normals; the mean is written",
+        );
+        self.count(mesh.short_faces, "`f` lines with fewer than three corners are omitted");
         for statement in &mesh.ignored_statements {
-            self.entry("", &format!("not used: {statement}"));
+            self.entry("", &format!("ignored: {statement}"));
         }
         for library in &mesh.missing_libraries {
             self.entry("", &format!("material library not found: {library}"));
@@ -125,31 +127,31 @@ impl Page {
             ),
         );
         if lattice.shell {
-            self.entry("", "the mesh has openings wider than a cell: a shell along its surface, not a solid");
+            self.entry("", "the mesh has openings wider than a cell; only cells on its surface are filled");
         }
         for part in &lattice.floating {
-            let fate = if part.joined { "rides along on a bridge" } else { "is on its own" };
+            let state = if part.joined { "joined by a bridge of cells" } else { "not joined" };
             self.entry(
                 "",
                 &format!(
-                    "mesh parts {} float apart in {} cells: {fate}",
+                    "mesh components {} are a separate part of {} cells, {state}",
                     list(&part.mesh_components),
                     part.cells
                 ),
             );
         }
         for group in &lattice.glued {
-            self.entry("", &format!("mesh parts {} are glued: their cells touch", list(group)));
+            self.entry("", &format!("mesh components {} are glued: their cells touch", list(group)));
         }
         let volume = |(measure, volume): &(String, f64)| {
-            let kept = if lattice.measure.as_ref() == Some(measure) { " (kept)" } else { "" };
-            format!("{measure} {}{kept}", number(*volume))
+            let preserved = if lattice.measure.as_ref() == Some(measure) { " (preserved)" } else { "" };
+            format!("{measure} {}{preserved}", number(*volume))
         };
         self.entry("volume", &lattice.volumes.iter().map(volume).collect::<Vec<_>>().join(", "));
     }
 }
 
-/// Four digits: enough to recognise a number.
+/// Formats a number with four significant digits.
 fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         let digits = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;

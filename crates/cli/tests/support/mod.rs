@@ -1,6 +1,6 @@
-//! What the tests of the command line share: a small scene on disk, and the program run on it.
+//! Shared by the tests of the command line: a small scene on disk, and a way to run the program on it.
 
-// Each test binary uses a part of it.
+// Each test binary uses only a part of this module.
 #![allow(dead_code, unreachable_pub)]
 
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-/// A block of 2 x 3 x 1 with a face of five corners, texture coordinates, and a comment.
+/// A block of 2 x 3 x 1 with a pentagon, texture coordinates and a comment.
 pub const BLOCK: &str = "\
 # block
 o Block
@@ -35,7 +35,7 @@ f 4 5 10 9
 f 5 1 6 10
 ";
 
-/// A block that falls on the ground, held at its side for a moment.
+/// A block that is pinned at one side for 0.2 s and then falls on the ground.
 pub const SCENE: &str = r#"
 [simulation]
 frames = 20
@@ -61,7 +61,7 @@ end = 0.2
 plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 "#;
 
-/// A folder with the scene and its mesh, removed when dropped.
+/// A temporary folder with the scene and its mesh; removed when dropped.
 pub struct Stage {
     folder: TempDir,
 }
@@ -86,7 +86,7 @@ impl Stage {
         std::fs::write(self.path(name), text).unwrap();
     }
 
-    /// The program with these arguments, to be started in the folder.
+    /// Returns a command that runs the program in the folder.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(program());
         command.args(arguments).current_dir(self.folder.path());
@@ -98,7 +98,7 @@ impl Stage {
         Ended::of(self.command(arguments).output().unwrap())
     }
 
-    /// The files of a folder, without what is not a frame.
+    /// Returns the frame files of a folder and their bytes.
     pub fn frames(&self, folder: &str) -> BTreeMap<String, Vec<u8>> {
         let mut frames = files(&self.path(folder));
         frames.retain(|name, _| !name.starts_with("supple."));
@@ -110,7 +110,7 @@ pub fn program() -> &'static str {
     env!("CARGO_BIN_EXE_supple")
 }
 
-/// The files of a folder and their bytes.
+/// Returns the files of a folder and their bytes.
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let Ok(entries) = std::fs::read_dir(folder) else { return BTreeMap::new() };
     entries
@@ -120,7 +120,7 @@ pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// How the program ended.
+/// Exit code and output of the program.
 #[derive(Debug)]
 pub struct Ended {
     pub code: Option<i32>,
@@ -137,7 +137,7 @@ impl Ended {
         }
     }
 
-    /// Checks the exit code, and that words stand on standard error.
+    /// Checks the exit code and that standard error contains all `words`.
     #[track_caller]
     pub fn expect(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, Some(code), "{self:?}");

@@ -1,8 +1,8 @@
-//! From what a user asks for to a body.
+//! The builder of a body.
 
 use std::sync::OnceLock;
 
-use super::{Body, FARTHEST, Surface};
+use super::{Body, MAX_CELLS, Surface};
 use crate::dynamics::{
     Handle, Material, MomentumTracker, Pin, RegionDamper, RegionDamping, RegionSize, Stiffness,
 };
@@ -14,8 +14,8 @@ use crate::skin::Skin;
 use crate::state::{Placement, State, index_bounds};
 use crate::volume::{Correction, VolumeOptions};
 
-/// What a [`Body`] is built from. Every setting has the name, the unit, the range and the default that it has in a
-/// scene file; [`build`](Self::build) checks them.
+/// Builds a [`Body`] from a mesh or a lattice, and settings. Names, units, ranges and defaults of the
+/// settings are the same as in a scene file. [`build`](Self::build) checks them.
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct BodyBuilder {
@@ -59,125 +59,129 @@ impl BodyBuilder {
         }
     }
 
-    /// Name of the body; default "body".
+    /// Sets the name of the body; default "body".
     pub fn name(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
         self
     }
 
-    /// Half-width of the regions in cells, at least 1; default 2. Larger is stiffer; so is a coarser lattice.
+    /// Sets the half-width of the regions in cells, at least 1; default 2. Larger regions or a coarser
+    /// lattice make the body stiffer.
     pub fn half_width(mut self, cells: usize) -> Self {
         self.material.region_size = RegionSize::Cells(cells);
         self
     }
 
-    /// Half-width of the regions as a length, > 0: it stays when the resolution changes.
+    /// Sets the half-width of the regions as a length, > 0, which does not depend on the resolution of the
+    /// lattice.
     pub fn stiffness_radius(mut self, radius: f64) -> Self {
         self.material.region_size = RegionSize::Radius(radius);
         self
     }
 
-    /// alpha per step, in (0, 1]; default 1.
+    /// Sets the stiffness alpha per step, in (0, 1]; default 1.
     pub fn stiffness(mut self, alpha: f64) -> Self {
         self.material.stiffness = Stiffness::PerStep(alpha);
         self
     }
 
-    /// Stiffness as a frequency in Hz, > 0: it stays when the step changes.
+    /// Sets the stiffness as a frequency in Hz, > 0, which does not depend on the step length.
     pub fn frequency(mut self, hertz: f64) -> Self {
         self.material.stiffness = Stiffness::Frequency(hertz);
         self
     }
 
-    /// Region damping per step, in [0, 1]; default 0, which leaves the stage out.
+    /// Sets the region damping per step, in [0, 1]; default 0, which omits the stage.
     pub fn region_damping(mut self, share: f64) -> Self {
         self.material.region_damping = RegionDamping::PerStep(share);
         self
     }
 
-    /// Region damping as a rate in 1/s, >= 0: it stays when the step changes.
+    /// Sets the region damping as a rate in 1/s, >= 0, which does not depend on the step length.
     pub fn region_damping_rate(mut self, rate: f64) -> Self {
         self.material.region_damping = RegionDamping::Rate(rate);
         self
     }
 
-    /// Mass per volume, > 0; default 1000.
+    /// Sets the mass per volume, > 0; default 1000.
     pub fn density(mut self, density: f64) -> Self {
         self.material.density = density;
         self
     }
 
-    /// The whole material at once.
+    /// Sets the complete material.
     pub fn material(mut self, material: Material) -> Self {
         self.material = material;
         self
     }
 
-    /// Where and how the body starts; default: at rest where the model is.
+    /// Sets position, orientation, velocity and spin at the start; default: at rest in the model's frame.
     pub fn placement(mut self, placement: Placement) -> Self {
         self.placement = placement;
         self
     }
 
-    /// How fine the lattice of a mesh is; default about 1,000 lattice vertices. A bare lattice is as it is.
+    /// Sets the resolution of the lattice of a mesh; default about 1,000 lattice vertices. No effect on a
+    /// bare lattice.
     pub fn resolution(mut self, resolution: Resolution) -> Self {
         self.options.resolution = resolution;
         self
     }
 
-    /// Wished number of lattice vertices, at least 8, met within 5 % where the shape allows.
+    /// Sets the target number of lattice vertices, at least 8. The result is within 5 % where the shape
+    /// allows.
     pub fn lattice_vertices(self, vertices: usize) -> Self {
         self.resolution(Resolution::Vertices(vertices))
     }
 
-    /// Edge of a lattice cell, > 0, in the model's frame after `scale`.
+    /// Sets the edge of a lattice cell, > 0, in the model's frame after `scale`.
     pub fn cell_size(self, cell_size: f64) -> Self {
         self.resolution(Resolution::CellSize(cell_size))
     }
 
-    /// Whether parts of a mesh that float apart ride along; default true.
+    /// Sets whether bridges of cells join separate parts of a mesh to their nearest neighbour; default true.
     pub fn join(mut self, join: bool) -> Self {
         self.options.join = join;
         self
     }
 
-    /// Bytes that the body may take; default half of the machine's memory.
+    /// Sets the memory limit of the body in bytes; default half of the machine's memory.
     pub fn memory_limit(mut self, bytes: u64) -> Self {
         self.options.memory_limit = Some(bytes);
         self
     }
 
-    /// Factor on the mesh, or the bare lattice, > 0, before all else; default 1.
+    /// Sets the scale factor of the mesh or bare lattice, > 0, applied before the placement; default 1.
     pub fn scale(mut self, scale: f64) -> Self {
         self.scale = scale;
         self
     }
 
-    /// Degrees about the fixed axes x, then y, then z; default 0.
+    /// Sets the rotation in degrees about the fixed axes x, then y, then z; default 0.
     pub fn rotate(mut self, degrees: [f64; 3]) -> Self {
         self.placement.rotate = degrees;
         self
     }
 
-    /// Shift in scene units, after the turn; default 0.
-    pub fn translate(mut self, shift: [f64; 3]) -> Self {
-        self.placement.translate = shift;
+    /// Sets the translation in scene units, applied after the rotation; default 0.
+    pub fn translate(mut self, offset: [f64; 3]) -> Self {
+        self.placement.translate = offset;
         self
     }
 
-    /// Velocity at the start in scene units per second; default 0.
+    /// Sets the initial velocity in scene units per second; default 0.
     pub fn velocity(mut self, velocity: [f64; 3]) -> Self {
         self.placement.velocity = velocity;
         self
     }
 
-    /// Spin at the start in rad/s about the center of mass; default 0.
+    /// Sets the initial spin in rad/s about the center of mass; default 0.
     pub fn spin(mut self, spin: [f64; 3]) -> Self {
         self.placement.spin = spin;
         self
     }
 
-    /// Whether and how the volume is kept; default: by the best measure that the body has.
+    /// Sets the volume correction; default: `mesh` where the surface encloses a volume, otherwise `cells`.
     pub fn volume(mut self, volume: impl Into<VolumeOptions>) -> Self {
         self.volume = volume.into();
         self
@@ -189,18 +193,18 @@ impl BodyBuilder {
         self
     }
 
-    /// Adds a handle. Where holds overlap, later ones win, and handles win over pins.
+    /// Adds a handle. Where constraints overlap, handles override pins, and later ones override earlier ones.
     pub fn handle(mut self, handle: Handle) -> Self {
         self.handles.push(handle);
         self
     }
 
-    /// The body.
+    /// Builds the body.
     ///
     /// # Errors
     ///
-    /// A number out of its range, a lattice that cannot be built or takes too much memory, a correction that the
-    /// mesh cannot have, a pin or a handle that takes nothing.
+    /// A number out of range, a lattice that cannot be built or exceeds the memory limit, a volume measure
+    /// that the mesh does not allow, or a pin or handle with an empty selection.
     pub fn build(self) -> Result<Body, Error> {
         self.material.validate()?;
         self.placement.validate()?;
@@ -216,7 +220,7 @@ impl BodyBuilder {
                 (lattice, Some(Surface { mesh, embedding, skin: Skin::default() }))
             }
         };
-        self.placement.within(FARTHEST * lattice.cell_size())?;
+        self.placement.within(MAX_CELLS * lattice.cell_size())?;
         let half_width = self.material.half_width(lattice.cell_size(), extent(&lattice));
         let matching = Matching::new(&lattice, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
@@ -228,7 +232,7 @@ impl BodyBuilder {
             volume: self.volume,
             correction: Correction::new(&lattice, borrowed, &self.volume)?,
             measures: OnceLock::new(),
-            placed: self.placement.isometry(),
+            model_to_world: self.placement.isometry(),
             state,
             workspace: matching.cascade.workspace(&matching.layout),
             momentum: MomentumTracker::new(&lattice, &matching.layout, matching.cascade.tasks()),
@@ -248,7 +252,7 @@ impl BodyBuilder {
     }
 }
 
-/// The largest extent of a lattice along an axis, in cells.
+/// Returns the largest extent of a lattice along an axis, in cells.
 pub(super) fn extent(lattice: &Lattice) -> usize {
     let (low, high) = index_bounds(lattice.indices());
     (0..3).map(|c| high[c].abs_diff(low[c]) as usize).max().unwrap_or(1)

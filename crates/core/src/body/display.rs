@@ -1,4 +1,7 @@
-//! What is shown of a body: the volume correction and the mesh update. Nothing here feeds back into the dynamics.
+//! Evaluates the displayed surface of a body. Nothing here feeds back into the dynamics.
+//!
+//! P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1); module `volume`), then trilinear interpolation of the
+//! mesh in the cells of P~, and its normals (module `skin`).
 
 use std::ops::Deref;
 use std::time::{Duration, Instant};
@@ -19,21 +22,21 @@ use crate::volume::{
     ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Obstacles, VolumeMeasures, VolumeReport,
 };
 
-/// A body together with its simulation: what is shown depends on the colliders, the time and the threads.
+/// A reference to a body, with the colliders, time and threads of its simulation, which the display needs.
 ///
-/// [`Simulation::body`](crate::Simulation::body) gives it. All of [`Body`] can be called on it; [`BodyRef::get`] is the
-/// body itself.
+/// [`Simulation::body`](crate::Simulation::body) returns it. It dereferences to [`Body`]; [`BodyRef::get`]
+/// returns the body itself.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyRef<'a> {
     body: &'a Body,
-    scene: Option<Scene<'a>>,
+    context: Option<DisplayContext<'a>>,
 }
 
-/// What a simulation adds to a body that is shown.
+/// The inputs of a display that belong to the simulation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Scene<'a> {
+pub(crate) struct DisplayContext<'a> {
     pub(crate) colliders: &'a Colliders,
-    /// In seconds.
+    /// Time in seconds.
     pub(crate) time: f64,
     /// Length of a step in seconds.
     pub(crate) dt: f64,
@@ -49,140 +52,148 @@ impl Deref for BodyRef<'_> {
 }
 
 impl<'a> BodyRef<'a> {
-    pub(crate) fn new(body: &'a Body, scene: Scene<'a>) -> Self {
-        Self { body, scene: Some(scene) }
+    pub(crate) fn new(body: &'a Body, context: DisplayContext<'a>) -> Self {
+        Self { body, context: Some(context) }
     }
 
-    /// The body itself, for as long as the simulation is borrowed.
+    /// Returns the body, with the lifetime of the simulation's borrow.
     pub fn get(self) -> &'a Body {
         self.body
     }
 
-    /// The mesh in the model's frame; `None` for a bare lattice.
+    /// Returns the mesh in the model's frame, or `None` for a bare lattice.
     pub fn mesh(self) -> Option<&'a Mesh> {
         self.body.mesh()
     }
 
-    /// The lattice, in the model's frame.
+    /// Returns the lattice in the model's frame.
     pub fn lattice(self) -> &'a Lattice {
         self.body.lattice()
     }
 
-    /// The mesh as it is shown: moved by the lattice after the volume correction. A [`Display`] that is kept evaluates
-    /// many frames faster.
+    /// Evaluates the displayed surface: the mesh, deformed by the lattice after the volume correction. For
+    /// many frames, reusing one [`Display`] is faster.
     pub fn surface(self) -> DisplayedSurface {
         Display::new().evaluate(self).surface()
     }
 
-    /// The lattice after the volume correction, shape `(n, 3)`; without a correction the positions.
+    /// Returns the lattice positions after the volume correction, shape `(n, 3)`; without a correction the
+    /// positions.
     pub fn corrected_positions(self) -> Vec<Point3<f64>> {
         Display::new().evaluate(self).positions().collect()
     }
 
-    /// The volumes by all measures, and the effect of the correction on them.
+    /// Returns the volumes by all measures, before and after the correction.
     pub fn volume_report(self) -> VolumeReport {
         Display::new().evaluate(self).volume_report()
     }
 
-    /// The volume as it is shown, in cubed scene units: by the measure that is kept, or without a correction by the best
-    /// measure of the body.
+    /// Returns the volume after the correction, in cubed scene units, by the measure of the correction.
+    /// Without a correction, the measure is the one that `auto` would choose.
     pub fn volume(self) -> f64 {
         self.volume_report().after
     }
 }
 
-/// A body by itself.
+/// A body outside a simulation.
 impl<'a> From<&'a Body> for BodyRef<'a> {
     fn from(body: &'a Body) -> Self {
-        Self { body, scene: None }
+        Self { body, context: None }
     }
 }
 
 impl Body {
-    /// The body by itself, to show it without a simulation: no collider limits its volume correction.
+    /// Returns the body for display outside a simulation: no collider limits its volume correction.
     pub fn alone(&self) -> BodyRef<'_> {
         self.into()
     }
 }
 
-/// A mesh as it is shown: after the volume correction, in the order of the input.
+/// The displayed surface: the mesh after the volume correction, in the vertex order of the input.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct DisplayedSurface {
-    /// One per mesh vertex, in the world; empty for a bare lattice.
+    /// Positions in world space, one per mesh vertex; empty for a bare lattice.
     pub positions: Vec<Point3<f64>>,
-    /// Unit normals, one per mesh vertex; zero where no face has area.
+    /// Unit normals, one per mesh vertex; zero if all faces of the vertex are degenerate.
     pub normals: Vec<[f32; 3]>,
 }
 
-/// Evaluates what is shown of a body, and owns the buffers of that. Kept over many frames it allocates nothing after
-/// the first; it may serve different bodies, but is fastest with one.
+/// Evaluates displayed surfaces, and owns the buffers for this. With one body it allocates only for the first
+/// frame. It can evaluate several bodies, but one `Display` per body is faster.
 #[derive(Debug, Default)]
 pub struct Display {
     sums: Workspace,
     correction: CorrectionWorkspace,
     skin: SkinBuffers,
-    /// The lattice in cells from the origin of the body, in vertex order: before and after the correction, and as the
-    /// mesh update reads it.
+    /// P^: lattice positions before the correction, in cells from the origin of the body, in vertex order.
     deformed: Vec<[f32; 3]>,
+    /// P~: lattice positions after the correction.
     corrected: Vec<[f32; 3]>,
+    /// The positions in the layout of the mesh update.
     displayed: Vec<Xyzx>,
-    /// The rotations of the positions shown, which are a step ahead of those of the state.
-    turned: Lanes<4>,
+    /// Rotations fitted to the current positions, by slot; the rotations of the state are one step older.
+    slot_rotations: Lanes<4>,
+    /// The same rotations in vertex order.
     rotations: Vec<[f32; 4]>,
     pushes: Vec<ExternalForce>,
     components: Vec<ComponentReport>,
     times: DisplayTimes,
 }
 
-/// The time that the stages of a display took.
+/// Run times of the stages of a display.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DisplayTimes {
-    /// The volume correction, with the rotations that turn its field.
+    /// Time of the volume correction, including the fit of the rotations that rotate its field.
     pub volume: Duration,
-    /// The mesh update, with its normals.
+    /// Time of the mesh update, including normals.
     pub embed: Duration,
 }
 
 impl Display {
-    /// Empty buffers.
+    /// Creates a display with empty buffers.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Corrects the volume of a body as it is now: P~ = P^ + lambda V (Takamatsu & Kanai 2009, eq. 1).
+    /// Corrects the volume of a body at its current positions: P~ = P^ + lambda V (Takamatsu & Kanai 2009,
+    /// Eq. (1)).
     pub fn evaluate<'a>(&'a mut self, body: impl Into<BodyRef<'a>>) -> Displayed<'a> {
         let body = body.into();
         let start = Instant::now();
-        let executor = body.scene.map_or_else(Executor::sequential, |scene| scene.executor.clone());
+        let executor = body.context.map_or_else(Executor::sequential, |context| context.executor.clone());
         let Body { state, matching, correction, .. } = body.body;
         let slots = matching.layout.slots();
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
         self.times = DisplayTimes::default();
         if let Some(correction) = correction {
-            self.turned.copy_from(&state.rotations);
-            let fitted = (&state.positions, &mut self.turned);
+            // The field V is rotated by the rotations of the current positions.
+            self.slot_rotations.copy_from(&state.rotations);
+            let fitted = (&state.positions, &mut self.slot_rotations);
             matching.fit(&mut self.sums, &executor, fitted, None, Purpose::Transform);
             self.rotations.clear();
-            self.rotations.extend(slots.iter().map(|&slot| self.turned.get(slot)));
+            self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
             self.correct(body, correction, &executor);
             self.times.volume = start.elapsed();
         }
         Displayed { display: self, body: body.body, executor }
     }
 
+    /// Runs the volume correction: constrained vertices, external forces (Eq. (2)), lambda (Eq. (1)),
+    /// colliders.
     fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
         let Self { correction: workspace, deformed, corrected, rotations, pushes, .. } = self;
-        correction.hold(workspace, body.held());
+        correction.hold(workspace, body.constrained_vertices());
         pushes.clear();
-        pushes.extend(body.scene.into_iter().flat_map(|scene| body.body.pushes(scene.dt)));
+        pushes.extend(body.context.into_iter().flat_map(|context| body.body.pushes(context.dt)));
         correction.solve(workspace, executor, deformed, rotations, pushes);
         corrected.resize(deformed.len(), [0.0; 3]);
-        if let Some(Scene { colliders, time, .. }) = body.scene.filter(|scene| !scene.colliders.is_empty()) {
+        let context = body.context.filter(|context| !context.colliders.is_empty());
+        if let Some(DisplayContext { colliders, time, .. }) = context {
             let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
-            // A body that has not stepped in this simulation yet may have no contact stage.
+            // Before its first step in this simulation a body may have no contact stage.
             let sampled = body.contacts.is_none().then(|| body.samples());
             let samples = body.contacts.as_ref().map(Contacts::samples).or(sampled.as_ref());
             if let Some(samples) = samples {
@@ -193,17 +204,17 @@ impl Display {
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
     }
 
-    /// Memory of the buffers.
+    /// Returns the memory of the buffers, in bytes.
     pub fn bytes(&self) -> usize {
         let lattice =
             size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.displayed);
         let correction = self.correction.bytes() + size_of_val(&*self.pushes);
-        let rotations = self.sums.bytes() + self.turned.bytes() + size_of_val(&*self.rotations);
+        let rotations = self.sums.bytes() + self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         lattice + correction + rotations + self.skin.bytes()
     }
 }
 
-/// A body as a [`Display`] shows it.
+/// A body evaluated by a [`Display`].
 #[derive(Debug)]
 pub struct Displayed<'a> {
     display: &'a mut Display,
@@ -212,18 +223,19 @@ pub struct Displayed<'a> {
 }
 
 impl Displayed<'_> {
+    /// Returns P~, or P^ without a correction, in cells from the origin of the body.
     fn lattice(&self) -> &[[f32; 3]] {
         let Display { deformed, corrected, .. } = &*self.display;
         if self.body.correction.is_some() { corrected } else { deformed }
     }
 
-    /// The lattice after the volume correction, in vertex order, in the world.
+    /// Returns the lattice positions after the volume correction, in vertex order, in world space.
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Point3<f64>> {
         let frame = self.body.state.frame;
         self.lattice().iter().map(move |&point| frame.to_world(point.map(f64::from).into()))
     }
 
-    /// The mesh and its normals.
+    /// Evaluates the mesh and its normals.
     pub fn surface(&mut self) -> DisplayedSurface {
         let vertices = self.body.mesh().map_or(0, |mesh| mesh.vertices().len());
         let (mut positions, mut normals) = (vec![[0.0_f64; 3]; vertices], vec![[0.0_f32; 3]; vertices]);
@@ -231,21 +243,21 @@ impl Displayed<'_> {
         DisplayedSurface { positions: positions.into_iter().map(Point3::from).collect(), normals }
     }
 
-    /// Writes the mesh to `positions` (one per mesh vertex, `f32` or `f64`) and, where asked for, its unit normals to
-    /// `normals`. Writes nothing for a bare lattice.
+    /// Writes the mesh to `positions` (one row per mesh vertex, `f32` or `f64`), and its unit normals to
+    /// `normals` if given. Writes nothing for a bare lattice.
     ///
     /// # Panics
     ///
-    /// If a slice has another length than the mesh has vertices.
+    /// If the length of a slice is not the number of mesh vertices.
     pub fn surface_into<T: Coordinate>(&mut self, positions: &mut [[T; 3]], normals: Option<&mut [[T; 3]]>) {
         self.update_mesh(Outputs { positions: Some(positions), normals });
     }
 
-    /// Writes the unit normals of the mesh, one per mesh vertex.
+    /// Writes the unit normals of the mesh to `normals`, one row per mesh vertex.
     ///
     /// # Panics
     ///
-    /// If there is another number of normals than of mesh vertices.
+    /// If the number of normals is not the number of mesh vertices.
     pub fn normals_into<T: Coordinate>(&mut self, normals: &mut [[T; 3]]) {
         self.update_mesh(Outputs::<T, T> { positions: None, normals: Some(normals) });
     }
@@ -264,7 +276,8 @@ impl Displayed<'_> {
         self.display.times.embed = start.elapsed();
     }
 
-    /// The volumes by all measures, and the effect of the correction on them. The measures are built at the first call.
+    /// Returns the volumes by all measures, before and after the correction. The first call builds the
+    /// measures.
     pub fn volume_report(&self) -> VolumeReport {
         let Body { lattice, surface, measures, correction, .. } = self.body;
         let borrowed = || surface.as_ref().map(Surface::borrowed);
@@ -276,21 +289,21 @@ impl Displayed<'_> {
         }
     }
 
-    /// The time that the stages took: the correction, and the last mesh update.
+    /// Returns the run times of the correction and of the last mesh update.
     pub fn times(&self) -> DisplayTimes {
         self.display.times
     }
 }
 
 impl Body {
-    /// The lattice vertices that pins and handles hold now.
-    fn held(&self) -> impl Iterator<Item = u32> + Clone {
+    /// Returns the lattice vertices that pins and handles constrain now.
+    fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
         let held = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.held());
         (0..).zip(held).filter(|(_, held)| **held).map(|(vertex, _)| vertex)
     }
 
-    /// The displacements by contacts and forces since the frame began, divided by alpha: the softer the body, the more
-    /// they weigh in the correction.
+    /// Returns the displacements by contacts and forces since the frame began, divided by alpha (Eq. (2)):
+    /// they have more effect on the correction of a softer body.
     fn pushes(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
         let scale = (1.0 / self.material.alpha(dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());

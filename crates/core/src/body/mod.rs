@@ -1,13 +1,13 @@
-//! A soft body: lattice, state and stages, and the mesh that is shown.
+//! A soft body: lattice, state, stages and displayed mesh.
 //!
 //! | file | contents |
 //! |---|---|
-//! | `builder` | from a mesh or a lattice and settings to a body |
-//! | `step` | the stages of a step, in order |
-//! | `plan` | the same stages as a report |
-//! | `settings` | what a user changes between steps: material, volume, pins, handles, forces |
-//! | `snapshot` | the state to save and restore |
-//! | `display` | what is shown: the volume correction and the mesh update |
+//! | `builder` | builds a body from a mesh or a lattice, and settings |
+//! | `step` | runs the stages of a step, in order |
+//! | `plan` | describes the stages and their memory |
+//! | `settings` | settings that can change between steps: material, volume, pins, handles, forces |
+//! | `snapshot` | saves and restores the state |
+//! | `display` | evaluates the displayed surface: volume correction and mesh update |
 
 mod builder;
 mod display;
@@ -17,10 +17,10 @@ mod snapshot;
 mod step;
 
 pub use builder::BodyBuilder;
-pub(crate) use display::Scene;
+pub(crate) use display::DisplayContext;
 pub use display::{BodyRef, Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use snapshot::{BodySnapshot, StateError};
-pub(crate) use step::World;
+pub(crate) use step::StepContext;
 
 use std::sync::OnceLock;
 
@@ -36,14 +36,14 @@ use crate::skin::Skin;
 use crate::state::State;
 use crate::volume::{self, Correction, VolumeMeasures, VolumeOptions};
 
-/// The greatest coordinate in cells, and speed in cells/s, that is accepted: beyond it, f64 does not separate
-/// neighbouring lattice vertices.
-const FARTHEST: f64 = 1e15;
+/// Limit of coordinates, in cells, and of speeds, in cells/s. Beyond it f64 does not resolve neighbouring
+/// lattice vertices.
+const MAX_CELLS: f64 = 1e15;
 
 /// A soft body.
 ///
-/// Its lattice vertices are the particles of the dynamics; arrays have one entry per lattice vertex, in the order of
-/// [`Lattice::indices`], in scene units and the axes of the world.
+/// The lattice vertices are the particles of the dynamics. Arrays have one entry per lattice vertex, in the
+/// order of [`Lattice::indices`], in scene units and world space.
 #[derive(Debug)]
 pub struct Body {
     name: String,
@@ -52,95 +52,97 @@ pub struct Body {
     surface: Option<Surface>,
     volume: VolumeOptions,
     correction: Option<Correction>,
-    /// Built for the first report.
+    /// Built by the first volume report.
     measures: OnceLock<VolumeMeasures>,
-    /// From the model's frame to the world at frame 0.
-    placed: Isometry3<f64>,
+    /// Transform from the model's frame to world space at frame 0.
+    model_to_world: Isometry3<f64>,
     state: State,
 
     // The stages: see `step`.
     matching: Matching,
     workspace: Workspace,
     momentum: MomentumTracker,
-    /// Built when a region first has two best rotations.
+    /// Built when the best rotation of a region is first nearly ambiguous.
     energy: Option<EnergyLimiter>,
     region_damping: Option<RegionDamper>,
     forces: Option<Forces>,
     contacts: Option<Contacts>,
     constraints: Option<Constraints>,
-    /// Rotations that Newton's method left to the robust path.
+    /// Number of rotations that Newton's method left to the robust path.
     unsettled: usize,
 }
 
 impl Body {
-    /// A body from a mesh.
+    /// Returns a builder of a body from a mesh.
     pub fn builder(mesh: Mesh) -> BodyBuilder {
         BodyBuilder::from_mesh(mesh)
     }
 
-    /// A body from a bare lattice, with no mesh to show.
+    /// Returns a builder of a body from a bare lattice, without a mesh to display.
     pub fn from_lattice(lattice: Lattice) -> BodyBuilder {
         BodyBuilder::from_lattice(lattice)
     }
 
-    /// The body's name.
+    /// Returns the name of the body.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The lattice, in the model's frame: after `scale`, before `rotate` and `translate`.
+    /// Returns the lattice in the model's frame: after `scale`, before `rotate` and `translate`.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }
 
-    /// The mesh in the model's frame; `None` for a bare lattice.
+    /// Returns the mesh in the model's frame, or `None` for a bare lattice.
     pub fn mesh(&self) -> Option<&Mesh> {
         self.surface.as_ref().map(|surface| &surface.mesh)
     }
 
-    /// The material.
+    /// Returns the material.
     pub fn material(&self) -> &Material {
         &self.material
     }
 
-    /// The half-width of the regions in cells: the material's, at most the extent of the lattice.
+    /// Returns the half-width of the regions in cells: the material's half-width, at most the extent of the
+    /// lattice.
     pub fn half_width(&self) -> usize {
         self.matching.regions.half_width()
     }
 
-    /// Positions, shape `(n, 3)`.
+    /// Returns the positions, shape `(n, 3)`.
     pub fn positions(&self) -> Vec<Point3<f64>> {
         self.by_vertex(|slot| self.state.frame.to_world(self.state.local(slot)))
     }
 
-    /// Sets all positions, one per vertex. Velocities, pins and the rest stay as they are.
+    /// Sets all positions, one per vertex. Velocities, pins and all other state are unchanged.
     ///
     /// # Errors
     ///
-    /// A wrong number of positions, or a number that is not finite or beyond 10^15 cells.
+    /// A wrong number of positions, or a coordinate that is not finite or exceeds 10^15 cells.
     pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
         self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
         self.state.set_world(self.matching.layout.slots(), positions);
         Ok(())
     }
 
-    /// Velocities in scene units per second, shape `(n, 3)`.
+    /// Returns the velocities in scene units per second, shape `(n, 3)`.
     pub fn velocities(&self) -> Vec<Vector3<f64>> {
         self.by_vertex(|slot| self.state.frame.velocity_to_world(self.state.velocities.get(slot)))
     }
 
-    /// Sets all velocities, one per vertex. Positions, pins and the rest stay as they are.
+    /// Sets all velocities, one per vertex. Positions, pins and all other state are unchanged.
     ///
     /// # Errors
     ///
-    /// A wrong number of velocities, or a number that is not finite or beyond 10^15 cells/s.
+    /// A wrong number of velocities, or a component that is not finite or exceeds 10^15 cells/s.
     pub fn set_velocities(&mut self, velocities: &[Vector3<f64>]) -> Result<(), ArrayError> {
         self.check("velocities", velocities.len(), velocities.iter().copied())?;
         self.state.set_world_velocities(self.matching.layout.slots(), velocities);
         Ok(())
     }
 
-    /// The rotation of the region around each vertex from the rest pose, in the last step, shape `(n, 3, 3)`.
+    /// Returns the rotation of the region around each vertex, from the rest pose, as of the last step, shape
+    /// `(n, 3, 3)`.
     pub fn rotations(&self) -> Vec<Matrix3<f64>> {
         self.by_vertex(|slot| {
             let [x, y, z, w] = self.state.rotations.get(slot).map(f64::from);
@@ -148,7 +150,7 @@ impl Body {
         })
     }
 
-    /// Masses, one per vertex: density x cell_size³ x occupied cells / 8.
+    /// Returns the masses, one per vertex: density x cell_size³ x occupied cells / 8.
     pub fn masses(&self) -> Vec<f64> {
         (0..self.lattice.len() as u32).map(|vertex| self.mass(vertex)).collect()
     }
@@ -157,8 +159,8 @@ impl Body {
         mass(&self.material, &self.lattice, vertex)
     }
 
-    /// Creates or removes the contact stage: a body among colliders has one.
-    pub(crate) fn meet(&mut self, colliders: &Colliders) {
+    /// Creates the contact stage if there are colliders, and removes it if there are none.
+    pub(crate) fn update_contact_stage(&mut self, colliders: &Colliders) {
         if colliders.is_empty() {
             self.contacts = None;
         } else if self.contacts.is_none() {
@@ -166,7 +168,7 @@ impl Body {
         }
     }
 
-    /// The points on which contacts act: of the visible surface, or of the boundary of a bare lattice.
+    /// Samples the points on which contacts act, on the visible surface or on the boundary of a bare lattice.
     fn samples(&self) -> SampleCells {
         let slots = self.matching.layout.slots();
         match &self.surface {
@@ -175,7 +177,7 @@ impl Body {
         }
     }
 
-    /// The goal positions of the current positions, shape `(n, 3)`. No time passes.
+    /// Returns the goal positions g of the current positions, shape `(n, 3)`, without advancing time.
     pub fn goals(&self) -> Vec<Point3<f64>> {
         let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
         let mut rotations = self.state.rotations.clone();
@@ -185,26 +187,27 @@ impl Body {
         self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
     }
 
-    /// The volume correction as it was asked for.
+    /// Returns the options of the volume correction.
     pub fn volume_options(&self) -> VolumeOptions {
         self.volume
     }
 
-    /// Rotations in all steps so far that Newton's method left to the robust path.
+    /// Returns the number of rotations, in all steps so far, that Newton's method left to the robust path.
     pub fn unsettled_rotations(&self) -> usize {
         self.unsettled
     }
 
-    /// One value per vertex, from its slot.
+    /// Returns one value per vertex, computed from the slot of the vertex.
     fn by_vertex<T>(&self, value: impl FnMut(u32) -> T) -> Vec<T> {
         self.matching.layout.slots().iter().copied().map(value).collect()
     }
 
-    /// The greatest coordinate that is accepted, in scene units.
-    fn farthest(&self) -> f64 {
-        FARTHEST * self.lattice.cell_size()
+    /// Returns the limit of coordinates, in scene units.
+    fn coordinate_limit(&self) -> f64 {
+        MAX_CELLS * self.lattice.cell_size()
     }
 
+    /// Checks the length and the values of an array that a user passes.
     fn check(
         &self,
         name: &'static str,
@@ -218,7 +221,7 @@ impl Body {
             if !value.iter().all(|x| x.is_finite()) {
                 return Err(ArrayError::NotFinite { name, index, value: value.into() });
             }
-            let limit = self.farthest();
+            let limit = self.coordinate_limit();
             if value.amax() > limit {
                 return Err(ArrayError::TooFar { name, index, value: value.into(), limit });
             }
@@ -227,13 +230,13 @@ impl Body {
     }
 }
 
-/// The mass of a lattice vertex: density x cell_size³ x occupied cells / 8.
+/// Returns the mass of a lattice vertex: density x cell_size³ x occupied cells / 8.
 fn mass(material: &Material, lattice: &Lattice, vertex: u32) -> f64 {
     let cell = material.density * lattice.cell_size().powi(3);
     cell * f64::from(lattice.occupied_cells()[vertex as usize]) / 8.0
 }
 
-/// The mesh that is shown, and its position in the lattice.
+/// The displayed mesh, and its embedding in the lattice.
 #[derive(Debug)]
 struct Surface {
     mesh: Mesh,
@@ -247,40 +250,40 @@ impl Surface {
     }
 }
 
-/// An array that does not fit the body.
+/// An array with the wrong length or an invalid value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArrayError {
     /// A wrong number of entries.
     #[error("{name} has {count} entries; the body has {expected} lattice vertices")]
     Length {
-        /// The array.
+        /// Name of the array.
         name: &'static str,
-        /// Its entries.
+        /// Number of entries.
         count: usize,
-        /// The body's lattice vertices.
+        /// Number of lattice vertices of the body.
         expected: usize,
     },
     /// A number that is not finite.
     #[error("{name}[{index}] = {value:?} is not finite")]
     NotFinite {
-        /// The array.
+        /// Name of the array.
         name: &'static str,
-        /// The entry.
+        /// Index of the entry.
         index: usize,
-        /// Its value.
+        /// Value of the entry.
         value: [f64; 3],
     },
-    /// A number so large that f64 does not separate neighbouring vertices.
+    /// A number so large that f64 does not resolve neighbouring vertices.
     #[error("{name}[{index}] = {value:?} is too large: the limit is {limit:.3e}, 10^15 cells")]
     TooFar {
-        /// The array.
+        /// Name of the array.
         name: &'static str,
-        /// The entry.
+        /// Index of the entry.
         index: usize,
-        /// Its value.
+        /// Value of the entry.
         value: [f64; 3],
-        /// The greatest magnitude that is accepted.
+        /// Greatest valid magnitude.
         limit: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! The plan of a body: what each stage is called, does and holds.
+//! The plan of a body: name, parameters and memory of each stage.
 
 use super::Body;
 use super::step::{STEP, Stage};
@@ -7,13 +7,13 @@ use crate::plan::{BodyPlan, PlannedStage, When};
 use crate::volume::VolumeMeasures;
 
 impl Body {
-    /// Memory that the body takes: lattice, state and stages. The mesh is its owner's, and the buffers of a
-    /// [`Display`](crate::Display) are its own.
+    /// Returns the memory of the body in bytes: lattice, state and stages. The mesh and the buffers of a
+    /// [`Display`](crate::Display) are not included.
     pub fn memory(&self) -> usize {
         self.plan().bytes()
     }
 
-    /// The stages of a step and of a display, in order.
+    /// Returns the stages of a step and of a display, in order.
     pub(crate) fn plan(&self) -> BodyPlan {
         let mut plan = BodyPlan {
             name: self.name.clone(),
@@ -51,13 +51,14 @@ impl Body {
         plan
     }
 
+    /// Returns the name, the parameters and the memory of a stage.
     fn describe(&self, stage: Stage) -> PlannedStage {
         let (detail, bytes) = match stage {
             Stage::BeginConstraints => ("capture positions".to_owned(), 0),
             Stage::Constraints => self.constraints.as_ref().map_or_else(Default::default, |constraints| {
                 let list = constraints.list();
                 let held: usize = list.iter().map(|constraint| constraint.vertices().len()).sum();
-                (format!("{}, of {held} lattice vertices", list.len()), constraints.bytes())
+                (format!("{} on {held} lattice vertices", list.len()), constraints.bytes())
             }),
             Stage::Forces => {
                 ("for one step".to_owned(), self.forces.as_ref().map_or(0, |forces| forces.bytes()))
@@ -67,15 +68,15 @@ impl Body {
             }
             Stage::RegionDamping => {
                 let rate = match self.material.region_damping {
-                    RegionDamping::PerStep(share) => format!("{share} a step"),
-                    RegionDamping::Rate(rate) => format!("{rate} a second"),
+                    RegionDamping::PerStep(share) => format!("{share} per step"),
+                    RegionDamping::Rate(rate) => format!("{rate} per second"),
                 };
                 (rate, self.region_damping.as_ref().map_or(0, |damping| damping.bytes()))
             }
-            Stage::BeginContacts => ("velocities before the matching".to_owned(), 0),
+            Stage::BeginContacts => ("velocities before shape matching".to_owned(), 0),
             Stage::Matching => {
                 let limiter = self.energy.as_ref();
-                let limited = if limiter.is_some() { ", energy limited" } else { "" };
+                let limited = if limiter.is_some() { ", energy limiter" } else { "" };
                 let (width, blocks) = (self.half_width(), self.matching.layout.blocks());
                 let bytes = self.matching.bytes() + self.workspace.bytes() + limiter.map_or(0, |l| l.bytes());
                 (format!("half-width {width}, x y z, blocks: {blocks}{limited}"), bytes)
@@ -90,6 +91,7 @@ impl Body {
 }
 
 impl Stage {
+    /// Returns the name of the stage in the plan.
     fn name(self) -> &'static str {
         match self {
             Self::BeginConstraints => "begin pins, handles",
@@ -104,7 +106,7 @@ impl Stage {
         }
     }
 
-    /// Whether it is not the first half of another stage.
+    /// Returns whether the stage is not the first half of another stage.
     fn is_main(self) -> bool {
         !matches!(self, Self::BeginConstraints | Self::BeginContacts)
     }

@@ -1,4 +1,4 @@
-//! What a user changes between steps: material, volume correction, pins, handles, forces.
+//! Settings that can change between steps: material, volume correction, pins, handles, forces.
 
 use nalgebra::Point3;
 
@@ -14,12 +14,12 @@ use crate::range::{RangeError, in_range};
 use crate::volume::{Correction, VolumeError, VolumeOptions};
 
 impl Body {
-    /// Sets the size of the regions, from the next step on. Takes as long as building the regions does; positions,
-    /// velocities and momenta stay.
+    /// Sets the size of the regions, from the next step on. This rebuilds the regions. Positions, velocities
+    /// and momenta are unchanged.
     ///
     /// # Errors
     ///
-    /// A number out of its range.
+    /// A number out of range.
     pub fn set_region_size(&mut self, region_size: RegionSize) -> Result<(), RangeError> {
         let material = Material { region_size, ..self.material };
         material.validate()?;
@@ -31,7 +31,7 @@ impl Body {
         self.matching.set_half_width(&self.lattice, half_width);
         let Matching { layout, cascade, .. } = &self.matching;
         self.workspace = cascade.workspace(layout);
-        // Another half-width divides the sums into other tasks.
+        // The division of the sums into tasks depends on the half-width.
         self.momentum = MomentumTracker::new(&self.lattice, layout, cascade.tasks());
         self.state.fitted = false;
         (self.energy, self.state.energy_limit) = (None, None);
@@ -40,11 +40,12 @@ impl Body {
         Ok(())
     }
 
-    /// Sets the volume correction of what is shown. Takes as long as building the correction does.
+    /// Sets the volume correction of the displayed surface. This rebuilds the correction.
     ///
     /// # Errors
     ///
-    /// A number out of its range, or a correction that the mesh does not allow; nothing is changed then.
+    /// A number out of range, or a volume measure that the mesh does not allow. The correction is then
+    /// unchanged.
     pub fn set_volume(&mut self, volume: impl Into<VolumeOptions>) -> Result<(), VolumeError> {
         let options = volume.into();
         let surface = self.surface.as_ref().map(Surface::borrowed);
@@ -53,11 +54,12 @@ impl Body {
         Ok(())
     }
 
-    /// Sets how strongly vertices are pulled towards their goals, from the next step on.
+    /// Sets the stiffness alpha, the fraction of the distance to the goals that a step covers, from the next
+    /// step on.
     ///
     /// # Errors
     ///
-    /// A number out of its range.
+    /// A number out of range.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), RangeError> {
         let material = Material { stiffness, ..self.material };
         material.validate()?;
@@ -65,11 +67,11 @@ impl Body {
         Ok(())
     }
 
-    /// Sets the region damping, from the next step on; none leaves the stage out.
+    /// Sets the region damping, from the next step on. Zero removes the stage.
     ///
     /// # Errors
     ///
-    /// A number out of its range.
+    /// A number out of range.
     pub fn set_region_damping(&mut self, region_damping: RegionDamping) -> Result<(), RangeError> {
         let material = Material { region_damping, ..self.material };
         material.validate()?;
@@ -82,7 +84,8 @@ impl Body {
         Ok(())
     }
 
-    /// Releases a pin or a handle: the `index`-th of all in the order in which they were added.
+    /// Releases a pin or handle permanently. `index` counts all pins and handles in the order in which they
+    /// were added.
     ///
     /// # Errors
     ///
@@ -91,20 +94,21 @@ impl Body {
         self.constraints_mut(index)?.release(index)
     }
 
-    /// Gives a handle other keys, relative to the pose that it captured when it began.
+    /// Replaces the keys of a handle. They are relative to the pose that the handle captured when it became
+    /// active.
     ///
     /// # Errors
     ///
-    /// An index out of range, or keys that are no motion or move further than 10^15 cells.
+    /// An index out of range, invalid keys, or keys that move further than 10^15 cells.
     pub fn set_keys(&mut self, index: usize, keys: &[Key]) -> Result<(), ConstraintError> {
-        let limit = self.farthest();
+        let limit = self.coordinate_limit();
         let constraints = self.constraints_mut(index)?;
         let motion = Motion::new(keys.to_vec())?;
         motion.within(limit)?;
         constraints.set_motion(index, motion)
     }
 
-    /// The number of pins and handles so far, released ones included.
+    /// Returns the number of pins and handles added so far, including released ones.
     pub fn constraint_count(&self) -> usize {
         self.constraints.as_ref().map_or(0, |constraints| constraints.list().len())
     }
@@ -113,20 +117,22 @@ impl Body {
         self.constraints.as_mut().ok_or(ConstraintError::NoSuchConstraint { index, count: 0 })
     }
 
-    /// Holds a part of the body as it is when the pin begins. Shapes are tested at frame 0, where the body is placed.
+    /// Adds a pin, which fixes a part of the body in the pose at the start of the pin. Selection shapes are
+    /// tested against the placed body at frame 0.
     ///
     /// # Errors
     ///
-    /// A selection that is empty or makes no sense, or an empty window of time.
+    /// An empty or invalid selection, or an empty time window.
     pub fn pin(&mut self, pin: &Pin) -> Result<(), Error> {
         self.constrain(&pin.selection, pin.window, None)
     }
 
-    /// Moves a part of the body along keys, from the pose that it has when the handle begins.
+    /// Adds a handle, which moves a part of the body along keys, relative to the pose at the start of the
+    /// handle.
     ///
     /// # Errors
     ///
-    /// As for [`Body::pin`], or keys that are no motion or move further than 10^15 cells.
+    /// The errors of [`Body::pin`], invalid keys, or keys that move further than 10^15 cells.
     pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
         self.constrain(&handle.selection, handle.window, Some(&handle.keys))
     }
@@ -138,25 +144,26 @@ impl Body {
         keys: Option<&[Key]>,
     ) -> Result<(), Error> {
         let constraint = Constraint::new(self.select(selection)?, window, keys)?;
-        constraint.within(self.farthest()).map_err(ConstraintError::from)?;
+        constraint.within(self.coordinate_limit()).map_err(ConstraintError::from)?;
         let vertices = self.lattice.len();
         self.constraints.get_or_insert_with(|| Constraints::new(vertices, Vec::new())).add(constraint);
         Ok(())
     }
 
-    /// The lattice vertices of a selection, in increasing order: those of the cells of the mesh vertices
-    /// inside; of a bare lattice the vertices inside. Tested where the body is placed at frame 0.
+    /// Returns the lattice vertices of a selection, in increasing order. A shape selects the mesh vertices
+    /// inside it and the lattice vertices of their cells; on a bare lattice it selects the lattice vertices
+    /// inside it. Shapes are tested against the placed body at frame 0.
     ///
     /// # Errors
     ///
-    /// An empty selection, with the distance to the nearest vertex, or one that makes no sense.
+    /// An empty selection, with the distance to the nearest vertex, or an invalid one.
     pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
-        let (count, placed) = (self.lattice.len(), |p: Point3<f64>| self.placed * p);
+        let (count, placed) = (self.lattice.len(), |p: Point3<f64>| self.model_to_world * p);
         match &self.surface {
             Some(surface) => {
                 let points = surface.mesh.vertices().iter().copied().map(placed);
-                let owned = |point: u32| surface.embedding.corners(point as usize);
-                selection.lattice_vertices(points, count, owned)
+                let corners = |point: u32| surface.embedding.corners(point as usize);
+                selection.lattice_vertices(points, count, corners)
             }
             None => {
                 let points = (0..count as u32).map(|vertex| placed(self.lattice.rest_position(vertex)));
@@ -165,35 +172,36 @@ impl Body {
         }
     }
 
-    /// Applies a force to a part of the body in the next step, shared by its lattice vertices by mass. Forces add up.
+    /// Applies a force to a part of the body in the next step. The lattice vertices of the part share it in
+    /// proportion to their masses. Several forces add up.
     ///
-    /// * `force`: the whole force, kg x length / s^2.
+    /// * `force`: the total force, kg x length / s^2.
     ///
     /// # Errors
     ///
-    /// A number that is not finite, or that accelerates by more than 10^15 cells/s^2, or an empty selection.
+    /// A force that is not finite or accelerates by more than 10^15 cells/s^2, or an empty selection.
     pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
         let vertices = self.select(selection)?;
-        let whole: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
-        let share = |vertex: u32| force.map(|f| f * (self.mass(vertex) / whole));
+        let total: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
+        let share = |vertex: u32| force.map(|f| f * (self.mass(vertex) / total));
         let weights: Vec<_> = vertices.iter().map(|&vertex| (vertex, share(vertex))).collect();
         self.apply_forces(&weights)
     }
 
-    /// Applies forces to single lattice vertices in the next step: pairs of vertex and force, kg x length / s^2. Forces
-    /// add up.
+    /// Applies forces to single lattice vertices in the next step. `forces` contains pairs of vertex and
+    /// force, in kg x length / s^2. Several forces add up.
     ///
     /// # Errors
     ///
-    /// A vertex that does not exist, a number that is not finite, or one that accelerates its vertex by more than 10^15
-    /// cells/s^2; nothing is applied then.
+    /// A vertex out of range, or a force that is not finite or accelerates its vertex by more than 10^15
+    /// cells/s^2. No force is then applied.
     pub fn apply_forces(&mut self, forces: &[(u32, [f64; 3])]) -> Result<(), Error> {
         let count = self.lattice.len();
         for &(vertex, force) in forces {
             if vertex as usize >= count {
                 return Err(SelectionError::VertexOutOfRange { vertex, count }.into());
             }
-            let limit = self.farthest() * self.mass(vertex);
+            let limit = self.coordinate_limit() * self.mass(vertex);
             for f in force {
                 in_range("force", f, f.abs() <= limit, "finite, and accelerate by at most 1e15 cells/s^2")?;
             }

@@ -1,4 +1,4 @@
-//! The state of a body to save and restore: what steps and users change.
+//! Saves and restores the state of a body.
 
 use super::{Body, Surface};
 use crate::dynamics::{Constraints, Forces, Material, RegionDamping, RegionSize, Stiffness};
@@ -6,7 +6,8 @@ use crate::error::Error;
 use crate::state::State;
 use crate::volume::{Correction, VolumeOptions};
 
-/// All of a body that steps and users change. It fits any body that was built alike.
+/// The saved state of a body: all data that steps and settings change. It can be restored in any body that
+/// was built with the same mesh or lattice and settings.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodySnapshot {
@@ -17,65 +18,65 @@ pub struct BodySnapshot {
     region_damping: RegionDamping,
     volume: VolumeOptions,
     forces: Option<Forces>,
-    /// What contacts did since the frame began, for the volume correction.
+    /// Displacements by contacts since the frame began, for the volume correction.
     pushes: Vec<[f32; 3]>,
 }
 
-/// A state that does not fit.
+/// A saved state that does not match the body or simulation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StateError {
-    /// The state of another number of bodies.
-    #[error("the simulation has {bodies} bodies, the state {found}")]
+    /// A different number of bodies.
+    #[error("the simulation has {bodies} bodies, but the state has {found}")]
     Bodies {
-        /// Bodies of the simulation.
+        /// Number of bodies in the simulation.
         bodies: usize,
-        /// Bodies of the state.
+        /// Number of bodies in the state.
         found: usize,
     },
-    /// The time makes no sense.
-    #[error("the state has no time")]
+    /// An invalid time or step length.
+    #[error("the state has an invalid time or step length")]
     Time,
-    /// Cells of another size.
-    #[error("body {body:?} has cells of {cell_size}, the state of {found}")]
+    /// A different cell size.
+    #[error("body {body:?} has the cell size {cell_size}, but the state has {found}")]
     CellSize {
-        /// The body.
+        /// Name of the body.
         body: String,
-        /// Its cell size.
+        /// Cell size of the body.
         cell_size: f64,
-        /// The cell size of the state.
+        /// Cell size of the state.
         found: f64,
     },
-    /// Another lattice.
-    #[error("body {body:?} has {blocks} blocks of lattice vertices, the state {found}")]
+    /// A different lattice.
+    #[error("body {body:?} has {blocks} blocks of lattice vertices, but the state has {found}")]
     Lattice {
-        /// The body.
+        /// Name of the body.
         body: String,
-        /// Its blocks.
+        /// Number of blocks of the body.
         blocks: usize,
-        /// The blocks of the state.
+        /// Number of blocks of the state.
         found: usize,
     },
     /// Pins, handles or forces on vertices that the body does not have.
     #[error("body {body:?}: the state has {what} of another body")]
     Vertices {
-        /// The body.
+        /// Name of the body.
         body: String,
         /// `pins and handles` or `forces`.
         what: &'static str,
     },
-    /// Settings that the body cannot have.
+    /// Settings that are invalid for the body.
     #[error("body {body:?}: {source}")]
     Settings {
-        /// The body.
+        /// Name of the body.
         body: String,
-        /// Why not.
+        /// The reason.
         source: Box<Error>,
     },
 }
 
 impl Body {
-    /// The state as it is.
+    /// Returns a copy of the current state.
     pub fn snapshot(&self) -> BodySnapshot {
         BodySnapshot {
             state: self.state.clone(),
@@ -93,14 +94,14 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// A state of another body; nothing is changed then.
+    /// A state that does not match the body. The body is then unchanged.
     pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.fits(snapshot)?;
-        self.adopt(snapshot)
+        self.check_snapshot(snapshot)?;
+        self.apply_snapshot(snapshot)
     }
 
-    /// Restores a state that [`fits`](Self::fits).
-    pub(crate) fn adopt(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
+    /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).
+    pub(crate) fn apply_snapshot(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.set_region_size(snapshot.region_size)?;
         self.set_stiffness(snapshot.stiffness)?;
         self.set_region_damping(snapshot.region_damping)?;
@@ -117,8 +118,8 @@ impl Body {
         Ok(())
     }
 
-    /// Checks that a snapshot is of a body like this one.
-    pub(crate) fn fits(&self, snapshot: &BodySnapshot) -> Result<(), StateError> {
+    /// Checks that a snapshot matches this body.
+    pub(crate) fn check_snapshot(&self, snapshot: &BodySnapshot) -> Result<(), StateError> {
         let body = || self.name.clone();
         let (cell_size, found) = (self.state.frame.cell_size(), snapshot.state.frame.cell_size());
         if cell_size != found {

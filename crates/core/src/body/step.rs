@@ -1,4 +1,8 @@
-//! One step of a body.
+//! One step of a body: [`STEP`] lists the stages, and `Body::run` has the formula and the module of each.
+//!
+//! Symbols: h is the step length, x, v and m are the position, velocity and mass of a vertex, n is the number
+//! of regions that contain it, c is the center of mass of a region and x̄ that of a component, superscript 0
+//! is the rest pose, f is an external force and a is gravity. The crate page has the citations.
 
 use nalgebra::Vector3;
 
@@ -9,13 +13,13 @@ use crate::matching::Purpose;
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
-/// What acts on all bodies in a step.
-pub(crate) struct World<'a> {
-    /// Scene units per second squared.
+/// Inputs of a step that all bodies share.
+pub(crate) struct StepContext<'a> {
+    /// Gravity in scene units per second squared.
     pub(crate) gravity: Vector3<f64>,
     pub(crate) interval: Interval,
     /// Whether this is the first step of a frame.
-    pub(crate) opens_frame: bool,
+    pub(crate) is_frame_start: bool,
     pub(crate) colliders: &'a Colliders,
 }
 
@@ -33,8 +37,8 @@ pub(super) enum Stage {
     Constraints,
 }
 
-/// The stages in the order in which they run. This list is the program: [`Body::step`] runs it, and the plan prints it
-/// with the memory of each, followed by the two stages of a display.
+/// The stages in execution order. [`Body::step`] runs this list, and the plan prints it with the memory of
+/// each stage, followed by the two stages of a display.
 pub(super) const STEP: [Stage; 9] = [
     Stage::BeginConstraints,
     Stage::Forces,
@@ -48,17 +52,17 @@ pub(super) const STEP: [Stage; 9] = [
 ];
 
 impl Body {
-    /// One step: the stages that the body has, in the order of [`STEP`].
-    pub(crate) fn step(&mut self, world: &World, executor: &Executor) {
-        self.meet(world.colliders);
+    /// Advances the body by one step: runs the stages that the body has, in the order of [`STEP`].
+    pub(crate) fn step(&mut self, context: &StepContext, executor: &Executor) {
+        self.update_contact_stage(context.colliders);
         for stage in STEP {
             if self.has(stage) {
-                self.run(stage, world, executor);
+                self.run(stage, context, executor);
             }
         }
     }
 
-    /// Whether the body has a stage. One that it lacks takes no time and no memory.
+    /// Returns whether the body has a stage. A missing stage takes no time and no memory.
     pub(super) fn has(&self, stage: Stage) -> bool {
         match stage {
             Stage::BeginConstraints | Stage::Constraints => self.constraints.is_some(),
@@ -69,48 +73,49 @@ impl Body {
         }
     }
 
-    /// With h the length of the step, f external forces, a gravity, and g the goal position of a vertex at x:
-    fn run(&mut self, stage: Stage, world: &World, executor: &Executor) {
+    /// Runs one stage. Each comment gives the module that implements the stage, and its formula.
+    fn run(&mut self, stage: Stage, context: &StepContext, executor: &Executor) {
         match stage {
-            // Pins and handles that become active capture the positions of their vertices.
-            Stage::BeginConstraints => self.begin_constraints(world),
-            // v += h f/m
-            Stage::Forces => self.apply_external_forces(world),
-            // Momenta that are not known are measured; the frame stays near the body.
+            // dynamics::constraints: pins and handles that become active capture their vertices' positions.
+            Stage::BeginConstraints => self.begin_constraints(context),
+            // dynamics::forces: v += h f/m.
+            Stage::Forces => self.apply_external_forces(context),
+            // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) x v of each free component, in f64.
             Stage::Momentum => self.track_momentum(executor),
-            // v += share (v̄ - v), with v̄ the mean of the rigid velocities of the regions that hold the vertex.
-            Stage::RegionDamping => self.damp(world, executor),
-            // The velocities before the matching are those with which the surface meets a collider.
+            // dynamics::damping: v += d (v̄ - v), v̄ = mean of the rigid velocities of the vertex's regions.
+            Stage::RegionDamping => self.damp(context, executor),
+            // contact: stores v, which is the velocity before an impact.
             Stage::BeginContacts => self.begin_contacts(),
-            // v += alpha (g - x)/h + h a
-            Stage::Matching => self.accelerate(world, executor),
-            // x += h v
-            Stage::Integration => self.integrate(world, executor),
-            // Impulses on the visible surface.
-            Stage::Contacts => self.resolve_contacts(world),
-            // Held vertices follow their pins and handles.
-            Stage::Constraints => self.apply_constraints(world),
+            // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ, g = mean of R (x⁰ - c⁰) + c over regions.
+            // dynamics::integration: v += alpha (g - x)/h + h a.
+            Stage::Matching => self.accelerate(context, executor),
+            // dynamics::integration: x += h v, with v corrected to P and L.
+            Stage::Integration => self.integrate(context, executor),
+            // contact: v += J/m, x += h J/m, with impulses J where the visible surface touches a collider.
+            Stage::Contacts => self.resolve_contacts(context),
+            // dynamics::constraints: x and v = target position and velocity of the pin or handle.
+            Stage::Constraints => self.apply_constraints(context),
         }
     }
 
-    /// Whether a step is not divided among threads: its tasks would be too small.
+    /// Returns whether the body is a single task, so that a step runs on one thread.
     pub(crate) fn is_one_task(&self) -> bool {
         self.matching.layout.blocks() <= CHUNK
     }
 
-    /// Whether neither constraints nor contacts act on the body.
+    /// Returns whether no active constraint and no contact stage acts on the body.
     fn is_free(&self) -> bool {
         self.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
     }
 
-    fn begin_constraints(&mut self, world: &World) {
+    fn begin_constraints(&mut self, context: &StepContext) {
         let Self { constraints: Some(constraints), matching, state, .. } = self else { return };
-        if constraints.begin(world.interval, &state.shared(), matching.layout.slots()) {
+        if constraints.begin(context.interval, &state.shared(), matching.layout.slots()) {
             self.track_constraints();
         }
     }
 
-    /// The momenta of components with held vertices are not conserved.
+    /// Updates which components have constrained vertices: their momenta are not conserved.
     pub(super) fn track_constraints(&mut self) {
         let Self { constraints, matching, momentum, state, .. } = self;
         match constraints {
@@ -121,17 +126,18 @@ impl Body {
         }
     }
 
-    fn apply_external_forces(&mut self, world: &World) {
+    fn apply_external_forces(&mut self, context: &StepContext) {
         let Self { forces: Some(forces), lattice, matching, material, state, .. } = self else { return };
         let mass = |vertex| super::mass(material, lattice, vertex);
-        let when = (world.interval, world.opens_frame);
-        forces.apply(when, (lattice, matching.layout.slots()), mass, state);
+        let step = (context.interval, context.is_frame_start);
+        forces.apply(step, (lattice, matching.layout.slots()), mass, state);
         if forces.is_empty() {
             self.forces = None;
         }
     }
 
-    /// The frame of a free body moves with it, so that f32 velocities and positions stay small.
+    /// Measures unknown momenta, and moves the frame of a free body with the body so that its f32 positions
+    /// and velocities stay small.
     fn track_momentum(&mut self, executor: &Executor) {
         let is_free = self.is_free();
         let Self { matching, momentum, state, .. } = self;
@@ -158,9 +164,9 @@ impl Body {
         momentum.adopt(&mut state.momenta);
     }
 
-    /// Region damping comes before the matching: after it, held vertices would pass on the acceleration that they do
-    /// not follow.
-    fn damp(&mut self, world: &World, executor: &Executor) {
+    /// v += d (v̄ - v). Region damping runs before shape matching. After it, damping would spread the
+    /// acceleration of constrained vertices, whose velocities the constraints override.
+    fn damp(&mut self, context: &StepContext, executor: &Executor) {
         let Self { region_damping: Some(region_damping), matching, workspace, material, state, .. } = self
         else {
             return;
@@ -169,7 +175,7 @@ impl Body {
             let fitted = (&state.positions, &mut state.rotations);
             matching.fit(workspace, executor, fitted, None, Purpose::Transform);
         }
-        let share = material.region_damping_share(world.interval.dt);
+        let share = material.region_damping_share(context.interval.dt);
         region_damping.apply(matching, workspace, executor, state, share as f32);
     }
 
@@ -179,14 +185,16 @@ impl Body {
         }
     }
 
-    /// v += alpha (g - x)/h + h a. Gravity acts on the frame of a free body, and on the vertices of others.
+    /// v += alpha (g - x)/h + h a. Gravity acts on the frame of a free body, and on the vertices of other
+    /// bodies.
     ///
-    /// Near two best rotations of a region the energy of a free body is limited: the sums are then made twice.
-    fn accelerate(&mut self, world: &World, executor: &Executor) {
+    /// Where the best rotation of a region is nearly ambiguous, the energy limiter acts on a free body. The
+    /// region sums are then computed twice.
+    fn accelerate(&mut self, context: &StepContext, executor: &Executor) {
         let is_free = self.is_free();
         let Self { matching, workspace, momentum, energy, material, lattice, state, .. } = self;
-        let dt = world.interval.dt;
-        let mut gain = world.gravity * (dt / lattice.cell_size());
+        let dt = context.interval.dt;
+        let mut gain = context.gravity * (dt / lattice.cell_size());
         if is_free {
             state.frame.fly(gain, dt);
             gain = Vector3::zeros();
@@ -227,30 +235,31 @@ impl Body {
         momentum.add_impulse(&mut state.momenta, gain);
     }
 
-    /// x += h v, with the velocities corrected to the known momenta.
-    fn integrate(&mut self, world: &World, executor: &Executor) {
+    /// x += h v, with the velocities corrected to the tracked momenta.
+    fn integrate(&mut self, context: &StepContext, executor: &Executor) {
         let Self { matching, momentum, state, .. } = self;
         let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
-        let advance = Advance { occupied, components, corrections, dt: world.interval.dt };
+        let advance = Advance { occupied, components, corrections, dt: context.interval.dt };
         advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
-    /// The momenta of touched components are measured anew.
-    fn resolve_contacts(&mut self, world: &World) {
+    /// Applies contact impulses. The momenta of touched components become invalid and are measured in the
+    /// next step.
+    fn resolve_contacts(&mut self, context: &StepContext) {
         let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
-        if world.opens_frame {
+        if context.is_frame_start {
             contacts.clear_pushes();
         }
-        contacts.resolve(&mut state.shared(), world.colliders, world.interval, world.gravity.into());
+        contacts.resolve(&mut state.shared(), context.colliders, context.interval, context.gravity.into());
         for vertex in contacts.touched() {
             state.invalidate_momentum(lattice, vertex);
         }
     }
 
-    fn apply_constraints(&mut self, world: &World) {
+    fn apply_constraints(&mut self, context: &StepContext) {
         if let Some(constraints) = &self.constraints {
-            constraints.apply(world.interval, &mut self.state.shared(), self.matching.layout.slots());
+            constraints.apply(context.interval, &mut self.state.shared(), self.matching.layout.slots());
         }
     }
 }
@@ -262,12 +271,12 @@ mod tests {
     use super::*;
     use crate::{Collider, Lattice, Selection, Simulation};
 
-    fn known(simulation: &Simulation) -> Vec<bool> {
+    fn known_momenta(simulation: &Simulation) -> Vec<bool> {
         simulation.body(0).state.momenta.iter().map(Option::is_some).collect()
     }
 
     #[test]
-    fn contacts_and_forces_invalidate_the_momenta_of_their_components_only() {
+    fn contacts_and_forces_invalidate_momenta_of_their_components_only() {
         let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0], [8, 0, 0]], 1.0, Point3::origin(), false);
         let mut body = Body::from_lattice(lattice.unwrap()).build().unwrap();
         body.apply_forces(&[(2, [1.0, 0.0, 0.0])]).unwrap();
@@ -275,12 +284,12 @@ mod tests {
         let mut simulation =
             Simulation::builder().body(body).collider(ball).gravity([0.0; 3]).build().unwrap();
         simulation.step();
-        assert_eq!(known(&simulation), [true, true, false]);
+        assert_eq!(known_momenta(&simulation), [true, true, false]);
         let body = simulation.body_mut(0);
         body.apply_force([1.0; 3], &Selection::Vertices(vec![2])).unwrap();
         let (gravity, interval) = (Vector3::zeros(), Interval::of_step(1, 1.0));
         let colliders = &Colliders::new(&[]).unwrap();
-        body.apply_external_forces(&World { gravity, interval, opens_frame: true, colliders });
-        assert_eq!(known(&simulation), [true, false, false]);
+        body.apply_external_forces(&StepContext { gravity, interval, is_frame_start: true, colliders });
+        assert_eq!(known_momenta(&simulation), [true, false, false]);
     }
 }

@@ -1,5 +1,4 @@
-//! Colliders: shapes with friction and restitution, at rest or in motion; the checked set of a scene, in the frame of a
-//! body.
+//! Colliders: shapes with friction and restitution, at rest or in motion, and the validated set of a scene.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use thiserror::Error;
@@ -8,18 +7,19 @@ use super::shape::{PosedShape, Shape};
 use crate::dynamics::{Key, Motion, MotionError, Pose, direction};
 use crate::state::{BodyFrame, Interval};
 
-/// Something that bodies cannot enter.
+/// Rigid obstacle that bodies cannot enter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collider {
-    /// The shape.
+    /// Shape.
     pub shape: Shape,
-    /// Coulomb coefficient, >= 0: greatest tangential over normal impulse. Default 0.5; 0 slides freely.
+    /// Coulomb friction coefficient, >= 0: the greatest ratio of tangential to normal impulse. Default 0.5;
+    /// 0: no friction.
     pub friction: f64,
-    /// Speed after over speed before an impact, [0, 1]. Default 0: no bounce. At 1 the surface leaves as fast as it came;
-    /// the body rises less high than it fell, since it vibrates after the impact. Impacts slower than two steps of free
-    /// fall do not bounce.
+    /// Ratio of the normal speeds after and before an impact, [0, 1]. Default 0: no bounce. At 1 the surface
+    /// separates as fast as it approached; the body still rises less high than it fell, since the impact
+    /// makes it vibrate. Impacts slower than two steps of free fall do not bounce.
     pub restitution: f64,
-    /// Motion of the shape about its center. Default: no keys, the collider rests.
+    /// Keyframes of the motion of the shape about its center. Default: no keys, and the collider is at rest.
     pub keys: Vec<Key>,
 }
 
@@ -30,11 +30,11 @@ pub struct Collider {
 pub struct ColliderError {
     /// Index of the collider, from 0.
     pub collider: usize,
-    /// What is wrong with it.
+    /// The fault.
     pub fault: ColliderFault,
 }
 
-/// What is wrong with a collider.
+/// Fault of a collider.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum ColliderFault {
@@ -43,12 +43,12 @@ pub enum ColliderFault {
     OutOfRange {
         /// Field of the collider or its shape.
         name: &'static str,
-        /// The number.
+        /// Value of the field.
         value: f64,
-        /// The range of the field.
+        /// Valid range of the field, as a clause.
         range: &'static str,
     },
-    /// A plane without direction.
+    /// A plane whose normal is zero.
     #[error("the plane's normal is zero; give the direction of the free side")]
     ZeroNormal,
     /// Invalid keys.
@@ -57,27 +57,27 @@ pub enum ColliderFault {
 }
 
 impl Collider {
-    /// A collider at rest with the default friction and restitution.
+    /// Creates a collider at rest with the default friction and restitution.
     pub fn new(shape: Shape) -> Self {
         Self { shape, friction: 0.5, restitution: 0.0, keys: Vec::new() }
     }
 
-    /// The half space below the plane through `point`; `normal` points to the free side.
+    /// Creates the half space below the plane through `point`; `normal` points to the free side.
     pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
         Self::new(Shape::Plane { point, normal })
     }
 
-    /// A ball.
+    /// Creates a ball.
     pub fn sphere(center: [f64; 3], radius: f64) -> Self {
         Self::new(Shape::Sphere { center, radius })
     }
 
-    /// A box, turned by Euler angles in degrees.
+    /// Creates a box, rotated by Euler angles in degrees about the fixed axes x, then y, then z.
     pub fn cuboid(center: [f64; 3], half_extents: [f64; 3], rotate: [f64; 3]) -> Self {
         Self::new(Shape::Box { center, half_extents, rotate })
     }
 
-    /// A capsule about the segment from `a` to `b`.
+    /// Creates a capsule about the segment from `a` to `b`.
     pub fn capsule(a: [f64; 3], b: [f64; 3], radius: f64) -> Self {
         Self::new(Shape::Capsule { a, b, radius })
     }
@@ -85,7 +85,7 @@ impl Collider {
     /// Checks the numbers and the keys.
     ///
     /// # Errors
-    /// A number out of its range, a plane without direction, keys that are not in order.
+    /// Fails for a number out of its range, a plane with a normal of zero, or keys that are not in order.
     pub fn validate(&self) -> Result<(), ColliderFault> {
         Checked::new(self).map(drop)
     }
@@ -128,14 +128,15 @@ impl Collider {
     }
 }
 
-/// The checked colliders of a scene, shared by its bodies; an empty set touches nothing.
+/// Validated colliders of a scene, shared by its bodies. An empty set has no contacts.
 #[derive(Clone, Debug, Default)]
 pub struct Colliders(Vec<Checked>);
 
+/// Validated collider and its motion.
 #[derive(Clone, Debug)]
 struct Checked {
     collider: Collider,
-    /// `None` at rest.
+    /// Motion; `None` at rest.
     motion: Option<Motion>,
 }
 
@@ -149,22 +150,22 @@ impl Checked {
 }
 
 impl Colliders {
-    /// Checks colliders. Their order changes results at rounding level where they overlap.
+    /// Validates colliders. Where colliders overlap, their order changes results at rounding level.
     ///
     /// # Errors
-    /// The first invalid collider.
+    /// Returns the fault of the first invalid collider.
     pub fn new(colliders: &[Collider]) -> Result<Self, ColliderError> {
         let checked =
             |(collider, given)| Checked::new(given).map_err(|fault| ColliderError { collider, fault });
         colliders.iter().enumerate().map(checked).collect::<Result<_, _>>().map(Self)
     }
 
-    /// Whether there is no collider.
+    /// Returns whether the set is empty.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Each shape at a time in seconds, in the frame of a body.
+    /// Returns each shape in the frame of a body, at a time in seconds.
     pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape> {
         self.0.iter().map(move |Checked { collider, motion }| {
             let pose = motion.as_ref().map_or_else(Pose::identity, |motion| motion.pose(time));
@@ -172,7 +173,7 @@ impl Colliders {
         })
     }
 
-    /// Each collider during a step, in the frame of a body.
+    /// Returns each collider in the frame of a body, for one step.
     pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider> {
         self.0.iter().map(move |Checked { collider, motion }| {
             let poses = motion.as_ref().map(|m| (m.pose(step.start), m.pose(step.end)));
@@ -194,7 +195,7 @@ impl Colliders {
     }
 }
 
-/// A collider during a step in the local frame of a body: cells, and cells per second.
+/// Collider during a step, in the local frame of a body: in cells and cells per second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PosedCollider {
     /// The shape at the start of the step.
@@ -203,22 +204,27 @@ pub(super) struct PosedCollider {
     pub(super) shape: PosedShape,
     pub(super) friction: f64,
     pub(super) restitution: f64,
-    /// `None` at rest.
+    /// Motion during the step; `None` at rest.
     motion: Option<SurfaceMotion>,
 }
 
+/// Rigid motion of a collider during a step.
 #[derive(Clone, Copy, Debug)]
 struct SurfaceMotion {
+    /// Center of the shape at time 0, in cells.
     center: Point3<f64>,
-    /// Turns an offset from the center at the end of the step into that at its start.
+    /// Rotation from the orientation at the end of the step to that at its start.
     back: Matrix3<f64>,
+    /// Translation at the start of the step, in cells.
     start: Vector3<f64>,
+    /// Translation at the end of the step, in cells.
     end: Vector3<f64>,
+    /// `1 / dt`, in 1/s.
     rate: f64,
 }
 
 impl PosedCollider {
-    /// Mean velocity over the step of the point of the collider that is at `p` at its end.
+    /// Returns the mean velocity over the step of the collider's point that is at `p` at the end of the step.
     pub(super) fn velocity_at(&self, p: &Point3<f64>) -> Vector3<f64> {
         self.motion.as_ref().map_or_else(Vector3::zeros, |motion| {
             let end = p - motion.center;

@@ -1,46 +1,46 @@
-//! Detection: the samples that touch a collider, by strips of cells, then cells, then blocks of samples.
+//! Detection of the samples that touch a collider, by strips of cells, cells, and blocks of samples.
 
 use fearless_simd::{Simd, dispatch};
 
-use super::field::{Curved, Field, Flat, may_touch, monomials};
+use super::field::{Field, PlaneField, ShapeField, may_touch, monomials};
 use super::patch::{Patch, Touching};
-use super::rows::{RowSet, held};
+use super::rows::{RowSet, buffer_bytes};
 use super::samples::SampleCells;
 use super::shape::PosedShape;
 use super::vec4::{Vec4, read, wide};
 use crate::simd::lanes::Lanes;
 use crate::simd::level;
 
-/// The contacts that a step found.
+/// Contacts of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactReport {
-    /// Samples inside a collider or within a thousandth of a cell of it, counted for each collider. At zero the step
-    /// changed nothing.
+    /// Number of samples inside a collider or within a thousandth of a cell of it, added up over the
+    /// colliders. At zero the contact stage changed nothing.
     pub contacts: usize,
-    /// Greatest depth of a sample before it was pushed out, in cells.
+    /// Greatest depth of a sample before the push-out, in cells.
     pub deepest: f64,
 }
 
-/// Finds the patches that touch a shape; its buffers.
+/// Detection of the patches that touch a shape, with its buffers.
 #[derive(Clone, Debug)]
 pub(super) struct Detection {
-    /// Place of the vertex in each row, local.
+    /// Position of the vertex in each row, in the body's frame.
     places: Vec<Vec4>,
-    /// Its distance from a plane.
+    /// Signed distance of the vertex in each row from a plane.
     heights: Vec<f64>,
     patches: Patches,
 }
 
-/// The patches of one collider, in a fixed order.
+/// Patches of one collider, in a fixed order.
 #[derive(Clone, Debug)]
 struct Patches {
     list: Vec<Patch>,
-    /// The rows of their vertices, in the same order.
+    /// Row of the vertex of each patch, in the same order.
     rows: RowSet,
 }
 
 impl Detection {
-    /// For samples of vertices in `rows` rows.
+    /// Creates the buffers for `rows` vertices.
     pub(super) fn new(rows: usize) -> Self {
         Self {
             places: vec![Vec4::zeros(); rows],
@@ -49,28 +49,28 @@ impl Detection {
         }
     }
 
-    /// Memory in bytes.
+    /// Returns the memory of the buffers in bytes.
     pub(super) fn bytes(&self) -> usize {
         let Patches { list, rows } = &self.patches;
-        held(&self.places) + held(&self.heights) + held(list) + rows.bytes()
+        buffer_bytes(&self.places) + buffer_bytes(&self.heights) + buffer_bytes(list) + rows.bytes()
     }
 
-    /// Reads the places of the samples' vertices.
+    /// Copies the positions of the samples' vertices from the state.
     pub(super) fn read(&mut self, positions: &Lanes<3>, slots: &[u32]) {
         read(&mut self.places, positions, slots);
     }
 
-    /// The places of the samples' vertices, by row.
+    /// Returns the positions of the samples' vertices, by row.
     pub(super) fn places(&self) -> &[Vec4] {
         &self.places
     }
 
-    /// The patches that were found last, in a fixed order.
+    /// Returns the patches of the last call of `find`, in a fixed order.
     pub(super) fn patches(&self) -> impl Iterator<Item = &Patch> {
         self.patches.list.iter().filter(|patch| patch.has_weight())
     }
 
-    /// Finds the samples that are inside the shape or nearer to it than `skin`, in cells; adds them to the report.
+    /// Finds the samples inside the shape or within `skin` cells of it; adds them to the report.
     pub(super) fn find(
         &mut self,
         shape: &PosedShape,
@@ -88,18 +88,20 @@ impl Detection {
             for (height, place) in heights.iter_mut().zip(&*places) {
                 *height = normal.dot(&wide(place)) - offset;
             }
-            let field = Flat { heights };
+            let field = PlaneField { heights };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         } else {
-            let field = Curved { shape, places };
+            let field = ShapeField { shape, places };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         }
     }
 }
 
 impl Patches {
-    /// Collects the touching samples. Samples lie between the corners of their cells, so cells whose corners are away
-    /// from the shape are skipped.
+    /// Collects the touching samples into patches.
+    ///
+    /// Samples lie in the convex hull of the corners of their cell, so a cell whose corners are far from the
+    /// shape is skipped.
     #[inline(always)]
     fn search<S: Simd>(
         &mut self,
@@ -119,30 +121,30 @@ impl Patches {
                 if !field.may_touch(corners, skin) {
                     continue;
                 }
-                let maps = field.cell(corners);
-                for block in samples.of_cell(cell) {
-                    if !field.may_touch_block(simd, &maps, block, skin) {
+                let interpolants = field.cell(corners);
+                for block in samples.cell_blocks(cell) {
+                    if !field.may_touch_block(simd, &interpolants, block, skin) {
                         continue;
                     }
                     let monomials = monomials(simd, &block.places);
-                    let low = field.distances(simd, &maps, &monomials[0]);
-                    let high = field.distances(simd, &maps, &monomials[1]);
+                    let low = field.distances(simd, &interpolants, &monomials[0]);
+                    let high = field.distances(simd, &interpolants, &monomials[1]);
                     if let Some(touching) = Touching::within(simd, [low, high], &block.shares, skin) {
                         count += touching.count;
                         report.deepest = report.deepest.max(touching.deepest);
-                        let patch = self.about(corners[usize::from(block.corner)]);
+                        let patch = self.patch_at(corners[usize::from(block.corner)]);
                         patch.add(simd, &touching, block, corners, &monomials);
                     }
                 }
             }
         }
-        // Shares of powers of two: the sum is exact.
+        // The shares are powers of two, so the sum is exact.
         report.contacts += count as usize;
     }
 
-    /// The patch about the vertex in a row.
+    /// Returns the patch of the vertex in a row; adds it if it is new.
     #[inline(always)]
-    fn about(&mut self, row: u32) -> &mut Patch {
+    fn patch_at(&mut self, row: u32) -> &mut Patch {
         let number = self.rows.number(row) as usize;
         if number == self.list.len() {
             self.list.push(Patch::new());

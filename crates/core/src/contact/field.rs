@@ -1,4 +1,4 @@
-//! Distance fields: the distance of a body's samples from one shape, and bounds that skip most of them.
+//! Distance fields: signed distances of a body's samples from a shape, and bounds that cull most samples.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8, f64x4};
 use nalgebra::{Point3, Vector3};
@@ -9,48 +9,48 @@ use super::vec4::Vec4;
 use crate::lattice::{self, polynomial};
 use crate::simd::lanes::LANES;
 
-/// The distance from a shape, as a function of the samples of a body.
+/// Signed distance of a body's samples from a shape.
 pub(crate) trait Field {
-    /// Trilinear maps of a cell: of the distance or of the place.
+    /// Trilinear interpolants in a cell: of the distance, or of the position.
     type Cell;
 
-    /// Whether a sample that lies between the vertices in these rows may be within the skin.
+    /// Returns whether a point in the convex hull of the vertices in `rows` may be within `skin`.
     fn may_touch(&self, rows: &[u32], skin: f64) -> bool;
 
-    /// The maps of a cell with corners in these rows.
+    /// Computes the interpolants of the cell whose corners have these rows.
     fn cell(&self, corners: &[u32; 8]) -> Self::Cell;
 
-    /// Whether a sample of a block may be within the skin.
+    /// Returns whether a sample of a block may be within `skin`.
     fn may_touch_block<S: Simd>(&self, simd: S, cell: &Self::Cell, block: &SampleBlock, skin: f64) -> bool;
 
-    /// The distances of four samples, by the monomials of their places.
+    /// Computes the distances of four samples from the monomials of their positions.
     fn distances<S: Simd>(&self, simd: S, cell: &Self::Cell, monomials: &[f64x4<S>; 8]) -> f64x4<S>;
 }
 
-/// A plane. Its distance is linear: trilinear in a cell, from the distances of the corners.
-pub(super) struct Flat<'a> {
-    /// Distance of the vertex in each row.
+/// Distance from a plane: linear in space, so its trilinear interpolant in a cell is exact.
+pub(super) struct PlaneField<'a> {
+    /// Signed distance of the vertex in each row.
     pub(super) heights: &'a [f64],
 }
 
-/// The distances of the samples of a cell from a plane, as a polynomial.
-pub(super) struct Heights {
+/// Distance from a plane within a cell, as a polynomial (coefficients of 1, x, y, xy, z, xz, yz, xyz).
+pub(super) struct PlaneCell {
     exact: [f64; 8],
-    /// In f32, to skip blocks.
+    /// Coefficients in f32, to cull blocks.
     narrow: [f32; 8],
-    /// Bound of the error of `narrow`.
+    /// Bound of the rounding error of `narrow`.
     rounding: f32,
 }
 
-/// A shape of any kind.
-pub(crate) struct Curved<'a> {
+/// Distance from a shape of any kind.
+pub(crate) struct ShapeField<'a> {
     pub(crate) shape: &'a PosedShape,
-    /// Place of the vertex in each row.
+    /// Position of the vertex in each row.
     pub(crate) places: &'a [Vec4],
 }
 
-impl Field for Flat<'_> {
-    type Cell = Heights;
+impl Field for PlaneField<'_> {
+    type Cell = PlaneCell;
 
     #[inline(always)]
     fn may_touch(&self, rows: &[u32], skin: f64) -> bool {
@@ -58,7 +58,7 @@ impl Field for Flat<'_> {
     }
 
     #[inline(always)]
-    fn cell(&self, corners: &[u32; 8]) -> Heights {
+    fn cell(&self, corners: &[u32; 8]) -> PlaneCell {
         let mut heights = [0.0; 8];
         for k in 0..8 {
             heights[k] = self.heights[corners[k] as usize];
@@ -69,11 +69,11 @@ impl Field for Flat<'_> {
             narrow[k] = exact[k] as f32;
             size += narrow[k].abs();
         }
-        Heights { exact, narrow, rounding: 8.0 * f32::EPSILON * size }
+        PlaneCell { exact, narrow, rounding: 8.0 * f32::EPSILON * size }
     }
 
     #[inline(always)]
-    fn may_touch_block<S: Simd>(&self, simd: S, cell: &Heights, block: &SampleBlock, skin: f64) -> bool {
+    fn may_touch_block<S: Simd>(&self, simd: S, cell: &PlaneCell, block: &SampleBlock, skin: f64) -> bool {
         let t = &cell.narrow;
         let x = f32x8::load_array_ref(simd, &block.places[0]);
         let y = f32x8::load_array_ref(simd, &block.places[1]);
@@ -85,12 +85,12 @@ impl Field for Flat<'_> {
     }
 
     #[inline(always)]
-    fn distances<S: Simd>(&self, simd: S, cell: &Heights, monomials: &[f64x4<S>; 8]) -> f64x4<S> {
+    fn distances<S: Simd>(&self, simd: S, cell: &PlaneCell, monomials: &[f64x4<S>; 8]) -> f64x4<S> {
         value(simd, &cell.exact, monomials)
     }
 }
 
-impl Field for Curved<'_> {
+impl Field for ShapeField<'_> {
     type Cell = [[f64; 8]; 3];
 
     #[inline(always)]
@@ -126,8 +126,8 @@ impl Field for Curved<'_> {
     }
 }
 
-impl Curved<'_> {
-    /// The places of four samples in the frame of the body, by the monomials of their places in the cell.
+impl ShapeField<'_> {
+    /// Computes the positions of four samples in the body's frame, from their monomials in the cell.
     #[inline(always)]
     pub(crate) fn places<S: Simd>(
         &self,
@@ -146,7 +146,7 @@ impl Curved<'_> {
     }
 }
 
-/// The monomials 1, x, y, xy, z, xz, yz, xyz at eight places, four to a half.
+/// Computes the monomials 1, x, y, xy, z, xz, yz, xyz at eight positions, four in each half.
 #[inline(always)]
 pub(crate) fn monomials<S: Simd>(simd: S, places: &[[f32; LANES]; 3]) -> [[f64x4<S>; 8]; 2] {
     let one = f64x4::splat(simd, 1.0);
@@ -157,7 +157,7 @@ pub(crate) fn monomials<S: Simd>(simd: S, places: &[[f32; LANES]; 3]) -> [[f64x4
     [lattice::monomials(one, halves[0]), lattice::monomials(one, halves[1])]
 }
 
-/// The value of a [`polynomial`](crate::lattice::polynomial), from its monomials.
+/// Evaluates a [`polynomial`](crate::lattice::polynomial) from its monomials.
 #[inline(always)]
 fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4<S> {
     let mut sum = f64x4::splat(simd, terms[0]);
@@ -167,25 +167,25 @@ fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4
     sum
 }
 
-/// Whether anything in the bounding box of some places may be nearer to the shape than `skin`; false for NaN.
+/// Returns whether a point in the AABB of `places` may be within `skin` of the shape; false for NaN.
 pub(crate) fn may_touch<'a>(shape: &PosedShape, places: impl Iterator<Item = &'a Vec4>, skin: f64) -> bool {
     let (center, half) = bounds(places);
     shape.lower_bound(&center, &half) <= skin
 }
 
-/// Center and half extents of the bounding box of some places, enlarged by rounding.
+/// Returns the center and half extents of the AABB of `places`, enlarged by the rounding error.
 fn bounds<'a>(places: impl Iterator<Item = &'a Vec4>) -> (Point3<f64>, Vector3<f64>) {
     let (mut low, mut high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
     for place in places {
         for c in 0..4 {
-            // Comparisons, not `min` and `max`: one instruction for all.
+            // Comparisons compile to one instruction for all components; `min` and `max` do not.
             low[c] = if place[c] < low[c] { place[c] } else { low[c] };
             high[c] = if place[c] > high[c] { place[c] } else { high[c] };
         }
     }
     let (low, high) = (low.map(f64::from), high.map(f64::from));
     let center = Point3::from(std::array::from_fn(|a| 0.5 * (low[a] + high[a])));
-    // Places in a cell may exceed 1 by rounding.
+    // Rounding can move a sample slightly outside its cell.
     let half = Vector3::from_fn(|a, _| 0.5 * (high[a] - low[a]) * (1.0 + 1e-5));
     (center, half)
 }
@@ -198,14 +198,15 @@ mod tests {
     use crate::lattice::corner_sums;
     use crate::simd::level;
 
-    /// Trilinear weights of the corners of a cell; corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1).
+    /// Returns the trilinear weights of a cell's corners, numbered by bits: x is bit 0, y is bit 1, z is bit
+    /// 2.
     fn trilinear(local: [f32; 3]) -> [f64; 8] {
         let t = local.map(f64::from);
         std::array::from_fn(|k| (0..3).map(|a| if k >> a & 1 == 1 { t[a] } else { 1.0 - t[a] }).product())
     }
 
     #[test]
-    fn values_and_sums_are_those_of_the_weights() {
+    fn polynomial_values_and_corner_sums_match_trilinear_weights() {
         let corners = [5.0, -1.0, 2.0, 0.5, 8.0, 3.0, -4.0, 1.5];
         let places = [[0.0; 3], [1.0; 3], [0.25, 0.5, 0.875], [1.0, 0.0, 0.375]];
         let mut block = [[f32::NAN; LANES]; 3];

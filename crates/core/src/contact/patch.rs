@@ -1,4 +1,4 @@
-//! Contact patches: the touching samples about one lattice vertex.
+//! Contact patches: the touching samples nearest to one lattice vertex.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 
@@ -6,39 +6,41 @@ use super::samples::SampleBlock;
 use crate::lattice::corner_sums;
 use crate::simd::lanes::LANES;
 
-/// A vertex and its neighbours: 3 x 3 x 3, x fastest, the vertex itself at 13.
+/// Size of the neighbourhood of a vertex: 3 x 3 x 3 vertices, x fastest, the vertex itself at index 13.
 const NEIGHBORHOOD: usize = 27;
 
-/// Index of corner k of a cell among the neighbours of its corner l: `13 + OFFSETS[k] - OFFSETS[l]`.
+/// Corner k of a cell has the index `13 + OFFSETS[k] - OFFSETS[l]` in the neighbourhood of corner l.
 const OFFSETS: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
 
-/// The touching samples that are nearest, within their cells, to the same lattice vertex. They act as one point, the
-/// mean of their places weighted by depth.
+/// Touching samples that have the same lattice vertex as their nearest cell corner.
+///
+/// They act as one contact point: the mean of their positions, weighted by depth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patch {
-    /// The neighbours that move any of the samples: bits.
+    /// Bit mask of the neighbours that have a weight.
     used: u32,
-    /// Their rows, and the sums of their weights over the samples.
+    /// Row of each neighbour.
     rows: [u32; NEIGHBORHOOD],
+    /// Weight of each neighbour: the sum over the samples of sample weight times trilinear weight.
     weights: [f64; NEIGHBORHOOD],
-    /// Sum of the weights of the samples.
+    /// Sum of the weights of all samples.
     total: f64,
     /// Depth of the deepest sample, in cells; negative outside the collider.
     pub(super) deepest: f64,
 }
 
-/// The touching samples of one block.
+/// Touching samples of one block of eight.
 pub(super) struct Touching<S: Simd> {
-    /// Sum of their shares.
+    /// Number of touching samples: the sum of their shares.
     pub(super) count: f64,
-    /// Depth of the deepest, in cells; negative outside the collider.
+    /// Depth of the deepest sample, in cells; negative outside the collider.
     pub(super) deepest: f64,
-    /// Weight of each: its depth below the skin times its share; zero where it does not touch.
+    /// Weight of each sample: its depth below the skin times its share; zero if it does not touch.
     weights: [f64x4<S>; 2],
 }
 
 impl<S: Simd> Touching<S> {
-    /// The samples nearer than `skin`, if there is one; NaN does not touch.
+    /// Selects the samples within `skin` of the shape; `None` if there are none. NaN does not touch.
     #[inline(always)]
     pub(super) fn within(
         simd: S,
@@ -46,15 +48,15 @@ impl<S: Simd> Touching<S> {
         shares: &[f32; LANES],
         skin: f64,
     ) -> Option<Self> {
-        let (zero, nothing) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::NEG_INFINITY));
+        let (zero, lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::NEG_INFINITY));
         let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, shares));
-        let (mut weights, mut count, mut deepest) = ([zero; 2], zero, nothing);
+        let (mut weights, mut count, mut deepest) = ([zero; 2], zero, lowest);
         for (half, share) in [low, high].into_iter().enumerate() {
             let depth = f64x4::splat(simd, skin) - distances[half];
             let touches = depth.simd_ge(zero);
             weights[half] = touches.select(depth * share, zero);
             count += touches.select(share, zero);
-            deepest = deepest.max(touches.select(depth, nothing));
+            deepest = deepest.max(touches.select(depth, lowest));
         }
         let [a, b, c, d] = count.to_array();
         let count = (a + b) + (c + d);
@@ -67,13 +69,14 @@ impl<S: Simd> Touching<S> {
 }
 
 impl Patch {
-    /// A patch without samples.
+    /// Creates a patch without samples.
     pub(super) fn new() -> Self {
         let (rows, weights) = ([0; NEIGHBORHOOD], [0.0; NEIGHBORHOOD]);
         Self { used: 0, rows, weights, total: 0.0, deepest: f64::NEG_INFINITY }
     }
 
-    /// Adds samples of a block of a cell with these corners; `monomials` are those of their places.
+    /// Adds the touching samples of a block. `corners`: rows of the cell's corners; `monomials`: from the
+    /// sample positions.
     #[inline(always)]
     pub(super) fn add<S: Simd>(
         &mut self,
@@ -107,18 +110,18 @@ impl Patch {
         }
     }
 
-    /// Whether any sample has a weight: not if all lie exactly at the end of the skin.
+    /// Returns whether any sample has a weight; false if all lie exactly at the outer bound of the skin.
     pub(super) fn has_weight(&self) -> bool {
         self.total > 0.0
     }
 
-    /// The point of the patch as a mean of lattice vertices: rows and weights.
+    /// Returns the contact point as a weighted mean of lattice vertices: pairs of row and weight.
     pub(super) fn vertices(&self) -> impl Iterator<Item = (u32, f32)> + Clone {
-        let (mut left, share) = (self.used, 1.0 / self.total);
+        let (mut remaining, scale) = (self.used, 1.0 / self.total);
         std::iter::from_fn(move || {
-            let k = left.trailing_zeros() as usize;
-            left &= left.wrapping_sub(1);
-            (k < NEIGHBORHOOD).then(|| (self.rows[k], (self.weights[k] * share) as f32))
+            let k = remaining.trailing_zeros() as usize;
+            remaining &= remaining.wrapping_sub(1);
+            (k < NEIGHBORHOOD).then(|| (self.rows[k], (self.weights[k] * scale) as f32))
         })
     }
 }

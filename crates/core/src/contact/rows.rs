@@ -1,18 +1,18 @@
-//! Sets of rows of the samples' vertices, and the memory of buffers.
+//! Sparse sets of rows (indices into `SampleCells::vertices`), and the memory of buffers.
 
-/// Marks a row that is not in the set.
+/// Marks a row that is not in the set, in `RowSet::numbers`.
 const NONE: u32 = u32::MAX;
 
-/// A sparse set: some of all rows, numbered in the order in which they were added.
+/// Sparse set of rows, numbered in the order in which they were added.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowSet {
     rows: Vec<u32>,
-    /// The number of each row.
+    /// Number of each row, or `NONE`.
     numbers: Vec<u32>,
 }
 
 impl RowSet {
-    /// An empty set; rows are less than `rows`.
+    /// Creates an empty set of rows in `0..rows`.
     pub(super) fn new(rows: usize) -> Self {
         Self { rows: Vec::new(), numbers: vec![NONE; rows] }
     }
@@ -23,9 +23,9 @@ impl RowSet {
         self.numbers.resize(rows, NONE);
     }
 
-    /// Memory in bytes.
+    /// Returns the memory of the buffers in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        held(&self.rows) + held(&self.numbers)
+        buffer_bytes(&self.rows) + buffer_bytes(&self.numbers)
     }
 
     /// Removes all rows.
@@ -35,7 +35,7 @@ impl RowSet {
         }
     }
 
-    /// The number of a row; adds it if it is new.
+    /// Returns the number of a row; adds the row if it is new.
     #[inline(always)]
     pub(crate) fn number(&mut self, row: u32) -> u32 {
         let number = &mut self.numbers[row as usize];
@@ -46,13 +46,13 @@ impl RowSet {
         *number
     }
 
-    /// The rows, by number.
+    /// Returns the rows in the order of their numbers.
     pub(crate) fn list(&self) -> &[u32] {
         &self.rows
     }
 }
 
-/// Memory in bytes of a buffer that keeps its capacity.
-pub(super) fn held<T>(buffer: &Vec<T>) -> usize {
+/// Returns the memory of a buffer in bytes, by its capacity.
+pub(super) fn buffer_bytes<T>(buffer: &Vec<T>) -> usize {
     buffer.capacity() * size_of::<T>()
 }

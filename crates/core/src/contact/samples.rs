@@ -1,4 +1,4 @@
-//! Samples: points of the visible surface on which contacts act, grouped by the lattice cell that moves them.
+//! Samples: points of the body's surface on which contacts act, grouped by lattice cell.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,52 +9,53 @@ use crate::lattice::{Embedding, Lattice};
 use crate::mesh::Mesh;
 use crate::simd::lanes::LANES;
 
-/// Cells in a strip: consecutive ones, which lie side by side for the most part.
+/// Number of cells in a strip. A strip is a run of consecutive cells, most of which are adjacent.
 const STRIP: usize = 32;
 
-/// Sample points embedded in lattice cells: which cells hold any, and where in each they lie.
+/// Sample points embedded in lattice cells. A row is an index into `vertices`.
 #[derive(Clone, Debug)]
 pub struct SampleCells {
-    /// Rows of `vertices` at the corners of each cell that holds a sample.
+    /// Rows of the corners of each cell that contains a sample.
     pub(crate) corners: Vec<[u32; 8]>,
-    /// Where the blocks of each cell begin in `blocks`; one more than there are cells.
+    /// Start of each cell's blocks in `blocks` (CSR offsets): one entry per cell, and the end.
     first: Vec<u32>,
+    /// Blocks of samples, by cell.
     blocks: Vec<SampleBlock>,
+    /// Number of samples.
     count: usize,
-    /// Rows of `vertices` at the corners of each strip, a run of [`STRIP`] cells: tested before its cells.
+    /// Rows of the corners of each strip of [`STRIP`] cells: tested before the cells of the strip.
     strips: Vec<Vec<u32>>,
-    /// The lattice vertices that move samples, in increasing order.
+    /// Lattice vertices at the corners of the cells, in increasing order.
     pub(crate) vertices: Vec<u32>,
-    /// Their slots.
+    /// Slot of each of `vertices`.
     pub(super) slots: Vec<u32>,
-    /// Their inverse masses, in full cells.
+    /// Inverse mass of each of `vertices`: 1 for the mass of a full cell.
     pub(super) mobilities: Vec<f32>,
 }
 
-/// Up to eight samples of a cell that are nearest to the same corner of it.
+/// Up to eight samples of one cell that have the same nearest corner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleBlock {
-    /// The corner.
+    /// Nearest corner, 0..8.
     pub(super) corner: u8,
-    /// Places within the cell, [0, 1] along each axis; where there are fewer than eight, the last one again.
+    /// Positions within the cell, [0, 1] along each axis; the last one is repeated up to eight.
     pub(crate) places: [[f32; LANES]; 3],
-    /// Share of each sample that counts at this corner: one over the number of corners that are as near; zero for the
-    /// lanes that only fill the block.
+    /// Share of each sample at this corner: 1 / the number of equally near corners; 0 for padding lanes.
     pub(super) shares: [f32; LANES],
 }
 
 impl SampleCells {
     /// Groups samples by cell: sample `i` lies in lattice cell `cells[i]` at `local[i]`.
     ///
-    /// `corners` gives the eight lattice vertices of a cell, `slots` the slot of each lattice vertex. A sample outside
-    /// its cell is moved to the nearest place in it. All vertices have equal mass.
+    /// `corners` returns the eight lattice vertices of a cell, and `slots` has the slot of each lattice
+    /// vertex. A sample outside its cell is clamped to the cell. All vertices have equal mass.
     ///
     /// # Panics
     /// If `cells` and `local` differ in length.
     pub fn new(cells: &[u32], local: &[[f32; 3]], corners: impl Fn(u32) -> [u32; 8], slots: &[u32]) -> Self {
-        assert_eq!(cells.len(), local.len(), "each sample needs a cell and a place in it");
+        assert_eq!(cells.len(), local.len(), "`cells` and `local` differ in length");
         let local = |sample: u32| local[sample as usize].map(|x| x.clamp(0.0, 1.0));
-        // Cell, corner and sample; the same sample for each of several corners that are as near.
+        // Cell, corner and sample. A sample with several equally near corners has one entry for each of them.
         let mut order: Vec<(u32, u8, u32)> = Vec::with_capacity(cells.len());
         for (sample, &cell) in (0u32..).zip(cells) {
             order.extend(nearest_corners(local(sample)).map(|corner| (cell, corner, sample)));
@@ -83,14 +84,14 @@ impl SampleCells {
         first.push(blocks.len() as u32);
         blocks.shrink_to_fit();
 
-        let vertices = sorted_once(&cell_corners);
+        let vertices = sorted_unique(&cell_corners);
         let mut row_of = vec![0; slots.len()];
         (0u32..).zip(&vertices).for_each(|(row, &vertex)| row_of[vertex as usize] = row);
         for corner in cell_corners.iter_mut().flatten() {
             *corner = row_of[*corner as usize];
         }
         Self {
-            strips: cell_corners.chunks(STRIP).map(sorted_once).collect(),
+            strips: cell_corners.chunks(STRIP).map(sorted_unique).collect(),
             slots: vertices.iter().map(|&v| slots[v as usize]).collect(),
             mobilities: vec![1.0; vertices.len()],
             count: cells.len(),
@@ -101,10 +102,9 @@ impl SampleCells {
         }
     }
 
-    /// The samples of a mesh in its lattice, both in the model frame: [`surface_points`] no farther apart than a
-    /// cell.
+    /// Creates the samples of a mesh in its lattice: [`surface_points`] at most one cell apart.
     ///
-    /// `slots` has the slot of each lattice vertex.
+    /// Mesh and lattice are in the model frame. `slots` has the slot of each lattice vertex.
     pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32]) -> Self {
         let points = surface_points(mesh.vertices(), mesh.triangles(), mesh.weld(), lattice.cell_size());
         let embedding = Embedding::new(lattice, &points);
@@ -113,7 +113,7 @@ impl SampleCells {
         Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(lattice)
     }
 
-    /// The samples of a bare lattice: its boundary vertices, those with fewer than eight occupied cells.
+    /// Creates the samples of a bare lattice: the vertices with fewer than eight occupied cells.
     ///
     /// `slots` has the slot of each lattice vertex.
     pub fn of_lattice(lattice: &Lattice, slots: &[u32]) -> Self {
@@ -121,7 +121,7 @@ impl SampleCells {
         let boundary =
             lattice.occupied_cells().iter().zip(lattice.indices()).filter(|(count, _)| **count < 8);
         for (_, index) in boundary {
-            // Any cell at the vertex will do: all give it the weight 1.
+            // The choice of the cell does not matter: the vertex has the weight 1 in each.
             let found = (0..8).find_map(|k| {
                 let offset: [i32; 3] = std::array::from_fn(|a| k >> a & 1);
                 let cell = lattice.cell_at(std::array::from_fn(|a| index[a] - offset[a]))?;
@@ -135,18 +135,19 @@ impl SampleCells {
         Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(lattice)
     }
 
+    /// Sets the inverse masses: a vertex has an eighth of the mass of each of its occupied cells.
     fn with_masses(mut self, lattice: &Lattice) -> Self {
         let mobility = |&vertex: &u32| 8.0 / f32::from(lattice.occupied_cells()[vertex as usize]);
         self.mobilities = self.vertices.iter().map(mobility).collect();
         self
     }
 
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let cells = size_of_val(&*self.corners) + size_of_val(&*self.first) + size_of_val(&*self.blocks);
         let strips: usize = self.strips.iter().map(|rows| size_of_val(rows) + size_of_val(&**rows)).sum();
@@ -154,20 +155,20 @@ impl SampleCells {
         cells + strips + vertices + size_of_val(&*self.mobilities)
     }
 
-    /// The strips: rows of the vertices at their corners, and their cells.
+    /// Returns the strips: the rows of the vertices at their corners, and the range of their cells.
     pub(crate) fn strips(&self) -> impl Iterator<Item = (&[u32], Range<usize>)> {
         let cells = (0..self.corners.len()).step_by(STRIP);
         let cells = cells.map(|first| first..(first + STRIP).min(self.corners.len()));
         self.strips.iter().map(Vec::as_slice).zip(cells)
     }
 
-    /// The samples of one cell.
-    pub(crate) fn of_cell(&self, cell: usize) -> &[SampleBlock] {
+    /// Returns the sample blocks of one cell.
+    pub(crate) fn cell_blocks(&self, cell: usize) -> &[SampleBlock] {
         &self.blocks[self.first[cell] as usize..self.first[cell + 1] as usize]
     }
 }
 
-/// The corners of a cell that are nearest to a place in it: one, or more that are as near.
+/// Returns the corners of a cell that are nearest to a position in it: one, or several at equal distance.
 fn nearest_corners(local: [f32; 3]) -> impl Iterator<Item = u8> {
     let nearest = move |corner: u8| {
         (0..3).all(|a| if corner >> a & 1 == 1 { local[a] >= 0.5 } else { local[a] <= 0.5 })
@@ -175,8 +176,8 @@ fn nearest_corners(local: [f32; 3]) -> impl Iterator<Item = u8> {
     (0..8).filter(move |&corner| nearest(corner))
 }
 
-/// The vertices of some cells in increasing order, each once.
-fn sorted_once(corners: &[[u32; 8]]) -> Vec<u32> {
+/// Returns the vertices of the cells in increasing order, without duplicates.
+fn sorted_unique(corners: &[[u32; 8]]) -> Vec<u32> {
     let mut vertices: Vec<u32> = corners.iter().flatten().copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
@@ -184,11 +185,12 @@ fn sorted_once(corners: &[[u32; 8]]) -> Vec<u32> {
     vertices
 }
 
-/// Points of a surface, dense enough to detect contacts of a coarse face: its welded vertices, and on edges and
-/// triangles longer than `spacing` further points, no more than `spacing` apart along and across.
+/// Returns points of a surface that are dense enough to detect contacts of coarse faces.
 ///
-/// `weld` maps each vertex to the one that stands for its place; vertices of no triangle are left out. The
-/// order is fixed: vertices, points on edges, points within triangles. `spacing` is a length > 0.
+/// The points are the welded vertices, and points on the edges and triangles longer than `spacing`, at most
+/// `spacing` apart in both directions. `weld` maps each vertex to its representative; vertices without a
+/// triangle are left out. The order is fixed: vertices, points on edges, points within triangles. `spacing`
+/// is a length > 0.
 fn surface_points(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
@@ -204,7 +206,7 @@ fn surface_points(
     let mut long_edges = BTreeMap::new();
     for [a, b, c] in welded() {
         for (p, q) in [(a, b), (b, c), (c, a)] {
-            let steps = steps_of((place(p) - place(q)).norm(), spacing);
+            let steps = step_count((place(p) - place(q)).norm(), spacing);
             if steps > 1 {
                 long_edges.insert((p.min(q), p.max(q)), steps);
             }
@@ -219,8 +221,9 @@ fn surface_points(
     points
 }
 
-/// Points strictly within a triangle: on lines parallel to its longest edge, `spacing` or less apart, and so
-/// far apart on each line. A sliver gets one short row of points and not a square of them.
+/// Adds points strictly inside a triangle: on lines parallel to its longest edge, at most `spacing` apart
+/// along and across the lines. The number of points of a sliver grows with its length only, not with the
+/// square of its length.
 fn fill_triangle(corners: [Point3<f64>; 3], spacing: f64, points: &mut Vec<Point3<f64>>) {
     let length = |k: usize| (corners[(k + 1) % 3] - corners[k]).norm();
     let longest = (1..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
@@ -230,20 +233,20 @@ fn fill_triangle(corners: [Point3<f64>; 3], spacing: f64, points: &mut Vec<Point
         return;
     }
     let height = base.cross(&(top - a)).norm() / base.norm();
-    let rows = steps_of(height, spacing);
+    let rows = step_count(height, spacing);
     for row in 1..rows {
         let (left, right) = (between(&a, &top, row, rows), between(&b, &top, row, rows));
-        let steps = steps_of((right - left).norm(), spacing);
+        let steps = step_count((right - left).norm(), spacing);
         points.extend((1..steps).map(|k| between(&left, &right, k, steps)));
     }
 }
 
-/// The least number of equal steps of at most `spacing` that cover `length`; at least 1.
-fn steps_of(length: f64, spacing: f64) -> usize {
+/// Returns the smallest number of equal steps of at most `spacing` that cover `length`; at least 1.
+fn step_count(length: f64, spacing: f64) -> usize {
     (length / spacing).ceil().max(1.0) as usize
 }
 
-/// The point that lies `step` of `steps` on the way from `a` to `b`.
+/// Returns the point at the fraction `step / steps` between `a` and `b`.
 fn between(a: &Point3<f64>, b: &Point3<f64>, step: usize, steps: usize) -> Point3<f64> {
     a + (b - a) * (step as f64 / steps as f64)
 }
@@ -253,15 +256,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn small_triangles_give_their_welded_vertices_alone() {
+    fn small_triangles_are_sampled_at_their_welded_vertices_only() {
         let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3], [9.0; 3]].map(Point3::from);
-        // Vertex 3 repeats vertex 0 at a seam, vertex 4 belongs to no face.
+        // Vertex 3 duplicates vertex 0 at a seam; vertex 4 belongs to no face.
         let points = surface_points(&vertices, &[[0, 1, 2], [3, 2, 1]], &[0, 1, 2, 0, 4], 1.5);
         assert_eq!(points, vertices[..3]);
     }
 
     #[test]
-    fn no_place_of_a_coarse_face_is_farther_than_the_spacing() {
+    fn every_point_of_a_coarse_face_has_a_sample_within_the_spacing() {
         let spacing = 0.3;
         for corners in [
             [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [1.0, 4.0, 0.5]],
@@ -275,18 +278,18 @@ mod tests {
                     let (u, v) = (f64::from(i) / 60.0, f64::from(j) / 60.0);
                     let p = corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
                     let near = points.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
-                    assert!(near <= spacing, "{p} is {near} from every sample");
+                    assert!(near <= spacing, "{p} is {near} from the nearest sample");
                 }
             }
             let mut sorted: Vec<[f64; 3]> = points.iter().map(|&p| p.into()).collect();
             sorted.sort_by(|a, b| a.partial_cmp(b).unwrap());
             sorted.dedup();
-            assert_eq!(sorted.len(), points.len(), "each place once");
+            assert_eq!(sorted.len(), points.len(), "duplicate samples");
         }
     }
 
     #[test]
-    fn a_sliver_costs_a_row_and_not_a_square() {
+    fn sample_count_of_a_sliver_is_linear_in_its_length() {
         let corners = [[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0], [500.0, 1e-3, 0.0]].map(Point3::from);
         assert!(surface_points(&corners, &[[0, 1, 2]], &[0, 1, 2], 1.0).len() < 2100);
     }

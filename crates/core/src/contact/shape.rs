@@ -1,28 +1,28 @@
-//! Shapes of colliders, and their signed distance functions in the frame of a body.
+//! Collider shapes, and their signed distance functions (SDF) in the frame of a body.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::dynamics::{Pose, direction};
 use crate::state::{BodyFrame, euler_degrees};
 
-/// The shape of a collider, in world space at time 0, lengths in scene units.
+/// Shape of a collider in world space at time 0, with lengths in scene units.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A half space; bodies stay on the side that the normal points to.
+    /// Half space; bodies stay on the side to which the normal points.
     Plane {
         /// Any point of the plane.
         point: [f64; 3],
-        /// Normal, of any length but zero.
+        /// Normal, of any length greater than zero.
         normal: [f64; 3],
     },
-    /// A ball.
+    /// Ball.
     Sphere {
         /// Center.
         center: [f64; 3],
         /// Radius, > 0.
         radius: f64,
     },
-    /// A box.
+    /// Box.
     Box {
         /// Center.
         center: [f64; 3],
@@ -31,28 +31,28 @@ pub enum Shape {
         /// Euler angles in degrees about the fixed axes x, then y, then z through the center.
         rotate: [f64; 3],
     },
-    /// All points up to `radius` away from the segment from `a` to `b`, which may coincide.
+    /// All points within `radius` of the segment from `a` to `b`; `a` and `b` may coincide.
     Capsule {
-        /// One end of the segment.
+        /// First end of the segment.
         a: [f64; 3],
-        /// Its other end.
+        /// Second end of the segment.
         b: [f64; 3],
         /// Radius, > 0.
         radius: f64,
     },
 }
 
-/// Distance from a shape's surface, negative inside, and the outward unit normal there.
+/// Signed distance from a shape's surface, negative inside, and its gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignedDistance {
     /// Distance, in the unit of the point.
     pub distance: f64,
-    /// The gradient of the distance, a unit vector; the x axis where there is no gradient (at the center of a sphere).
+    /// Gradient of the distance, a unit vector; the x axis where it does not exist (center of a sphere).
     pub normal: Vector3<f64>,
 }
 
 impl Shape {
-    /// The point about which a moving collider turns: a plane's `point`, the middle of other shapes.
+    /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes.
     pub fn center(&self) -> Point3<f64> {
         match self {
             Self::Plane { point, .. } => Point3::from(*point),
@@ -61,13 +61,13 @@ impl Shape {
         }
     }
 
-    /// Signed distance of a world point from the shape at rest.
+    /// Returns the signed distance of a world-space point from the shape at rest.
     pub fn signed_distance(&self, point: [f64; 3]) -> SignedDistance {
         let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
         self.posed(&Pose::identity(), world).signed_distance(&Point3::from(point))
     }
 
-    /// The shape moved by `pose` about its center, in the local frame of a body.
+    /// Returns the shape in the local frame of a body, after it is moved by `pose` about its center.
     pub(super) fn posed(&self, pose: &Pose, frame: BodyFrame) -> PosedShape {
         let center = self.center();
         let local = |p: &[f64; 3]| {
@@ -95,7 +95,7 @@ impl Shape {
     }
 }
 
-/// A shape at one time, in the local frame of a body: lengths in cells.
+/// Shape at one time in the local frame of a body, with lengths in cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum PosedShape {
     Plane { point: Point3<f64>, normal: Vector3<f64> },
@@ -105,13 +105,13 @@ pub(crate) enum PosedShape {
 }
 
 impl PosedShape {
-    /// Signed distance of a local point, in cells.
+    /// Returns the signed distance of a point in the local frame, in cells.
     pub(crate) fn signed_distance(&self, p: &Point3<f64>) -> SignedDistance {
         match self {
             Self::Plane { point, normal } => {
                 SignedDistance { distance: normal.dot(&(p - point)), normal: *normal }
             }
-            Self::Sphere { center, radius } => around(p - center, *radius),
+            Self::Sphere { center, radius } => ball_distance(p - center, *radius),
             Self::Box { center, half, rotation } => {
                 let local = box_distance(&rotation.tr_mul(&(p - center)), half);
                 SignedDistance { distance: local.distance, normal: rotation * local.normal }
@@ -122,9 +122,10 @@ impl PosedShape {
                 let along = if square > 0.0 { (offset.dot(axis) / square).clamp(0.0, 1.0) } else { 0.0 };
                 let from_axis = offset - axis * along;
                 if from_axis.norm_squared() > 0.0 || square == 0.0 {
-                    around(from_axis, *radius)
+                    ball_distance(from_axis, *radius)
                 } else {
-                    // On the axis every direction across it is as near: take the one by the least axis.
+                    // On the axis all perpendicular directions are equivalent: use the cross product with the
+                    // coordinate axis of the smallest component.
                     let least = axis.iamin();
                     let across = axis.cross(&Vector3::ith(least, 1.0));
                     SignedDistance { distance: -radius, normal: across.normalize() }
@@ -133,8 +134,9 @@ impl PosedShape {
         }
     }
 
-    /// The normal of a plane and the distance of the origin below it; `None` for other shapes, whose distance is not
-    /// linear.
+    /// Returns a plane's normal and offset: the signed distance of `p` is `normal . p - offset`.
+    ///
+    /// Returns `None` for other shapes, whose distance is not linear.
     pub(crate) fn plane(&self) -> Option<(Vector3<f64>, f64)> {
         match self {
             Self::Plane { point, normal } => Some((*normal, normal.dot(&point.coords))),
@@ -142,9 +144,10 @@ impl PosedShape {
         }
     }
 
-    /// A lower bound of the signed distance over the box `center ± half`, in cells.
+    /// Returns a lower bound of the signed distance over the AABB `center ± half`, in cells.
     ///
-    /// Exact for a plane. Other distances are 1-Lipschitz: they fall by at most the half diagonal of the box.
+    /// The bound is exact for a plane. Other distances are 1-Lipschitz: in the box they are at most its half
+    /// diagonal less than at the center.
     pub(crate) fn lower_bound(&self, center: &Point3<f64>, half: &Vector3<f64>) -> f64 {
         let spread = match self {
             Self::Plane { normal, .. } => normal.abs().dot(half),
@@ -154,14 +157,16 @@ impl PosedShape {
     }
 }
 
-fn around(offset: Vector3<f64>, radius: f64) -> SignedDistance {
+/// Returns the signed distance of the point at `offset` from the center of a ball.
+fn ball_distance(offset: Vector3<f64>, radius: f64) -> SignedDistance {
     let length = offset.norm();
     let normal = if length > 0.0 && length.is_finite() { offset / length } else { Vector3::x() };
     SignedDistance { distance: length - radius, normal }
 }
 
-/// Signed distance of `p` from the box `±half`: outside from its nearest point, inside from its nearest face
-/// (the first in the order x, y, z if several are as near).
+/// Returns the signed distance of `p` from the box `±half`; inside the box, that from the nearest face.
+///
+/// Of several equally near faces the first in the order x, y, z determines the normal.
 fn box_distance(p: &Vector3<f64>, half: &Vector3<f64>) -> SignedDistance {
     let beyond = p.abs() - half;
     let outside = beyond.map(|b| b.max(0.0));

@@ -1,65 +1,75 @@
-//! The contact solver: the impulses of all contacts of a body together, by projected Jacobi iteration.
+//! Contact solver: computes the impulses of all contacts of a body by projected Jacobi iteration.
 //!
 //! ```text
 //! contact s:   velocity u_s = sum_k w_sk v_k        impulse p_s = l_s n_s + f_s
 //! vertex k:    change of v_k = sum_s w_sk p_s / m_k
-//! wanted:      l_s >= 0,  n_s . u_s >= target_s,  one of the two with equality;  |f_s| <= friction l_s, against the slip
+//! conditions:  l_s >= 0,  n_s . u_s >= target_s,  at least one of the two with equality
+//!              |f_s| <= friction l_s,  f_s opposes the slip  (Coulomb friction cone)
 //! ```
+//! All contacts are updated at the same time (Jacobi), so that a symmetric body stays symmetric. Each contact
+//! computes its impulse as if all contacts that share its vertices had the same impulse: the row sums of the
+//! matrix replace its diagonal. The impulses of a surface that hits evenly are then exact after one pass.
 //!
-//! All contacts act at once (Jacobi), so that a symmetric body stays symmetric. Each takes its impulse as if all contacts
-//! that share its vertices took the same: the diagonal of the matrix is replaced by its row sums. The impulses of a surface
-//! that hits evenly are then exact after one pass. The matrix over its row sums has eigenvalues e in [0, 1], and a pass
-//! leaves the share 1 - e of the error. After the first pass every other one is over-relaxed by 2: two passes leave
-//! (1 - 2e)(1 - e), four the square of that, which is not negative: impulses approach the solution and hardly exceed it.
-//! Where contacts that separate or slip exceed it all the same, all impulses are scaled down until they add no energy.
+//! The matrix divided by its row sums has eigenvalues e in [0, 1], and a pass leaves the fraction 1 - e of
+//! the error. Starting with the second pass, every other pass has an over-relaxation of 2. Two passes then
+//! leave the fraction (1 - 2e)(1 - e), and four leave its square, which is not negative: the impulses
+//! approach the solution and hardly exceed it. If contacts that separate or slip make the impulses exceed the
+//! solution, `limit_energy` scales all impulses down until they add no energy.
 
 use super::constraint::{Contact, ContactConstraint};
-use super::rows::{RowSet, held};
+use super::rows::{RowSet, buffer_bytes};
 use super::vec4::{Vec4, dot};
 
-/// When to stop: after `passes`, or when a pass changes no contact's velocity by more than `absolute`, or by more than
-/// `relative` times the change of the first pass.
+/// Stopping criterion of the solver.
+///
+/// The iteration stops after `passes` passes, or as soon as a pass changes no contact's velocity by more than
+/// `absolute`, or by more than `relative` times the greatest change of the first pass.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
-    /// One, and a multiple of four.
+    /// Maximum number of passes: 1 plus a multiple of 4, so that the remaining fraction of the error is not
+    /// negative.
     pub(super) passes: usize,
+    /// Tolerance as a fraction of the greatest change of the first pass.
     pub(super) relative: f32,
+    /// Tolerance in the unit of the solved quantity.
     pub(super) absolute: f32,
 }
 
-/// A vertex under a contact.
+/// Link between a contact and one of its vertices.
 #[derive(Clone, Copy, Debug)]
 struct Link {
-    /// Number of the vertex among those under any contact.
+    /// Number of the vertex in `Solver::rows`.
     vertex: u32,
+    /// Weight of the vertex in the contact point.
     weight: f32,
-    /// Velocity of the vertex for a unit of impulse: the weight over the mass.
+    /// Velocity change of the vertex per unit of impulse: the weight over the mass.
     response: f32,
 }
 
-/// The contacts of one body at one time. Its buffers grow with the largest number of contacts and are kept.
+/// Contact problem of one body at one time. Its buffers grow with the number of contacts and are reused.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
     constraints: Vec<ContactConstraint>,
     /// Links of all constraints.
     links: Vec<Link>,
-    /// Rows of the vertices under contacts.
+    /// Rows of the vertices that have a link.
     rows: RowSet,
-    /// The velocity change of each vertex, and what one pass adds to it.
+    /// Velocity change of each vertex in `rows`.
     changes: Vec<Vec4>,
+    /// Scratch per vertex in `rows`: the velocity change of one pass, or a sum of responses.
     sums: Vec<Vec4>,
 }
 
 impl Solver {
-    /// For vertices in `rows` rows.
+    /// Creates the solver for vertices with rows in `0..rows`.
     pub(super) fn new(rows: usize) -> Self {
         Self { rows: RowSet::new(rows), ..Self::default() }
     }
 
-    /// Memory in bytes.
+    /// Returns the memory of the buffers in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let contacts = held(&self.constraints) + held(&self.links);
-        contacts + self.rows.bytes() + held(&self.changes) + held(&self.sums)
+        let contacts = buffer_bytes(&self.constraints) + buffer_bytes(&self.links);
+        contacts + self.rows.bytes() + buffer_bytes(&self.changes) + buffer_bytes(&self.sums)
     }
 
     /// Removes all contacts.
@@ -71,7 +81,7 @@ impl Solver {
         self.sums.clear();
     }
 
-    /// Adds a contact of the mean of vertices, given as rows and weights; `mobilities` has 1/mass of each row.
+    /// Adds a contact at the mean of `vertices` (rows, weights); `mobilities` has 1/mass of each row.
     pub(super) fn add(
         &mut self,
         contact: Contact,
@@ -88,24 +98,27 @@ impl Solver {
         self.constraints.push(ContactConstraint::new(contact, start..self.links.len()));
     }
 
-    /// Finds the impulses.
+    /// Computes the impulses.
     pub(super) fn solve(&mut self, tolerance: Tolerance) {
         self.find_responses();
-        let mut enough = tolerance.absolute;
+        let mut threshold = tolerance.absolute;
         for pass in 0..tolerance.passes {
             let change = self.pass(if pass % 2 == 1 { 2.0 } else { 1.0 });
             if pass == 0 {
-                enough = enough.max(tolerance.relative * change);
+                threshold = threshold.max(tolerance.relative * change);
             }
-            if change <= enough {
+            if change <= threshold {
                 break;
             }
         }
         self.limit_energy();
     }
 
-    /// Scales all impulses down if together they add energy. Twice the work of an impulse is its product with the sum of
-    /// the contact's velocities before, at most, and after; the part of it that the impulses cause grows with them.
+    /// Scales all impulses down if their total work is positive. Twice the work of an impulse p is p .
+    /// (before + after). The velocity before is taken as `slip_before` minus `limit` times the normal. The
+    /// velocity after is `velocity` plus the change by all impulses. The work is not positive if `caused`,
+    /// the product of the impulses with the changes, is at most `allowed`, the negated product with the other
+    /// terms. Under a common scale of the impulses `caused` grows quadratically and `allowed` linearly.
     fn limit_energy(&mut self) {
         let (mut allowed, mut caused) = (0.0, 0.0);
         for constraint in &self.constraints {
@@ -126,12 +139,12 @@ impl Solver {
         }
     }
 
-    /// Rows and velocity changes of the vertices under contacts.
+    /// Returns rows and velocity changes of the vertices that have a link.
     pub(super) fn changes(&self) -> impl Iterator<Item = (u32, &Vec4)> {
         self.rows.list().iter().copied().zip(&self.changes)
     }
 
-    /// Rows and velocity changes by the normal impulses alone.
+    /// Computes rows and velocity changes by the normal impulses alone.
     pub(super) fn normal_changes(&mut self) -> impl Iterator<Item = (u32, &Vec4)> {
         self.sums.fill(Vec4::zeros());
         for ContactConstraint { contact, links, normal_impulse, .. } in &self.constraints {
@@ -142,7 +155,7 @@ impl Solver {
         self.rows.list().iter().copied().zip(&self.sums)
     }
 
-    /// Contacts, and the change of the normal velocity of each.
+    /// Returns the contacts and the change of the normal velocity of each.
     pub(super) fn contacts(&self) -> impl Iterator<Item = (&Contact, f32)> {
         self.constraints.iter().map(|constraint| {
             let change = mean(&self.links, constraint, &self.changes);
@@ -150,7 +163,8 @@ impl Solver {
         })
     }
 
-    /// The response of each constraint: its velocity if all constraints had a unit of impulse along one direction.
+    /// Computes the response of each constraint: its velocity change if every constraint had a unit impulse
+    /// in the same direction.
     fn find_responses(&mut self) {
         let Self { constraints, links, sums, .. } = self;
         sums.fill(Vec4::zeros());
@@ -163,9 +177,10 @@ impl Solver {
         }
     }
 
-    /// One pass; the greatest change of a contact's velocity.
+    /// Runs one pass; returns the greatest change of a contact's velocity.
     ///
-    /// The sums of the impulses of all passes are clamped, so that a later pass may take back some of an earlier one.
+    /// The clamps apply to the accumulated impulses, so that a later pass may reduce the impulse of an
+    /// earlier one.
     fn pass(&mut self, over_relaxation: f32) -> f32 {
         let Self { constraints, links, changes, sums, .. } = self;
         sums.fill(Vec4::zeros());
@@ -185,10 +200,10 @@ impl Solver {
     }
 }
 
-/// The weighted mean of `vectors` over the vertices of a constraint.
+/// Returns the weighted mean of `vectors` over the vertices of a constraint.
 #[inline(always)]
 fn mean(links: &[Link], constraint: &ContactConstraint, vectors: &[Vec4]) -> Vec4 {
-    // Two sums, which do not wait for each other.
+    // Two independent sums, which the processor can compute in parallel.
     let (mut even, mut odd) = (Vec4::zeros(), Vec4::zeros());
     let (pairs, last) = links[constraint.links.clone()].as_chunks::<2>();
     for [a, b] in pairs {
@@ -216,7 +231,7 @@ mod tests {
         Contact { normal: vector(0.0, 1.0, 0.0), velocity, target, limit: target, ..Contact::default() }
     }
 
-    /// A contact's velocity afterwards, and its impulse.
+    /// Returns the velocity of a contact after the solve, and its impulse.
     fn outcome(solver: &Solver, index: usize) -> (Vec4, Vec4) {
         let constraint = &solver.constraints[index];
         let change = mean(&solver.links, constraint, &solver.changes);
@@ -233,7 +248,7 @@ mod tests {
         }
         solver.solve(ONE_PASS);
         assert!(solver.changes().all(|(_, change)| (change.y - 3.0).abs() < 1.5));
-        // Each vertex its own contact: whatever the masses.
+        // One contact per vertex: one pass is exact for any masses.
         solver.clear();
         for row in 0..5 {
             solver.add(up(1.5, falling), std::iter::once((row, 1.0)), &mobilities);
@@ -253,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_stops_within_its_cone_and_slows_outside_it() {
+    fn friction_stops_slip_inside_the_coulomb_cone_and_slows_it_outside() {
         for (friction, slip) in [(0.0, 3.0), (0.5, 2.0), (1.5, 0.0), (f32::MAX, 0.0)] {
             let mut solver = Solver::new(2);
             let contact = Contact { friction, ..up(0.0, vector(3.0, -2.0, 0.0)) };
@@ -292,7 +307,7 @@ mod tests {
                     dot(&(velocity + solver.constraints[contact].contact.velocity), &impulse)
                 })
                 .sum();
-            assert!(work < 1e-5, "case {case}: {work}");
+            assert!(work < 1e-5, "case {case}: work {work}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The contact stage of a body.
+//! The contact stage of a body: velocity before, detection, contact constraints, push-out.
 
 use nalgebra::Vector3;
 
@@ -6,49 +6,51 @@ use super::SKIN;
 use super::collider::Colliders;
 use super::constraint::{Contact, SurfacePoint, mean, mean_place};
 use super::detection::{ContactReport, Detection};
-use super::rows::held;
+use super::rows::buffer_bytes;
 use super::samples::SampleCells;
 use super::solver::{Solver, Tolerance};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::simd::lanes::Lanes;
 use crate::state::{BodyState, Interval};
 
-/// Impacts slower than this many steps of free fall do not bounce, so that a body comes to rest.
-const QUIET_STEPS: f64 = 2.0;
+/// Least speed of approach that bounces, in steps of free fall. Slower impacts let the body come to rest.
+const MIN_BOUNCE_STEPS: f64 = 2.0;
 
-/// Depth in cells that is not pushed out.
-const DEPTH_LEFT: f64 = 3e-4;
+/// Penetration that is tolerated without a push-out, in cells.
+const ALLOWED_DEPTH: f64 = 3e-4;
 
-/// Tolerance of the impulses of impacts, which are velocities.
+/// Tolerance of the impulses of impacts; the solved quantities are velocities in cells per second.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
-/// Greatest push-out of a step, in cells. Deeper samples come out over several steps: pushing all of a deep body out at
-/// once would flatten it on the surface, and its elasticity would then throw it up.
+/// Greatest push-out in a step, in cells. Deeper samples leave the collider over several steps: pushing a
+/// deep body out at once would flatten it on the surface, and its elastic energy would then throw it up.
 const PUSH_LIMIT: f64 = 0.25;
 
-/// Most rounds of a push-out. Each pushes out the mean of a patch; the samples that stay inside make up the next patch.
+/// Maximum number of push-out rounds in a step. Each round pushes out the contact point of each patch; the
+/// samples that remain inside form the patches of the next round.
 const PUSH_ROUNDS: usize = 4;
 
-/// Tolerance of a round of the push-out, which finds lengths in cells.
+/// Tolerance of a push-out round; the solved quantities are lengths in cells.
 const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
 
-/// The contact stage of one body. Its buffers grow with the largest number of simultaneous contacts and are kept.
+/// Contact stage of one body. Its buffers grow with the number of simultaneous contacts and are reused.
 #[derive(Clone, Debug)]
 pub struct Contacts {
     samples: SampleCells,
-    /// Velocities of the samples' vertices before the step, and at its end.
+    /// Velocities of the samples' vertices before the step.
     velocities_before: Vec<Vec4>,
+    /// Velocities of the samples' vertices at the end of the step, before the impulses.
     velocities: Vec<Vec4>,
     detection: Detection,
     solver: Solver,
-    /// Rows of the vertices that the last step may have moved.
+    /// Rows of the vertices that contacts of the last step may have moved.
     touched: Vec<u32>,
-    /// Sum of the pushes of each of the samples' vertices since `clear_pushes`.
+    /// Contact displacement of each of the samples' vertices since `clear_pushes`, in cells; see `pushes()`.
     pushes: Vec<[f32; 3]>,
 }
 
 impl Contacts {
-    /// The stage for a body with these surface samples.
+    /// Creates the stage of a body with these surface samples.
     pub fn new(samples: SampleCells) -> Self {
         let rows = samples.vertices.len();
         Self {
@@ -62,30 +64,29 @@ impl Contacts {
         }
     }
 
-    /// The samples on which contacts act.
+    /// Returns the samples on which contacts act.
     pub fn samples(&self) -> &SampleCells {
         &self.samples
     }
 
-    /// Memory in bytes: samples and buffers.
+    /// Returns the memory in bytes of samples and buffers.
     pub fn bytes(&self) -> usize {
-        let velocities = held(&self.velocities_before) + held(&self.velocities);
+        let velocities = buffer_bytes(&self.velocities_before) + buffer_bytes(&self.velocities);
         let scratch = velocities + self.detection.bytes() + self.solver.bytes();
-        self.samples.bytes() + scratch + held(&self.touched) + held(&self.pushes)
+        self.samples.bytes() + scratch + buffer_bytes(&self.touched) + buffer_bytes(&self.pushes)
     }
 
-    /// First call of a step, before the matching: keeps the velocities, which are those with which the surface hits
-    /// colliders.
+    /// Stores the velocities before the step. The first call of a step, before the shape matching.
     pub fn begin(&mut self, velocities: &Lanes<3>) {
         read(&mut self.velocities_before, velocities, &self.samples.slots);
     }
 
-    /// Second call of a step, after positions were integrated to its end: resolves the contacts.
+    /// Resolves the contacts. The second call of a step, after the integration of the positions.
     ///
-    /// Velocities change by impulses along the normals and by friction, relative to the colliders, and positions change
-    /// by these velocities times the step. Samples that are still inside a collider are pushed out by positions alone, at
-    /// most a quarter of a cell a step: a body that starts deep inside comes out over several steps. `gravity` is in scene
-    /// units per second squared.
+    /// Impulses along the normals and friction impulses change the velocities relative to the colliders.
+    /// Positions change by these velocity changes times the step. Samples that are still inside a collider
+    /// are pushed out by positions alone, at most a quarter of a cell per step; a body that starts deep
+    /// inside leaves the collider over several steps. `gravity` is in scene units per second squared.
     pub fn resolve(
         &mut self,
         state: &mut BodyState<'_>,
@@ -97,7 +98,7 @@ impl Contacts {
         touched.clear();
         solver.clear();
         detection.read(state.positions, &samples.slots);
-        let quiet = QUIET_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
+        let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         let mut report = ContactReport::default();
         for collider in colliders.during(step, state.frame) {
             let untouched = report.contacts == 0;
@@ -111,13 +112,13 @@ impl Contacts {
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
-                let contact = point.contact(&collider, patch.deepest, step.dt, quiet);
+                let contact = point.contact(&collider, patch.deepest, step.dt, min_bounce);
                 solver.add(contact, patch.vertices(), &samples.mobilities);
             }
         }
         if report.contacts > 0 {
             solver.solve(IMPACT);
-            if self.apply_impulses(state, step.dt) > DEPTH_LEFT {
+            if self.apply_impulses(state, step.dt) > ALLOWED_DEPTH {
                 self.push_out(state, colliders, step);
             }
             self.touched.sort_unstable();
@@ -126,8 +127,10 @@ impl Contacts {
         report
     }
 
-    /// Adds the velocity changes, and these times the step to the positions. Returns the greatest depth that is left, in
-    /// cells, if each patch moves like its mean.
+    /// Adds the velocity changes to the velocities, and the velocity changes times the step to the positions.
+    ///
+    /// Returns the greatest remaining depth in cells, assuming that every sample of a patch moves like its
+    /// contact point.
     fn apply_impulses(&mut self, state: &mut BodyState<'_>, dt: f64) -> f64 {
         for (row, change) in self.solver.changes() {
             let (slot, change) = (self.samples.slots[row as usize], wide(change));
@@ -137,18 +140,19 @@ impl Contacts {
         }
         let depths = self.solver.contacts();
         let depths = depths.map(|(contact, change)| f64::from(contact.depth) - f64::from(change) * dt);
-        let left = depths.fold(0.0, f64::max);
+        let remaining = depths.fold(0.0, f64::max);
         for (row, change) in self.solver.normal_changes() {
-            // The displacement, and the velocity times the step.
+            // The displacement, and the velocity change times the step.
             add_push(&mut self.pushes[row as usize], change, 2.0 * dt as f32);
         }
-        left
+        remaining
     }
 
-    /// Pushes samples that are inside a collider at the end of a step out of it, by positions alone: they gain no speed.
+    /// Pushes samples that are still inside a collider out of it by positions alone, without a velocity
+    /// change.
     ///
-    /// Few steps need it: those of a body that was put or is held in a collider, of a patch that turned while its mean
-    /// stayed, of impulses within their tolerance.
+    /// Few steps need a push-out: the body was placed inside a collider or is constrained to it, a patch
+    /// rotated about its contact point, or the impulses left a penetration within their tolerance.
     fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
         let Self { samples, detection, solver, touched, pushes, .. } = self;
         for _ in 0..PUSH_ROUNDS {
@@ -165,7 +169,7 @@ impl Contacts {
                     solver.add(contact, patch.vertices(), &samples.mobilities);
                 }
             }
-            if report.deepest <= DEPTH_LEFT {
+            if report.deepest <= ALLOWED_DEPTH {
                 break;
             }
             solver.solve(PUSH);
@@ -181,22 +185,22 @@ impl Contacts {
         }
     }
 
-    /// Lattice vertices that the contacts of the last step may have moved, in increasing order.
+    /// Returns the lattice vertices that the contacts of the last step may have moved, in increasing order.
     pub fn touched(&self) -> impl Iterator<Item = u32> + '_ {
         self.touched.iter().map(|&row| self.samples.vertices[row as usize])
     }
 
-    /// Sets the pushes to zero: at the start of a frame.
+    /// Sets the contact displacements to zero. Called at the start of a frame.
     pub fn clear_pushes(&mut self) {
         self.pushes.fill([0.0; 3]);
     }
 
-    /// All pushes, one per sampled lattice vertex, for a snapshot.
+    /// Returns the contact displacements of all of the samples' vertices, for a snapshot.
     pub(crate) fn all_pushes(&self) -> &[[f32; 3]] {
         &self.pushes
     }
 
-    /// Restores [`all_pushes`](Self::all_pushes); clears them if they are of another body.
+    /// Restores [`all_pushes`](Self::all_pushes); sets them to zero if the length is that of another body.
     pub(crate) fn set_pushes(&mut self, pushes: &[[f32; 3]]) {
         match pushes.len() == self.pushes.len() {
             true => self.pushes.copy_from_slice(pushes),
@@ -204,17 +208,18 @@ impl Contacts {
         }
     }
 
-    /// The effect of contacts on the lattice vertices since [`clear_pushes`](Self::clear_pushes), in cells: each step adds
-    /// the push-out and, times the step, the velocity change, both along the collider normals.
+    /// Returns the contact displacements in cells since [`clear_pushes`](Self::clear_pushes).
     ///
-    /// Pairs of vertex and push, in increasing order of vertex; vertices that were not touched are left out.
+    /// Each step adds the displacement by normal impulses and push-out, and the velocity change by normal
+    /// impulses times the step. The result is pairs of vertex and displacement in increasing order of vertex,
+    /// without the vertices that contacts did not displace.
     pub fn pushes(&self) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
         let all = self.samples.vertices.iter().copied().zip(self.pushes.iter().copied());
         all.filter(|(_, push)| *push != [0.0; 3])
     }
 }
 
-/// Adds `b` times `s` to a push.
+/// Adds `b` times `s` to a contact displacement.
 fn add_push(push: &mut [f32; 3], b: &Vec4, s: f32) {
     for (push, b) in push.iter_mut().zip(b) {
         *push += b * s;

@@ -1,4 +1,4 @@
-//! Constraints: pins and handles override positions and carry the velocity of their motion.
+//! Constraints: pins and handles prescribe the positions and velocities of lattice vertices.
 
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
@@ -6,36 +6,36 @@ use thiserror::Error;
 use super::{Key, Motion, MotionError, Pose, Selection};
 use crate::state::{BodyState, Interval};
 
-/// A part of a body held as it is at `start`.
+/// A constraint that fixes a part of a body at its positions at `start`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pin {
-    /// What is held.
+    /// The part that is fixed.
     pub selection: Selection,
-    /// When. Default: from the start, for ever.
+    /// Time in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,
 }
 
-/// A part of a body moved along keys, relative to the pose that it has at `start`.
+/// A constraint that moves a part of a body along keys, relative to its pose at `start`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Handle {
-    /// What is moved.
+    /// The part that is moved.
     pub selection: Selection,
-    /// Displacements from the captured pose, rotations about the captured center.
+    /// Displacements from the captured positions, and rotations about the captured center.
     pub keys: Vec<Key>,
-    /// When. Default: from the start, for ever.
+    /// Time in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,
 }
 
-/// When a pin or a handle is active, in seconds.
+/// Time window in which a pin or a handle is active, in seconds.
 ///
-/// It captures its vertices at the start of the first step that starts at or after `start`, and releases them after
-/// the last step that ends at or before `end`.
+/// The constraint captures its vertices at the start of the first step that starts at or after `start`. It
+/// releases them after the last step that ends at or before `end`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TimeWindow {
-    /// Finite. Default 0.
+    /// Start of the window; finite. Default 0.
     pub start: f64,
-    /// Greater than `start`. Default infinity: for ever.
+    /// End of the window, greater than `start`. Default infinity.
     pub end: f64,
 }
 
@@ -45,7 +45,7 @@ impl Default for TimeWindow {
     }
 }
 
-/// A pin or a handle resolved to lattice vertices, with the poses that it captured.
+/// A pin or a handle resolved to lattice vertices, with the positions that it captured.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraint {
@@ -53,25 +53,26 @@ pub struct Constraint {
     window: TimeWindow,
     motion: Option<Motion>,
     capture: Option<Capture>,
-    /// Whether it is active in the step that was begun last.
+    /// Whether it is active in the current step.
     active: bool,
 }
 
-/// The positions of the held vertices when the constraint became active.
+/// The positions of the constrained vertices when the constraint became active.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Capture {
-    /// Mean of the positions: the center of the rotations, world space.
+    /// Center of the rotations: the mean of the positions, in world space.
     center: [f64; 3],
-    /// World position of each held vertex, in the order of `vertices`.
+    /// World position of each constrained vertex, in the order of `vertices`.
     positions: Vec<[f64; 3]>,
 }
 
 impl Constraint {
-    /// A constraint on `vertices` (lattice vertices in increasing order, each once); a pin without `keys`.
+    /// Creates a constraint on `vertices`: lattice vertices in increasing order, without duplicates. It is a
+    /// handle if there are `keys`, else a pin.
     ///
     /// # Errors
-    /// An empty or non-numeric window, or keys that are no motion.
+    /// A window that is empty or not a number, or invalid keys.
     pub fn new(
         vertices: Vec<u32>,
         window: TimeWindow,
@@ -85,34 +86,36 @@ impl Constraint {
         Ok(Self { vertices, window, motion, capture: None, active: false })
     }
 
-    /// The held lattice vertices, in increasing order.
+    /// The constrained lattice vertices, in increasing order.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
     }
 
-    /// Checks that it moves no further than `limit` along an axis.
+    /// Checks that each displacement is at most `limit` along each axis.
     pub(crate) fn within(&self, limit: f64) -> Result<(), MotionError> {
         self.motion.iter().try_for_each(|motion| motion.within(limit))
     }
 
-    /// Releases it for good.
+    /// Deactivates the constraint permanently.
     fn release(&mut self) {
         self.window.end = f64::NEG_INFINITY;
     }
 
-    /// Sets the motion, relative to the captured pose.
+    /// Sets the motion, relative to the captured positions.
     fn set_motion(&mut self, motion: Motion) {
         self.motion = Some(motion);
     }
 
-    /// Whether it fits a lattice of `vertices` vertices: deserialised data may not.
+    /// Checks deserialised data: whether all indices and lengths fit a lattice of `vertices` vertices.
     fn is_whole(&self, vertices: usize) -> bool {
         self.vertices.iter().all(|&vertex| (vertex as usize) < vertices)
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
     }
 
-    /// Begins a step: captures positions where it becomes active. Returns whether it becomes active or inactive.
-    /// A step that misses a limit of the window by rounding alone counts as within it.
+    /// Begins a step: captures positions if the constraint becomes active for the first time. Returns whether
+    /// it becomes active or inactive.
+    ///
+    /// The window is widened by 1e-6 steps, so that rounding of the step times does not exclude a step.
     fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
         let slack = 1e-6 * step.dt;
         let active = step.start >= self.window.start - slack && step.end <= self.window.end + slack;
@@ -122,18 +125,22 @@ impl Constraint {
         active != std::mem::replace(&mut self.active, active)
     }
 
-    /// Ends a step: moves the held vertices to `target(end)`, with the velocity `(target(end) - target(start)) / dt`.
+    /// Ends a step: moves the vertices to `target(end)`. Their velocity is
+    /// `(target(end) - target(start)) / dt`.
     fn apply(&self, step: Interval, state: &mut BodyState<'_>, slots: &[u32]) {
         let (true, Some(capture)) = (self.active, &self.capture) else { return };
         let to_local_velocity = 1.0 / (step.dt * state.frame.cell_size);
         let (start, end) = (self.pose(step.start), self.pose(step.end));
         let center = Point3::from(capture.center);
-        // Differences of poses, not of positions: no rounding far from the origin of the world.
-        let (turned, moved) = (end.rotation - start.rotation, end.translate - start.translate);
+        // The velocity comes from differences of poses: differences of positions lose digits far from the
+        // world's origin.
+        let (rotation_change, translation_change) =
+            (end.rotation - start.rotation, end.translate - start.translate);
         for (&vertex, &captured) in self.vertices.iter().zip(&capture.positions) {
             let captured = Point3::from(captured);
             let target = if self.motion.is_some() { end.apply(&center, &captured) } else { captured };
-            let velocity: Vector3<f64> = (turned * (captured - center) + moved) * to_local_velocity;
+            let velocity: Vector3<f64> =
+                (rotation_change * (captured - center) + translation_change) * to_local_velocity;
             let slot = slots[vertex as usize];
             state.set_position(slot, state.frame.to_local(&target));
             state.set_velocity(slot, velocity);
@@ -147,9 +154,9 @@ impl Constraint {
 
 impl Capture {
     fn of(vertices: &[u32], state: &BodyState<'_>, slots: &[u32]) -> Self {
-        let place = |&vertex: &u32| state.frame.to_world(state.position(slots[vertex as usize]));
-        let positions: Vec<[f64; 3]> = vertices.iter().map(|v| place(v).into()).collect();
-        // The mean of the offsets from one of the points keeps its digits far from the origin of the world.
+        let world = |&vertex: &u32| state.frame.to_world(state.position(slots[vertex as usize]));
+        let positions: Vec<[f64; 3]> = vertices.iter().map(|v| world(v).into()).collect();
+        // A mean of offsets from one of the points loses no digits far from the world's origin.
         let base = positions.first().map_or_else(Point3::origin, |&p| Point3::from(p));
         let sum: Vector3<f64> = positions.iter().map(|&p| Point3::from(p) - base).sum();
         let center = base + sum / positions.len().max(1) as f64;
@@ -157,32 +164,32 @@ impl Capture {
     }
 }
 
-/// Why a pin or a handle cannot be.
+/// An invalid pin or handle.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum ConstraintError {
     /// The window is empty or not a number.
-    #[error("start = {start}, end = {end}: start must be finite and end greater than start")]
+    #[error("start is {start} and end is {end}; start must be finite and end greater than start")]
     TimeWindow {
         /// Start in seconds.
         start: f64,
         /// End in seconds.
         end: f64,
     },
-    /// The keys are no motion.
+    /// The keys are invalid.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// There is no such pin or handle.
+    /// The index of a pin or handle is out of range.
     #[error("there is no pin or handle {index}: the body has {count}")]
     NoSuchConstraint {
-        /// The index asked for.
+        /// The requested index.
         index: usize,
-        /// How many there are.
+        /// Number of pins and handles of the body.
         count: usize,
     },
 }
 
-/// The stage: the pins and handles of one body. Where they overlap, the later one wins.
+/// The constraint stage: the pins and handles of one body. Where they overlap, the later one has priority.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraints {
@@ -191,38 +198,38 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    /// Memory that they take.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let captured = |capture: &Capture| size_of_val(capture.positions.as_slice());
-        let of_each = self.constraints.iter().map(|constraint| {
+        let each = self.constraints.iter().map(|constraint| {
             size_of_val(constraint.vertices.as_slice()) + constraint.capture.as_ref().map_or(0, captured)
         });
-        self.held.len() + size_of_val(self.constraints.as_slice()) + of_each.sum::<usize>()
+        self.held.len() + size_of_val(self.constraints.as_slice()) + each.sum::<usize>()
     }
 
-    /// The stage for a lattice of `vertex_count` vertices.
+    /// Creates the stage for a lattice of `vertex_count` vertices.
     pub fn new(vertex_count: usize, constraints: Vec<Constraint>) -> Self {
         Self { constraints, held: vec![false; vertex_count] }
     }
 
-    /// Adds a constraint, which wins over those before it.
+    /// Adds a constraint, which has priority over the existing ones.
     pub fn add(&mut self, constraint: Constraint) {
         self.constraints.push(constraint);
     }
 
-    /// Releases a constraint for good.
+    /// Deactivates a constraint permanently.
     ///
     /// # Errors
-    /// If there is no such constraint.
+    /// An index out of range.
     pub fn release(&mut self, index: usize) -> Result<(), ConstraintError> {
         self.get_mut(index)?.release();
         Ok(())
     }
 
-    /// Gives a constraint another motion, relative to the captured pose.
+    /// Replaces the motion of a constraint. It is relative to the captured positions.
     ///
     /// # Errors
-    /// If there is no such constraint.
+    /// An index out of range.
     pub fn set_motion(&mut self, index: usize, motion: Motion) -> Result<(), ConstraintError> {
         self.get_mut(index)?.set_motion(motion);
         Ok(())
@@ -233,20 +240,21 @@ impl Constraints {
         self.constraints.get_mut(index).ok_or(ConstraintError::NoSuchConstraint { index, count })
     }
 
-    /// Whether it fits a lattice of `vertices` vertices: deserialised data may not.
+    /// Checks deserialised data: whether all indices and lengths fit a lattice of `vertices` vertices.
     pub(crate) fn is_whole(&self, vertices: usize) -> bool {
         self.held.len() == vertices && self.constraints.iter().all(|constraint| constraint.is_whole(vertices))
     }
 
-    /// The constraints in order; later ones win.
+    /// The constraints in the order in which they were added; later ones have priority.
     pub fn list(&self) -> &[Constraint] {
         &self.constraints
     }
 
-    /// Begins a step, before positions change: constraints that become active capture the positions of their vertices.
-    /// [`held`](Self::held) is valid from here to the end of the step. Returns whether it has changed.
+    /// Begins a step, before positions change: constraints that become active for the first time capture the
+    /// positions of their vertices. Returns whether [`held`](Self::held) has changed; it is valid to the end
+    /// of the step.
     ///
-    /// `slots` has the slot of each lattice vertex.
+    /// `slots` is the slot of each lattice vertex.
     pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
         let mut changed = false;
         for constraint in &mut self.constraints {
@@ -263,19 +271,20 @@ impl Constraints {
         changed
     }
 
-    /// Ends a step: held vertices get the position and the velocity of the motion of their constraint.
+    /// Ends a step: sets the position and the velocity of each constrained vertex from the motion of its
+    /// constraint.
     pub fn apply(&self, step: Interval, state: &mut BodyState<'_>, slots: &[u32]) {
         for constraint in &self.constraints {
             constraint.apply(step, state, slots);
         }
     }
 
-    /// For each lattice vertex, whether a constraint holds it in the step that was begun last.
+    /// Whether each lattice vertex is constrained in the current step.
     pub fn held(&self) -> &[bool] {
         &self.held
     }
 
-    /// Whether any constraint is active in the step that was begun last.
+    /// Whether any constraint is active in the current step.
     pub fn any_active(&self) -> bool {
         self.constraints.iter().any(|constraint| constraint.active)
     }

@@ -1,8 +1,9 @@
 //! Region damping: moves the velocities towards the averaged rigid velocities of the regions.
 //!
-//! Rivers & James (2007, section 5) average the rigid velocities of the regions with the matching's weights. Here
-//! the same moment cascade sums the velocities against the window's lattice offsets, so nothing cancels far from
-//! the origin; the inertia is that of rest, turned by the region's rotation, so it never is singular.
+//! As in Rivers & James (2007, section 5), the rigid velocities of the regions are averaged with the weights
+//! of the shape matching. Here the local-moment cascade sums the velocities against the lattice offsets in
+//! the window, so no digits cancel far from the origin. The inertia is the rest inertia, rotated by the
+//! region's rotation, so it is never singular.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
@@ -14,26 +15,27 @@ use crate::simd::lanes::{Block, Lanes, load, store};
 use crate::simd::vector::{cross, dot};
 use crate::state::State;
 
-/// The stage: the rest inertia of the regions.
+/// The stage of region damping, with the inverse rest inertia of the regions.
 #[derive(Clone, Debug)]
 pub(crate) struct RegionDamper {
     inverse_inertia: Lanes<6>,
 }
 
 impl RegionDamper {
-    /// For the regions of a matching stage.
+    /// Creates the stage for the regions of `matching`.
     pub(crate) fn new(matching: &Matching) -> Self {
         Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout) }
     }
 
-    /// Memory that it takes.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.inverse_inertia.bytes()
     }
 
     /// Moves the velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
-    /// The rotations are those of the last fit; `share` is in (0, 1].
+    /// v̄ is the mean rigid velocity of the regions that contain the vertex. Uses the rotations of the last
+    /// fit. `share` is in (0, 1].
     pub(crate) fn apply(
         &self,
         matching: &Matching,
@@ -47,7 +49,7 @@ impl RegionDamper {
         let Regions { constants, weights, .. } = regions;
         let field = Weighted { weights: weights.blocks(), vectors: velocities.blocks() };
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
-        // A vector of units allocates nothing.
+        // A vector of `()` does not allocate.
         let memory = &mut vec![(); layout.blocks()];
         cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Adjoint);
         let update = Damp { weights, share };
@@ -55,7 +57,7 @@ impl RegionDamper {
     }
 }
 
-/// The rigid velocity that has the momentum and angular momentum of each region.
+/// Fits to each region the rigid velocity that has its linear and angular momentum.
 struct FitVelocities<'a> {
     constants: &'a Lanes<4>,
     inverse_inertia: &'a Lanes<6>,
@@ -75,9 +77,12 @@ impl RegionTransform for FitVelocities<'_> {
 }
 
 impl FitVelocities<'_> {
-    /// v = S/M; B = [Sx Sy Sz]/M - v dᵀ holds the velocities against the rest offsets y = (i, j, k) - d, so the
-    /// angular momentum over M is Σ (R y) x v = Σⱼ (R eⱼ) x Bⱼ. In the region's rest frame ω = R J⁻¹ Rᵀ of it, J
-    /// the rest inertia. The field: v - ω x R d, and the columns ω x R eⱼ.
+    /// Computes the rigid velocity field of each region: its value v - ω x R d at the center vertex, and the
+    /// columns ω x R eⱼ.
+    ///
+    /// v = S/M is the mean velocity. B = [Sx Sy Sz]/M - v dᵀ has the first moments of the velocities against
+    /// the rest offsets y = (i, j, k) - d, so the angular momentum over M is l = Σⱼ (R eⱼ) x Bⱼ. With the
+    /// rest inertia J over M, ω = R J⁻¹ Rᵀ l.
     #[inline(always)]
     fn fit<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12]) -> [f32x8<S>; 12] {
         let zero = f32x8::splat(simd, 0.0);
@@ -86,18 +91,18 @@ impl FitVelocities<'_> {
         let r: [f32x8<S>; 9] = columns(simd, load(simd, &self.rotations.blocks()[block]));
         let axes = [[r[0], r[1], r[2]], [r[3], r[4], r[5]], [r[6], r[7], r[8]]];
 
-        let mut spin = [zero; 3];
+        let mut angular = [zero; 3];
         for j in 0..3 {
-            let against = [central[3 * j], central[3 * j + 1], central[3 * j + 2]];
-            let [x, y, z] = cross(axes[j], against);
-            spin = [spin[0] + x, spin[1] + y, spin[2] + z];
+            let moment = [central[3 * j], central[3 * j + 1], central[3 * j + 2]];
+            let [x, y, z] = cross(axes[j], moment);
+            angular = [angular[0] + x, angular[1] + y, angular[2] + z];
         }
         let [xx, yy, zz, xy, xz, yz] = load(simd, &self.inverse_inertia.blocks()[block]);
-        let (a, b, c) = (dot(axes[0], spin), dot(axes[1], spin), dot(axes[2], spin));
-        let turned = [xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c];
+        let (a, b, c) = (dot(axes[0], angular), dot(axes[1], angular), dot(axes[2], angular));
+        let rest_omega = [xx * a + xy * b + xz * c, xy * a + yy * b + yz * c, xz * a + yz * b + zz * c];
         let mut omega = [zero; 3];
         for c in 0..3 {
-            omega[c] = axes[0][c] * turned[0] + axes[1][c] * turned[1] + axes[2][c] * turned[2];
+            omega[c] = axes[0][c] * rest_omega[0] + axes[1][c] * rest_omega[1] + axes[2][c] * rest_omega[2];
         }
 
         let (x, y, z) = (cross(omega, axes[0]), cross(omega, axes[1]), cross(omega, axes[2]));
@@ -109,7 +114,7 @@ impl FitVelocities<'_> {
     }
 }
 
-/// v += share (v̄ - v).
+/// The vertex update v += share (v̄ - v), with v̄ = (1/n) Σ over the regions that contain the vertex.
 struct Damp<'a> {
     weights: &'a Lanes<2>,
     share: f32,

@@ -1,57 +1,61 @@
-//! The energy limiter: a body on which nothing acts never has more energy than it began with.
+//! The energy limiter: keeps the energy of a free body, without constraints and contacts, from growing.
 //!
-//! The pull towards the goals has a potential, V = alpha/(2 dt²) Σ over regions Σ m/n |goal - x|². A step is a leapfrog
-//! step: it keeps Σ m v₋·v₊ / 2 + V while a body vibrates (v₋ and v₊ are the velocities before and after the pull),
-//! exactly where V is harmonic. But V has kinks where a region that is turned inside out has two best rotations, and
-//! steps across them give energy: bodies let go from a point, or shuffled, reach 6 to 300 times their first energy in
-//! 10,000 steps. Near a kink, and nowhere else, Newton's method leaves rotations to the robust path. So the energy is
-//! summed in those steps, and above the limit the motion beside the rigid one is slowed down.
+//! The acceleration towards the goals has a potential, V = alpha/(2 dt²) Σ over regions Σ m/n |goal - x|²,
+//! with the goal of that region. The time integration is a leapfrog scheme. It conserves Σ m v₋·v₊ / 2 + V,
+//! with the velocities v₋ before and v₊ after the acceleration, exactly where V is harmonic. But V has kinks
+//! where an inverted region has two best rotations, and steps across a kink add energy: bodies that start
+//! collapsed to a point, or with their vertices permuted, reach 6 to 300 times their initial energy in 10,000
+//! steps. Newton's method for the rotations fails to converge near a kink and nowhere else. So the energy is
+//! summed in steps with such a rotation, and if it is above the limit, the non-rigid part of the velocities
+//! is scaled down.
 
 use super::momentum::MomentumTracker;
 use crate::matching::{Matching, PotentialSums};
 use crate::simd::lanes::{Block, LANES, Lanes};
 use crate::state::{EnergyLimit, State};
 
-/// The share of Σ m x² that rounding may make of the potential.
+/// Rounding error of the potential, as a fraction of alpha/(2 dt²) Σ m x².
 const NOISE: f64 = 1e-6;
 
-/// The stage: sums the energy of a body, and owns the buffers of these sums.
+/// The energy-limiting stage, with the buffers of its sums.
 #[derive(Debug)]
 pub(crate) struct EnergyLimiter {
     /// Σ over regions Σ m/n |x⁰ - c⁰|².
-    rest: f64,
+    rest_spread: f64,
     potential: PotentialSums,
     velocities_before: Lanes<3>,
 }
 
 impl EnergyLimiter {
-    /// For the regions of a matching stage.
+    /// Creates the stage for the regions of `matching`.
     pub(crate) fn new(matching: &Matching) -> Self {
         let blocks = matching.layout.blocks();
         Self {
-            rest: matching.regions.rest_spread(&matching.layout),
+            rest_spread: matching.regions.rest_spread(&matching.layout),
             potential: PotentialSums::new(blocks),
             velocities_before: Lanes::zeros(blocks),
         }
     }
 
-    /// Memory that it takes.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.potential.bytes() + self.velocities_before.bytes()
     }
 
-    /// Receives the potential of the fit.
+    /// The sums that the fit writes its potential to.
     pub(crate) fn potential(&self) -> &PotentialSums {
         &self.potential
     }
 
-    /// Keeps the velocities before the pull.
+    /// Stores the velocities before the acceleration towards the goals.
     pub(crate) fn begin(&mut self, velocities: &Lanes<3>) {
         self.velocities_before.copy_from(velocities);
     }
 
-    /// After the pull towards the goals, with `stiffness_rate` = alpha/dt in 1/s and `dt` in seconds: sets the limit if
-    /// there is none, or slows the body down to it.
+    /// Limits the energy after the acceleration towards the goals. Where there is no limit for this
+    /// `stiffness_rate` and `dt`, the current energy becomes the limit.
+    ///
+    /// `stiffness_rate` = alpha/dt in 1/s; `dt` in seconds.
     pub(crate) fn apply(
         &self,
         (stiffness_rate, dt): (f64, f64),
@@ -61,7 +65,7 @@ impl EnergyLimiter {
     ) {
         let State { positions, velocities, energy_limit, .. } = state;
         let Sums { square, before_after, after } = self.sums(weights, positions, velocities);
-        let potential = 0.5 * stiffness_rate / dt * (self.rest + square - self.potential.sum());
+        let potential = 0.5 * stiffness_rate / dt * (self.rest_spread + square - self.potential.sum());
         let noise = 0.5 * stiffness_rate / dt * NOISE * square;
         let energy = 0.5 * before_after + potential;
         let limit = match *energy_limit {
@@ -74,13 +78,14 @@ impl EnergyLimiter {
         if energy <= limit + noise || !energy.is_finite() {
             return;
         }
-        // With the velocities beside the rigid ones times s the energy is potential + rigid + s² beside - s pulled.
+        // With the non-rigid velocities scaled by s, the energy is potential + rigid + s² non_rigid - s work.
         let rigid = tracker.rigid_energy();
-        let (beside, work) = (0.5 * after - rigid, 0.5 * (after - before_after));
-        let room = limit - potential - rigid;
-        let scale = (work + (work * work + 4.0 * beside * room).max(0.0).sqrt()) / (2.0 * beside);
-        if beside > 0.0 && scale.is_finite() {
+        let (non_rigid, work) = (0.5 * after - rigid, 0.5 * (after - before_after));
+        let budget = limit - potential - rigid;
+        let scale = (work + (work * work + 4.0 * non_rigid * budget).max(0.0).sqrt()) / (2.0 * non_rigid);
+        if non_rigid > 0.0 && scale.is_finite() {
             let scale = scale.clamp(0.0, 1.0);
+            // All velocities are scaled; the momentum correction of the step restores their rigid part.
             velocities.blocks_mut().iter_mut().flatten().for_each(|row| {
                 row.iter_mut().for_each(|v| *v *= scale as f32);
             });
@@ -103,7 +108,7 @@ impl EnergyLimiter {
     }
 }
 
-/// Σ m x², Σ m v₋·v₊, Σ m v₊².
+/// The sums Σ m x², Σ m v₋·v₊ and Σ m v₊².
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     square: f64,
@@ -111,6 +116,7 @@ struct Sums {
     after: f64,
 }
 
+/// The scalar product of the vectors in one lane.
 fn product(a: &Block<3>, b: &Block<3>, lane: usize) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from(a[lane]) * f64::from(b[lane])).sum()
 }

@@ -1,4 +1,4 @@
-//! Forces that a user applies for one step.
+//! External forces on lattice vertices, applied for one step.
 
 use std::ops::AddAssign;
 
@@ -7,26 +7,26 @@ use nalgebra::Vector3;
 use crate::lattice::Lattice;
 use crate::state::{Interval, State};
 
-/// The stage: forces for the next step, and the pushes of those since the frame began. Both are lists in increasing
-/// order of lattice vertex, each once.
+/// The external-force stage: forces of the next step, and the displacements by the forces of the current
+/// frame. Both lists are sorted by lattice vertex, without duplicates.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Forces {
-    /// In scene units of mass x length / s^2.
+    /// Forces of the next step, in scene units of mass x length / s^2.
     next: Vec<(u32, [f64; 3])>,
-    /// For the volume correction, in cells: the velocity change times the step.
+    /// Velocity change times dt, in cells, for the volume correction.
     pushes: Vec<(u32, [f32; 3])>,
 }
 
 impl Forces {
-    /// Adds forces on lattice vertices to those of the next step.
+    /// Adds forces on lattice vertices to the forces of the next step.
     pub(crate) fn add(&mut self, forces: &[(u32, [f64; 3])]) {
         self.next.extend_from_slice(forces);
         self.next.sort_by_key(|&(vertex, _)| vertex);
-        add_up(&mut self.next);
+        sum_duplicates(&mut self.next);
     }
 
-    /// v += h f/m. The momenta of the components that forces act on are measured anew.
+    /// Applies the forces: v += h f/m. Invalidates the momenta of the components that they act on.
     pub(crate) fn apply(
         &mut self,
         (step, opens_frame): (Interval, bool),
@@ -48,41 +48,43 @@ impl Forces {
             state.invalidate_momentum(lattice, vertex);
             self.pushes.push((vertex, (gain * step.dt).map(|push| push as f32).into()));
         }
-        // At most two for each vertex, so their order does not matter: sorted without an allocation.
+        // A vertex has at most two entries, so their order does not matter. An unstable sort does not
+        // allocate.
         self.pushes.sort_unstable_by_key(|&(vertex, _)| vertex);
-        add_up(&mut self.pushes);
+        sum_duplicates(&mut self.pushes);
     }
 
-    /// What forces did to lattice vertices since the frame began: pairs of vertex and push in cells.
+    /// The displacements by the forces of the current frame: pairs of lattice vertex and velocity change
+    /// times dt, in cells.
     pub(crate) fn pushes(&self) -> impl Iterator<Item = (u32, [f32; 3])> {
         self.pushes.iter().copied()
     }
 
-    /// Whether there are neither forces nor pushes.
+    /// Whether there are neither forces nor displacements.
     pub(crate) fn is_empty(&self) -> bool {
         self.next.is_empty() && self.pushes.is_empty()
     }
 
-    /// Memory that they take.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.next.capacity() * size_of::<(u32, [f64; 3])>()
             + self.pushes.capacity() * size_of::<(u32, [f32; 3])>()
     }
 
-    /// Whether all are of a lattice of `vertices` vertices: deserialised data may not be.
+    /// Checks deserialised data: whether all indices fit a lattice of `vertices` vertices.
     pub(crate) fn is_whole(&self, vertices: usize) -> bool {
-        let inside = |vertex: u32| (vertex as usize) < vertices;
-        self.next.iter().all(|&(vertex, _)| inside(vertex))
-            && self.pushes.iter().all(|&(vertex, _)| inside(vertex))
+        let in_range = |vertex: u32| (vertex as usize) < vertices;
+        self.next.iter().all(|&(vertex, _)| in_range(vertex))
+            && self.pushes.iter().all(|&(vertex, _)| in_range(vertex))
     }
 }
 
-/// Adds up the entries of each vertex in a list that is sorted by vertex.
-fn add_up<T: Copy + AddAssign>(list: &mut Vec<(u32, [T; 3])>) {
-    list.dedup_by(|(vertex, more), (before, sum)| {
-        let same = vertex == before;
+/// Replaces the entries of each vertex by their sum; `list` is sorted by vertex.
+fn sum_duplicates<T: Copy + AddAssign>(list: &mut Vec<(u32, [T; 3])>) {
+    list.dedup_by(|(vertex, value), (previous, sum)| {
+        let same = vertex == previous;
         if same {
-            sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += *more);
+            sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += *value);
         }
         same
     });

@@ -1,7 +1,8 @@
-//! Integration: v += alpha (g - x)/h + h a, then x += h v (Mueller et al. 2005, eq. 9).
+//! Integration: v += alpha (g - x)/h + h a, then x += h v (Müller et al. 2005, Eq. (9)).
 //!
-//! A step moves a slow body by less than an ulp of its f32 positions, so each position carries the part that was
-//! rounded away to the next step (Kahan 1965): a position is `positions` + `compensation`.
+//! A step can move a slow body by less than an ulp of its f32 positions. So the sum over the steps is
+//! compensated (Kahan 1965): the part of each position that f32 rounds off is stored, and a position is
+//! `positions` + `compensation`.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
 
@@ -11,15 +12,16 @@ use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::simd::level;
 
-/// v += alpha (g - x)/h + h a: the goal position g of a vertex is (1/n) Σ over its regions, which the adjoint gathers.
+/// The vertex update v += alpha (g - x)/h + h a. The goal position g of a vertex is (1/n) Σ over the regions
+/// that contain it; the adjoint of the cascade computes that sum.
 pub(crate) struct Accelerate<'a> {
     pub(crate) weights: &'a Lanes<2>,
     pub(crate) positions: &'a Lanes<3>,
     /// alpha/h, in 1/s.
     pub(crate) stiffness_rate: f32,
-    /// h a, of the acceleration that all vertices share, in cells/s.
+    /// h a in cells/s, with the acceleration a of all vertices.
     pub(crate) gain: [f32; 3],
-    /// The components whose momenta are summed; `None` sums nothing.
+    /// Components whose momenta are summed after the update; `None` sums no momenta.
     pub(crate) components: Option<&'a Components>,
 }
 
@@ -41,14 +43,14 @@ impl VertexUpdate for Accelerate<'_> {
         let zero = f32x8::splat(simd, 0.0);
         let vertices = weights.iter().zip(positions).zip(region_sums).zip(&mut *velocities);
         for (((weights, positions), region_sums), velocities) in vertices {
-            let [_, share] = load(simd, weights);
-            let held = share.simd_gt(zero);
+            let [_, inverse_count] = load(simd, weights);
+            let occupied = inverse_count.simd_gt(zero);
             let (x, region_sums): ([f32x8<S>; 3], [f32x8<S>; 3]) =
                 (load(simd, positions), load(simd, region_sums));
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
-                let gain = held.select(f32x8::splat(simd, self.gain[c]), zero);
-                let residual = region_sums[c].mul_add(share, -x[c]);
+                let gain = occupied.select(f32x8::splat(simd, self.gain[c]), zero);
+                let residual = region_sums[c].mul_add(inverse_count, -x[c]);
                 v[c] = residual.mul_add(self.stiffness_rate, v[c] + gain);
             }
             store(v, velocities);
@@ -59,18 +61,20 @@ impl VertexUpdate for Accelerate<'_> {
     }
 }
 
-/// x += h v, after v += the rigid velocity that the component of the vertex lacks.
+/// The update x += h v, after the momentum correction of the velocities: v += the rigid velocity of the
+/// component.
 pub(crate) struct Advance<'a> {
-    /// The lanes of each block that hold a vertex, as bits.
+    /// Bit mask of the lanes with a vertex, for each block.
     pub(crate) occupied: &'a [u8],
     pub(crate) components: &'a Components,
+    /// Rigid velocity that is added to each component.
     pub(crate) corrections: &'a [RigidVelocity],
-    /// Seconds.
+    /// Time step in seconds.
     pub(crate) dt: f64,
 }
 
 impl Advance<'_> {
-    /// Moves all vertices.
+    /// Updates the velocities and the positions of all vertices.
     pub(crate) fn run(
         &self,
         executor: &Executor,
@@ -89,10 +93,11 @@ impl Advance<'_> {
         });
     }
 
+    /// Adds the rigid velocity of its component to each vertex of a block.
     #[inline(always)]
     fn correct<S: Simd>(&self, simd: S, block: usize, positions: &Block<3>, velocities: &mut Block<3>) {
         let zero = f32x8::splat(simd, 0.0);
-        let held = mask32x8::from_bitmask(simd, u64::from(self.occupied[block]));
+        let occupied = mask32x8::from_bitmask(simd, u64::from(self.occupied[block]));
         let (linear, omega): ([f32x8<S>; 3], [f32x8<S>; 3]) = match self.components {
             Components::One => {
                 let RigidVelocity { linear: [u, v, w], angular: [p, q, r] } = self.corrections[0];
@@ -116,13 +121,14 @@ impl Advance<'_> {
         for c in 0..3 {
             let (next, last) = ((c + 1) % 3, (c + 2) % 3);
             let turn = omega[next] * x[last] - omega[last] * x[next];
-            v[c] += held.select(linear[c] + turn, zero);
+            v[c] += occupied.select(linear[c] + turn, zero);
         }
         store(v, velocities);
     }
 }
 
-/// x += dt v, dt in two parts so that its own rounding adds up to nothing either.
+/// Computes x += dt v with compensated summation. dt is the sum of two f32 numbers, so that the rounding of
+/// dt does not accumulate.
 #[inline(always)]
 fn advance<S: Simd>(
     simd: S,

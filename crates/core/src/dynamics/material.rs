@@ -1,4 +1,4 @@
-//! The material of a body: per step, or in physical terms that do not change with the step.
+//! The material of a body, in parameters per step or in physical units that are independent of the time step.
 
 use crate::range::{RangeError, in_range};
 use crate::state::sin_cos_degrees;
@@ -7,43 +7,43 @@ use crate::state::sin_cos_degrees;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RegionSize {
-    /// Half-width of a region in cells, at least 1. Larger is stiffer; so is a coarser lattice.
+    /// Half-width of a region in cells, at least 1. A larger half-width or a coarser lattice is stiffer.
     Cells(usize),
-    /// Half-width as a length in scene units, > 0: rounded to whole cells, at least one.
+    /// Half-width as a length in scene units, > 0. It is rounded to whole cells, at least one.
     Radius(f64),
 }
 
-/// How strongly vertices are pulled towards their goal positions.
+/// Stiffness: how fast vertices move to their goal positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Stiffness {
-    /// alpha, the share of the way to the goal in one step, in (0, 1].
+    /// alpha: the fraction of the distance to the goal covered in one step, in (0, 1].
     PerStep(f64),
-    /// The frequency in Hz, > 0, of a vertex that swings about its goal: alpha = 2 (1 - cos(2 π f dt)), at most 1.
-    /// It caps at a sixth of the step rate.
+    /// Frequency f in Hz, > 0, at which a vertex oscillates about a fixed goal.
+    /// alpha = 2 (1 - cos(2 π f dt)), at most 1; alpha reaches 1 where f is a sixth of the step rate.
     Frequency(f64),
 }
 
-/// Region damping: how much of the motion within a region is removed.
+/// Region damping: the fraction of the non-rigid velocity within regions that is removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RegionDamping {
-    /// The share in one step, in [0, 1]; 0 leaves the stage out.
+    /// Fraction per step, in [0, 1]; 0 disables the stage.
     PerStep(f64),
-    /// A rate in 1/s, >= 0: the share in a step is 1 - exp(-rate dt).
+    /// Rate in 1/s, >= 0: the fraction per step is 1 - exp(-rate dt).
     Rate(f64),
 }
 
 /// The material of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// The size of the regions; default 2 cells.
+    /// Size of the regions; default 2 cells.
     pub region_size: RegionSize,
-    /// How strongly vertices are pulled towards their goal positions; default 1 per step.
+    /// Stiffness; default alpha = 1 per step.
     pub stiffness: Stiffness,
-    /// Region damping; default none.
+    /// Region damping; default 0.
     pub region_damping: RegionDamping,
-    /// Mass per volume, > 0; default 1000.
+    /// Mass per volume in scene units, > 0; default 1000.
     pub density: f64,
 }
 
@@ -59,11 +59,11 @@ impl Default for Material {
 }
 
 impl Material {
-    /// Checks the ranges.
+    /// Checks the ranges of all values.
     ///
     /// # Errors
     ///
-    /// A number out of its range.
+    /// A value out of its range.
     pub fn validate(&self) -> Result<(), RangeError> {
         match self.region_size {
             RegionSize::Cells(w) => {
@@ -82,7 +82,7 @@ impl Material {
         in_range("density", self.density, self.density > 0.0, "> 0").map(drop)
     }
 
-    /// The half-width of the regions in cells, on a lattice that spans `extent` cells.
+    /// The half-width of the regions in cells, from 1 to `extent`, the extent of the lattice in cells.
     pub(crate) fn half_width(&self, cell_size: f64, extent: usize) -> usize {
         let cells = match self.region_size {
             RegionSize::Cells(cells) => cells,
@@ -91,20 +91,20 @@ impl Material {
         cells.clamp(1, extent.max(1))
     }
 
-    /// alpha, the share of the way to the goal in one step, for steps of `dt` seconds.
+    /// alpha, the fraction of the distance to the goal covered in one step of `dt` seconds.
     pub fn alpha(&self, dt: f64) -> f64 {
         match self.stiffness {
             Stiffness::PerStep(alpha) => alpha,
             Stiffness::Frequency(frequency) => {
-                // 2 (1 - cos 2x) = 4 sin² x, which keeps its digits at slow frequencies. Up to 1/6 of a turn per step
-                // the cosine falls; beyond, alpha has long been capped.
+                // 2 (1 - cos 2x) = 4 sin² x, which does not cancel at low frequencies. From f dt = 1/6 on
+                // alpha is 1, so f dt is capped at 1/2, where the sine stops growing.
                 let (sine, _) = sin_cos_degrees(180.0 * (frequency * dt).min(0.5));
                 (4.0 * sine * sine).min(1.0)
             }
         }
     }
 
-    /// The share of the motion within a region that damping takes out in a step of `dt` seconds.
+    /// The fraction of the non-rigid velocity within regions that damping removes in a step of `dt` seconds.
     pub fn region_damping_share(&self, dt: f64) -> f64 {
         match self.region_damping {
             RegionDamping::PerStep(share) => share,
@@ -112,7 +112,7 @@ impl Material {
         }
     }
 
-    /// Whether there is any damping.
+    /// Whether region damping is enabled.
     pub(crate) fn is_damped(&self) -> bool {
         !matches!(self.region_damping, RegionDamping::PerStep(0.0) | RegionDamping::Rate(0.0))
     }

@@ -4,13 +4,13 @@
 //! |---|---|
 //! | `material` | region size, stiffness, damping and density, per step or in physical units |
 //! | `selection` | the part of a body that a pin, a handle or a force acts on |
-//! | `motion` | keyed rigid motion of handles and colliders |
-//! | `constraints` | pins and handles: override positions |
-//! | `forces` | forces that a user applies for one step |
-//! | `momentum` | momenta of free components in f64 |
-//! | `damping` | region damping, by the moment cascade |
+//! | `motion` | keyframed rigid motion of handles and colliders |
+//! | `constraints` | pins and handles: prescribed positions and velocities |
+//! | `forces` | external forces, applied for one step |
+//! | `momentum` | the momentum tracker: momenta of free components in f64 |
+//! | `damping` | region damping, by the local-moment cascade |
 //! | `integration` | v += alpha (g - x)/h + h a; x += h v |
-//! | `energy` | the energy limit of free bodies |
+//! | `energy` | the energy limiter of free bodies |
 
 mod constraints;
 mod damping;

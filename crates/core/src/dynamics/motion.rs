@@ -1,32 +1,32 @@
-//! Rigid motion along keys: what moves handles and colliders.
+//! Keyframed rigid motion of handles and colliders.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use thiserror::Error;
 
 use crate::state::euler_degrees;
 
-/// One key of a motion.
+/// A key of a motion: a pose at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Key {
     /// Time in seconds from the start of the simulation; keys are in strictly increasing order.
     pub time: f64,
-    /// Displacement in scene units. Default: none.
+    /// Displacement in scene units. Default 0.
     pub translate: [f64; 3],
-    /// Euler angles in degrees about the fixed axes x, then y, then z. Default: none.
+    /// Euler angles in degrees about the fixed axes x, then y, then z. Default 0.
     pub rotate: [f64; 3],
 }
 
-/// A displacement and a rotation, linear in time between keys, constant before the first and after the last.
+/// A rigid motion along keys: linear in time between keys, constant before the first and after the last.
 ///
-/// The angles are interpolated and not the rotations: from 0 to 720 degrees is two full turns.
+/// Euler angles are interpolated, not rotations: from 0 to 720 degrees is two full turns.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     keys: Vec<Key>,
 }
 
-/// Where a motion has brought what it moves: `p -> center + rotation * (p - center) + translate`.
+/// The pose of a motion at a time: it moves a point `p` to `center + rotation * (p - center) + translate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Rotation about the center.
@@ -35,57 +35,57 @@ pub struct Pose {
     pub translate: Vector3<f64>,
 }
 
-/// Why keys are no motion.
+/// Invalid keys of a motion.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// There is no key at all.
+    /// The list of keys is empty.
     #[error("there are no keys; give at least one, {{ time = 0 }}")]
     NoKeys,
-    /// A number of a key is NaN or infinite.
+    /// A value of a key is NaN or infinite.
     #[error("key {key}: {name} is {value}; it must be finite")]
     NotFinite {
         /// Index of the key, from 0.
         key: usize,
         /// `time`, `translate` or `rotate`.
         name: &'static str,
-        /// The number.
+        /// The value.
         value: f64,
     },
-    /// A key that moves so far that neighbouring vertices could not be told apart.
+    /// A displacement so large that the positions of neighbouring vertices would round to the same number.
     #[error("key {key}: translate is {value:e}, too far: the limit is {limit:.3e}, 10^15 cells")]
     TooFar {
         /// Index of the key, from 0.
         key: usize,
         /// The coordinate.
         value: f64,
-        /// The greatest magnitude that is taken.
+        /// The greatest magnitude that is valid.
         limit: f64,
     },
-    /// A key does not come after the one before it.
+    /// The time of a key is not greater than the time of the previous key.
     #[error("key {key} is at time {time}, which is not after key {} at {previous}; sort the keys by time", key - 1)]
     NotIncreasing {
         /// Index of the key, from 0.
         key: usize,
-        /// Its time in seconds.
+        /// Time of the key in seconds.
         time: f64,
-        /// Time of the key before it.
+        /// Time of the previous key in seconds.
         previous: f64,
     },
 }
 
 impl Motion {
-    /// The motion along `keys`, which are in strictly increasing order of time.
+    /// Creates the motion along `keys`, which are in strictly increasing order of time.
     ///
     /// # Errors
-    /// No key, a number that is not finite, or times that do not increase.
+    /// An empty list, a value that is not finite, or times that do not increase.
     pub fn new(keys: Vec<Key>) -> Result<Self, MotionError> {
         if keys.is_empty() {
             return Err(MotionError::NoKeys);
         }
         for (index, key) in keys.iter().enumerate() {
-            let numbers = [("time", &[key.time][..]), ("translate", &key.translate), ("rotate", &key.rotate)];
-            for (name, values) in numbers {
+            let fields = [("time", &[key.time][..]), ("translate", &key.translate), ("rotate", &key.rotate)];
+            for (name, values) in fields {
                 if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
                     return Err(MotionError::NotFinite { key: index, name, value });
                 }
@@ -98,7 +98,7 @@ impl Motion {
         Ok(Self { keys })
     }
 
-    /// Whether no key moves further than `limit` along an axis.
+    /// Checks that each displacement is at most `limit` along each axis.
     pub(crate) fn within(&self, limit: f64) -> Result<(), MotionError> {
         for (key, Key { translate, .. }) in self.keys.iter().enumerate() {
             if let Some(&value) = translate.iter().find(|x| x.abs() > limit) {
@@ -119,7 +119,7 @@ impl Motion {
         let (translate, rotate) = match (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) {
             (Some(a), Some(b)) => {
                 let s = (time - a.time) / (b.time - a.time);
-                (mix(a.translate, b.translate, s), mix(a.rotate, b.rotate, s))
+                (lerp(a.translate, b.translate, s), lerp(a.rotate, b.rotate, s))
             }
             (Some(only), None) | (None, Some(only)) => (only.translate, only.rotate),
             (None, None) => ([0.0; 3], [0.0; 3]),
@@ -129,18 +129,19 @@ impl Motion {
 }
 
 impl Pose {
-    /// No displacement, no rotation.
+    /// The pose without displacement and rotation.
     pub fn identity() -> Self {
         Self { rotation: Matrix3::identity(), translate: Vector3::zeros() }
     }
 
-    /// Moves `point` by this pose about `center`.
+    /// Moves `point` by this pose, rotating about `center`.
     #[inline]
     pub fn apply(&self, center: &Point3<f64>, point: &Point3<f64>) -> Point3<f64> {
         center + self.rotation * (point - center) + self.translate
     }
 }
 
-fn mix(a: [f64; 3], b: [f64; 3], s: f64) -> [f64; 3] {
+/// Interpolates linearly from `a` at s = 0 to `b` at s = 1.
+fn lerp(a: [f64; 3], b: [f64; 3], s: f64) -> [f64; 3] {
     std::array::from_fn(|i| a[i] + s * (b[i] - a[i]))
 }

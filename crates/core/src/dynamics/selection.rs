@@ -1,11 +1,12 @@
-//! Which part of a body a pin, a handle or a force takes.
+//! Selections: the part of a body that a pin, a handle or a force acts on.
 
 use std::borrow::Borrow;
 
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-/// A part of a body, in world space at frame 0. Borders belong to the selection.
+/// A part of a body, selected by a shape in world space at frame 0 or by index. Points on the boundary of a
+/// shape are selected.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Selection {
     /// A box along the world axes, `min <= max` on each.
@@ -22,63 +23,63 @@ pub enum Selection {
         /// Radius in scene units, > 0.
         radius: f64,
     },
-    /// A half space: the side that the normal points to.
+    /// A half-space: the side of a plane that the normal points to.
     Plane {
         /// Any point of the plane, scene units.
         point: [f64; 3],
-        /// Normal, of any length but zero.
+        /// Normal of any length > 0.
         normal: [f64; 3],
     },
-    /// Lattice vertices by index, in any order.
+    /// Indices of lattice vertices, in any order.
     Vertices(Vec<u32>),
 }
 
-/// Why a selection takes nothing, or is none.
+/// An invalid or empty selection.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SelectionError {
     /// A number is NaN or infinite.
     #[error("{name} is {value}; it must be finite")]
     NotFinite {
-        /// Which number.
+        /// Name of the number.
         name: &'static str,
-        /// The number.
+        /// Value of the number.
         value: f64,
     },
-    /// A box whose corners are the wrong way round.
+    /// A box with min > max along an axis.
     #[error(
         "the box has min {min} > max {max} along {}; swap the two",
         ["x", "y", "z"][*axis]
     )]
     EmptyBox {
-        /// 0, 1, 2 = x, y, z.
+        /// The axis: 0, 1, 2 = x, y, z.
         axis: usize,
         /// Least coordinate.
         min: f64,
         /// Greatest coordinate.
         max: f64,
     },
-    /// A sphere without extent.
+    /// The radius of a sphere is not greater than 0.
     #[error("the sphere's radius is {radius}; it must be greater than 0")]
     Radius {
         /// The radius.
         radius: f64,
     },
-    /// A plane without direction.
+    /// The normal of a plane is zero.
     #[error("the plane's normal is zero; give the direction of the side to select")]
     ZeroNormal,
-    /// No vertex was listed.
+    /// The list of vertices is empty.
     #[error("the list of vertices is empty; name at least one lattice vertex")]
     NoVertices,
-    /// A listed vertex does not exist.
+    /// The index of a vertex is out of range.
     #[error("vertex {vertex} is out of range: the lattice has {count} vertices, 0 to {}", *count as i64 - 1)]
     VertexOutOfRange {
-        /// The vertex.
+        /// The index.
         vertex: u32,
-        /// Vertices of the lattice.
+        /// Number of lattice vertices.
         count: usize,
     },
-    /// Nothing lies inside.
+    /// No point lies inside the shape.
     #[error(
         "the {shape} selects nothing: the nearest vertex is at ({:.6}, {:.6}, {:.6}), {distance:.6} outside; \
          move the {shape}{}",
@@ -87,18 +88,18 @@ pub enum SelectionError {
     Nothing {
         /// `box`, `sphere` or `plane`.
         shape: &'static str,
-        /// The nearest point that could have been selected, scene units.
+        /// The point nearest to the shape, scene units.
         nearest: [f64; 3],
-        /// Its distance from the selection, scene units.
+        /// Distance of that point from the shape, scene units.
         distance: f64,
     },
 }
 
 impl Selection {
-    /// Whether the numbers make sense by themselves.
+    /// Checks the selection without a lattice.
     ///
     /// # Errors
-    /// A number that is not finite, min > max, a radius that is not positive, a zero normal, no vertices.
+    /// A number that is not finite, min > max, a radius that is not positive, a zero normal, an empty list.
     pub fn validate(&self) -> Result<(), SelectionError> {
         match self {
             Self::Box { min, max } => {
@@ -124,32 +125,32 @@ impl Selection {
         }
     }
 
-    /// Distance of `point` from the selection in scene units, 0 inside. Infinite for a list of vertices, which
-    /// has no place.
+    /// Returns the distance of `point` from the shape in scene units, 0 inside. It is infinite for a list of
+    /// vertices, which has no shape.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         match self {
             Self::Box { min, max } => {
-                let outside = |a: usize| (min[a] - point[a]).max(point[a] - max[a]).max(0.0);
-                Vector3::from_fn(|a, _| outside(a)).norm()
+                let excess = |a: usize| (min[a] - point[a]).max(point[a] - max[a]).max(0.0);
+                Vector3::from_fn(|a, _| excess(a)).norm()
             }
             Self::Sphere { center, radius } => ((point - Point3::from(*center)).norm() - radius).max(0.0),
-            Self::Plane { point: on, normal } => {
+            Self::Plane { point: base, normal } => {
                 let normal = direction(*normal).unwrap_or_else(Vector3::zeros);
-                (-normal.dot(&(point - Point3::from(*on)))).max(0.0)
+                (-normal.dot(&(point - Point3::from(*base)))).max(0.0)
             }
             Self::Vertices(_) => f64::INFINITY,
         }
     }
 
-    /// The lattice vertices that this selection takes, in increasing order, each once.
+    /// Resolves the selection to lattice vertices, in increasing order without duplicates.
     ///
-    /// `points` are what the shapes are tested against, at frame 0 in world space: the mesh vertices, or the
-    /// vertices of a bare lattice. `owned(i)` names the lattice vertices that point `i` brings with it: the
-    /// corners of its cell, or itself. `vertex_count` is the number of lattice vertices. A list of vertices looks at
-    /// no point.
+    /// A shape is tested against `points`, in world space at frame 0: the mesh vertices, or the vertices of a
+    /// lattice without a mesh. If point `i` is inside, the lattice vertices `owned(i)` are selected: the
+    /// corners of the mesh vertex's cell, or the lattice vertex itself. `vertex_count` is the number of
+    /// lattice vertices. A list of vertices does not use the points.
     ///
     /// # Errors
-    /// Those of [`validate`](Self::validate), a vertex out of range, and [`SelectionError::Nothing`].
+    /// The errors of [`validate`](Self::validate), a vertex out of range, and [`SelectionError::Nothing`].
     pub fn lattice_vertices<I: IntoIterator<Item = u32>>(
         &self,
         points: impl IntoIterator<Item: Borrow<Point3<f64>>>,
@@ -171,7 +172,7 @@ impl Selection {
         }
     }
 
-    /// The points inside, by index in increasing order; at least one.
+    /// Returns the indices of the points inside the shape, in increasing order; at least one.
     fn hits(&self, points: impl IntoIterator<Item: Borrow<Point3<f64>>>) -> Result<Vec<u32>, SelectionError> {
         let mut hits = Vec::new();
         let mut nearest = (f64::INFINITY, Point3::origin());
@@ -191,6 +192,7 @@ impl Selection {
         Ok(hits)
     }
 
+    /// The name of the kind of selection, for messages.
     fn name(&self) -> &'static str {
         match self {
             Self::Box { .. } => "box",
@@ -208,12 +210,12 @@ fn finite(name: &'static str, values: &[f64]) -> Result<(), SelectionError> {
     }
 }
 
-/// The unit vector along `v`, whatever its length; none if it is zero or not finite.
+/// Returns the unit vector along `v`, or `None` if `v` is zero or not finite.
 pub(crate) fn direction(v: [f64; 3]) -> Option<Vector3<f64>> {
     let greatest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if !(greatest > 0.0 && greatest.is_finite()) {
         return None;
     }
-    // Scaled first, so that neither 1e-200 nor 1e200 leaves the range of the squares.
+    // Scaled first, so that the squares of components such as 1e-200 or 1e200 neither underflow nor overflow.
     Some((Vector3::from(v) / greatest).normalize())
 }

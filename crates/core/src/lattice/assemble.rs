@@ -1,4 +1,4 @@
-//! From a set of cells to a lattice: its vertices are the corners of the cells, with their links.
+//! Assembles a lattice from a set of cells: numbers the corners of the cells and finds their links.
 
 use nalgebra::Point3;
 
@@ -6,7 +6,9 @@ use super::components::{Components, label};
 use super::{Lattice, LatticeError, LatticeReport, memory};
 use crate::voxel::GridSet;
 
-/// The lattice of a set of cells, which must not be empty.
+/// Assembles the lattice of a set of cells, which must not be empty.
+///
+/// Fails if the lattice and a simulation of it need more than `limit` bytes.
 pub(super) fn lattice(
     cells: GridSet,
     cell_size: f64,
@@ -45,30 +47,31 @@ pub(super) fn lattice(
     })
 }
 
-/// One lattice vertex, as it is met in the order of (z, y, x).
+/// A lattice vertex that [`visit`] emits.
 struct Corner {
     /// Grid index.
     index: [i32; 3],
     /// Bit n is set iff the vertex is linked to its neighbour n: -x, +x, -y, +y, -z, +z.
     links: u8,
-    /// Occupied cells that have this corner, 1 to 8.
+    /// Number of occupied cells that have this corner, 1 to 8.
     cells: u8,
-    /// The run of one of these cells.
+    /// Run of one of these cells.
     cell_run: usize,
 }
 
-/// Visits the corners of all cells in the order of (z, y, x).
+/// Calls `emit` for the corners of all cells in the order of (z, y, x).
 ///
-/// The four rows of cells around a row of corners, as bits of a mask:
+/// A row of corners along x lies between four rows of cells. They are numbered as quadrants, which are the
+/// bits of the masks in [`visit_row`]:
 ///
 /// ```text
 ///   z ^   2 | 3
-///     |  ---+---      the corners lie on the cross, seen along x
+///     |  ---+---      seen along x; the row of corners is at the cross
 ///     |   0 | 1
 ///     +------> y
 /// ```
 fn visit(cells: &GridSet, mut emit: impl FnMut(Corner)) {
-    // Row `next[j]` of cells is the next to lie in quadrant j of a row of corners.
+    // `next[j]` is the next row of cells to be used as quadrant j of a row of corners.
     let mut next = [0; 4];
     let offset = |quadrant: usize| (i32::from(quadrant < 2), i32::from(quadrant.is_multiple_of(2)));
     loop {
@@ -91,17 +94,20 @@ fn visit(cells: &GridSet, mut emit: impl FnMut(Corner)) {
     }
 }
 
-/// Visits one row of corners between up to four rows of cells.
+/// Calls `emit` for one row of corners between up to four rows of cells.
 fn visit_row(cells: &GridSet, (z, y): (i32, i32), rows: [Option<usize>; 4], emit: &mut impl FnMut(Corner)) {
+    // Quadrants at lower y, and quadrants at lower z.
     const LOW_Y: u8 = 0b0101;
     const LOW_Z: u8 = 0b0011;
     let mut runs = rows.map(|row| row.map_or(0..0, |row| cells.row_runs(row)));
-    // The run under way in each quadrant, or the one to come.
+    // In each quadrant, the run that contains x, or else the next run.
     let mut spans: [_; 4] = std::array::from_fn(|j| runs[j].next().map(|run| (run, cells.span(run))));
+    // Quadrants that are occupied at x - 1.
     let mut before = 0;
     let mut cell_run = 0;
     let mut x = i32::MIN;
     loop {
+        // Quadrants that are occupied at x.
         let mut here = 0;
         let mut start = i32::MAX;
         for j in 0..4 {
@@ -116,8 +122,8 @@ fn visit_row(cells: &GridSet, (z, y): (i32, i32), rows: [Option<usize>; 4], emit
                 start = start.min(span.start);
             }
         }
-        let around: u8 = before | here;
-        if around == 0 {
+        let either: u8 = before | here;
+        if either == 0 {
             if start == i32::MAX {
                 return;
             }
@@ -126,10 +132,10 @@ fn visit_row(cells: &GridSet, (z, y): (i32, i32), rows: [Option<usize>; 4], emit
         }
         let links = u8::from(before != 0)
             | u8::from(here != 0) << 1
-            | u8::from(around & LOW_Y != 0) << 2
-            | u8::from(around & !LOW_Y != 0) << 3
-            | u8::from(around & LOW_Z != 0) << 4
-            | u8::from(around & !LOW_Z != 0) << 5;
+            | u8::from(either & LOW_Y != 0) << 2
+            | u8::from(either & !LOW_Y != 0) << 3
+            | u8::from(either & LOW_Z != 0) << 4
+            | u8::from(either & !LOW_Z != 0) << 5;
         let cells = (before.count_ones() + u8::count_ones(here)) as u8;
         emit(Corner { index: [x, y, z], links, cells, cell_run });
         before = here;
@@ -137,7 +143,7 @@ fn visit_row(cells: &GridSet, (z, y): (i32, i32), rows: [Option<usize>; 4], emit
     }
 }
 
-/// Number of lattice vertices of a set of cells.
+/// Counts the lattice vertices of a set of cells.
 pub(super) fn count_vertices(cells: &GridSet) -> usize {
     let mut count = 0;
     visit(cells, |_| count += 1);

@@ -1,36 +1,39 @@
-//! The cells of a surface at one cell size, within a limit of memory.
+//! Voxelizes a surface at one cell size, within a memory limit.
 
 use super::components::{self, Joined};
 use super::{Lattice, LatticeError, LatticeReport, assemble, memory};
 use crate::mesh::{Component, Mesh, RelativeMeasure};
 use crate::voxel::{self, Grid, Voxels, voxelize};
 
-/// Relative difference of volumes that rounding may make.
-const NO_DIFFERENCE: f64 = 1e-3;
+/// Tolerance of the comparison of the mesh volume with the volume of the cells, relative to the latter.
+const VOLUME_TOLERANCE: f64 = 1e-3;
 
-/// The cells of an open surface that encloses less than this fraction of them, and no other cells, are a sheet.
-const SHEET: f64 = 0.25;
+/// An open surface is a sheet if it fills no cell and its volume is below this fraction of its cells' volume.
+const SHEET_FRACTION: f64 = 0.25;
 
-/// The cells of a surface at one cell size.
+/// The cells of a surface at one cell size, from which a lattice can be built.
 pub(super) struct Candidate {
     grid: Grid,
     voxels: Voxels,
     joined: Joined,
-    /// Number of lattice vertices that they make.
+    /// Number of lattice vertices of the joined cells.
     pub(super) vertices: usize,
 }
 
-/// What each candidate is made from.
+/// The input that all candidates of one lattice share.
 pub(super) struct Request<'a> {
     pub(super) mesh: &'a Mesh,
+    /// Whether floating parts are joined by bridges.
     pub(super) join: bool,
-    /// Bytes that may be taken.
+    /// Memory limit, in bytes.
     pub(super) limit: u64,
 }
 
 impl Request<'_> {
-    /// The cells at a cell size. The memory is known before it is taken: that of the grid from its size, that of the lattice from the
-    /// bits of the grid.
+    /// Voxelizes the mesh at a cell size and joins its parts.
+    ///
+    /// Memory is checked before it is allocated: the grid's from the number of its cells, the lattice's from
+    /// the number of its vertices.
     pub(super) fn candidate(&self, cell_size: f64) -> Result<Candidate, LatticeError> {
         let bounds = self.mesh.bounds();
         let needed = voxel::bytes(Grid::counts(&bounds, cell_size));
@@ -47,57 +50,61 @@ impl Request<'_> {
         Ok(Candidate { grid, voxels, joined, vertices })
     }
 
-    /// Adds the way out to an error of too much memory.
-    pub(super) fn with_way_out(&self, error: LatticeError) -> LatticeError {
+    /// Adds a cell size that fits to [`LatticeError::TooMuchMemory`].
+    pub(super) fn suggest_size(&self, error: LatticeError) -> LatticeError {
         match error {
             LatticeError::TooMuchMemory { cell_size, needed, limit, .. } => {
-                LatticeError::TooMuchMemory { cell_size, needed, limit, fitting: self.fitting(cell_size) }
+                LatticeError::TooMuchMemory { cell_size, needed, limit, fitting: self.find_size(cell_size) }
             }
             other => other,
         }
     }
 
-    /// A cell size that fits where the given one does not; none where even a single cell does not.
-    fn fitting(&self, refused: f64) -> Option<f64> {
+    /// Finds a cell size that fits the memory limit, given one that does not.
+    ///
+    /// Returns `None` if even a single cell does not fit.
+    fn find_size(&self, too_fine: f64) -> Option<f64> {
         let bounds = &self.mesh.bounds();
-        // No lattice has more vertices than the whole grid has corners.
-        let surely = |cell_size: f64| {
+        // An upper bound: no lattice has more vertices than the whole grid has corners.
+        let certainly_fits = |cell_size: f64| {
             let counts = Grid::counts(bounds, cell_size);
             let corners: f64 = counts.iter().map(|n| n + 1.0).product();
             voxel::bytes(counts) <= self.limit as f64 && memory::of_vertices(corners as u64) <= self.limit
         };
-        let mut sure = round_up((bounds.1 - bounds.0).amax());
-        if !sure.is_finite() || !surely(sure) {
+        let mut coarse = round_up((bounds.1 - bounds.0).amax());
+        if !coarse.is_finite() || !certainly_fits(coarse) {
             return None;
         }
-        let mut unsure = refused;
-        while sure > unsure * 1.01 {
-            let middle = round_up(sure.sqrt() * unsure.sqrt());
-            if middle >= sure {
+        let mut fine = too_fine;
+        while coarse > fine * 1.01 {
+            let middle = round_up(coarse.sqrt() * fine.sqrt());
+            if middle >= coarse {
                 break;
             }
-            if surely(middle) { sure = middle } else { unsure = middle }
+            if certainly_fits(middle) { coarse = middle } else { fine = middle }
         }
-        // Most lattices fill little of the grid: see how far a finer one may go. Not far below the size that is sure,
-        // since each try voxelizes.
-        let mut finer = refused.max(round_up(sure / FINER));
+        // Most lattices fill a small part of the grid, so a smaller cell size may fit as well. The range of
+        // the search is limited because each trial voxelizes the mesh.
+        let mut finer = too_fine.max(round_up(coarse / MAX_REFINEMENT));
         while let Err(LatticeError::TooMuchMemory { needed, limit, .. }) = self.candidate(finer) {
             if voxel::bytes(Grid::counts(bounds, finer)) > self.limit as f64 {
-                return Some(sure);
+                return Some(coarse);
             }
             finer = round_up(finer * (needed as f64 / limit as f64).sqrt().max(1.05));
-            if finer >= sure {
-                return Some(sure);
+            if finer >= coarse {
+                return Some(coarse);
             }
         }
         Some(finer)
     }
 }
 
-/// How much finer a lattice that fits is looked for than the size that surely does.
-const FINER: f64 = 2.0;
+/// Ratio of the cell size that certainly fits to the smallest cell size that is tried.
+const MAX_REFINEMENT: f64 = 2.0;
 
-/// The number itself or somewhat more, with three digits, so that it can be told in full.
+/// Rounds a positive number up to three significant digits, so that a message can print it exactly.
+///
+/// Returns `x` where the result is not finite or is below `x`.
 fn round_up(x: f64) -> f64 {
     let unit = 10f64.powi(x.log10().floor() as i32 - 2);
     let rounded = (x / unit).ceil() * unit;
@@ -105,7 +112,7 @@ fn round_up(x: f64) -> f64 {
 }
 
 impl Candidate {
-    /// The lattice of these cells.
+    /// Builds the lattice of these cells, with its report.
     pub(super) fn build(self, request: &Request<'_>) -> Result<Lattice, LatticeError> {
         let mesh = request.mesh;
         let Self { grid, voxels, joined, .. } = self;
@@ -136,13 +143,16 @@ impl Candidate {
     }
 }
 
-/// Whether an open surface let the flood in: what it encloses, coned from its center, is more than the cells hold, or next to nothing.
+/// Returns whether the cells of an open surface are a layer along it and not the solid inside it.
+///
+/// This is so if the volume of the mesh (coned from the center of its bounds) exceeds the volume of the
+/// cells, or if no cell is filled and the mesh volume is below [`SHEET_FRACTION`] of the cell volume.
 fn is_shell(mesh: &Mesh, voxels: &Voxels, cell_size: f64) -> bool {
     if mesh.topology().boundary_edges == 0 {
         return false;
     }
     let measure = RelativeMeasure::of(mesh);
     let cells = voxels.cells.len() as f64 * (cell_size / measure.extent).powi(3);
-    let solid = voxels.cells.len() > voxels.surface_cells;
-    measure.volume > cells * (1.0 + NO_DIFFERENCE) || (!solid && measure.volume < SHEET * cells)
+    let filled = voxels.cells.len() > voxels.surface_cells;
+    measure.volume > cells * (1.0 + VOLUME_TOLERANCE) || (!filled && measure.volume < SHEET_FRACTION * cells)
 }

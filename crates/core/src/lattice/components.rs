@@ -1,4 +1,4 @@
-//! Connected parts of a set of cells, and the bridges of cells that join parts which float apart.
+//! Finds the connected parts of a set of cells, and the bridges of cells that join separate parts.
 
 use super::nearest::{Bounds, RunTree};
 use super::{FloatingPart, LatticeError, memory};
@@ -7,36 +7,41 @@ use crate::voxel::GridSet;
 
 /// The connected parts of the link graph of a lattice.
 ///
-/// Cells that share a face, an edge or a single corner share a lattice vertex, so they are in the same component.
+/// Cells that share a face, an edge or a single corner share a lattice vertex, so they are in the same
+/// component.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Components {
-    /// Number of components, at least 1. They are numbered in the order of their first vertex.
+    /// Number of components, at least 1. Components are numbered in the order of their first vertex.
     pub count: usize,
     /// Component of each lattice vertex, shape `(n,)`.
     pub of_vertex: Vec<u32>,
 }
 
-/// The component of each run of cells.
+/// The connected parts of a set of cells.
 pub(super) struct RunLabels {
+    /// Number of parts.
     pub(super) count: usize,
+    /// Part of each run of cells.
     pub(super) of_run: Vec<u32>,
 }
 
-/// The parts of a set of cells, and the cells once these are joined.
+/// A set of cells after joining, and its parts before joining.
 pub(super) struct Joined {
-    /// The cells, bridges among them.
+    /// The cells, including those of the bridges.
     pub(super) cells: GridSet,
-    /// The cells that bridges added.
+    /// Number of cells that the bridges added.
     pub(super) bridge_cells: usize,
-    /// The parts before joining, of each run of the cells before joining.
+    /// Parts before joining, by run of the cells before joining.
     pub(super) parts: RunLabels,
-    /// The largest part by cells; of equals, the first.
+    /// Largest part by number of cells; of equal parts, the first.
     pub(super) largest: u32,
     bridges: Vec<Bridge>,
 }
 
-/// Joins the parts of a set of cells, if wished, unless the bridges take too much memory.
+/// Joins the parts of a set of cells by bridges if `join` is set.
+///
+/// Fails if the bridges need more than `limit` bytes.
 pub(super) fn join(cells: GridSet, join: bool, cell_size: f64, limit: u64) -> Result<Joined, LatticeError> {
     let parts = label(&cells);
     let largest = largest(&cells, &parts);
@@ -44,7 +49,7 @@ pub(super) fn join(cells: GridSet, join: bool, cell_size: f64, limit: u64) -> Re
     if bridges.is_empty() {
         return Ok(Joined { cells, bridge_cells: 0, parts, largest, bridges });
     }
-    // Each further cell of a bridge shares a face with the one before and so adds four vertices.
+    // Each cell of a bridge shares a face with the cell before it, so it adds at most four vertices.
     let length = bridges.iter().fold(0u64, |sum, bridge| sum.saturating_add(bridge.len()));
     memory::check(memory::of_vertices(length.saturating_mul(4)), limit, cell_size)?;
     let (cells, bridge_cells) = with_bridges(&cells, &bridges);
@@ -52,7 +57,7 @@ pub(super) fn join(cells: GridSet, join: bool, cell_size: f64, limit: u64) -> Re
 }
 
 impl Joined {
-    /// The parts but the largest, as the report lists them. `before`: the cells before joining.
+    /// Lists all parts except the largest, for the report. `before`: the cells before joining.
     pub(super) fn floating_parts(&self, before: &GridSet) -> Vec<FloatingPart> {
         let joined = !self.bridges.is_empty();
         let mut floating = vec![FloatingPart { joined, ..FloatingPart::default() }; self.parts.count];
@@ -67,7 +72,7 @@ impl Joined {
     }
 }
 
-/// Finds the components of a set of cells; cells that share a corner belong together.
+/// Finds the connected parts of a set of cells. Cells that share a corner are connected.
 pub(super) fn label(cells: &GridSet) -> RunLabels {
     let mut sets = UnionFind::new(cells.run_count());
     for row in 0..cells.row_count() {
@@ -82,7 +87,7 @@ pub(super) fn label(cells: &GridSet) -> RunLabels {
     RunLabels { count, of_run }
 }
 
-/// Unites the runs of two neighbouring rows that touch, corners included.
+/// Unites the runs of two neighbouring rows that share at least a corner.
 fn unite_rows(cells: &GridSet, a: usize, b: usize, sets: &mut UnionFind) {
     let (mut a, mut b) = (cells.row_runs(a), cells.row_runs(b));
     while !a.is_empty() && !b.is_empty() {
@@ -98,35 +103,39 @@ fn unite_rows(cells: &GridSet, a: usize, b: usize, sets: &mut UnionFind) {
     }
 }
 
-/// The cells that join one part to another.
+/// A path of cells that joins one part to another.
 struct Bridge {
-    /// Part that asked for the bridge, numbered as its run labels.
+    /// The part that is joined, numbered as in [`RunLabels`].
     part: u32,
+    /// A cell of this part.
     from: [i32; 3],
+    /// The nearest cell of the other part.
     to: [i32; 3],
 }
 
 impl Bridge {
-    /// Number of cells of the bridge, without the cells that it joins.
+    /// Returns the number of cells of the bridge, without the two cells that it joins.
     fn len(&self) -> u64 {
         let steps: u64 = (0..3).map(|a| u64::from(self.from[a].abs_diff(self.to[a]))).sum();
         steps.saturating_sub(1)
     }
 
-    /// The cells strictly between the two ends: a shortest path from face to face that keeps near the straight line, by stepping
-    /// along the axis on which most is left.
+    /// Iterates over the cells strictly between the two ends: a shortest path of steps through faces.
+    ///
+    /// Each step is along the axis with the largest remaining distance, so the path stays near the straight
+    /// line.
     fn cells(&self) -> impl Iterator<Item = [i32; 3]> {
         let mut cell = self.from;
         (0..self.len()).map(move |_| {
-            let left = |a: &usize| (cell[*a].abs_diff(self.to[*a]), std::cmp::Reverse(*a));
-            let axis = (0..3).max_by_key(left).unwrap_or(0);
+            let remaining = |a: &usize| (cell[*a].abs_diff(self.to[*a]), std::cmp::Reverse(*a));
+            let axis = (0..3).max_by_key(remaining).unwrap_or(0);
             cell[axis] += self.to[axis].cmp(&cell[axis]) as i32;
             cell
         })
     }
 }
 
-/// The largest part by cells; of equals, the first.
+/// Returns the largest part by number of cells; of equal parts, the first.
 fn largest(cells: &GridSet, labels: &RunLabels) -> u32 {
     let mut sizes = vec![0u64; labels.count];
     for run in 0..cells.run_count() {
@@ -136,8 +145,10 @@ fn largest(cells: &GridSet, labels: &RunLabels) -> u32 {
     largest.unwrap_or(0) as u32
 }
 
-/// The bridges that make one part of all: each part but the largest is joined to its nearest neighbour, then each group of parts
-/// but that of the largest to its nearest, until all are one (Borůvka 1926).
+/// Finds the bridges that join all parts (Borůvka 1926).
+///
+/// A group is a set of parts that are joined already; at first each part is a group. Each round joins every
+/// group, except that of the largest part, to its nearest neighbour, until one group is left.
 fn bridges(cells: &GridSet, labels: &RunLabels, largest: u32) -> Vec<Bridge> {
     let mut bridges = Vec::new();
     if labels.count < 2 {
@@ -148,8 +159,8 @@ fn bridges(cells: &GridSet, labels: &RunLabels, largest: u32) -> Vec<Bridge> {
     while bridges.len() + 1 < labels.count {
         let group_of_part: Vec<u32> = (0..labels.count as u32).map(|part| groups.find(part)).collect();
         let group = |run: u32| group_of_part[labels.of_run[run as usize] as usize];
-        let still = group_of_part[largest as usize];
-        for nearest in nearest_pairs(cells, &tree, labels.count, still, group).into_iter().flatten() {
+        let excluded = group_of_part[largest as usize];
+        for nearest in nearest_pairs(cells, &tree, labels.count, excluded, group).into_iter().flatten() {
             let [a, b] = nearest.runs;
             let [part, other] = [a, b].map(|run| labels.of_run[run as usize]);
             if groups.unite(part, other) {
@@ -161,26 +172,29 @@ fn bridges(cells: &GridSet, labels: &RunLabels, largest: u32) -> Vec<Bridge> {
     bridges
 }
 
-/// A run of one group and the nearest run of another.
+/// A run of one group and the nearest run of any other group.
 #[derive(Clone, Copy)]
 struct Nearest {
+    /// Number of steps through faces from one run to the other.
     steps: i64,
     runs: [u32; 2],
 }
 
-/// For each group, by its lowest part, but `still`: the nearest run of any other group.
+/// Finds, for each group except `excluded`, its run that is nearest to any other group.
+///
+/// The result is indexed by the lowest part of each group.
 fn nearest_pairs(
     cells: &GridSet,
     tree: &RunTree,
     parts: usize,
-    still: u32,
+    excluded: u32,
     group: impl Fn(u32) -> u32,
 ) -> Vec<Option<Nearest>> {
     let shared = tree.shared_labels(&group);
     let mut best: Vec<Option<Nearest>> = vec![None; parts];
     for (run, key) in cells.runs() {
         let own = group(run as u32);
-        if own == still {
+        if own == excluded {
             continue;
         }
         let bounds = Bounds::of_run(cells, key, run);
@@ -197,7 +211,7 @@ fn nearest_pairs(
     best
 }
 
-/// The nearest cells of two runs; where they overlap in x, at their lowest common x.
+/// Returns the nearest cells of two runs. Where the runs overlap in x, both cells have their lowest common x.
 fn closest_cells(cells: &GridSet, a: u32, b: u32) -> ([i32; 3], [i32; 3]) {
     let [a, b] = [a, b].map(|run| Bounds::of_run(cells, cells.key_of_run(run as usize), run as usize));
     let x = [(&a, &b), (&b, &a)].map(|(one, other)| other.low[0].clamp(one.low[0], one.high[0]));
@@ -205,7 +219,7 @@ fn closest_cells(cells: &GridSet, a: u32, b: u32) -> ([i32; 3], [i32; 3]) {
     (at(&a, x[0]), at(&b, x[1]))
 }
 
-/// The cells with the bridges among them, and the number of cells that the bridges added.
+/// Returns the cells including those of the bridges, and the number of cells that the bridges added.
 fn with_bridges(cells: &GridSet, bridges: &[Bridge]) -> (GridSet, usize) {
     let mut positions = cells.positions();
     positions.extend(bridges.iter().flat_map(Bridge::cells));

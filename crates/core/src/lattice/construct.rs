@@ -1,4 +1,4 @@
-//! The ways to a lattice: from a mesh, from given cells.
+//! Constructors of [`Lattice`]: from a surface mesh, or from given cells.
 
 use nalgebra::Point3;
 
@@ -11,17 +11,18 @@ use crate::mesh::Mesh;
 use crate::voxel::{GridSet, HIGHEST_INDEX};
 
 impl Lattice {
-    /// The lattice of a surface mesh: the cells that the surface passes through and those that it encloses.
+    /// Builds the lattice of a surface mesh: the cells that the surface passes through or encloses.
     ///
-    /// The bounding box is centerd on the grid. A cell that the surface merely touches is not occupied; a face that lies in a grid plane
-    /// belongs to the cell on its inner side, so that a cube of n cells gives n^3, and a flat sheet one layer. A cell is enclosed
-    /// iff no way leads to it from outside: an open mesh gives a layer of cells along the surface, where its openings are wider than
-    /// a cell. That is told in the [report](Self::report).
+    /// The bounding box is centered on the grid. A cell that the surface only touches is not occupied. A face
+    /// that lies in a grid plane belongs to the cell on its inner side, so that a cube with edges of n cells
+    /// gives n^3 cells, and a flat sheet gives one layer. A cell is enclosed iff no path of empty cells leads
+    /// to it from outside. A mesh with openings wider than a cell gives a layer of cells along the surface;
+    /// the [report](Self::report) then has `shell` set.
     ///
     /// # Errors
     ///
-    /// A cell size that is not positive and finite, fewer than 8 wished vertices, or more memory than allowed, with a cell size that
-    /// would fit.
+    /// If the cell size is not positive and finite, if fewer than 8 vertices are requested, or if the lattice
+    /// needs more memory than allowed. The last error gives a cell size that would fit.
     pub fn from_mesh(mesh: &Mesh, options: &LatticeOptions) -> Result<Self, LatticeError> {
         let request = Request { mesh, join: options.join, limit: memory::limit(options.memory_limit) };
         let candidate = match options.resolution {
@@ -29,16 +30,16 @@ impl Lattice {
                 check_cell_size(cell_size)?;
                 request.candidate(cell_size)
             }
-            Resolution::Vertices(wished) => resolution::search(&request, wished),
+            Resolution::Vertices(requested) => resolution::search(&request, requested),
         };
-        candidate.and_then(|candidate| candidate.build(&request)).map_err(|error| request.with_way_out(error))
+        candidate.and_then(|candidate| candidate.build(&request)).map_err(|error| request.suggest_size(error))
     }
 
-    /// The lattice `factor` times as large, about the origin.
+    /// Scales the lattice by `factor` about the origin of the model frame.
     ///
     /// # Errors
     ///
-    /// If the factor, or what comes out, is not a positive, finite length.
+    /// If the factor or the resulting cell size is not positive and finite.
     pub fn scaled(mut self, factor: f64) -> Result<Self, LatticeError> {
         check_cell_size(factor)?;
         self.cell_size *= factor;
@@ -47,19 +48,19 @@ impl Lattice {
         Ok(self)
     }
 
-    /// The lattice of the given cells, with their indices kept.
+    /// Builds the lattice of the given cells and keeps their indices.
     ///
-    /// * `cells`: grid indices `[x, y, z]` of the occupied cells, in any order; repeated ones count once. Each index lies between
-    ///   -2^30 and 2^30.
+    /// * `cells`: grid indices `[x, y, z]` of the occupied cells, in any order; repeated ones count once.
+    ///   Each index lies between -2^30 and 2^30.
     /// * `cell_size`: edge of a cell, a positive length.
-    /// * `origin`: where vertex index `[0, 0, 0]` lies.
-    /// * `join`: whether parts that float apart are tied together by bridges of cells, each along a shortest path from face to face.
-    ///   Without, each is a component of its own.
+    /// * `origin`: position of vertex index `[0, 0, 0]`.
+    /// * `join`: whether separate parts are joined by bridges of cells, each along a shortest path of steps
+    ///   through faces. If false, each part is a component of its own.
     ///
     /// # Errors
     ///
-    /// No cells, an index out of range, a cell size that is not positive and finite, an origin that is not finite, or more cells
-    /// than half of the machine's memory holds.
+    /// If there are no cells, if an index is out of range, if the cell size is not positive and finite, if
+    /// the origin is not finite, or if the lattice needs more than half of the machine's memory.
     pub fn from_cells(
         cells: &[[i32; 3]],
         cell_size: f64,
@@ -95,7 +96,7 @@ impl Lattice {
     }
 }
 
-/// Refuses a cell size that is no positive, finite length.
+/// Returns an error if the cell size is not positive and finite.
 fn check_cell_size(cell_size: f64) -> Result<(), LatticeError> {
     if cell_size > 0.0 && cell_size.is_finite() { Ok(()) } else { Err(LatticeError::CellSize(cell_size)) }
 }

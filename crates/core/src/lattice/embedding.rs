@@ -1,4 +1,4 @@
-//! Points embedded in the cells of a lattice, which carry them along.
+//! Points that are embedded in the cells of a lattice and move with them.
 
 use nalgebra::Point3;
 
@@ -10,21 +10,22 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 
 /// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
 ///
-/// A point belongs to an occupied cell that holds it, boundary included. A point that no occupied cell holds, such as a vertex of a mesh
-/// that no face uses, belongs to the nearest one, whose motion it follows from outside.
+/// A point belongs to an occupied cell that contains it, boundary included. A point outside all occupied
+/// cells, such as a mesh vertex that no face uses, belongs to the nearest cell and follows its motion by
+/// extrapolation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Embedding {
-    /// Coordinates within the cell of each point.
+    /// Local coordinates of each point in its cell, in cells from corner 0.
     local: Vec<[f32; 3]>,
-    /// Group of each point.
+    /// Index in `groups` of each point's cell.
     group: Vec<u32>,
-    /// The cells that hold points, in order.
+    /// The cells that contain points, in the order of the cells.
     groups: Vec<Group>,
-    /// The points of each of them, rising.
+    /// The points of each group, in ascending order.
     members: Csr<u32>,
 }
 
-/// A cell that holds points.
+/// A cell that contains points.
 #[derive(Clone, Debug, PartialEq)]
 struct Group {
     cell: u32,
@@ -35,18 +36,19 @@ struct Group {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CellPoints<'a> {
-    /// Number of the cell.
+    /// Index of the cell.
     pub cell: u32,
-    /// The lattice vertices at its corners, in their order.
+    /// The lattice vertices at its corners, in the order of [`Lattice::cell_corners`].
     pub corners: &'a [u32; 8],
-    /// Numbers of the points, rising; at least one.
+    /// Indices of the points, in ascending order; at least one.
     pub points: &'a [u32],
 }
 
 impl Embedding {
-    /// Embeds points given in the model frame, at rest.
+    /// Embeds points, given by their rest positions in the model frame.
     ///
-    /// A point with a coordinate that is not finite belongs to some cell, and its coordinates there are not finite either.
+    /// A point with a coordinate that is not finite is assigned to some cell; its local coordinates are not
+    /// finite.
     pub fn new(lattice: &Lattice, points: &[Point3<f64>]) -> Self {
         let cells = &lattice.cell_set;
         let mut tree = None;
@@ -64,6 +66,7 @@ impl Embedding {
         Self::grouped(lattice, &cell_of, local)
     }
 
+    /// Groups the points by cell: `cell_of` and `local` have one entry per point.
     fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
         let order = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..)).into_items();
         let (mut group, mut groups, mut starts) = (vec![0; cell_of.len()], Vec::new(), vec![0]);
@@ -76,38 +79,42 @@ impl Embedding {
         Self { local, group, groups, members: Csr::from_parts(starts, order) }
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.local.len()
     }
 
-    /// Whether there is no point.
+    /// Returns whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.local.is_empty()
     }
 
-    /// The cell of a point.
+    /// Returns the cell of a point.
     ///
     /// # Panics
     ///
-    /// If there is no such point, as all that take one.
+    /// If the point does not exist. The same holds for every function with a `point` argument.
     pub fn cell(&self, point: usize) -> u32 {
         self.group_of(point).cell
     }
 
-    /// Where a point lies in its cell, in cells from corner 0: between 0 and 1, or up to 0.002 outside where the surface all but lay in
-    /// a grid plane, or anywhere for a point that no occupied cell holds.
+    /// Returns the local coordinates of a point in its cell, in cells from corner 0.
+    ///
+    /// They are between 0 and 1. They may be up to 0.002 outside this range for points near a grid plane, and
+    /// anywhere for points outside all occupied cells.
     pub fn local(&self, point: usize) -> [f32; 3] {
         self.local[point]
     }
 
-    /// The lattice vertices at the corners of a point's cell.
+    /// Returns the lattice vertices at the corners of a point's cell.
     pub fn corners(&self, point: usize) -> [u32; 8] {
         self.group_of(point).corners
     }
 
-    /// The weights of the eight corners of a point's cell; their sum is 1. Trilinear within the cell, continued linearly outside, so
-    /// that a point far away is not thrown about by the third power of its distance.
+    /// Returns the weights of the eight corners of a point's cell; their sum is 1.
+    ///
+    /// The weights are trilinear in the cell and continue linearly outside it, so that the position of a
+    /// distant point does not depend on the cube of its distance.
     pub fn weights(&self, point: usize) -> [f32; 8] {
         trilinear::weights(self.local[point])
     }
@@ -116,36 +123,39 @@ impl Embedding {
         &self.groups[self.group[point] as usize]
     }
 
-    /// The cells that hold points, in the order of the cells, each with its points.
+    /// Iterates over the cells that contain points, in the order of the cells, each with its points.
     pub fn by_cell(&self) -> impl ExactSizeIterator<Item = CellPoints<'_>> {
         let groups = self.groups.iter().zip(self.members.rows());
         groups.map(|(Group { cell, corners }, points)| CellPoints { cell: *cell, corners, points })
     }
 
-    /// Where the points are, given where the lattice vertices are, in any frame and unit.
+    /// Writes the positions of the points to `points`, given the positions of the lattice vertices.
     ///
-    /// * `vertices`: one per lattice vertex, in vertex order, shape `(n, 3)`.
-    /// * `points`: one per embedded point, written to, shape `(k, 3)`.
+    /// The results are in the frame and unit of `vertices`.
+    ///
+    /// * `vertices`: one position per lattice vertex, in vertex order, shape `(n, 3)`.
+    /// * `points`: output, one position per embedded point, shape `(k, 3)`.
     ///
     /// # Panics
     ///
-    /// If `vertices` is shorter than the lattice's, or `points` has another length than the embedding.
+    /// If `vertices` has fewer entries than the lattice, or if the length of `points` is not
+    /// [`Embedding::len`].
     pub fn interpolate(&self, vertices: &[[f32; 3]], points: &mut [[f32; 3]]) {
         assert_eq!(points.len(), self.len(), "one output per embedded point");
-        for CellPoints { corners, points: inside, .. } in self.by_cell() {
+        for CellPoints { corners, points: members, .. } in self.by_cell() {
             let map = trilinear::CellMap::new(corners.map(|corner| vertices[corner as usize]));
-            for &point in inside {
+            for &point in members {
                 points[point as usize] = map.at(self.local[point as usize]);
             }
         }
     }
 
-    /// Where one point is.
+    /// Returns the position of one point, in the frame and unit of `lattice` (one row per lattice vertex).
     pub(crate) fn extrapolated(&self, point: usize, lattice: &[Xyzx]) -> Xyzx {
         extrapolate(&self.group_of(point).corners, lattice, self.local[point])
     }
 
-    /// Bytes of memory that the embedding takes.
+    /// Returns the memory of the embedding, in bytes.
     pub fn memory(&self) -> usize {
         let point = size_of::<[f32; 3]>() + 2 * size_of::<u32>();
         let group = size_of::<Group>() + size_of::<u32>();
@@ -153,7 +163,9 @@ impl Embedding {
     }
 }
 
-/// Where a place in a cell with these corners is taken, within or outside.
+/// Returns the position of local coordinates in or outside a cell with these corners.
+///
+/// Trilinear in the cell, continued linearly outside.
 pub(crate) fn extrapolate(corners: &[u32; 8], lattice: &[Xyzx], place: [f32; 3]) -> Xyzx {
     let corners = corners.map(|corner| {
         let [x, y, z, _] = lattice[corner as usize];

@@ -1,55 +1,57 @@
-//! What can be wrong with the request for a lattice.
+//! Errors of the construction of a lattice.
 
-/// What can be wrong with the request for a lattice.
+/// An error of the construction of a lattice.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LatticeError {
-    /// The cell size is zero, negative, infinite or not a number.
+    /// The cell size is zero, negative, infinite or NaN.
     #[error("the cell size is {0}; it must be a positive, finite length")]
     CellSize(f64),
-    /// The origin has a coordinate that is infinite or not a number.
+    /// The origin has a coordinate that is infinite or NaN.
     #[error("the lattice origin is ({0}, {1}, {2}); its coordinates must be finite")]
     Origin(f64, f64, f64),
-    /// Fewer lattice vertices were asked for than one cell has.
-    #[error("{0} lattice vertices were asked for; the smallest lattice, one cell, has 8")]
+    /// Fewer than 8 lattice vertices are requested: one cell has 8.
+    #[error("the requested number of lattice vertices is {0}; it must be at least 8 (one cell)")]
     TooFewVertices(usize),
-    /// No cell is occupied, so that there is nothing to simulate.
+    /// No cell is occupied, so there is nothing to simulate.
     #[error("no cell is occupied; a lattice needs at least one")]
     NoCells,
     /// A cell's grid index is out of range.
-    #[error("cell {cell} has the grid index {index}; indices go from -1073741824 to 1073741824")]
+    #[error("cell {cell} has the grid index {index}; it must be between -1073741824 and 1073741824")]
     IndexRange {
-        /// Number of the cell in the input.
+        /// Index of the cell in the input, from 0.
         cell: usize,
-        /// Its index that is out of range.
+        /// The grid index that is out of range.
         index: i32,
     },
-    /// The lattice, and what a simulation of it needs, would take more memory than allowed.
+    /// The lattice and a simulation of it would need more memory than allowed.
     #[error("{}", too_much_memory(*cell_size, *needed, *limit, *fitting))]
     TooMuchMemory {
-        /// Cell size asked for, or estimated from the wished number of lattice vertices.
+        /// Requested cell size, or the cell size estimated from the requested number of lattice vertices.
         cell_size: f64,
-        /// Bytes that are needed, at least.
+        /// Lower bound of the memory needed, in bytes.
         needed: u64,
-        /// Bytes that are allowed.
+        /// Memory limit, in bytes.
         limit: u64,
-        /// A cell size that would fit; none where even the coarsest lattice does not, or where the cells were given.
+        /// A cell size that would fit. `None` if even the coarsest lattice does not fit, or if the cells were
+        /// given.
         fitting: Option<f64>,
     },
 }
 
+/// Formats [`LatticeError::TooMuchMemory`].
 fn too_much_memory(cell_size: f64, needed: u64, limit: u64, fitting: Option<f64>) -> String {
     let (needed, limit) = (readable(needed), readable(limit));
-    let asked = format!(
+    let message = format!(
         "a lattice with cells of size {cell_size:.4e} needs {needed} of memory, more than the limit of {limit}"
     );
     match fitting {
-        Some(size) => format!("{asked}; a cell size of {size:.4e} would fit"),
-        None => format!("{asked}; use fewer cells or raise the limit"),
+        Some(size) => format!("{message}; a cell size of {size:.4e} would fit"),
+        None => format!("{message}; use fewer cells or raise the limit"),
     }
 }
 
-/// A number of bytes to read: three digits and a binary unit.
+/// Formats a number of bytes with a binary unit and one decimal below 100.
 fn readable(bytes: u64) -> String {
     const UNITS: [&str; 7] = ["bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
     let power = (bytes.max(1).ilog2() / 10) as usize;
@@ -63,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_is_told_in_readable_units() {
+    fn readable_formats_bytes_with_binary_units() {
         assert_eq!(readable(0), "0 bytes");
         assert_eq!(readable(1023), "1023 bytes");
         assert_eq!(readable(1536), "1.5 KiB");

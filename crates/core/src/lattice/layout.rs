@@ -1,45 +1,49 @@
-//! Where lattice vertices are stored: blocks of eight along one axis, only those that hold a vertex.
+//! Storage of lattice vertices in blocks of eight along one axis. Empty blocks are not stored.
 //!
 //! ```text
-//! plane  x = const: all its lines            planes are stored one after another: x is the outer axis
-//! line   one after another along the inner axis
-//! block  0: lanes 0..8   1: lanes 0..8  …    along the lane axis; the next along it is the next in storage
+//! plane  all lines with the same x          planes are stored in the order of x, the outer axis
+//! line   blocks along the lane axis         the lines of a plane are stored in the order of the inner axis
+//! block  lanes 0..8 along the lane axis     the next slot along the lane axis is the next in storage
 //! ```
 //!
-//! The cascade begins and ends with x, so all of its other passes stay within a plane. Whether y or z runs along
-//! the lanes, and its offset, are chosen by counting blocks: 16 candidates. The order in which the window sums
-//! visit the axes does not depend on this choice.
+//! The moment cascade begins and ends with x, so all of its other passes stay within a plane. The lane axis
+//! (y or z) and the offset of its blocks (0 to 7) are the pair with the fewest blocks, of 16 candidates. The
+//! order of the axes in the window sums does not depend on this choice.
 
 use std::ops::Range;
 
 use super::Lattice;
 use crate::simd::lanes::LANES;
 
-/// The blocks of a lattice and how they are linked.
+/// The blocks of a lattice, and the links between their vertices.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
+    /// Slot of each lattice vertex.
     slots: Vec<u32>,
+    /// Bit `l` of a block is set iff its lane `l` holds a vertex.
     occupied: Vec<u8>,
     axes: [AxisLinks; 3],
+    /// The axis along the lanes: 1 or 2.
     lane_axis: usize,
-    /// The first block of each line, and the end.
+    /// First block of each line, then the number of blocks.
     lines: Vec<u32>,
-    /// The first line of each plane, and the end.
+    /// First line of each plane, then the number of lines.
     planes: Vec<u32>,
 }
 
-/// A candidate: the lanes' axis, and what is added to a grid coordinate before it is cut into blocks.
+/// A candidate for the layout: the lane axis, and the offset added to a coordinate along it before division
+/// into blocks.
 #[derive(Clone, Copy)]
 struct Candidate {
     lanes: usize,
     offset: i32,
 }
 
-/// Plane, line, and place along the line: sorted as blocks are stored.
+/// Plane, line, and block along the line. Blocks are stored in the order of their keys.
 type BlockKey = [i32; 3];
 
 impl Candidate {
-    /// The block that holds a grid position, and the lane.
+    /// Returns the block and the lane of a grid position.
     fn place(self, index: [i32; 3]) -> (BlockKey, usize) {
         let along = index[self.lanes] + self.offset;
         let lanes = LANES as i32;
@@ -47,12 +51,12 @@ impl Candidate {
         (block, along.rem_euclid(lanes) as usize)
     }
 
-    /// The axis across the lines of a plane.
+    /// Returns the inner axis: the axis in a plane that is not the lane axis.
     fn inner(self) -> usize {
         3 - self.lanes
     }
 
-    /// The component of a block's key that counts along an axis.
+    /// Returns the component of a [`BlockKey`] that counts along an axis.
     fn component(self, axis: usize) -> usize {
         match axis {
             0 => 0,
@@ -63,7 +67,7 @@ impl Candidate {
 }
 
 impl Layout {
-    /// The layout of a lattice with the fewest blocks.
+    /// Builds the layout of a lattice that has the fewest blocks.
     pub(crate) fn new(lattice: &Lattice) -> Self {
         let candidate = fewest_blocks(lattice.indices());
         let mut keys: Vec<BlockKey> =
@@ -101,12 +105,12 @@ impl Layout {
         Self { slots, occupied, axes, lane_axis: candidate.lanes, lines, planes }
     }
 
-    /// Number of blocks.
+    /// Returns the number of blocks.
     pub(crate) fn blocks(&self) -> usize {
         self.occupied.len()
     }
 
-    /// Memory that it takes.
+    /// Returns the memory of the layout, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.slots())
             + self.blocks()
@@ -115,52 +119,54 @@ impl Layout {
             + size_of_val(self.planes.as_slice())
     }
 
-    /// The slot of each lattice vertex.
+    /// Returns the slot of each lattice vertex.
     pub(crate) fn slots(&self) -> &[u32] {
         &self.slots
     }
 
-    /// The lanes of a block that hold a vertex, as bits.
+    /// Returns the mask of each block: bit `l` is set iff lane `l` holds a vertex.
     pub(crate) fn occupied(&self) -> &[u8] {
         &self.occupied
     }
 
-    /// The links along an axis of the lattice.
+    /// Returns the links along an axis of the lattice.
     pub(crate) fn axis(&self, axis: usize) -> &AxisLinks {
         &self.axes[axis]
     }
 
-    /// The axis along the lanes: 1 or 2.
+    /// Returns the axis along the lanes: 1 or 2.
     pub(crate) fn lane_axis(&self) -> usize {
         self.lane_axis
     }
 
-    /// Number of planes.
+    /// Returns the number of planes.
     pub(crate) fn planes(&self) -> usize {
         self.planes.len() - 1
     }
 
-    /// The blocks of each line of a plane.
+    /// Iterates over the lines of a plane, each as its range of blocks.
     pub(crate) fn lines(&self, plane: usize) -> impl ExactSizeIterator<Item = Range<usize>> {
         let lines = &self.lines[self.planes[plane] as usize..=self.planes[plane + 1] as usize];
         lines.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
     }
 
-    /// The blocks of some planes.
+    /// Returns the range of blocks of a range of planes.
     pub(crate) fn blocks_of(&self, planes: Range<usize>) -> Range<usize> {
         let first = |plane: usize| self.lines[self.planes[plane] as usize] as usize;
         first(planes.start)..first(planes.end)
     }
 }
 
-/// Where a new group of neighbouring items begins, and the end.
-fn starts<T>(items: &[T], parts: impl Fn(&T, &T) -> bool) -> Vec<u32> {
-    let inner = items.windows(2).enumerate().filter(|(_, pair)| parts(&pair[0], &pair[1]));
+/// Returns the index of the first item of each group, then the number of items.
+///
+/// A group ends where `separates` is true of an item and the next one.
+fn starts<T>(items: &[T], separates: impl Fn(&T, &T) -> bool) -> Vec<u32> {
+    let inner = items.windows(2).enumerate().filter(|(_, pair)| separates(&pair[0], &pair[1]));
     let inner = inner.map(|(at, _)| at as u32 + 1);
     std::iter::once(0).chain(inner).chain([items.len() as u32]).collect()
 }
 
-/// The candidate with the fewest blocks; of equals the first.
+/// Returns the candidate with the fewest blocks; of equal candidates, the first.
 fn fewest_blocks(indices: &[[i32; 3]]) -> Candidate {
     let mut best = (usize::MAX, Candidate { lanes: 1, offset: 0 });
     for lanes in [1, 2] {
@@ -180,36 +186,37 @@ fn fewest_blocks(indices: &[[i32; 3]]) -> Candidate {
 /// The links along one axis.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisLinks {
-    /// Bit `l` of a block: its vertex in lane `l` is linked to the next one along the axis.
+    /// Bit `l` of a block is set iff its vertex in lane `l` is linked to the next vertex along the axis.
     pub(crate) links: Vec<u8>,
-    /// The neighbours of blocks along the axis; `None` where the lanes run along it, and the next block is the
-    /// next in storage.
+    /// The neighbours of each block along the axis. `None` for the lane axis, where the next block along the
+    /// axis is the next in storage.
     pub(crate) across: Option<Neighbours>,
 }
 
-/// The blocks next to each other along an axis.
+/// The neighbours of each block along an axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbours {
-    /// The block next along the axis; the block itself where there is none.
+    /// Next block along the axis, or the block itself if there is no next block.
     pub(crate) next: Vec<u32>,
-    /// The block before along the axis; the block itself where there is none.
+    /// Previous block along the axis, or the block itself if there is no previous block.
     pub(crate) previous: Vec<u32>,
 }
 
 impl Neighbours {
-    /// Of blocks with the sorted keys `keys`, along the axis that component `component` of a key counts.
+    /// Finds the neighbours of the blocks with the sorted keys `keys`, along the axis that component
+    /// `component` of a key counts.
     fn new(keys: &[[i32; 3]], component: usize) -> Self {
         let mut next: Vec<u32> = (0..keys.len() as u32).collect();
         let mut previous = next.clone();
-        // What is sought grows with what it is sought for, as the keys are sorted.
+        // The keys are sorted, so `target` increases with `key` and `at` never moves back.
         let mut at = 0;
         for (block, key) in keys.iter().enumerate() {
-            let mut sought = *key;
-            sought[component] += 1;
-            while at < keys.len() && keys[at] < sought {
+            let mut target = *key;
+            target[component] += 1;
+            while at < keys.len() && keys[at] < target {
                 at += 1;
             }
-            if keys.get(at) == Some(&sought) {
+            if keys.get(at) == Some(&target) {
                 next[block] = at as u32;
                 previous[at] = block as u32;
             }
@@ -219,7 +226,7 @@ impl Neighbours {
 }
 
 impl AxisLinks {
-    /// The slot next along the axis, if a link leads there.
+    /// Returns the slot of the next vertex along the axis, if the vertex is linked to it.
     pub(crate) fn next_slot(&self, slot: usize) -> Option<usize> {
         let (block, lane) = (slot / LANES, slot % LANES);
         if self.links[block] >> lane & 1 == 0 {
@@ -231,7 +238,7 @@ impl AxisLinks {
         })
     }
 
-    /// Memory that they take.
+    /// Returns the memory of the links, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let Neighbours { next, previous } = match &self.across {
             Some(neighbours) => neighbours,

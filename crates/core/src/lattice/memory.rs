@@ -1,32 +1,33 @@
-//! Memory that a lattice and its simulation take, and how much there is.
+//! Estimate of the memory that a lattice and its simulation need, and the memory limit.
 
 use super::error::LatticeError;
 
 /// Bytes of simulation state and scratch for each lattice vertex.
 const SIMULATION_BYTES: u64 = 200;
 
-/// Bytes of the lattice itself for each lattice vertex, at most: indices, links and component of the vertex, its share of the cells
-/// (no more than one a vertex) and of the look-up tables.
+/// Upper bound of the bytes of the lattice itself for each lattice vertex: indices, links and component of
+/// the vertex, and its share of the cells (at most one per vertex) and of the look-up tables.
 const LATTICE_BYTES: u64 = 50;
 
-/// Limit where the machine does not tell its memory.
+/// Limit if the machine's memory is unknown: 4 GiB.
 const FALLBACK_LIMIT: u64 = 4 << 30;
 
-/// Bytes that `vertices` lattice vertices take, simulation included.
+/// Returns the bytes needed for a number of lattice vertices, simulation included.
 pub(crate) fn of_vertices(vertices: u64) -> u64 {
     vertices.saturating_mul(LATTICE_BYTES + SIMULATION_BYTES)
 }
 
-/// Vertices are numbered with 32 bits, one of which is left free, so that no limit may allow for more.
-const MOST_VERTICES: u64 = 1 << 31;
+/// Largest number of vertices that a limit allows. Vertex indices have 32 bits, one of which is left free.
+const MAX_VERTICES: u64 = 1 << 31;
 
-/// The limit in bytes: what was asked for, or half of the machine's memory, or 4 GiB where that is not known.
-pub(crate) fn limit(asked: Option<u64>) -> u64 {
-    let limit = asked.unwrap_or_else(|| machine().map_or(FALLBACK_LIMIT, |bytes| bytes / 2));
-    limit.min(of_vertices(MOST_VERTICES))
+/// Returns the memory limit in bytes: the requested one, or half of the machine's memory, or 4 GiB if
+/// that is unknown.
+pub(crate) fn limit(requested: Option<u64>) -> u64 {
+    let limit = requested.unwrap_or_else(|| machine_memory().map_or(FALLBACK_LIMIT, |bytes| bytes / 2));
+    limit.min(of_vertices(MAX_VERTICES))
 }
 
-/// Refuses what needs more than the limit.
+/// Returns an error if `needed` bytes exceed the limit.
 pub(crate) fn check(needed: u64, limit: u64, cell_size: f64) -> Result<(), LatticeError> {
     if needed > limit {
         return Err(LatticeError::TooMuchMemory { cell_size, needed, limit, fitting: None });
@@ -34,15 +35,16 @@ pub(crate) fn check(needed: u64, limit: u64, cell_size: f64) -> Result<(), Latti
     Ok(())
 }
 
-/// Bytes of memory that this process may use: the machine's, or what its control group is given where that is less.
-fn machine() -> Option<u64> {
+/// Returns the bytes of memory that this process may use: the lesser of the machine's memory and the
+/// limit of its control group.
+fn machine_memory() -> Option<u64> {
     let total = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| total_of_meminfo(&text))?;
     let group =
         std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| text.trim().parse().ok());
     Some(group.map_or(total, |group: u64| group.min(total)))
 }
 
-/// The line `MemTotal:  24683504 kB` of Linux's `/proc/meminfo`, in bytes.
+/// Parses the line `MemTotal:  24683504 kB` of Linux's `/proc/meminfo` and returns the memory in bytes.
 fn total_of_meminfo(text: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
@@ -54,17 +56,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn meminfo_is_read() {
+    fn meminfo_total_is_parsed() {
         assert_eq!(total_of_meminfo("MemTotal:       24683504 kB\nMemFree: 1 kB\n"), Some(24_683_504 * 1024));
-        for strange in ["", "MemTotal: x kB", "MemTotal: 12", "MemTotal: 99999999999999999999 kB"] {
-            assert_eq!(total_of_meminfo(strange), None);
+        for malformed in ["", "MemTotal: x kB", "MemTotal: 12", "MemTotal: 99999999999999999999 kB"] {
+            assert_eq!(total_of_meminfo(malformed), None);
         }
     }
 
     #[test]
-    fn no_limit_allows_more_vertices_than_can_be_numbered() {
+    fn limit_is_capped_at_the_maximum_number_of_vertices() {
         assert_eq!(limit(Some(1000)), 1000);
-        assert_eq!(limit(Some(u64::MAX)), of_vertices(MOST_VERTICES));
+        assert_eq!(limit(Some(u64::MAX)), of_vertices(MAX_VERTICES));
         assert!(limit(None) > 0);
     }
 }

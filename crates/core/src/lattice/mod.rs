@@ -1,9 +1,15 @@
-//! The lattice: cells along the axes that cover a shape, and their corners.
+//! The lattice: axis-aligned cubic cells that cover a shape, and the vertices at their corners.
 //!
-//! In the order of the data: what is asked for ([`options`], [`error`], [`memory`]); the cell size for a number of vertices
-//! ([`resolution`]), the cells at one size ([`candidate`]), their connected parts and the bridges between these ([`components`],
-//! [`nearest`]), the vertices and links of a set of cells ([`assemble`]), the ways to a lattice ([`construct`]); how its vertices are
-//! stored in blocks of eight ([`layout`]); points that its cells carry along ([`embedding`], [`trilinear`]).
+//! The files, in the order of the data flow:
+//!
+//! * [`options`], [`error`], [`memory`]: the request, its errors and the memory limit.
+//! * [`resolution`]: the cell size for a requested number of vertices.
+//! * [`candidate`]: the cells at one cell size.
+//! * [`components`], [`nearest`]: the connected parts of the cells, and the bridges that join them.
+//! * [`assemble`]: the vertices and links of a set of cells.
+//! * [`construct`]: the constructors of [`Lattice`].
+//! * [`layout`]: storage of the vertices in blocks of eight.
+//! * [`embedding`], [`trilinear`]: points that move with the cells.
 
 mod assemble;
 mod candidate;
@@ -32,9 +38,10 @@ pub(crate) use trilinear::{corner_sums, monomials, polynomial};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.
 ///
-/// Vertices and cells have integer grid indices `[x, y, z]` and are numbered in the order of (z, y, x), x fastest: the *vertex
-/// order* of every array that is "one per lattice vertex". The rest position of a vertex is `origin + cell_size * index`. The cell of
-/// index `c` reaches from vertex `c` to vertex `c + (1, 1, 1)`; its corner k lies at the offset `(k & 1, k >> 1 & 1, k >> 2 & 1)`:
+/// Vertices and cells have integer grid indices `[x, y, z]` and are numbered in the order of (z, y, x), x
+/// fastest. This is the *vertex order* of every array with one entry per lattice vertex. The rest position of
+/// a vertex is `origin + cell_size * index`. The cell of index `c` extends from vertex `c` to vertex
+/// `c + (1, 1, 1)`. Its corner k is at the offset `(k & 1, k >> 1 & 1, k >> 2 & 1)`:
 ///
 /// ```text
 ///        6-------7        z
@@ -45,9 +52,12 @@ pub(crate) use trilinear::{corner_sums, monomials, polynomial};
 ///      0-------1
 /// ```
 ///
-/// A *link* joins two vertices one step apart along an axis iff some occupied cell has that edge. Two vertices on either side of a
-/// gap are not neighbours, however close. After Rivers and James 2007, whose particles lie at the centers of cells; on the corners,
-/// each vertex belongs to at least one cell, so that every region spans space even where a part is one cell thick.
+/// A *link* joins two vertices one step apart along an axis iff some occupied cell has that edge. Two
+/// vertices on opposite sides of a gap are not neighbours, however close they are.
+///
+/// Rivers & James 2007 put the particles at the centers of the cells. Here they are at the corners: each
+/// vertex is then a corner of at least one cell, so that every region spans three dimensions even where a
+/// part is one cell thick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     cell_size: f64,
@@ -63,32 +73,32 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Number of lattice vertices, at least 8.
+    /// Returns the number of lattice vertices, at least 8.
     pub fn len(&self) -> usize {
         self.indices.len()
     }
 
-    /// Never true: a lattice has at least one cell.
+    /// Returns false: a lattice has at least one cell.
     pub fn is_empty(&self) -> bool {
         self.indices.is_empty()
     }
 
-    /// Edge of a cell, in units of the scene's length.
+    /// Returns the edge length of a cell, in the length unit of the scene.
     pub fn cell_size(&self) -> f64 {
         self.cell_size
     }
 
-    /// Where vertex index `[0, 0, 0]` lies, in the model frame.
+    /// Returns the position of vertex index `[0, 0, 0]` in the model frame.
     pub fn origin(&self) -> Point3<f64> {
         self.origin
     }
 
-    /// Grid indices `[x, y, z]` of the vertices, shape `(n, 3)`, sorted by (z, y, x).
+    /// Returns the grid indices `[x, y, z]` of the vertices, shape `(n, 3)`, sorted by (z, y, x).
     pub fn indices(&self) -> &[[i32; 3]] {
         &self.indices
     }
 
-    /// Rest position of a vertex in the model frame: `origin + cell_size * index`.
+    /// Returns the rest position of a vertex in the model frame: `origin + cell_size * index`.
     ///
     /// # Panics
     ///
@@ -98,12 +108,13 @@ impl Lattice {
         self.origin + nalgebra::Vector3::new(x, y, z) * self.cell_size
     }
 
-    /// Grid indices `[x, y, z]` of the cells, those of their corner 0, shape `(m, 3)`, sorted by (z, y, x).
+    /// Returns the grid indices `[x, y, z]` of the cells (of their corner 0), shape `(m, 3)`, sorted by (z,
+    /// y, x).
     pub fn cells(&self) -> &[[i32; 3]] {
         &self.cells
     }
 
-    /// The vertices at the eight corners of a cell.
+    /// Returns the vertices at the eight corners of a cell, in the order drawn at [`Lattice`].
     ///
     /// # Panics
     ///
@@ -114,29 +125,29 @@ impl Lattice {
         for (pair, corner) in corners.chunks_exact_mut(2).enumerate() {
             let (dy, dz) = (pair as i32 & 1, pair as i32 >> 1);
             let first = self.vertex_set.find([x, y + dy, z + dz]).expect("each corner of a cell is a vertex");
-            // Corners one step apart along x follow each other.
+            // Vertices one step apart along x have consecutive numbers.
             corner.copy_from_slice(&[first, first + 1]);
         }
         corners
     }
 
-    /// The vertex at a grid index, if there is one.
+    /// Returns the vertex at a grid index, if there is one.
     pub fn vertex_at(&self, index: [i32; 3]) -> Option<u32> {
         self.vertex_set.find(index)
     }
 
-    /// The occupied cell at a grid index, if there is one.
+    /// Returns the occupied cell at a grid index, if there is one.
     pub fn cell_at(&self, index: [i32; 3]) -> Option<u32> {
         self.cell_set.find(index)
     }
 
-    /// Links of each vertex, shape `(n,)`: bit n is set iff the vertex is linked to its neighbour n, in the order -x, +x, -y, +y,
-    /// -z, +z.
+    /// Returns the links of each vertex, shape `(n,)`: bit n is set iff the vertex is linked to its neighbour
+    /// n, in the order -x, +x, -y, +y, -z, +z.
     pub fn links(&self) -> &[u8] {
         &self.links
     }
 
-    /// The vertices that a vertex is linked to, in the order -x, +x, -y, +y, -z, +z.
+    /// Returns the vertices that a vertex is linked to, in the order -x, +x, -y, +y, -z, +z.
     ///
     /// # Panics
     ///
@@ -156,23 +167,24 @@ impl Lattice {
         })
     }
 
-    /// Occupied cells that have each vertex as a corner, 1 to 8, shape `(n,)`. The mass of a vertex is
-    /// `density * cell_size^3 * occupied_cells / 8`.
+    /// Returns the number of occupied cells that have each vertex as a corner, 1 to 8, shape `(n,)`.
+    ///
+    /// The mass of a vertex is `density * cell_size^3 * occupied_cells / 8`.
     pub fn occupied_cells(&self) -> &[u8] {
         &self.occupied_cells
     }
 
-    /// The connected parts of the link graph.
+    /// Returns the connected components of the link graph.
     pub fn components(&self) -> &Components {
         &self.components
     }
 
-    /// What became of the input: parts that float, parts that are glued, openings.
+    /// Returns the report on the input: floating parts, glued mesh components, openings.
     pub fn report(&self) -> &LatticeReport {
         &self.report
     }
 
-    /// Bytes of memory that the lattice takes.
+    /// Returns the memory of the lattice, in bytes.
     pub fn memory(&self) -> usize {
         let vertex = size_of::<[i32; 3]>() + 2 * size_of::<u8>() + size_of::<u32>();
         self.len() * vertex

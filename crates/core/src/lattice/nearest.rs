@@ -1,15 +1,15 @@
-//! A tree of boxes over the runs of a set of cells (BVH), for the nearest cell.
+//! A BVH over the runs of a set of cells, for queries of the nearest cell.
 
 use crate::voxel::GridSet;
 
-/// Runs in a leaf; more make the tree smaller and each leaf slower.
+/// Maximum number of runs in a leaf. A larger value gives a smaller tree and slower leaves.
 const LEAF: usize = 8;
 
-/// A bounding box tree over the runs of a set of cells.
+/// A BVH over the runs of a set of cells.
 pub(super) struct RunTree {
-    /// The runs in the order of the leaves, each with its box in cells, ends included.
+    /// The runs in the order of the leaves, each with its box of cells.
     items: Vec<(u32, Bounds)>,
-    /// Preorder: the first child of an inner node follows it.
+    /// The nodes in preorder: the first child of an inner node is the next node.
     nodes: Vec<Node>,
 }
 
@@ -17,11 +17,12 @@ struct Node {
     bounds: Bounds,
     /// Second child of an inner node; 0 in a leaf.
     second: u32,
+    /// The items below the node are `first_item..end_item`.
     first_item: u32,
     end_item: u32,
 }
 
-/// A box of cells: lowest and highest index on each axis.
+/// A box of cells: lowest and highest index on each axis, both included.
 #[derive(Clone, Copy)]
 pub(super) struct Bounds {
     pub(super) low: [i32; 3],
@@ -29,14 +30,14 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// The cells of a run.
+    /// Returns the box of a run. `key`: the (z, y) of its row.
     pub(super) fn of_run(cells: &GridSet, key: (i32, i32), run: usize) -> Self {
         let (z, y) = key;
         let span = cells.span(run);
         Self { low: [span.start, y, z], high: [span.end - 1, y, z] }
     }
 
-    /// Steps from cell to cell through faces between the nearest cells of two boxes.
+    /// Returns the number of steps through faces between the nearest cells of two boxes.
     pub(super) fn steps(&self, other: &Self) -> i64 {
         let gap = |a| {
             (i64::from(self.low[a]) - i64::from(other.high[a]))
@@ -45,7 +46,7 @@ impl Bounds {
         (0..3).map(|a| gap(a).max(0)).sum()
     }
 
-    /// Square of the distance to a point, in cells; a cell reaches from its index to its index + 1.
+    /// Returns the squared distance to a point, in cells. A cell extends from its index to its index + 1.
     pub(super) fn distance_squared(&self, point: [f64; 3]) -> f64 {
         let outside = |a: usize| {
             (f64::from(self.low[a]) - point[a]).max(point[a] - (f64::from(self.high[a]) + 1.0)).max(0.0)
@@ -62,7 +63,7 @@ impl Bounds {
 }
 
 impl RunTree {
-    /// The tree of a set that is not empty.
+    /// Builds the tree of a set that is not empty.
     pub(super) fn new(cells: &GridSet) -> Self {
         let items: Vec<_> =
             cells.runs().map(|(run, key)| (run as u32, Bounds::of_run(cells, key, run))).collect();
@@ -71,6 +72,7 @@ impl RunTree {
         tree
     }
 
+    /// Appends the subtree of the items `first..end`.
     fn build(&mut self, first: usize, end: usize) {
         let items = &mut self.items[first..end];
         let bounds = items.iter().map(|(_, bounds)| *bounds).reduce(|a, b| a.united(&b));
@@ -83,7 +85,7 @@ impl RunTree {
         let extent = |a: &usize| i64::from(bounds.high[*a]) - i64::from(bounds.low[*a]);
         let axis = (0..3).max_by_key(extent).unwrap_or(0);
         let middle = items.len() / 2;
-        // The run's number makes the order, and with it every later choice, unique.
+        // The run breaks ties, so that the tree and the results of queries are deterministic.
         items.select_nth_unstable_by_key(middle, |(run, b)| {
             (i64::from(b.low[axis]) + i64::from(b.high[axis]), *run)
         });
@@ -92,9 +94,12 @@ impl RunTree {
         self.build(first + middle, end);
     }
 
-    /// The run of least cost among those that `accept` takes and that cost less than `limit`.
+    /// Returns the run of least cost, with its cost, among the runs that `accept` accepts and that cost less
+    /// than `limit`.
     ///
-    /// `cost` of a box must not exceed the cost of what lies in it. Nodes whose runs are known to be refused are skipped by `skip`.
+    /// * `cost`: cost of a box; it must not exceed the cost of any box inside.
+    /// * `skip`: whether a node can be skipped because `accept` rejects all of its runs.
+    /// * `accept`: whether a run is a valid result.
     pub(super) fn nearest<C: PartialOrd + Copy>(
         &self,
         limit: C,
@@ -105,8 +110,8 @@ impl RunTree {
         let mut best = (limit, None);
         let mut stack = vec![(cost(&self.nodes.first()?.bounds), 0)];
         while let Some((node_cost, index)) = stack.pop() {
-            let beaten = |cost: C| !matches!(cost.partial_cmp(&best.0), Some(std::cmp::Ordering::Less));
-            if beaten(node_cost) || skip(index) {
+            let not_better = |cost: C| !matches!(cost.partial_cmp(&best.0), Some(std::cmp::Ordering::Less));
+            if not_better(node_cost) || skip(index) {
                 continue;
             }
             let node = &self.nodes[index];
@@ -121,7 +126,7 @@ impl RunTree {
             }
             let children =
                 [index + 1, node.second as usize].map(|child| (cost(&self.nodes[child].bounds), child));
-            // The nearer child is looked at first.
+            // The child of lower cost is pushed last, so that it is visited first.
             let swap = children[1].0 < children[0].0;
             stack.push(children[usize::from(!swap)]);
             stack.push(children[usize::from(swap)]);
@@ -129,7 +134,7 @@ impl RunTree {
         best.1.map(|run| (best.0, run))
     }
 
-    /// The cell nearest to a point, given in cells; `cells` is the set of the tree.
+    /// Returns the cell nearest to a point, given in cells. `cells`: the set from which the tree was built.
     pub(super) fn nearest_cell(&self, cells: &GridSet, point: [f64; 3]) -> u32 {
         let found = self.nearest(f64::INFINITY, |bounds| bounds.distance_squared(point), |_| false, |_| true);
         let Some((_, run)) = found else { return 0 };
@@ -138,7 +143,7 @@ impl RunTree {
         cells.first(run as usize) + (x - span.start) as u32
     }
 
-    /// The label that all runs below each node share, if they do.
+    /// Returns, for each node, the label that all runs below it share, or `None` if their labels differ.
     pub(super) fn shared_labels(&self, mut label: impl FnMut(u32) -> u32) -> Vec<Option<u32>> {
         let mut shared = vec![None; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate().rev() {

@@ -1,25 +1,25 @@
-//! What is asked of a lattice, and what became of the input.
+//! Options of the construction of a lattice, and the report on it.
 
-/// How fine a lattice is.
+/// Resolution of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Resolution {
-    /// Edge of a cell, a positive length in the units of the mesh.
+    /// Edge length of a cell in the length unit of the mesh, positive and finite.
     CellSize(f64),
-    /// Wished number of lattice vertices, at least 8; met within 5 % where the shape allows. A cube, say, has lattices of 8, 27, 64, ...
-    /// vertices and nothing between.
+    /// Requested number of lattice vertices, at least 8. The result is within 5 % where the shape allows it;
+    /// a cube, for example, has lattices of 8, 27, 64, ... vertices only.
     Vertices(usize),
 }
 
-/// What lattice is wished for.
+/// Options of [`Lattice::from_mesh`](super::Lattice::from_mesh).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatticeOptions {
-    /// How fine. Default: about 1000 vertices.
+    /// Resolution. Default: about 1000 vertices.
     pub resolution: Resolution,
-    /// Whether parts that float apart ride along, each tied to its nearest neighbour by a bridge of cells. Default: true. If false, each
-    /// is a component of its own.
+    /// Whether separate parts are joined, each to its nearest neighbour by a bridge of cells. If false, each
+    /// part is a component of its own. Default: true.
     pub join: bool,
-    /// Bytes that the lattice and a simulation of it may take. Default (`None`): half of the machine's memory, or 4 GiB where that is
-    /// not known.
+    /// Memory limit of the lattice and a simulation of it, in bytes. Default (`None`): half of the machine's
+    /// memory, or 4 GiB if that is unknown.
     pub memory_limit: Option<u64>,
 }
 
@@ -29,35 +29,38 @@ impl Default for LatticeOptions {
     }
 }
 
-/// What became of the input on its way to a lattice: what is unusual about it is told here and not refused.
+/// A report on the construction of a lattice. Unusual input is listed here and is not an error.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct LatticeReport {
-    /// Cells that were given, or that the surface passes through.
+    /// Number of cells that were given, or that the surface passes through.
     pub surface_cells: usize,
-    /// Further cells that no way from outside leads to: the inside of the mesh. 0 where the cells were given.
+    /// Number of further cells that the surface encloses. 0 if the cells were given.
     pub filled_cells: usize,
-    /// Further cells that join parts which floated apart. 0 with `join` off.
+    /// Number of further cells, in the bridges that join separate parts. 0 if `join` is false.
     pub bridge_cells: usize,
-    /// The mesh has openings wider than a cell, so that the lattice is a layer along the surface and not the solid inside it.
+    /// Whether the mesh has openings wider than a cell, so that the lattice is a layer along the surface and
+    /// not the solid inside it.
     pub shell: bool,
-    /// The parts that float apart from the largest one, in the order of their first cell.
+    /// The parts that are separate from the largest one before joining, in the order of their first cell.
     pub floating: Vec<FloatingPart>,
-    /// Groups of two or more mesh components (numbers as in the mesh) that the lattice holds together without a bridge, because
-    /// they share cells, or their cells touch, or one lies within the other.
+    /// Groups of two or more mesh components (indices in
+    /// [`Topology::components`](crate::mesh::Topology::components)) that are one part of the lattice without
+    /// a bridge: they share cells, or their cells touch, or one encloses the other.
     pub glued: Vec<Vec<u32>>,
 }
 
-/// Connected cells that do not touch those of the largest part.
+/// A connected part of the cells that is separate from the largest part before joining.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FloatingPart {
     /// Number of its cells.
     pub cells: usize,
-    /// The mesh components (numbers as in the mesh) that lie in it; empty where the cells were given.
+    /// The mesh components (indices in [`Topology::components`](crate::mesh::Topology::components)) in this
+    /// part. Empty if the cells were given.
     pub mesh_components: Vec<u32>,
-    /// Whether it rides along (`join`): a bridge ties it to another part.
+    /// Whether a bridge joins it to another part (`join`).
     pub joined: bool,
-    /// Length in cells of the bridge that it asked for. 0 with `join` off, or where the bridge of another part serves it.
+    /// Number of cells of its own bridge. 0 if `join` is false, or if the bridge of another part joins it.
     pub bridge_cells: usize,
 }

@@ -1,34 +1,37 @@
-//! Trilinear interpolation within a cell, continued linearly outside.
+//! Trilinear interpolation in a cell, continued linearly outside.
 
 use std::ops::{Mul, Sub};
 
 use nalgebra::Vector3;
 
-/// Trilinear weights of the eight corners at a place in a cell, continued linearly outside [0, 1]^3.
+/// Returns the trilinear weights of the eight corners at local coordinates.
+///
+/// The weights continue linearly outside `[0, 1]^3`.
 pub(crate) fn weights(local: [f32; 3]) -> [f32; 8] {
     let [inside, outside] = split(local);
     let one = |k: usize, a: usize| if k >> a & 1 == 0 { 1.0 - inside[a] } else { inside[a] };
     std::array::from_fn(|k| {
         let mut weight = one(k, 0) * one(k, 1) * one(k, 2);
-        for (a, way) in outside.iter().enumerate() {
+        for (a, excess) in outside.iter().enumerate() {
             let slope = if k >> a & 1 == 0 { -1.0 } else { 1.0 };
-            weight += way * slope * one(k, (a + 1) % 3) * one(k, (a + 2) % 3);
+            weight += excess * slope * one(k, (a + 1) % 3) * one(k, (a + 2) % 3);
         }
         weight
     })
 }
 
-/// The nearest place within the cell, and the rest of the way.
+/// Splits local coordinates into the nearest point of the cell and the remaining offset.
 fn split(local: [f32; 3]) -> [[f32; 3]; 2] {
     let inside = local.map(|x| x.clamp(0.0, 1.0));
     [inside, std::array::from_fn(|a| local[a] - inside[a])]
 }
 
-/// The trilinear map of values at the corners of a cell as a polynomial of the place in it: half the work of weights
-/// where a cell has many points. Coefficients of 1, x, y, xy, z, xz, yz, xyz.
+/// Returns the trilinear interpolant of the corner values as the coefficients of 1, x, y, xy, z, xz, yz, xyz.
+///
+/// For a cell with many points this is half the work of [`weights`].
 #[inline(always)]
 pub(crate) fn polynomial<T: Copy + Sub<Output = T>>(mut terms: [T; 8]) -> [T; 8] {
-    // Differences along x, then y, then z: of the corners that have the bit set to those that do not.
+    // Differences along x, then y, then z: each corner with the bit set, minus the corner without it.
     for bit in [1, 2, 4] {
         for k in 0..8 {
             if k & bit != 0 {
@@ -39,20 +42,20 @@ pub(crate) fn polynomial<T: Copy + Sub<Output = T>>(mut terms: [T; 8]) -> [T; 8]
     terms
 }
 
-/// The monomials 1, x, y, xy, z, xz, yz, xyz of a place.
+/// Returns the monomials 1, x, y, xy, z, xz, yz, xyz of local coordinates.
 #[inline(always)]
-pub(crate) fn monomials<T: Copy + Mul<Output = T>>(one: T, place: [T; 3]) -> [T; 8] {
+pub(crate) fn monomials<T: Copy + Mul<Output = T>>(one: T, local: [T; 3]) -> [T; 8] {
     let mut monomials = [one; 8];
     for a in 0..3 {
         let bit = 1 << a;
         for k in 0..bit {
-            monomials[k + bit] = monomials[k] * place[a];
+            monomials[k + bit] = monomials[k] * local[a];
         }
     }
     monomials
 }
 
-/// The sums of the corners' weights over places, from those of their [`monomials`]: the transpose of [`polynomial`].
+/// Converts sums of [`monomials`] over points into sums of corner weights: transpose of [`polynomial`].
 #[inline(always)]
 pub(crate) fn corner_sums(mut sums: [f64; 8]) -> [f64; 8] {
     for bit in [1, 2, 4] {
@@ -65,19 +68,21 @@ pub(crate) fn corner_sums(mut sums: [f64; 8]) -> [f64; 8] {
     sums
 }
 
-/// The trilinear map of one deformed cell, as a polynomial about corner 0: small differences, so that little is lost to rounding.
+/// The trilinear map of one deformed cell, as a polynomial about corner 0.
+///
+/// Its coefficients are small differences, which keeps the rounding error small.
 pub(crate) struct CellMap {
     /// The coefficients of 1, x, y, xy, z, xz, yz, xyz.
     terms: [Vector3<f32>; 8],
 }
 
 impl CellMap {
-    /// The map of a cell with the given positions of its corners.
+    /// Builds the map of a cell from the positions of its corners.
     pub(crate) fn new(corners: [[f32; 3]; 8]) -> Self {
         Self { terms: polynomial(corners.map(Vector3::from)) }
     }
 
-    /// Where a place in the cell is taken.
+    /// Returns the position of local coordinates.
     #[inline]
     pub(crate) fn at(&self, local: [f32; 3]) -> [f32; 3] {
         let [origin, x, y, xy, z, xz, yz, xyz] = &self.terms;
@@ -105,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_map_is_the_weighted_mean_of_the_corners() {
+    fn cell_map_equals_weighted_mean_of_corners() {
         let corners: [[f32; 3]; 8] = std::array::from_fn(|k| {
             std::array::from_fn(|a| ((7 * k + 3 * a) % 5) as f32 + (k >> a & 1) as f32)
         });
@@ -126,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn far_points_follow_affine_motions() {
+    fn points_outside_the_cell_follow_affine_motions() {
         let corners: [[f32; 3]; 8] = std::array::from_fn(|k| {
             let [x, y, z] = std::array::from_fn(|a| (k >> a & 1) as f32);
             [2.0 * x + y, y - z, 3.0 + z]

@@ -1,8 +1,9 @@
 //! Shape matching: the rigid motion of each region, and the goal position of each vertex.
 //!
-//! A region moves by its center of mass c and the rotation R of A = M⁻¹ Σ m/n (x - c) (x⁰ - c⁰)ᵀ; a vertex's goal is
-//! the mean over the regions that hold it (Mueller et al. 2005, eq. 3 to 7; Rivers & James 2007, eq. 5 and 6).
-//! Positions are in cells, so that the rest offsets are the whole numbers that the window sums count.
+//! The rigid motion of a region is given by its center of mass c and the rotation R of
+//! A = M⁻¹ Σ m/n (x - c) (x⁰ - c⁰)ᵀ. The goal position g of a vertex is the mean of R (x⁰ - c⁰) + c over the
+//! regions that contain it (Müller et al. 2005, Eqs. (3) to (7); Rivers & James 2007, Eqs. (5) and (6)).
+//! Positions are in cells, so that the rest offset between two vertices is a number of links.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -12,18 +13,18 @@ use super::cascade::{RegionTransform, VertexUpdate};
 use super::rotation::{columns, newton};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 
-/// The sums of a region as means.
+/// The mass-weighted means of the sums of a region.
 pub(crate) struct Means<V> {
-    /// S/M: of positions the center of mass, of velocities its velocity.
+    /// S/M: the center of mass for a field of positions, its velocity for a field of velocities.
     pub(crate) mean: [V; 3],
-    /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: the moments against rest offsets from the rest centroid.
+    /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: first moments against the rest offsets from the rest centroid.
     pub(crate) central: [V; 9],
-    /// The rest centroid from the center vertex.
+    /// Rest centroid relative to the center vertex, in cells.
     pub(crate) d: [V; 3],
 }
 
 impl<V> Means<V> {
-    /// From the constants of regions and their sums (S, Sx, Sy, Sz).
+    /// Computes the means from the constants (1/M, d) and the sums (S, Sx, Sy, Sz) of regions.
     #[inline(always)]
     pub(crate) fn new<S: Simd>([inverse_mass, d0, d1, d2]: [V; 4], sums: [V; 12]) -> Self
     where
@@ -42,15 +43,17 @@ impl<V> Means<V> {
     }
 }
 
-/// Fits a rigid motion to each region. Its memory is the rotation of the region: the warm start, then the result.
+/// The region transform that fits a rigid motion. Its memory is the rotation: the warm start, then the
+/// result.
 pub(crate) struct FitRotations<'a> {
     pub(crate) constants: &'a Lanes<4>,
+    /// Bit mask of the lanes with a vertex, for each block.
     pub(crate) occupied: &'a [u8],
-    /// The half-width of the regions in cells.
+    /// Half-width of the regions in cells.
     pub(crate) half_width: f32,
-    /// Counts the rotations that Newton's method leaves to the robust path.
+    /// Counts the rotations that do not converge in Newton's method.
     pub(crate) unsettled: &'a AtomicUsize,
-    /// Receives the elastic potential, where it is needed.
+    /// Receives the elastic potential; `None` if it is not needed.
     pub(crate) potential: Option<&'a PotentialSums>,
 }
 
@@ -60,15 +63,16 @@ impl RegionTransform for FitRotations<'_> {
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], quaternions: &mut [Block<4>]) {
         for at in (0..sums.len()).step_by(2) {
-            // The last of an odd number of blocks is fitted twice.
-            let both = [at, (at + 1).min(sums.len() - 1)];
-            self.fit(simd, both.map(|at| first + at), both, sums, quaternions);
+            // The last of an odd number of blocks is paired with itself.
+            let pair = [at, (at + 1).min(sums.len() - 1)];
+            self.fit(simd, pair.map(|at| first + at), pair, sums, quaternions);
         }
     }
 }
 
 impl FitRotations<'_> {
-    /// c = S/M, A = [Sx Sy Sz]/M - c dᵀ, R of A; b = c - R d and the columns of R.
+    /// Fits two blocks: computes c = S/M, A = [Sx Sy Sz]/M - c dᵀ and the rotation R of A. Replaces the sums
+    /// by b = c - R d and the columns of R.
     #[inline(always)]
     fn fit<S: Simd>(
         &self,
@@ -83,19 +87,20 @@ impl FitRotations<'_> {
         let moments = load_two(simd, [&sums[at[0]], &sums[at[1]]]);
         let warm = load_two(simd, [&quaternions[at[0]], &quaternions[at[1]]]);
         let Means { mean, central: a, d } = Means::new(constants, moments);
-        // Moments at rounding level: a region that is collapsed to a point has no rotation.
+        // A region collapsed to a point has no rotation: its A is at the level of rounding, |c| eps
+        // half_width, times a margin of 8.
         let noise = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
             * (8.0 * f32::EPSILON * self.half_width).powi(2);
-        let mut size = [a[0] * a[0], a[1] * a[1], a[2] * a[2]];
+        let mut norm = [a[0] * a[0], a[1] * a[1], a[2] * a[2]];
         for i in 3..9 {
-            size[i % 3] = a[i].mul_add(a[i], size[i % 3]);
+            norm[i % 3] = a[i].mul_add(a[i], norm[i % 3]);
         }
-        let collapsed = ((size[0] + size[1]) + size[2]).simd_le(noise).to_bitmask() as u16;
-        let [one, other] = blocks.map(|block| u16::from(self.occupied[block]));
-        let asked = one | if blocks[0] == blocks[1] { 0 } else { other << LANES };
-        let (q, left) = newton::solve(simd, a, warm, asked, collapsed);
-        if left != 0 {
-            self.unsettled.fetch_add(left.count_ones() as usize, Ordering::Relaxed);
+        let collapsed = ((norm[0] + norm[1]) + norm[2]).simd_le(noise).to_bitmask() as u16;
+        let [first, second] = blocks.map(|block| u16::from(self.occupied[block]));
+        let active = first | if blocks[0] == blocks[1] { 0 } else { second << LANES };
+        let (q, unsettled) = newton::solve(simd, a, warm, active, collapsed);
+        if unsettled != 0 {
+            self.unsettled.fetch_add(unsettled.count_ones() as usize, Ordering::Relaxed);
         }
         let r = columns(simd, q);
         if let Some(potential) = self.potential {
@@ -108,7 +113,7 @@ impl FitRotations<'_> {
         }
         let motions = [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]];
         let (motions, q) = (split_two(simd, motions), split_two(simd, q));
-        // The first block last: it is the valid one where both are the same.
+        // The first block is stored last: where both blocks are the same, only its lanes are active.
         for half in [1, 0] {
             store(motions[half], &mut sums[at[half]]);
             store(q[half], &mut quaternions[at[half]]);
@@ -116,7 +121,7 @@ impl FitRotations<'_> {
     }
 }
 
-/// Writes the goal positions.
+/// The vertex update that writes the goal positions g = (1/n) Σ over the regions that contain the vertex.
 pub(crate) struct WriteGoals<'a> {
     pub(crate) weights: &'a Lanes<2>,
 }
@@ -135,30 +140,31 @@ impl VertexUpdate for WriteGoals<'_> {
         _: &mut [()],
     ) {
         for ((block, region_sums), goals) in (first..).zip(region_sums).zip(goals) {
-            let [_, share] = load(simd, &self.weights.blocks()[block]);
+            let [_, inverse_count] = load(simd, &self.weights.blocks()[block]);
             let [x, y, z] = load(simd, region_sums);
-            store([x * share, y * share, z * share], goals);
+            store([x * inverse_count, y * inverse_count, z * inverse_count], goals);
         }
     }
 }
 
-/// The part of the elastic potential that depends on the positions, in f64 by block of regions. Each number is
-/// written by one thread.
+/// Sums for the elastic potential of the fit, in f64, one for each block of regions. Each sum is written by
+/// one thread.
 #[derive(Debug)]
 pub(crate) struct PotentialSums(Vec<AtomicU64>);
 
 impl PotentialSums {
-    /// For this many blocks.
+    /// Creates the sums of `blocks` blocks.
     pub(crate) fn new(blocks: usize) -> Self {
         Self((0..blocks).map(|_| AtomicU64::new(0)).collect())
     }
 
-    /// Memory that they take.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.0.as_slice())
     }
 
-    /// Stores Σ M (c² + 2 tr(Rᵀ A)) of the regions of two blocks in the lanes that hold a vertex, given by bits.
+    /// Stores Σ M (c² + 2 tr(Rᵀ A)) over the regions of each of two blocks; `occupied` is the bit mask of
+    /// their lanes with a vertex.
     #[inline(always)]
     fn store<S: Simd>(
         &self,
@@ -175,7 +181,7 @@ impl PotentialSums {
         let square = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]));
         let values = (square + (trace + trace)).to_array();
         let inverse_masses = inverse_mass.to_array();
-        // The first block last: it is the valid one where both are the same.
+        // The first block is stored last: where both blocks are the same, only its lanes are active.
         for half in [1, 0] {
             let mut sum = 0.0;
             for lane in (0..LANES).filter(|lane| occupied[half] >> lane & 1 != 0) {
@@ -186,7 +192,7 @@ impl PotentialSums {
         }
     }
 
-    /// The sum over all blocks.
+    /// Returns the sum over all blocks.
     pub(crate) fn sum(&self) -> f64 {
         self.0.iter().map(|sum| f64::from_bits(sum.load(Ordering::Relaxed))).sum()
     }

@@ -1,12 +1,13 @@
-//! Lattice shape matching: regions, window sums, the moment cascade and its adjoint, rotations, goal positions.
+//! Lattice shape matching: regions, window sums, the local-moment cascade and its adjoint, rotations, goal
+//! positions.
 //!
 //! | file | contents |
 //! |---|---|
-//! | `regions` | the weights m/n, the masses and rest centroids of the regions |
-//! | `windows` | plain and offset-weighted sums over the windows of one axis |
-//! | `cascade` | sums over all regions by three passes, and their adjoint |
-//! | `rotation` | the rotation of a region: Newton's method, its eigenvalue test, the robust path |
-//! | `goals` | the rigid motion of each region, and the goal positions |
+//! | `regions` | the region weights m/n, and the mass, rest centroid and rest inertia of each region |
+//! | `windows` | plain and offset-weighted window sums along one axis |
+//! | `cascade` | sums over all regions by window sums along x, y and z, and their adjoint |
+//! | `rotation` | the rotation of a region: Newton's method with an eigenvalue test, and the robust path |
+//! | `goals` | the rigid motion of each region, and the goal positions g |
 
 mod cascade;
 mod goals;
@@ -28,7 +29,8 @@ use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
 use goals::{FitRotations, WriteGoals};
 
-/// Shape matching on a lattice: its regions, and the sums over them. The buffers are a [`Workspace`].
+/// The shape-matching stage: the regions of a lattice and the sums over them. Its buffers are in a
+/// [`Workspace`].
 #[derive(Clone, Debug)]
 pub(crate) struct Matching {
     pub(crate) layout: Layout,
@@ -37,12 +39,12 @@ pub(crate) struct Matching {
 }
 
 impl Matching {
-    /// Shape matching on a lattice, with regions of half-width `half_width` in cells, at least 1.
+    /// Creates the stage for regions of half-width `half_width` in cells, at least 1.
     pub(crate) fn new(lattice: &Lattice, half_width: usize) -> Self {
         Self::with_layout(lattice, Layout::new(lattice), half_width)
     }
 
-    /// Gives the regions another half-width, on the same lattice.
+    /// Changes the half-width of the regions; `lattice` is unchanged.
     pub(crate) fn set_half_width(&mut self, lattice: &Lattice, half_width: usize) {
         *self = Self::with_layout(lattice, self.layout.clone(), half_width);
     }
@@ -53,10 +55,12 @@ impl Matching {
         Self { layout, regions, cascade }
     }
 
-    /// Fits a rigid motion to each region at `positions`. `rotations` holds the warm start and receives the result.
-    /// With [`Purpose::Adjoint`] goals can be evaluated afterwards. `potential` receives the elastic potential.
+    /// Fits a rigid motion to each region at `positions`. `rotations` is the warm start and receives the
+    /// result; `potential` receives the elastic potential. [`Purpose::Adjoint`] prepares the evaluation of
+    /// goal positions.
     ///
-    /// Returns the number of rotations that Newton's method left to the robust path.
+    /// Returns the number of rotations that did not converge in Newton's method and went through the robust
+    /// path.
     pub(crate) fn fit(
         &self,
         workspace: &mut Workspace,
@@ -79,7 +83,7 @@ impl Matching {
         unsettled.into_inner()
     }
 
-    /// The goal positions of the motions fitted last.
+    /// Computes the goal positions g from the last fit.
     pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
         let mut goals = Lanes::zeros(self.layout.blocks());
         let update = WriteGoals { weights: &self.regions.weights };
@@ -87,7 +91,7 @@ impl Matching {
         goals
     }
 
-    /// Memory that the regions and their tables take.
+    /// Memory of the layout, the regions and the tables, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.layout.bytes() + self.regions.bytes() + self.cascade.bytes()
     }

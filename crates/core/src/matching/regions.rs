@@ -1,4 +1,4 @@
-//! What is constant of a region: its mass, its rest centroid and its rest inertia.
+//! The constants of the regions: region weights m/n, mass, rest centroid and rest inertia.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,20 +7,21 @@ use crate::simd::lanes::{LANES, Lanes};
 
 /// The regions of a lattice: one around each vertex, of half-width w.
 ///
-/// Masses are in units of a full cell's mass: a vertex has m = (its occupied cells) / 8. In a region vertex i
-/// weighs m/n, with n the number of regions that hold i, so that the goals keep the momentum of all vertices.
+/// Masses are in units of a full cell's mass: m = (number of occupied cells of the vertex) / 8. The weight of
+/// vertex i in each of its regions is m/n, with n the number of regions that contain i. So Σ m g = Σ m x, and
+/// the shape matching conserves linear momentum.
 #[derive(Clone, Debug)]
 pub(crate) struct Regions {
-    /// For each vertex m and 1/n. Zero in lanes without a vertex.
+    /// m and 1/n of each vertex. Zero in lanes without a vertex.
     pub(crate) weights: Lanes<2>,
-    /// For the region around each vertex 1/M and its rest centroid, from its center vertex, in cells. Zero in lanes
-    /// without a vertex.
+    /// 1/M of the region around each vertex, and d, its rest centroid relative to its center vertex in cells.
+    /// Zero in lanes without a vertex.
     pub(crate) constants: Lanes<4>,
     half_width: usize,
 }
 
 impl Regions {
-    /// The regions of half-width `half_width` in cells.
+    /// Creates the regions of half-width `half_width` in cells.
     pub(crate) fn new(lattice: &Lattice, layout: &Layout, half_width: usize) -> Self {
         let windows = LineWindows::new(layout, half_width);
         let mut mass = vec![0.0; layout.blocks() * LANES];
@@ -34,7 +35,7 @@ impl Regions {
         for &slot in layout.slots() {
             let inverse_count = (1.0 / region_counts[slot as usize]) as f32;
             let m = mass[slot as usize] as f32;
-            // The weight that the sums use, rounded as they round it.
+            // Rounded to f32, as in the window sums of the step.
             m_over_n[slot as usize] = f64::from(m * inverse_count);
             weights.set(slot, [m, inverse_count]);
         }
@@ -47,7 +48,7 @@ impl Regions {
         Self { weights, constants, half_width }
     }
 
-    /// Memory that they take.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.weights.bytes() + self.constants.bytes()
     }
@@ -57,7 +58,7 @@ impl Regions {
         self.half_width
     }
 
-    /// Σ over regions Σ m/n y², with y the rest offset from the region's rest centroid in cells.
+    /// Computes Σ over regions Σ m/n y², with y the rest offset from the region's rest centroid in cells.
     pub(crate) fn rest_spread(&self, layout: &Layout) -> f64 {
         let [xx, yy, zz, ..] = self.second_moments(layout);
         let spread = layout.slots().iter().map(|&slot| {
@@ -68,7 +69,8 @@ impl Regions {
         spread.sum()
     }
 
-    /// Σ m/n of the products xx, yy, zz, xy, xz, yz of the offsets from each region's center vertex, by slot.
+    /// Computes the second moments of each region by slot: Σ m/n times the products xx, yy, zz, xy, xz, yz of
+    /// the offsets from its center vertex.
     fn second_moments(&self, layout: &Layout) -> [Vec<f64>; 6] {
         let mut m_over_n = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
@@ -78,8 +80,8 @@ impl Regions {
         LineWindows::new(layout, self.half_width).second_moments(&m_over_n)
     }
 
-    /// The inverse of each region's rest inertia over its mass, M⁻¹ Σ m/n ((y·y) I - y yᵀ) with y the offset from
-    /// the rest centroid in cells: xx, yy, zz, xy, xz, yz.
+    /// Computes the inverse of M⁻¹ Σ m/n ((y·y) I - y yᵀ), the rest inertia of each region over its mass,
+    /// with y the offset from the rest centroid in cells. The order of its entries is xx, yy, zz, xy, xz, yz.
     pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
         let second = self.second_moments(layout);
         let mut lanes = Lanes::zeros(layout.blocks());
@@ -92,8 +94,8 @@ impl Regions {
     }
 }
 
-/// The inverse inertia from the second moments xx, yy, zz, xy, xz, yz about the center vertex. Every region holds
-/// the corners of a cell, so its inertia is regular.
+/// Computes the inverse inertia from the second moments about the center vertex and the rest centroid `d`.
+/// Every region contains the corners of a cell, so its inertia is invertible.
 fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32; 6] {
     let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose();
     let inertia = Matrix3::identity() * spread.trace() - spread;
@@ -101,32 +103,33 @@ fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32;
     [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| inverse[at] as f32)
 }
 
-/// Window sums in f64 over arrays by slot, for what is built once.
+/// Window sums in f64 over arrays by slot, for constants that are built once.
 struct LineWindows {
-    /// For each axis the slots of its lines of linked vertices, one line after another, and where each begins.
+    /// The result of [`lines`] for each axis.
     axes: [(Vec<u32>, Vec<usize>); 3],
     half_width: usize,
 }
 
 impl LineWindows {
+    /// Finds the lines of linked vertices along each axis.
     fn new(layout: &Layout, half_width: usize) -> Self {
         Self { axes: [0, 1, 2].map(|axis| lines(layout, axis)), half_width }
     }
 
-    /// The number of regions that hold each vertex: the adjoint's passes z, y, x over ones.
+    /// Computes n, the number of regions that contain each vertex: the adjoint passes z, y, x over ones.
     fn region_counts(&self, mass: &[f64]) -> Vec<f64> {
         let ones: Vec<f64> = mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect();
         (0..3).rev().fold(ones, |field, axis| self.moment(axis, 0, &field))
     }
 
-    /// S, Sx, Sy, Sz.
+    /// Computes S, Sx, Sy and Sz of each region.
     fn first_moments(&self, field: &[f64]) -> [Vec<f64>; 4] {
         let (s, sx) = (self.moment(0, 0, field), self.moment(0, 1, field));
         let (s, sx, sy) = (self.moment(1, 0, &s), self.moment(1, 0, &sx), self.moment(1, 1, &s));
         [self.moment(2, 0, &s), self.moment(2, 0, &sx), self.moment(2, 0, &sy), self.moment(2, 1, &s)]
     }
 
-    /// Sxx, Syy, Szz, Sxy, Sxz, Syz.
+    /// Computes Sxx, Syy, Szz, Sxy, Sxz and Syz of each region.
     fn second_moments(&self, field: &[f64]) -> [Vec<f64>; 6] {
         let at = |powers: [usize; 3]| {
             (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, powers[axis], &field))
@@ -134,11 +137,12 @@ impl LineWindows {
         [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]].map(at)
     }
 
-    /// Σ iᵖ f over the window of each vertex along `axis`, i the signed number of links from it; p up to 2.
+    /// Computes Σ iᵖ f over the window of each vertex along `axis`, with i the signed number of links from
+    /// the vertex and p = `power` up to 2.
     fn moment(&self, axis: usize, power: usize, field: &[f64]) -> Vec<f64> {
         let (slots, starts) = &self.axes[axis];
         let mut out = vec![0.0; field.len()];
-        // Σ f, Σ j f, Σ j² f up to each vertex of a line, j counted along the line.
+        // Prefix sums of f, j f and j² f along a line, with j the index in the line.
         let mut sums: Vec<[f64; 3]> = Vec::new();
         for line in starts.windows(2).map(|ends| &slots[ends[0]..ends[1]]) {
             sums.clear();
@@ -151,8 +155,8 @@ impl LineWindows {
             }
             for (center, &slot) in line.iter().enumerate() {
                 let before = sums[center.saturating_sub(self.half_width)];
-                let upto = sums[line.len().min(center + self.half_width + 1)];
-                let [s, sj, sjj] = [0, 1, 2].map(|p| upto[p] - before[p]);
+                let up_to = sums[line.len().min(center + self.half_width + 1)];
+                let [s, sj, sjj] = [0, 1, 2].map(|p| up_to[p] - before[p]);
                 let c = center as f64;
                 out[slot as usize] = match power {
                     0 => s,
@@ -165,7 +169,8 @@ impl LineWindows {
     }
 }
 
-/// The slots of the lines of linked vertices along an axis, one line after another, and where each begins.
+/// Returns the slots of the lines of linked vertices along an axis, line by line, and the start of each line
+/// in this list, then its end.
 fn lines(layout: &Layout, axis: usize) -> (Vec<u32>, Vec<usize>) {
     let links = layout.axis(axis);
     let mut has_previous = vec![false; layout.blocks() * LANES];

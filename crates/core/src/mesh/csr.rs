@@ -1,6 +1,6 @@
 //! Rows of different lengths in one array (compressed sparse rows, CSR).
 
-/// Rows of items, one after another: those of row `r` are `items[starts[r]..starts[r + 1]]`.
+/// Rows of items, one after another: the items of row `r` are `items[starts[r]..starts[r + 1]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Csr<T> {
     starts: Vec<u32>,
@@ -8,18 +8,22 @@ pub(crate) struct Csr<T> {
 }
 
 impl<T> Csr<T> {
-    /// Rows from where each begins, and the end, and their items.
+    /// Builds the rows from their starts, with the number of items as the last entry, and their items.
     ///
     /// # Panics
     ///
-    /// If `starts` does not begin with 0, grow, and end with the number of items.
+    /// If `starts` does not begin with 0, is not sorted, or does not end with the number of items.
     pub(crate) fn from_parts(starts: Vec<u32>, items: Vec<T>) -> Self {
         let in_order = starts.first() == Some(&0) && starts.is_sorted();
-        assert!(in_order && starts.last().is_some_and(|&end| end as usize == items.len()), "starts of rows");
+        assert!(
+            in_order && starts.last().is_some_and(|&end| end as usize == items.len()),
+            "`starts` must begin with 0, be sorted, and end with the number of items"
+        );
         Self { starts, items }
     }
 
-    /// `rows` rows with the given items, each `(row, item)`; those of a row keep their order (a counting sort).
+    /// Builds `rows` rows from `(row, item)` entries, by a counting sort. The items of a row keep their
+    /// order.
     pub(crate) fn sorted(rows: usize, entries: impl Iterator<Item = (u32, T)> + Clone) -> Self
     where
         T: Copy + Default,
@@ -39,38 +43,38 @@ impl<T> Csr<T> {
         Self { starts, items }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub(crate) fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// The items of a row.
+    /// Returns the items of a row.
     pub(crate) fn row(&self, row: usize) -> &[T] {
         &self.items[self.range(row)]
     }
 
-    /// The items of a row, to write to.
+    /// Returns the items of a row, mutable.
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
         let range = self.range(row);
         &mut self.items[range]
     }
 
-    /// All rows in order.
+    /// Iterates over all rows in order.
     pub(crate) fn rows(&self) -> impl ExactSizeIterator<Item = &[T]> + Clone {
         self.starts.windows(2).map(|ends| &self.items[ends[0] as usize..ends[1] as usize])
     }
 
-    /// The items of all rows, one after another.
+    /// Returns the items of all rows, one after another.
     pub(crate) fn items(&self) -> &[T] {
         &self.items
     }
 
-    /// The items of all rows, without the rows.
+    /// Converts the rows into the items of all rows, one after another.
     pub(crate) fn into_items(self) -> Vec<T> {
         self.items
     }
 
-    /// The row that an item is in, given its number among all.
+    /// Returns the row of an item, given its index in [`Csr::items`].
     pub(crate) fn row_of(&self, item: usize) -> usize {
         self.starts.partition_point(|&start| start as usize <= item) - 1
     }

@@ -1,40 +1,46 @@
-//! Faces that occur twice, in the same or in opposite directions.
+//! Counts the faces that occur more than once, in the same or in opposite directions.
 
 use std::cmp::Ordering;
 
 use super::{Mesh, is_degenerate};
 
-/// How many faces repeat an earlier one.
+/// Numbers of faces that repeat an earlier one.
 #[derive(Debug, Default)]
 pub(super) struct Repeated {
+    /// Number of faces with the direction of the earlier one.
     pub(super) duplicate: usize,
+    /// Number of faces with the opposite direction.
     pub(super) two_sided: usize,
 }
 
-/// A face rotated and, if need be, reversed to the smallest sequence of welded corners that describes it.
+/// The canonical form of a face: the lexicographically least of its rotations in both directions.
+///
+/// It consists of welded corners.
 struct Canonical {
+    /// Index of its first corner in the array of corners.
     start: u32,
     len: u32,
+    /// Whether the form has the opposite direction of the face.
     reversed: bool,
 }
 
-/// Counts repeated faces among those that are not degenerate.
+/// Counts the repeated faces. Degenerate faces are ignored.
 pub(super) fn count(mesh: &Mesh) -> Repeated {
     let mut corners = Vec::with_capacity(mesh.corners().len());
     let mut faces = Vec::with_capacity(mesh.face_count());
-    let mut turned = Vec::new();
+    let mut backward = Vec::new();
     for face in mesh.faces() {
         if is_degenerate(face, mesh.weld()) {
             continue;
         }
         let start = corners.len();
         corners.extend(face.iter().map(|&corner| mesh.weld()[corner as usize]));
-        let reversed = make_canonical(&mut corners[start..], &mut turned);
+        let reversed = make_canonical(&mut corners[start..], &mut backward);
         faces.push(Canonical { start: start as u32, len: face.len() as u32, reversed });
     }
     let key = |face: &Canonical| &corners[face.start as usize..(face.start + face.len) as usize];
     let order = |a: &Canonical, b: &Canonical| -> Ordering { key(a).cmp(key(b)) };
-    // Stable: equal faces keep their order, so that the first of them is the earlier one.
+    // A stable sort: the first of equal faces is the earliest one.
     faces.sort_by(order);
     let mut repeated = Repeated::default();
     for equal in faces.chunk_by(|a, b| order(a, b).is_eq()) {
@@ -49,21 +55,22 @@ pub(super) fn count(mesh: &Mesh) -> Repeated {
     repeated
 }
 
-/// Turns `face` into the smallest of its rotations in both directions; returns whether that one is reversed.
-fn make_canonical(face: &mut [u32], turned: &mut Vec<u32>) -> bool {
-    turned.clear();
-    turned.extend(face.iter().rev());
+/// Converts `face` to its canonical form and returns whether that is reversed. `backward`: scratch.
+fn make_canonical(face: &mut [u32], backward: &mut Vec<u32>) -> bool {
+    backward.clear();
+    backward.extend(face.iter().rev());
     rotate_smallest(face);
-    rotate_smallest(turned);
-    let reversed = *turned.as_slice() < *face;
+    rotate_smallest(backward);
+    let reversed = *backward.as_slice() < *face;
     if reversed {
-        face.copy_from_slice(turned);
+        face.copy_from_slice(backward);
     }
     reversed
 }
 
-/// The lexicographically least rotation (Booth 1980 in the two-pointer form of Shiloach): linear also where corners
-/// repeat.
+/// Rotates `face` to its lexicographically least rotation (Booth 1980, in the two-pointer form of Shiloach).
+///
+/// Takes linear time even if corners repeat.
 fn rotate_smallest(face: &mut [u32]) {
     let n = face.len();
     let (mut i, mut j, mut k) = (0, 1, 0);
@@ -71,8 +78,8 @@ fn rotate_smallest(face: &mut [u32]) {
         match face[(i + k) % n].cmp(&face[(j + k) % n]) {
             Ordering::Equal => k += 1,
             unequal => {
-                let loser = if unequal == Ordering::Greater { &mut i } else { &mut j };
-                *loser += k + 1;
+                let start = if unequal == Ordering::Greater { &mut i } else { &mut j };
+                *start += k + 1;
                 k = 0;
                 if i == j {
                     j += 1;
@@ -88,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rotations_have_one_smallest_form() {
+    fn rotate_smallest_gives_the_least_of_all_rotations() {
         for face in
             [vec![3, 1, 2], vec![2, 1, 2, 1, 1], vec![5, 5, 5, 4], vec![1, 2, 1, 2], vec![7, 0, 7, 0, 3]]
         {

@@ -4,13 +4,15 @@ use nalgebra::Vector3;
 
 use super::Mesh;
 
-/// Triangles summed one after another before block sums are added: keeps rounding near that of pairwise summation.
+/// Number of triangles per block. Sums of blocks keep the rounding error near that of pairwise summation.
 const BLOCK: usize = 512;
 
-/// Signed volume of oriented triangles: `sum a . (b x c) / 6` of the positions of their corners, relative to some center.
+/// Computes the signed volume of oriented triangles: `sum a . (b x c) / 6`.
 ///
-/// Positive where faces run counter-clockwise seen from outside. Exact (but for rounding) for closed surfaces; for
-/// open ones it depends on the center.
+/// `position`: position of a vertex, relative to a common center.
+///
+/// Positive if faces are counter-clockwise seen from outside. For a closed surface the result does not depend
+/// on the center, except for rounding; for an open one it does.
 pub(crate) fn signed_volume(triangles: &[[u32; 3]], position: impl Fn(u32) -> Vector3<f64>) -> f64 {
     let six_fold = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(&position);
@@ -20,18 +22,18 @@ pub(crate) fn signed_volume(triangles: &[[u32; 3]], position: impl Fn(u32) -> Ve
     blocks.sum::<f64>() / 6.0
 }
 
-/// Size of a surface, relative to the longest side of its bounding box.
+/// Volume and area of a surface, relative to the longest side of its bounding box.
 pub(crate) struct RelativeMeasure {
     /// Longest side of the bounding box.
     pub(crate) extent: f64,
-    /// Magnitude of the volume about the center of the box, over the cube of the extent.
+    /// Magnitude of the volume about the center of the box, divided by `extent^3`.
     pub(crate) volume: f64,
-    /// Area over the square of the extent.
+    /// Area, divided by `extent^2`.
     pub(crate) area: f64,
 }
 
 impl RelativeMeasure {
-    /// That of a mesh.
+    /// Measures a mesh.
     pub(crate) fn of(mesh: &Mesh) -> Self {
         let (low, high) = mesh.bounds();
         let extent = (high - low).amax();

@@ -1,7 +1,10 @@
-//! The surface mesh: vertices, polygons, what they enclose, and what is unusual about them.
+//! The surface mesh: vertices, polygons, topology, volume.
 //!
-//! [`Mesh`] itself is here, its vertices welded by `weld`. `topology` describes it, with `duplicates` for faces that
-//! repeat and `measure` for volumes and areas. `csr` and `union_find` are tables for this room and those above it.
+//! This file has [`Mesh`]. The other files, in the order of the data flow:
+//!
+//! * `weld`: finds vertices at equal positions.
+//! * `topology`: describes a mesh, with `duplicates` for repeated faces and `measure` for volume and area.
+//! * `csr`, `union_find`: data structures for this module and the modules above it.
 
 mod csr;
 mod duplicates;
@@ -49,7 +52,8 @@ struct Faces {
 }
 
 impl Mesh {
-    /// A mesh from `(n, 3)` vertices and faces that list their corners as vertex indices from 0.
+    /// Builds a mesh from vertices, shape `(n, 3)`, and faces that list their corners as vertex indices from
+    /// 0.
     ///
     /// ```
     /// let vertices = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -61,12 +65,12 @@ impl Mesh {
     /// ```
     ///
     /// # Errors
-    /// An index out of range, a coordinate that is not finite (or not within the range of `f32`), no face with three
-    /// distinct corners, no extent at all, more than 2^32 - 1 of anything. Everything else is taken as it is and
-    /// described by [`Mesh::topology`].
+    /// If an index is out of range, if a coordinate is not finite or outside the range of `f32`, if no face
+    /// has three distinct corners, if all used vertices are at one point, or if there are more than 2^32 - 2
+    /// vertices or corners. Any other input is accepted and described by [`Mesh::topology`].
     pub fn new<F: AsRef<[u32]>>(vertices: Vec<[f64; 3]>, faces: &[F]) -> Result<Self, MeshError> {
         let corner_count = faces.iter().map(|face| face.as_ref().len()).sum();
-        countable("corners of faces", corner_count)?;
+        check_count("corners of faces", corner_count)?;
         let mut offsets = Vec::with_capacity(faces.len() + 1);
         let mut corners = Vec::with_capacity(corner_count);
         offsets.push(0);
@@ -77,21 +81,21 @@ impl Mesh {
         Self::from_flat(vertices.into_iter().map(Point3::from).collect(), offsets, corners)
     }
 
-    /// As [`Mesh::new`], from faces one after another: the corners of face `f` are
+    /// Builds a mesh as [`Mesh::new`] does, from faces in one array: the corners of face `f` are
     /// `corners[offsets[f]..offsets[f + 1]]`.
     ///
     /// # Errors
-    /// As [`Mesh::new`].
+    /// Those of [`Mesh::new`].
     ///
     /// # Panics
-    /// If `offsets` does not begin with 0, grow, and end with the number of corners.
+    /// If `offsets` does not begin with 0, is not sorted, or does not end with the number of corners.
     pub fn from_flat(
         vertices: Vec<Point3<f64>>,
         offsets: Vec<u32>,
         corners: Vec<u32>,
     ) -> Result<Self, MeshError> {
         let polygons = Csr::from_parts(offsets, corners);
-        countable("vertices", vertices.len())?;
+        check_count("vertices", vertices.len())?;
         check_finite(&vertices)?;
         check_indices(&polygons, vertices.len())?;
         let bounds = bounds(&vertices, polygons.items());
@@ -117,61 +121,68 @@ impl Mesh {
         })
     }
 
-    /// The vertices in input order, those that no face uses included.
+    /// Returns the vertices in input order, including vertices that no face uses.
     pub fn vertices(&self) -> &[Point3<f64>] {
         &self.vertices
     }
 
-    /// How many faces there are, degenerate ones included.
+    /// Returns the number of faces, including degenerate ones.
     pub fn face_count(&self) -> usize {
         self.faces.polygons.len()
     }
 
-    /// The faces in input order: the vertices of their corners.
+    /// Iterates over the faces in input order, each as the vertices of its corners.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> + Clone {
         self.faces.polygons.rows()
     }
 
-    /// The faces fanned from their first vertex, in the order of the faces: `n - 2` triangles for `n >= 3` corners.
+    /// Returns the triangles of the faces, in the order of the faces.
+    ///
+    /// A face with `n >= 3` corners is fanned from its first corner into `n - 2` triangles.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.faces.triangles
     }
 
-    /// Smallest and largest coordinates of the vertices that faces use.
+    /// Returns the smallest and the largest coordinates of the vertices that faces use.
     pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
         self.bounds
     }
 
-    /// For each vertex the first one at exactly the same position (`-0.0` equals `0.0`): one number a vertex.
+    /// Returns, for each vertex, the first vertex at exactly the same position (`-0.0` equals `0.0`), shape
+    /// `(n,)`.
     pub fn weld(&self) -> &[u32] {
         &self.weld
     }
 
-    /// What is usual and unusual about the surface; found at the first call, kept from then on.
+    /// Returns the description of the surface. It is computed at the first call and cached.
     pub fn topology(&self) -> &Topology {
         self.topology.get_or_init(|| Topology::of(self))
     }
 
-    /// Whether, equal positions welded, the directed uses of each edge cancel: only then a volume is enclosed.
+    /// Returns whether the surface is closed: with equal positions welded, the directed uses of each edge
+    /// cancel.
     pub fn is_closed(&self) -> bool {
         self.topology().open_edges == 0
     }
 
-    /// Enclosed volume, in cubed units of length, never negative. For an open mesh it is that of the surface coned
-    /// from the center of its bounds, and says little.
+    /// Returns the enclosed volume, in cubed units of length, never negative.
+    ///
+    /// For an open mesh this is the volume of the surface coned from the center of its bounds, which has
+    /// little meaning.
     pub fn volume(&self) -> f64 {
         self.signed_volume().abs()
     }
 
-    /// [`Mesh::volume`], negative if the faces run clockwise seen from outside.
+    /// Returns the volume as [`Mesh::volume`], but negative if the faces are clockwise seen from outside.
     pub fn signed_volume(&self) -> f64 {
         self.topology().signed_volume
     }
 
-    /// The mesh `factor` times as large, about the origin.
+    /// Scales the mesh by `factor` about the origin.
     ///
     /// # Errors
-    /// If the factor is not finite and positive, or what comes out is no usable mesh.
+    /// If the factor is not finite and positive, or if the scaled mesh has a coordinate outside the range of
+    /// `f32` or no extent.
     pub fn scaled(&self, factor: f64) -> Result<Self, MeshError> {
         if !(factor.is_finite() && factor > 0.0) {
             return Err(MeshError::Scale(factor));
@@ -186,7 +197,7 @@ impl Mesh {
             return Err(MeshError::NoExtent { vertices: vertices.len(), at: bounds.0.into() });
         }
         Ok(Self {
-            // Welded as the input is: what was apart stays apart, even where rounding made two positions equal.
+            // The weld of the input is kept, even where rounding makes two positions equal.
             weld: self.weld.clone(),
             faces: self.faces.clone(),
             vertices: vertices.into(),
@@ -195,29 +206,31 @@ impl Mesh {
         })
     }
 
-    /// The vertices of the corners of a face.
+    /// Returns the vertices of the corners of a face.
     pub(crate) fn face(&self, face: usize) -> &[u32] {
         self.faces.polygons.row(face)
     }
 
+    /// Returns the corners of all faces, one after another.
     fn corners(&self) -> &[u32] {
         self.faces.polygons.items()
     }
 
-    /// The center of the bounds.
+    /// Returns the center of the bounds.
     fn center(&self) -> Point3<f64> {
         nalgebra::center(&self.bounds.0, &self.bounds.1)
     }
 
-    /// Signed volume of some of the triangles, about the center of the bounds.
+    /// Returns the signed volume of some of the triangles, about the center of the bounds.
     fn volume_of(&self, triangles: &[[u32; 3]]) -> f64 {
         let center = self.center();
         signed_volume(triangles, |vertex| self.vertices[vertex as usize] - center)
     }
 }
 
-fn countable(what: &'static str, count: usize) -> Result<(), MeshError> {
-    // The last value stands for "none" in index tables.
+/// Returns an error if `count` exceeds the range of 32-bit indices.
+fn check_count(what: &'static str, count: usize) -> Result<(), MeshError> {
+    // Index tables use `u32::MAX` for "no entry".
     if count < u32::MAX as usize { Ok(()) } else { Err(MeshError::TooLarge { what, count }) }
 }
 
@@ -242,7 +255,7 @@ fn check_indices(polygons: &Csr<u32>, count: usize) -> Result<(), MeshError> {
     }
 }
 
-/// Bounds of the vertices that faces use; none if there are no corners.
+/// Returns the bounds of the vertices that faces use, or `None` if there are no corners.
 fn bounds(vertices: &[Point3<f64>], corners: &[u32]) -> Option<(Point3<f64>, Point3<f64>)> {
     let used = corners.iter().map(|&corner| vertices[corner as usize]);
     let grow =
@@ -250,6 +263,7 @@ fn bounds(vertices: &[Point3<f64>], corners: &[u32]) -> Option<(Point3<f64>, Poi
     used.fold(None, |bounds, point| Some(grow(bounds.unwrap_or((point, point)), point)))
 }
 
+/// Triangulates the polygons by fans from their first corners.
 fn fan(polygons: &Csr<u32>) -> Vec<[u32; 3]> {
     let count = polygons.items().len().saturating_sub(2 * polygons.len());
     let mut triangles = Vec::with_capacity(count);
@@ -259,7 +273,7 @@ fn fan(polygons: &Csr<u32>) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Whether a face has fewer than three distinct corners.
+/// Returns whether a face has fewer than three distinct welded corners.
 fn is_degenerate(face: &[u32], weld: &[u32]) -> bool {
     let Some(&first) = face.first() else { return true };
     let first = weld[first as usize];

@@ -1,34 +1,36 @@
-//! What `inspect` says about a surface: found once, kept with the mesh.
+//! Description of a surface: edges, components, repeated faces, volume. Cached in the mesh.
 
 use super::{Csr, Mesh, UnionFind, duplicates, is_degenerate};
 
-/// What is usual and unusual about a surface. Nothing in it is an error.
+/// A description of a surface. Nothing in it is an error.
 ///
-/// All of it is about the welded surface: vertices at exactly equal positions count as one.
+/// It describes the welded surface: vertices at exactly equal positions count as one.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Topology {
-    /// Different edges between the corners of faces.
+    /// Number of distinct edges between the corners of faces.
     pub edges: usize,
-    /// Edges whose directed uses do not cancel. The surface is closed iff there are none.
+    /// Number of edges whose directed uses do not cancel. The surface is closed iff this is 0.
     pub open_edges: usize,
-    /// Edges of one face alone.
+    /// Number of edges that exactly one face uses.
     pub boundary_edges: usize,
-    /// Edges of more than two faces.
+    /// Number of edges that more than two faces use.
     pub non_manifold_edges: usize,
-    /// Edges that exactly two faces use in the same direction: neighbours that face opposite ways.
+    /// Number of edges that exactly two faces use in the same direction. The two faces have opposite
+    /// orientation.
     pub misoriented_edges: usize,
-    /// Parts that share no vertex, largest number of faces first.
+    /// Parts that share no vertex, in descending order of their number of faces.
     pub components: Vec<Component>,
-    /// Faces with fewer than three distinct corners.
+    /// Number of faces with fewer than three distinct corners.
     pub degenerate_faces: usize,
-    /// Faces that repeat an earlier one: the same corners in the same direction.
+    /// Number of faces that repeat an earlier one: the same corners in the same direction.
     pub duplicate_faces: usize,
-    /// Faces that repeat an earlier one turned over: the same corners in the opposite direction.
+    /// Number of faces that repeat an earlier one reversed: the same corners in the opposite direction.
     pub two_sided_faces: usize,
-    /// Vertices that no face uses.
+    /// Number of vertices that no face uses.
     pub unused_vertices: usize,
-    /// Used vertices beyond the first at their position, as UV seams and hard edges leave them. They move alike.
+    /// Number of used vertices in addition to the first one at their position, as at UV seams and hard edges.
+    /// They have the same motion as the first one.
     pub seam_vertices: usize,
     /// Enclosed volume in cubed units of length, about the center of the bounds; negative if flipped.
     pub signed_volume: f64,
@@ -38,22 +40,23 @@ pub struct Topology {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Component {
-    /// Its first face, from 0.
+    /// Index of its first face, from 0.
     pub first_face: usize,
-    /// How many faces it has.
+    /// Number of its faces.
     pub faces: usize,
     /// Whether it encloses a volume.
     pub closed: bool,
-    /// Volume that it encloses, about the center of the whole mesh; negative if its faces look inwards.
+    /// Volume that it encloses, about the center of the whole mesh; negative if its faces point inwards.
     pub signed_volume: f64,
 }
 
 impl Topology {
-    /// Whether most faces run clockwise seen from outside, so that the volume comes out negative.
+    /// Returns whether the surface is closed and its volume negative: faces are clockwise seen from outside.
     pub fn is_flipped(&self) -> bool {
         self.open_edges == 0 && self.signed_volume < 0.0
     }
 
+    /// Computes the description of a mesh.
     pub(super) fn of(mesh: &Mesh) -> Self {
         let weld = mesh.weld();
         let edges = EdgeTally::of(mesh);
@@ -76,20 +79,20 @@ impl Topology {
     }
 }
 
-/// Vertices that no face uses, and used ones beyond the first at their position.
+/// Returns [`Topology::unused_vertices`] and [`Topology::seam_vertices`].
 fn count_vertices(mesh: &Mesh) -> (usize, usize) {
     let weld = mesh.weld();
     let mut used = vec![false; weld.len()];
-    let mut place = vec![false; weld.len()];
+    let mut position_used = vec![false; weld.len()];
     for &corner in mesh.corners() {
         used[corner as usize] = true;
-        place[weld[corner as usize] as usize] = true;
+        position_used[weld[corner as usize] as usize] = true;
     }
     let count = |flags: &[bool]| flags.iter().filter(|&&flag| flag).count();
-    (weld.len() - count(&used), count(&used) - count(&place))
+    (weld.len() - count(&used), count(&used) - count(&position_used))
 }
 
-/// How the edges of a welded surface are used.
+/// Counts of the edges of a welded surface, by their uses.
 #[derive(Debug, Default)]
 struct EdgeTally {
     edges: usize,
@@ -101,15 +104,15 @@ struct EdgeTally {
 }
 
 impl EdgeTally {
-    /// Counts the uses of each edge of the polygons. (The diagonals of a fan cancel by themselves.)
+    /// Counts the uses of each edge of the polygons. The diagonals of fans always cancel and are not counted.
     ///
-    /// Edges are sorted into rows by their lower vertex, then each small row by the higher one: linear time for
-    /// surfaces, and no hash order.
+    /// Edges are sorted into rows by their lower vertex, and each short row is sorted by the higher one. This
+    /// takes linear time for surfaces, and the order is deterministic.
     fn of(mesh: &Mesh) -> Self {
         let weld = mesh.weld();
         let edges = mesh.faces().flat_map(|face| face.iter().zip(face.iter().cycle().skip(1)));
         let welded = edges.map(|(&from, &to)| (weld[from as usize], weld[to as usize]));
-        // An edge between equal positions has no length and no direction.
+        // An edge between equal positions has no direction.
         let uses = welded
             .filter(|(from, to)| from != to)
             .map(|(from, to)| (from.min(to), u64::from(from.max(to)) << 1 | u64::from(from < to)));
@@ -133,7 +136,7 @@ impl EdgeTally {
     }
 }
 
-/// The components, most faces first; `open` holds a vertex of each open edge.
+/// Finds the components, in descending order of faces. `open`: a vertex of each open edge.
 fn components(mesh: &Mesh, open: &[u32]) -> Vec<Component> {
     let weld = mesh.weld();
     let mut sets = UnionFind::new(weld.len());
@@ -144,11 +147,11 @@ fn components(mesh: &Mesh, open: &[u32]) -> Vec<Component> {
     let label = |corner: u32| labels[weld[corner as usize] as usize];
     let triangles =
         Csr::sorted(count, mesh.triangles().iter().map(|triangle| (label(triangle[0]), *triangle)));
-    let component = |own: &[[u32; 3]]| Component {
+    let component = |members: &[[u32; 3]]| Component {
         first_face: usize::MAX,
         faces: 0,
         closed: true,
-        signed_volume: mesh.volume_of(own),
+        signed_volume: mesh.volume_of(members),
     };
     let mut components: Vec<_> = triangles.rows().map(component).collect();
     for (index, face) in mesh.faces().enumerate() {
@@ -160,7 +163,7 @@ fn components(mesh: &Mesh, open: &[u32]) -> Vec<Component> {
     for &vertex in open {
         components[label(vertex) as usize].closed = false;
     }
-    // Vertices that no face uses are sets of their own.
+    // Each vertex that no face uses is a set of its own and is removed.
     components.retain(|component| component.faces > 0);
     components.sort_by_key(|component| (usize::MAX - component.faces, component.first_face));
     components

@@ -1,17 +1,17 @@
 //! Union-find (disjoint sets) over numbered elements.
 
-/// Disjoint sets of the elements `0..n`; the root of a set is its lowest element.
+/// Disjoint sets of the elements `0..n`. The root of a set is its lowest element.
 pub(crate) struct UnionFind {
     parent: Vec<u32>,
 }
 
 impl UnionFind {
-    /// `n` sets of one element each.
+    /// Builds `n` sets of one element each.
     pub(crate) fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }
     }
 
-    /// The lowest element of the set that holds `element`.
+    /// Returns the lowest element of the set that contains `element`, and halves the path to it.
     pub(crate) fn find(&mut self, mut element: u32) -> u32 {
         loop {
             let parent = self.parent[element as usize];
@@ -24,14 +24,15 @@ impl UnionFind {
         }
     }
 
-    /// Makes one set of two; false if they were one already.
+    /// Unites the sets of two elements. Returns false if they are in the same set already.
     pub(crate) fn unite(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
         a != b
     }
 
-    /// Number of sets, and the set of each element; sets are numbered in the order of their lowest element.
+    /// Returns the number of sets and the set of each element. Sets are numbered in the order of their lowest
+    /// elements.
     pub(crate) fn labels(mut self) -> (usize, Vec<u32>) {
         let mut count = 0;
         let mut labels = vec![0; self.parent.len()];

@@ -5,8 +5,10 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Naive, Regions};
 use crate::lattice::Lattice;
 
-/// The goal positions: for each vertex the mean, over the regions that hold it, of where their rigid motions put it
-/// (Rivers and James 2007). With the weights m_i / n_i, `sum m_i g_i = sum m_i x_i`.
+/// Computes the goal positions (Rivers & James 2007, Eqs. (5) and (6)).
+///
+/// The goal of a vertex is the mean, over all regions that contain it, of its rest position moved by the
+/// rigid motion of the region. With the weights m_i / n_i, `sum m_i g_i = sum m_i x_i`.
 ///
 /// * `positions`: one per lattice vertex, in the units of the lattice's cell size.
 /// * `half_width`: w of the regions, in cells.
@@ -24,7 +26,7 @@ pub fn goals(
     naive.goals(&naive.motions(positions))
 }
 
-/// The rotation of the region of each vertex.
+/// Computes the rotation of the region of each vertex.
 ///
 /// # Panics
 ///
@@ -39,14 +41,16 @@ pub fn rotations(
     motions.iter().map(|motion| motion.rotation).collect()
 }
 
-/// Velocities drawn towards the mean rigid velocity of the regions: `v_i + damping * (u_i - v_i)`, where u_i is the mean, over the
-/// regions that hold i, of `v_r + omega_r x R_r (x0_i - c0_r)`.
+/// Damps velocities towards the mean rigid velocity of the regions: `v_i + damping * (u_i - v_i)`.
 ///
-/// As region damping of Rivers and James 2007, but with the rest shape turned by R in place of the current one: the lever arms
-/// are those of the rest shape, and the inertia is constant but for the turn and never singular for `half_width >= 1`.
+/// u_i is the mean, over the regions r that contain i, of `v_r + omega_r x R_r (x0_i - c0_r)`.
+///
+/// This is the region damping of Rivers & James 2007, section 5, except that the lever arms are those of the
+/// rest shape rotated by R, not those of the current shape. The inertia of a region is then constant except
+/// for its rotation, and is never singular for `half_width >= 1`.
 ///
 /// * `positions`, `velocities`: one per lattice vertex, in the units of the lattice's cell size.
-/// * `damping`: 0 leaves the velocities as they are, 1 replaces them by u_i.
+/// * `damping`: 0 keeps the velocities, 1 replaces them by u_i.
 ///
 /// # Panics
 ///

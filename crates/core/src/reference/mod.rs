@@ -1,7 +1,8 @@
-//! The method in its naive form: plain sums in f64, slow and readable. The oracle of the tests and of the error report.
+//! Reference implementation of the method: explicit sums in f64, slow and readable. The oracle of the tests
+//! and of the error report.
 //!
-//! Everything here is a function of the lattice and of positions in the units of its cell size, and costs of the order of
-//! `(2 w + 1)^3` for each lattice vertex. [`Naive`] keeps what does not change from one call to the next.
+//! Positions are in the length unit of the lattice's cell size. The cost is of the order of `(2 w + 1)^3` per
+//! lattice vertex. [`Naive`] keeps the data that repeated calls share.
 
 mod matching;
 mod momenta;

@@ -2,32 +2,32 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Momenta of points with masses, and the center that the angular one is about.
+/// Linear and angular momentum of points with masses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Momenta {
-    /// All masses.
+    /// Total mass.
     pub mass: f64,
-    /// Their center.
+    /// Center of mass.
     pub center: Vector3<f64>,
-    /// The linear momentum.
+    /// Linear momentum.
     pub linear: Vector3<f64>,
-    /// The angular momentum about the center.
+    /// Angular momentum about the center of mass.
     pub angular: Vector3<f64>,
 }
 
-/// A point in motion.
+/// A point with a mass and a velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Mass {
-    /// Its mass.
+    /// Mass of the point.
     pub mass: f64,
-    /// Where it is.
+    /// Position of the point.
     pub position: Vector3<f64>,
-    /// How fast it moves.
+    /// Velocity of the point.
     pub velocity: Vector3<f64>,
 }
 
 impl Momenta {
-    /// Those of some points.
+    /// Computes the momenta of points.
     pub fn of(points: impl Iterator<Item = Mass> + Clone) -> Self {
         let mass: f64 = points.clone().map(|point| point.mass).sum();
         let center: Vector3<f64> = points.clone().map(|point| point.position * (point.mass / mass)).sum();
@@ -36,17 +36,21 @@ impl Momenta {
         Self { mass, center, linear, angular }
     }
 
-    /// The rigid velocity that gives points with these momenta those of `aim`: of the center, and the spin about it.
-    pub fn missing(&self, aim: &Self, points: impl Iterator<Item = Mass>) -> (Vector3<f64>, Vector3<f64>) {
+    /// Returns the rigid velocity to add to `points`, with the momenta `self`, so that their momenta become
+    /// `to`.
+    ///
+    /// The result is the velocity of the center and the angular velocity about it. The latter is zero if the
+    /// points are collinear.
+    pub fn missing(&self, to: &Self, points: impl Iterator<Item = Mass>) -> (Vector3<f64>, Vector3<f64>) {
         let inertia: Matrix3<f64> = points
             .map(|point| {
                 let d = point.position - self.center;
                 (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * point.mass
             })
             .sum();
-        // Points on a line have no spin about it to be given.
+        // The inertia of collinear points is singular.
         let spin =
-            inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * (aim.angular - self.angular));
-        ((aim.linear - self.linear) / self.mass, spin)
+            inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * (to.angular - self.angular));
+        ((to.linear - self.linear) / self.mass, spin)
     }
 }

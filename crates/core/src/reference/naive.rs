@@ -1,4 +1,4 @@
-//! The naive method on one lattice, whose regions and weights are found once.
+//! The reference method on one lattice, with regions and weights computed once.
 
 use std::borrow::Cow;
 
@@ -7,56 +7,58 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Regions, Weights, region, rotation, weights};
 use crate::lattice::Lattice;
 
-/// The naive method on one lattice, with what repeated evaluations share.
+/// The reference method on one lattice, with the data that repeated evaluations share.
 #[derive(Clone, Debug)]
 pub struct Naive<'a> {
     lattice: &'a Lattice,
     half_width: usize,
     regions: Regions,
     weights: Weights,
-    /// The members of each region; none if they are looked up each time.
+    /// The vertices of each region. `None`: found again at each use.
     listed: Option<Vec<Vec<u32>>>,
 }
 
-/// The rigid motion from rest that fits a region best (Müller et al. 2005).
+/// The best-fit rigid motion of a region from its rest pose (Müller et al. 2005).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegionMotion {
-    /// Sum of the weights of the region's vertices, in masses of a full cell.
+    /// Sum of the weights m_i / n_i of the region's vertices, in masses of a full cell.
     pub mass: f64,
     /// Weighted mean of the rest positions, relative to the lattice's origin.
     pub rest_centroid: Vector3<f64>,
     /// Weighted mean of the positions.
     pub centroid: Vector3<f64>,
-    /// The rotation from rest.
+    /// Rotation from the rest pose.
     pub rotation: Matrix3<f64>,
 }
 
 impl RegionMotion {
-    /// A rest position, relative to the lattice's origin, from the region's center and turned.
+    /// Returns the rotated lever arm of a rest position, given relative to the lattice's origin.
     fn arm(&self, rest: Vector3<f64>) -> Vector3<f64> {
         self.rotation * (rest - self.rest_centroid)
     }
 
-    /// Where the motion puts a rest position.
+    /// Returns the goal of a rest position, given relative to the lattice's origin.
     fn goal(&self, rest: Vector3<f64>) -> Vector3<f64> {
         self.centroid + self.arm(rest)
     }
 }
 
 impl<'a> Naive<'a> {
-    /// The method with regions of half-width `half_width` in cells, which are looked up each time.
+    /// Prepares the method for regions of half-width `half_width`, in cells.
+    ///
+    /// The regions are found again at each use, unless they are stored by [`Naive::listed`].
     pub fn new(lattice: &'a Lattice, half_width: usize, regions: Regions) -> Self {
         let weights = weights(lattice, half_width, regions);
         Self { lattice, half_width, regions, weights, listed: None }
     }
 
-    /// The same with its regions listed: up to `4 (2 w + 1)^3` bytes for each lattice vertex.
+    /// Stores the regions, which takes up to `4 (2 w + 1)^3` bytes per lattice vertex.
     pub fn listed(self) -> Self {
         let listed = self.vertices().map(|vertex| self.members(vertex).into_owned()).collect();
         Self { listed: Some(listed), ..self }
     }
 
-    /// The masses, and in how many regions each vertex is.
+    /// Returns the mass of each vertex and the number of regions that contain it.
     pub fn weights(&self) -> &Weights {
         &self.weights
     }
@@ -65,7 +67,7 @@ impl<'a> Naive<'a> {
         0..self.lattice.len() as u32
     }
 
-    /// The vertices of the region of `vertex`, sorted.
+    /// Returns the vertices of the region of `vertex`, sorted.
     fn members(&self, vertex: u32) -> Cow<'_, [u32]> {
         match &self.listed {
             Some(listed) => Cow::Borrowed(&listed[vertex as usize]),
@@ -73,18 +75,18 @@ impl<'a> Naive<'a> {
         }
     }
 
-    /// Rest position of a vertex relative to the lattice's origin.
+    /// Returns the rest position of a vertex, relative to the lattice's origin.
     fn rest(&self, vertex: u32) -> Vector3<f64> {
         Vector3::from(self.lattice.indices()[vertex as usize].map(f64::from)) * self.lattice.cell_size()
     }
 
-    /// The motion of the region of each vertex: its rest shape matched to the positions.
+    /// Computes the motion of the region of each vertex by matching its rest shape to the positions.
     ///
     /// # Panics
     ///
     /// If the number of positions is not the number of lattice vertices.
     pub fn motions(&self, positions: &[Vector3<f64>]) -> Vec<RegionMotion> {
-        assert_eq!(positions.len(), self.lattice.len(), "one position per lattice vertex");
+        assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
         self.vertices().map(|vertex| self.motion(&self.members(vertex), positions)).collect()
     }
 
@@ -106,7 +108,7 @@ impl<'a> Naive<'a> {
         RegionMotion { mass, rest_centroid, centroid, rotation: rotation(&moments) }
     }
 
-    /// The goal positions: for each vertex the mean, over the regions that hold it, of where their motions put it.
+    /// Computes the goal positions: for each vertex, the mean of the goals of all regions that contain it.
     ///
     /// # Panics
     ///
@@ -115,8 +117,7 @@ impl<'a> Naive<'a> {
         self.means(motions, |&motion, _| move |rest| motion.goal(rest))
     }
 
-    /// Velocities drawn towards the mean rigid velocity of the regions: [`damped_velocities`](super::damped_velocities)
-    /// with motions that are known.
+    /// Damps velocities as [`damped_velocities`](super::damped_velocities), with given motions.
     ///
     /// # Panics
     ///
@@ -127,7 +128,7 @@ impl<'a> Naive<'a> {
         velocities: &[Vector3<f64>],
         damping: f64,
     ) -> Vec<Vector3<f64>> {
-        assert_eq!(velocities.len(), self.lattice.len(), "one velocity per lattice vertex");
+        assert_eq!(velocities.len(), self.lattice.len(), "`velocities` must match the lattice vertices");
         let means = self.means(motions, |&motion, members| {
             let (mut momentum, mut angular) = (Vector3::zeros(), Vector3::zeros());
             let mut inertia = Matrix3::zeros();
@@ -137,20 +138,22 @@ impl<'a> Naive<'a> {
                 angular += d.cross(&v) * m;
                 inertia += (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * m;
             }
-            // Only a region of one vertex has no inertia, and no spin either.
+            // The inertia is singular only for a region of one vertex, which has no angular velocity.
             let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * angular);
             move |rest| momentum / motion.mass + spin.cross(&motion.arm(rest))
         });
         velocities.iter().zip(&means).map(|(v, mean)| v + (mean - v) * damping).collect()
     }
 
-    /// For each vertex the mean, over the regions that hold it, of a value that a region gives to rest positions.
+    /// Computes, for each vertex, the mean of a value over the regions that contain it.
+    ///
+    /// `value` returns, for a region, the value as a function of the rest position.
     fn means<V: Fn(Vector3<f64>) -> Vector3<f64>>(
         &self,
         motions: &[RegionMotion],
         value: impl Fn(&RegionMotion, &[u32]) -> V,
     ) -> Vec<Vector3<f64>> {
-        assert_eq!(motions.len(), self.lattice.len(), "one motion per lattice vertex");
+        assert_eq!(motions.len(), self.lattice.len(), "`motions` must match the lattice vertices");
         let mut means = vec![Vector3::zeros(); motions.len()];
         for (vertex, motion) in self.vertices().zip(motions) {
             let members = self.members(vertex);
@@ -162,16 +165,18 @@ impl<'a> Naive<'a> {
         means
     }
 
-    /// Half the sum, over all regions, of the weighted squared distances of their vertices from where the motions put
-    /// them: its gradient is `m_i (x_i - g_i)`. Times `alpha / dt^2`, and the mass of a full cell, it is the elastic
-    /// energy of the body.
+    /// Computes half the sum, over all regions, of the weighted squared distances of the vertices to the
+    /// goals of the region.
+    ///
+    /// The gradient of this sum is `m_i (x_i - g_i)`. Multiplied by `alpha / dt^2` and the mass of a full
+    /// cell, it is the elastic energy of the body.
     ///
     /// # Panics
     ///
     /// If the number of motions or positions is not the number of lattice vertices.
     pub fn mismatch(&self, motions: &[RegionMotion], positions: &[Vector3<f64>]) -> f64 {
-        assert_eq!(motions.len(), self.lattice.len(), "one motion per lattice vertex");
-        assert_eq!(positions.len(), self.lattice.len(), "one position per lattice vertex");
+        assert_eq!(motions.len(), self.lattice.len(), "`motions` must match the lattice vertices");
+        assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
         let of_region = |(vertex, motion): (u32, &RegionMotion)| -> f64 {
             let members = self.members(vertex);
             let distance = |i: u32| positions[i as usize] - motion.goal(self.rest(i));
@@ -180,18 +185,21 @@ impl<'a> Naive<'a> {
         self.vertices().zip(motions).map(of_region).sum::<f64>() / 2.0
     }
 
-    /// The energy of a body that is drawn to its goals by `alpha` in each step: in masses of a full cell times squared
-    /// units of the positions, per step squared.
+    /// Computes the energy of a body whose velocities change by `alpha * (g - x)` in each step.
     ///
-    /// A step is one of the leapfrog method, which does not keep kinetic and elastic energy themselves. Of a harmonic
-    /// motion it keeps the elastic energy at the positions and the kinetic one of the velocities before and after the
-    /// pull there, multiplied: what that sum gains is of the method. `velocities`: those before the pull, per step.
+    /// The unit is the mass of a full cell times squared units of the positions, per step squared.
+    /// `velocities`: the velocities before this change, in units of the positions per step.
+    ///
+    /// The steps are those of the leapfrog method, which does not conserve the sum of the kinetic and the
+    /// elastic energy. For a harmonic motion it conserves the sum returned here: the elastic energy at the
+    /// positions, and the kinetic energy with the product of the velocities before and after the change in
+    /// place of their square. Growth of this sum is therefore an error of the method.
     ///
     /// # Panics
     ///
     /// If the number of positions or velocities is not the number of lattice vertices.
     pub fn energy(&self, positions: &[Vector3<f64>], velocities: &[Vector3<f64>], alpha: f64) -> f64 {
-        assert_eq!(velocities.len(), self.lattice.len(), "one velocity per lattice vertex");
+        assert_eq!(velocities.len(), self.lattice.len(), "`velocities` must match the lattice vertices");
         let motions = self.motions(positions);
         let goals = self.goals(&motions);
         let vertices = goals.iter().zip(positions).zip(velocities).zip(&self.weights.masses);

@@ -1,21 +1,22 @@
-//! Regions: the lattice vertices that each vertex is matched with.
+//! Regions: the sets of lattice vertices for shape matching, one around each vertex.
 
 use crate::lattice::Lattice;
 
-/// How a region grows from its vertex.
+/// The shape of a region around its vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Regions {
-    /// Up to w linked steps along z, from each vertex reached up to w along y, from each of these up to w along x. Separable, so that
-    /// sums over all regions are windows along the axes.
+    /// Up to w linked steps along z, then from each vertex found up to w along y, then from each of these up
+    /// to w along x. Separable: sums over all regions are window sums along the axes.
     #[default]
     Staircase,
-    /// All vertices within w steps, where one step goes to any vertex of a common cell (Rivers and James 2007).
+    /// All vertices within w steps. One step leads to any vertex of a common cell (Rivers & James 2007).
     BreadthFirst,
 }
 
-/// The vertices of the region of `vertex`, sorted.
+/// Returns the vertices of the region of `vertex`, sorted.
 ///
-/// In a full box both kinds are the cube of `2 w + 1` vertices along each edge; they differ beside concave corners and gaps.
+/// In a full box both shapes are the cube with `2 w + 1` vertices along each edge. They differ near concave
+/// corners and gaps.
 ///
 /// # Panics
 ///
@@ -37,7 +38,7 @@ fn staircase(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> {
     members
 }
 
-/// The vertices reached from `start` by up to `half_width` linked steps along an axis, both ways.
+/// Returns the vertices within `half_width` linked steps of `start` along an axis, in both directions.
 fn window(lattice: &Lattice, start: u32, axis: usize, half_width: usize) -> Vec<u32> {
     let mut reached = vec![start];
     for direction in [2 * axis, 2 * axis + 1] {
@@ -53,42 +54,44 @@ fn window(lattice: &Lattice, start: u32, axis: usize, half_width: usize) -> Vec<
 
 fn breadth_first(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> {
     let mut members = vec![vertex];
-    let mut front = vec![vertex];
+    let mut frontier = vec![vertex];
     for _ in 0..half_width {
-        let mut next: Vec<u32> = front.iter().flat_map(|&v| cell_neighbours(lattice, v)).collect();
+        let mut next: Vec<u32> = frontier.iter().flat_map(|&v| cell_neighbours(lattice, v)).collect();
         next.sort_unstable();
         next.dedup();
         next.retain(|v| !members.contains(v));
         members.extend(&next);
-        front = next;
+        frontier = next;
     }
     members
 }
 
-/// The vertices of all cells that have `vertex` as a corner, itself among them: in a full box the 26 around it.
+/// Returns the vertices of all cells that have `vertex` as a corner.
+///
+/// In a full box these are the 26 neighbours and `vertex` itself, some of them repeated.
 fn cell_neighbours(lattice: &Lattice, vertex: u32) -> Vec<u32> {
     let index = lattice.indices()[vertex as usize];
     let around = (0..8).map(|k| [index[0] - (k & 1), index[1] - (k >> 1 & 1), index[2] - (k >> 2 & 1)]);
     around.filter_map(|cell| lattice.cell_at(cell)).flat_map(|cell| lattice.cell_corners(cell)).collect()
 }
 
-/// The weights of the lattice vertices in the regions that hold them.
+/// Weights of the lattice vertices in the regions that contain them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
-    /// Mass m_i of each vertex, in masses of a full cell: its occupied cells / 8. Shape `(n,)`.
+    /// Mass m_i of each vertex, in masses of a full cell: number of its occupied cells / 8. Shape `(n,)`.
     pub masses: Vec<f64>,
-    /// Number n_i of regions that hold each vertex, at least 1. Shape `(n,)`.
+    /// Number n_i of regions that contain each vertex, at least 1. Shape `(n,)`.
     pub counts: Vec<usize>,
 }
 
 impl Weights {
-    /// m_i / n_i: the weight of a vertex in one region.
+    /// Returns m_i / n_i, the weight of a vertex in one region.
     pub fn of(&self, vertex: u32) -> f64 {
         self.masses[vertex as usize] / self.counts[vertex as usize] as f64
     }
 }
 
-/// The masses, and the number of regions that hold each vertex.
+/// Computes the mass of each vertex and the number of regions that contain it.
 pub fn weights(lattice: &Lattice, half_width: usize, regions: Regions) -> Weights {
     let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
     let mut counts = vec![0; lattice.len()];

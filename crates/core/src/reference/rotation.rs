@@ -2,29 +2,33 @@
 
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
-/// Singular values below this fraction of the largest are rounding.
+/// Singular values below this fraction of the largest one are treated as zero.
 const ROUNDING: f64 = 1e-15;
 
-/// Sweeps over the three column pairs; five reach full precision, the rest is reserve.
+/// Maximum number of sweeps over the three column pairs. Five reach full precision; the rest is a margin.
 const SWEEPS: usize = 30;
 
-/// The rotation R that maximises tr(R^T A): U diag(1, 1, det(U V^T)) V^T of the singular value decomposition A = U S V^T.
+/// Computes the rotation R that maximizes tr(R^T A).
 ///
-/// Always a rotation: for an inverted A the direction of least singular value is turned over (Umeyama 1991). Where A has rank 1 the
-/// smallest of the best rotations is taken, and for zero, or where an entry is not finite, the identity.
+/// With the singular value decomposition A = U S V^T, R is U diag(1, 1, det(U V^T)) V^T.
 ///
-/// The decomposition is by one-sided Jacobi rotations (Hestenes 1958), which keep small singular values precise, because
-/// [`nalgebra`]'s for 3x3 matrices goes through A^T A and loses half of the digits.
+/// The result is always a rotation: for an inverted A, the direction of the least singular value is reversed
+/// (Umeyama 1991). For A of rank 1 it is the best rotation with the smallest angle. For A = 0, or an A with
+/// entries that are not finite, it is the identity.
+///
+/// The decomposition uses one-sided Jacobi rotations (Hestenes 1958), which keep small singular values
+/// precise. That of [`nalgebra`] for 3x3 matrices uses A^T A and loses half of the digits.
 pub fn rotation(a: &Matrix3<f64>) -> Matrix3<f64> {
     let scale = a.amax();
     if !(scale > 0.0 && scale.is_finite()) {
         return Matrix3::identity();
     }
-    // B = (A / scale) V has columns at right angles: the left singular vectors times the singular values.
+    // After the loop, the columns of B = (A / scale) V are orthogonal: left singular vectors times singular
+    // values.
     let (mut b, mut v) = (a.map(|x| x / scale), Matrix3::identity());
     for _ in 0..SWEEPS {
-        let turned = [(0, 1), (0, 2), (1, 2)].map(|(p, q)| make_orthogonal(&mut b, &mut v, p, q));
-        if turned == [false; 3] {
+        let rotated = [(0, 1), (0, 2), (1, 2)].map(|(p, q)| make_orthogonal(&mut b, &mut v, p, q));
+        if rotated == [false; 3] {
             break;
         }
     }
@@ -34,15 +38,16 @@ pub fn rotation(a: &Matrix3<f64>) -> Matrix3<f64> {
     let u1 = b.column(order[0]) / s1;
     let v1: Vector3<f64> = v.column(order[0]).into();
     if s2 <= ROUNDING * s1 {
-        return shortest_turn(&v1, &u1);
+        return shortest_rotation(&v1, &u1);
     }
     let u2 = b.column(order[1]) / s2;
     let v2: Vector3<f64> = v.column(order[1]).into();
-    // Two pairs of singular vectors fix the rotation; the third is theirs, whatever the sign of det A.
+    // Two pairs of singular vectors determine the rotation. The third pair is their cross products, for any
+    // sign of det A.
     u1 * v1.transpose() + u2 * v2.transpose() + u1.cross(&u2) * v1.cross(&v2).transpose()
 }
 
-/// Turns columns p and q of B, and of V with them, so that those of B are at right angles; false if they were.
+/// Rotates columns p and q of B and V so that those of B are orthogonal. Returns false if they already were.
 fn make_orthogonal(b: &mut Matrix3<f64>, v: &mut Matrix3<f64>, p: usize, q: usize) -> bool {
     let (x, y): (Vector3<f64>, Vector3<f64>) = (b.column(p).into(), b.column(q).into());
     let (product, xx, yy) = (x.dot(&y), x.norm_squared(), y.norm_squared());
@@ -61,10 +66,10 @@ fn make_orthogonal(b: &mut Matrix3<f64>, v: &mut Matrix3<f64>, p: usize, q: usiz
     true
 }
 
-/// The rotation by the least angle that takes one unit vector to another.
-fn shortest_turn(from: &Vector3<f64>, to: &Vector3<f64>) -> Matrix3<f64> {
+/// Returns the rotation with the smallest angle that maps one unit vector to another.
+fn shortest_rotation(from: &Vector3<f64>, to: &Vector3<f64>) -> Matrix3<f64> {
     let turn = Rotation3::rotation_between(from, to).unwrap_or_else(|| {
-        // Opposite: half a turn about any axis at right angles.
+        // Opposite vectors: a half turn about any orthogonal axis.
         let axis = Unit::new_normalize(from.cross(&Vector3::ith(from.iamin(), 1.0)));
         Rotation3::from_axis_angle(&axis, std::f64::consts::PI)
     });

@@ -1,20 +1,20 @@
-//! The numbers that positions and normals are written as.
+//! The number types of output positions and normals.
 
 use fearless_simd::{Simd, SimdBase, f64x4};
 use nalgebra::RealField;
 
-/// A number that coordinates can be written as: `f32` or `f64`.
+/// A number type for output coordinates: `f32` or `f64`.
 pub trait Coordinate: RealField + Copy + Send + Sync + Narrow {}
 
 impl Coordinate for f32 {}
 impl Coordinate for f64 {}
 
-/// What kernels need of a [`Coordinate`].
+/// The conversions from the number types of the kernels to a [`Coordinate`].
 pub trait Narrow: Sized {
-    /// The first three of four numbers.
+    /// Converts the first three of four numbers.
     fn narrow<S: Simd>(simd: S, wide: f64x4<S>) -> [Self; 3];
 
-    /// A number of single precision.
+    /// Converts a number of single precision.
     fn of(single: f32) -> Self;
 }
 

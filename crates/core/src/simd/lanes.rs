@@ -1,25 +1,25 @@
 //! Storage in blocks of eight lattice vertices along one axis: an array of structures of eight lanes.
 //!
-//! Kernels load and store whole rows. They are written as plain loops: a closure handed to `map` or `from_fn` may
-//! be compiled as a function of its own, without the SIMD level of its caller.
+//! Kernels load and store whole rows. They are written as plain loops, because a closure passed to `map` or
+//! `from_fn` can be compiled as a separate function without the SIMD level of its caller.
 
 use std::ops::{Deref, DerefMut};
 
 use fearless_simd::{Simd, SimdBase, f32x8, f32x16};
 
-/// Lattice vertices in a block: the lanes of one `f32x8`.
+/// Number of lattice vertices in a block: the lanes of an `f32x8`.
 pub(crate) const LANES: usize = 8;
 
-/// A number for each of eight lattice vertices, aligned so that it never straddles two lines of the cache.
+/// One number for each of eight lattice vertices, aligned so that a row never spans two cache lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct Row([f32; LANES]);
 
 impl Row {
-    /// Eight zeros.
+    /// A row of zeros.
     pub(crate) const ZERO: Self = Self::all(0.0);
 
-    /// Eight equal numbers.
+    /// A row of equal numbers.
     pub(crate) const fn all(value: f32) -> Self {
         Self([value; LANES])
     }
@@ -46,7 +46,8 @@ pub(crate) type Block<const N: usize> = [Row; N];
 
 /// `N` numbers for each lattice vertex, stored as blocks of `N` rows of eight lanes.
 ///
-/// A *slot* is `8 * block + lane`; which slot a lattice vertex has is known to its layout.
+/// A *slot* is the index `8 * block + lane` of a lattice vertex in this storage. The layout of the lattice
+/// maps lattice vertices to slots.
 ///
 /// ```text
 /// block 0: [c0 of slots 0..8] [c1 of slots 0..8] ... [c(N-1) of slots 0..8]
@@ -58,22 +59,22 @@ pub struct Lanes<const N: usize> {
 }
 
 impl<const N: usize> Lanes<N> {
-    /// Zeros in `blocks` blocks.
+    /// Creates `blocks` blocks of zeros.
     pub fn zeros(blocks: usize) -> Self {
         Self::filled(blocks, [Row::ZERO; N])
     }
 
-    /// `blocks` blocks alike.
+    /// Creates `blocks` copies of `block`.
     pub fn filled(blocks: usize, block: [Row; N]) -> Self {
         Self { blocks: vec![block; blocks] }
     }
 
-    /// Becomes the same as `other`, in the room that there is.
+    /// Copies `other` and reuses the allocation.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.blocks.clone_from(&other.blocks);
     }
 
-    /// The numbers of one slot.
+    /// Returns the numbers of one slot.
     #[inline]
     pub fn get(&self, slot: u32) -> [f32; N] {
         let (block, lane) = split(slot);
@@ -91,7 +92,7 @@ impl<const N: usize> Lanes<N> {
         }
     }
 
-    /// Memory that they take.
+    /// Returns the memory of the blocks in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.blocks())
     }
@@ -102,14 +103,14 @@ impl<const N: usize> Lanes<N> {
         &self.blocks
     }
 
-    /// The blocks in storage order, to write to.
+    /// The blocks in storage order, mutable.
     #[inline]
     pub fn blocks_mut(&mut self) -> &mut [[Row; N]] {
         &mut self.blocks
     }
 }
 
-/// The first `N` rows of a block.
+/// Loads the first `N` rows of a block.
 #[inline(always)]
 pub(crate) fn load<S: Simd, const N: usize, const M: usize>(simd: S, block: &Block<M>) -> [f32x8<S>; N] {
     let mut rows = [f32x8::splat(simd, 0.0); N];
@@ -119,7 +120,7 @@ pub(crate) fn load<S: Simd, const N: usize, const M: usize>(simd: S, block: &Blo
     rows
 }
 
-/// Writes rows.
+/// Stores `N` rows.
 #[inline(always)]
 pub(crate) fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [Row]) {
     for c in 0..N {
@@ -127,7 +128,8 @@ pub(crate) fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [
     }
 }
 
-/// The first `N` rows of two blocks, side by side: twice the work at once where one block waits for itself.
+/// Loads the first `N` rows of two blocks side by side. Two independent blocks hide the latency of kernels
+/// with long dependency chains.
 #[inline(always)]
 pub(crate) fn load_two<S: Simd, const N: usize, const M: usize>(
     simd: S,
@@ -142,7 +144,7 @@ pub(crate) fn load_two<S: Simd, const N: usize, const M: usize>(
     rows
 }
 
-/// The rows of two blocks.
+/// Splits rows loaded by [`load_two`] into the rows of the two blocks.
 #[inline(always)]
 pub(crate) fn split_two<S: Simd, const N: usize>(simd: S, values: [f32x16<S>; N]) -> [[f32x8<S>; N]; 2] {
     let mut blocks = [[f32x8::splat(simd, 0.0); N]; 2];
@@ -152,12 +154,13 @@ pub(crate) fn split_two<S: Simd, const N: usize>(simd: S, values: [f32x16<S>; N]
     blocks
 }
 
+/// The block and the lane of a slot.
 #[inline]
 fn split(slot: u32) -> (usize, usize) {
     (slot as usize / LANES, slot as usize % LANES)
 }
 
-/// As the bytes of its numbers, little endian: exact, compact and quick for a checkpoint.
+/// Serialises the numbers as little-endian bytes, which is exact, compact and fast.
 #[cfg(feature = "serde")]
 impl<const N: usize> serde::Serialize for Lanes<N> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -175,7 +178,7 @@ impl<'de, const N: usize> serde::Deserialize<'de> for Lanes<N> {
         let (rows, odd) = words.as_chunks::<LANES>();
         let (blocks, left) = rows.as_chunks::<N>();
         if !(rest.is_empty() && odd.is_empty() && left.is_empty()) {
-            return Err(serde::de::Error::custom("not a whole number of blocks"));
+            return Err(serde::de::Error::custom("a lattice array is not a whole number of blocks"));
         }
         let number = |word: &[u8; 4]| f32::from_le_bytes(*word);
         Ok(Self {

@@ -1,4 +1,4 @@
-//! The SIMD level that runs.
+//! The SIMD level of the kernels.
 
 use std::sync::OnceLock;
 
@@ -9,52 +9,55 @@ use fearless_simd::Simd;
 /// The environment variable that forces a SIMD level.
 const LEVEL_VARIABLE: &str = "SUPPLE_SIMD";
 
-/// The SIMD level that runs: the best that the machine has, or what `SUPPLE_SIMD` names if the machine has it.
+/// Returns the SIMD level of the kernels: the level named by `SUPPLE_SIMD` if the machine supports it, else
+/// the best level of the machine.
 pub(crate) fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| {
         let best = Level::new();
-        std::env::var(LEVEL_VARIABLE).ok().and_then(|name| lowered(best, &name)).unwrap_or(best)
+        std::env::var(LEVEL_VARIABLE).ok().and_then(|name| find_level(best, &name)).unwrap_or(best)
     })
 }
 
-/// A SIMD level was asked for that is not there; the best one runs.
+/// `SUPPLE_SIMD` names a SIMD level that the machine does not support; the best level is used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-#[error("{LEVEL_VARIABLE} is {name:?}, which this machine does not have; it has {}", known.join(", "))]
+#[error("{LEVEL_VARIABLE} is {name:?}, which this machine does not support; it has {}", known.join(", "))]
 pub struct SimdError {
-    /// What was asked for.
+    /// The requested name.
     pub name: String,
-    /// The levels that there are.
+    /// The names of the supported levels.
     pub known: Vec<&'static str>,
 }
 
-/// Whether the SIMD level that the environment variable `SUPPLE_SIMD` names is the one that runs: one of `sse2`,
-/// `sse4.2`, `avx2`, `avx512`, `neon`, and `scalar` on a machine with none of these. Empty is as not set.
+/// Checks that the machine supports the SIMD level named by the environment variable `SUPPLE_SIMD`.
+///
+/// The names are `sse2`, `sse4.2`, `avx2`, `avx512` and `neon`, and `scalar` on a machine that supports no
+/// other level. An empty variable counts as not set.
 ///
 /// # Errors
 ///
-/// If the machine has no such level, or there is none of that name. The best level runs then.
+/// An unknown or unsupported level. The best level of the machine is then used.
 pub fn check_simd_request() -> Result<(), SimdError> {
     let Some(name) = std::env::var_os(LEVEL_VARIABLE) else { return Ok(()) };
     let (name, best) = (name.to_string_lossy().into_owned(), Level::new());
-    if name.is_empty() || lowered(best, &name).is_some() {
+    if name.is_empty() || find_level(best, &name).is_some() {
         return Ok(());
     }
     Err(SimdError { name, known: levels(best).map(|(name, _)| name).collect() })
 }
 
-/// `best` lowered to the level called `name`; `None` if the machine lacks it.
-fn lowered(best: Level, name: &str) -> Option<Level> {
+/// Returns the level called `name`, or `None` if `best` does not include it.
+fn find_level(best: Level, name: &str) -> Option<Level> {
     levels(best).find(|(known, _)| *known == name).map(|(_, level)| level)
 }
 
-/// The name of the SIMD level that runs, as `supple inspect` shows it and a checkpoint records it.
+/// Returns the name of the SIMD level of the kernels. `supple inspect` prints it, and checkpoints record it.
 pub fn simd_level() -> &'static str {
     levels(level()).last().map_or("scalar", |(name, _)| name)
 }
 
-/// The levels up to `best`, with their names; `scalar` of a machine that has no other.
+/// The levels up to `best` with their names in increasing order; `scalar` only if there is no other.
 fn levels(best: Level) -> impl Iterator<Item = (&'static str, Level)> {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     let levels = [
@@ -74,11 +77,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_best_level_can_be_asked_for_by_its_name() {
+    fn best_level_is_found_by_its_name() {
         let best = Level::new();
         let (name, _) = levels(best).last().expect("a level");
-        let asked = lowered(best, name).expect("the best level");
-        assert_eq!(levels(asked).last().map(|(name, _)| name), Some(name));
-        assert!(lowered(best, "none").is_none());
+        let found = find_level(best, name).expect("the best level");
+        assert_eq!(levels(found).last().map(|(name, _)| name), Some(name));
+        assert!(find_level(best, "none").is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! Rows at byte offsets of 16 bits: near memory of one thread that is gathered from without a test.
+//! Scratch rows of a thread, addressed by 16-bit byte offsets, so that a gather needs no bounds check.
 
 use std::cell::RefCell;
 
@@ -6,75 +6,77 @@ use fearless_simd::{Bytes, Simd, SimdBase, f32x4, f32x8, u8x16};
 
 use crate::simd::xyzx::{Eight, Pair, Xyzx};
 
-/// Bytes of a row.
+/// Size of a row in bytes.
 const ROW: usize = size_of::<Xyzx>();
 
-/// Rows that a [`Tile`] holds.
+/// Number of rows of a [`Tile`].
 pub(crate) const ROWS: usize = (1 << 16) / ROW;
 
-/// [`ROWS`] rows, addressed by the offset of their first byte, and one more: so no offset of 16 bits leads outside,
-/// and the compiler knows.
+/// [`ROWS`] rows, addressed by the offset of their first byte, and one row of padding. Every 16-bit offset is
+/// in bounds, so the compiler can omit the bounds check.
 #[repr(align(64))]
 pub(crate) struct Tile([u8; (ROWS + 1) * ROW]);
 
-/// The offset of a row.
+/// Returns the offset of a row.
 ///
 /// # Panics
 ///
-/// If there is none of that number.
+/// If `row` is not less than [`ROWS`].
 pub(crate) fn offset(row: usize) -> u16 {
-    assert!(row < ROWS, "row {row} of a tile of {ROWS}");
+    assert!(row < ROWS, "row {row} is out of range: a tile has {ROWS} rows");
     (row * ROW) as u16
 }
 
 impl Tile {
-    /// The rows, two by two.
+    /// The rows in pairs.
     pub(crate) fn pairs(&mut self) -> &mut [Pair] {
         bytemuck::cast_slice_mut(&mut self.0[..ROWS * ROW])
     }
 
-    /// The rows, eight by eight.
+    /// The rows in groups of eight.
     pub(crate) fn eights(&mut self) -> &mut [Eight] {
         bytemuck::cast_slice_mut(&mut self.0[..ROWS * ROW])
     }
 
-    /// The rows.
+    /// The rows and the padding.
     pub(crate) fn rows(&mut self) -> &mut [Xyzx] {
         bytemuck::cast_slice_mut(&mut self.0)
     }
 
-    /// The row at an offset.
+    /// Returns the row at an offset.
     #[inline(always)]
     pub(crate) fn get(&self, offset: u16) -> Xyzx {
         bytemuck::pod_read_unaligned(self.bytes(offset))
     }
 
-    /// The rows at eight offsets, two in each register.
+    /// Loads the rows at eight offsets, two in each register.
     #[inline(always)]
-    pub(crate) fn gather<S: Simd>(&self, simd: S, at: &[u16; 8]) -> [f32x8<S>; 4] {
-        let [a, b, c, d, e, f, g, h] = *at;
+    pub(crate) fn gather<S: Simd>(&self, simd: S, offsets: &[u16; 8]) -> [f32x8<S>; 4] {
+        let [a, b, c, d, e, f, g, h] = *offsets;
         [self.two(simd, a, b), self.two(simd, c, d), self.two(simd, e, f), self.two(simd, g, h)]
     }
 
+    /// Loads the rows at two offsets into one register.
     #[inline(always)]
     fn two<S: Simd>(&self, simd: S, first: u16, second: u16) -> f32x8<S> {
         simd.combine_f32x4(self.one(simd, first), self.one(simd, second))
     }
 
-    /// The row at an offset, in a register.
+    /// Loads the row at an offset into a register.
     #[inline(always)]
     pub(crate) fn one<S: Simd>(&self, simd: S, offset: u16) -> f32x4<S> {
         f32x4::from_bytes(u8x16::load_array_ref(simd, self.bytes(offset)))
     }
 
+    /// The bytes of the row at an offset.
     #[inline(always)]
     fn bytes(&self, offset: u16) -> &[u8; ROW] {
         let first = usize::from(offset);
-        self.0[first..].first_chunk().expect("offsets lie within")
+        self.0[first..].first_chunk().expect("every 16-bit offset is within the tile")
     }
 }
 
-/// Lets `work` have two tiles of this thread, with whatever was left in them.
+/// Calls `work` with two tiles of the calling thread. Their contents are left over from earlier calls.
 pub(crate) fn with_tiles<R>(work: impl FnOnce(&mut Tile, &mut Tile) -> R) -> R {
     thread_local! {
         static TILES: RefCell<[Box<Tile>; 2]> = RefCell::new([(); 2].map(|()| Box::new(Tile([0; (ROWS + 1) * ROW]))));

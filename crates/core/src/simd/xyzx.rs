@@ -1,31 +1,32 @@
-//! Points as four numbers, `(x, y, z, x)`, for kernels that take points one by one.
+//! Points as four numbers `(x, y, z, x)`, for kernels that load points one by one.
 //!
-//! Such a point is one load. Turned by one lane its first three lanes are `(y, z, x)`, which a cross product takes.
+//! Such a point takes one load. Rotated by one lane, its first three lanes are `(y, z, x)`, as a cross
+//! product needs.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, u8x32};
 
-/// A point, or what is linear in points: `(x, y, z, x)`.
+/// A point or vector `(x, y, z, x)`.
 pub(crate) type Xyzx = [f32; 4];
 
-/// Two of them in a register.
+/// Two points, for one register.
 pub(crate) type Pair = [f32; 8];
 
-/// Eight of them, two in each register.
+/// Eight points, two for each register.
 pub(crate) type Eight = [Pair; 4];
 
-/// `(x, y, z, x)`.
+/// Converts a point to `(x, y, z, x)`.
 #[inline(always)]
 pub(crate) fn xyzx([x, y, z]: [f32; 3]) -> Xyzx {
     [x, y, z, x]
 }
 
-/// Each of two points turned by one lane: `(y, z, x, x)`.
+/// Rotates each of two points by one lane, to `(y, z, x, x)`.
 #[inline(always)]
 pub(crate) fn turned<S: Simd>(simd: S, pair: f32x8<S>) -> f32x8<S> {
     simd.slide_within_blocks_f32x8::<1>(pair, pair)
 }
 
-/// Writes eight points.
+/// Stores eight points.
 #[inline(always)]
 pub(crate) fn store<S: Simd>(eight: [f32x8<S>; 4], out: &mut Eight) {
     for k in 0..4 {
@@ -33,7 +34,8 @@ pub(crate) fn store<S: Simd>(eight: [f32x8<S>; 4], out: &mut Eight) {
     }
 }
 
-/// Each number of two points to all four lanes of its own: first those of lane 0, then those of lane 1, and so on.
+/// Broadcasts each number of two points: in register `k` of the result, lane `k` of each point is in all four
+/// lanes of its half.
 #[inline(always)]
 pub(crate) fn spread<S: Simd>(simd: S, pair: f32x8<S>) -> [f32x8<S>; 4] {
     let mut spread = [pair; 4];
@@ -47,7 +49,8 @@ pub(crate) fn spread<S: Simd>(simd: S, pair: f32x8<S>) -> [f32x8<S>; 4] {
     spread
 }
 
-/// The square of the length of the first three numbers of each: of the two of register `k` in lane `k` of each half.
+/// Computes the squared lengths of eight points. The results of the two points of register `k` are in lane
+/// `k` of each half.
 #[inline(always)]
 pub(crate) fn squares<S: Simd>(simd: S, eight: [f32x8<S>; 4]) -> f32x8<S> {
     let lanes = f32x8::load_array(simd, [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]);
@@ -57,7 +60,7 @@ pub(crate) fn squares<S: Simd>(simd: S, eight: [f32x8<S>; 4]) -> f32x8<S> {
         let once = simd.slide_within_blocks_f32x8::<1>(t, t);
         let twice = simd.slide_within_blocks_f32x8::<2>(t, t);
         let thrice = simd.slide_within_blocks_f32x8::<3>(t, t);
-        // Each puts the three numbers that count into lane k.
+        // In each case lane k receives the squares of x, y and z.
         let sum = match k {
             0 => t + once + twice,
             1 => thrice + t + once,
@@ -77,7 +80,7 @@ mod tests {
     use crate::simd::level;
 
     #[test]
-    fn squares_of_lengths_and_back() {
+    fn squares_and_spread_agree_with_scalar_squared_lengths() {
         let points: [Xyzx; 8] = std::array::from_fn(|k| xyzx([1.0, 2.0, 3.0].map(|x| x + 10.0 * k as f32)));
         let pairs: &[Pair] = points.as_flattened().as_chunks().0;
         let (mut squared, mut back) = ([0.0; 8], [[0.0; 8]; 4]);

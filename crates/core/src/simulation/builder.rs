@@ -1,4 +1,4 @@
-//! From bodies and numbers to a simulation.
+//! The builder of a simulation.
 
 use super::{Clock, Simulation};
 use crate::body::Body;
@@ -7,10 +7,10 @@ use crate::error::Error;
 use crate::parallel::Executor;
 use crate::range::in_range;
 
-/// More threads than a simulation can use, and few enough to start.
-const MOST_THREADS: usize = 1024;
+/// Limit of the number of threads: more than a simulation can use, and few enough for the system to start.
+const MAX_THREADS: usize = 1024;
 
-/// What a [`Simulation`] is built from.
+/// Builds a [`Simulation`] from bodies, colliders and settings. [`build`](Self::build) checks them.
 #[derive(Debug)]
 pub struct SimulationBuilder {
     bodies: Vec<Body>,
@@ -42,14 +42,15 @@ impl SimulationBuilder {
         self
     }
 
-    /// Gravity in scene units per second squared; default (0, -9.81, 0).
+    /// Sets gravity in scene units per second squared, each component at most 1e12 in magnitude; default (0,
+    /// -9.81, 0).
     #[must_use]
     pub fn gravity(mut self, gravity: [f64; 3]) -> Self {
         self.gravity = gravity;
         self
     }
 
-    /// Length of a step in seconds, > 0; default 1/60.
+    /// Sets the length of a step in seconds, from 1e-12 to 1e6; default 1/60.
     #[must_use]
     pub fn dt(mut self, dt: f64) -> Self {
         self.dt = dt;
@@ -63,33 +64,34 @@ impl SimulationBuilder {
         self
     }
 
-    /// Steps that make a frame, at least 1; default 1. Contacts of all steps since the last frame count in the
-    /// volume correction that is shown.
+    /// Sets the number of steps per frame, at least 1; default 1. The volume correction of the displayed
+    /// surface uses the contacts of all steps since the frame began.
     #[must_use]
     pub fn substeps(mut self, substeps: u64) -> Self {
         self.substeps = substeps;
         self
     }
 
-    /// Threads, at most 1024; 0, the default, takes one for each processor. Without the feature `rayon` there is one.
+    /// Sets the number of threads, at most 1024; 0, the default, means one per processor. Without the feature
+    /// `rayon` one thread is used.
     #[must_use]
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;
         self
     }
 
-    /// The simulation, at time zero.
+    /// Builds the simulation, at time zero.
     ///
     /// # Errors
     ///
-    /// No body, a number out of its range, a collider that makes no sense.
+    /// No body, a number out of range, or an invalid collider.
     pub fn build(self) -> Result<Simulation, Error> {
         let colliders = self.checked_colliders()?;
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
         let mut bodies = self.bodies;
-        bodies.iter_mut().for_each(|body| body.meet(&colliders));
+        bodies.iter_mut().for_each(|body| body.update_contact_stage(&colliders));
         Ok(Simulation {
             bodies,
             gravity: self.gravity.into(),
@@ -100,11 +102,11 @@ impl SimulationBuilder {
         })
     }
 
-    /// Checks all but the bodies.
+    /// Checks the settings and colliders, but not the bodies.
     ///
     /// # Errors
     ///
-    /// A number out of its range, a collider that makes no sense.
+    /// A number out of range, or an invalid collider.
     pub fn validate(&self) -> Result<(), Error> {
         self.checked_colliders().map(drop)
     }
@@ -131,6 +133,6 @@ pub(super) fn check_gravity(gravity: [f64; 3]) -> Result<(), Error> {
 }
 
 pub(super) fn check_threads(threads: usize) -> Result<(), Error> {
-    in_range("threads", threads as f64, threads <= MOST_THREADS, "at most 1024 (0: all processors)")?;
+    in_range("threads", threads as f64, threads <= MAX_THREADS, "at most 1024 (0: all processors)")?;
     Ok(())
 }

@@ -1,8 +1,9 @@
-//! Time: counted steps, never a running sum.
+//! Simulation time, computed from a step count to avoid accumulated rounding.
 
 use crate::state::Interval;
 
-/// Steps and the time that they make up: since step `first`, which started at `since`, each took `dt` seconds.
+/// A step counter and its time: `since + (steps - first) * dt`. `since` is the start time of step `first`, in
+/// seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Clock {
@@ -13,7 +14,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// Time zero, with steps of `dt` seconds to come.
+    /// Creates a clock at time zero with steps of `dt` seconds.
     pub(crate) fn new(dt: f64) -> Self {
         Self { steps: 0, dt, first: 0, since: 0.0 }
     }
@@ -27,34 +28,35 @@ impl Clock {
     }
 
     pub(crate) fn time(&self) -> f64 {
-        self.after(self.steps)
+        self.time_after(self.steps)
     }
 
-    /// The step to come.
+    /// Returns the time interval of the next step.
     pub(crate) fn interval(&self) -> Interval {
-        Interval { start: self.time(), end: self.after(self.steps + 1), dt: self.dt }
+        Interval { start: self.time(), end: self.time_after(self.steps + 1), dt: self.dt }
     }
 
     pub(crate) fn tick(&mut self) {
         self.steps += 1;
     }
 
-    /// Steps of another length from now on.
+    /// Sets the step length; the time stays the same.
     pub(crate) fn set_dt(&mut self, dt: f64) {
         *self = Self { steps: self.steps, dt, first: self.steps, since: self.time() };
     }
 
-    /// Another time from now on.
+    /// Sets the time; the step count stays the same.
     pub(crate) fn set_time(&mut self, time: f64) {
         *self = Self { first: self.steps, since: time, ..*self };
     }
 
-    fn after(&self, steps: u64) -> f64 {
+    /// Returns the time after `steps` steps in total.
+    fn time_after(&self, steps: u64) -> f64 {
         self.since + (steps - self.first) as f64 * self.dt
     }
 
-    /// Whether the numbers make sense, as those read from a file may not.
-    pub(crate) fn is_whole(&self) -> bool {
+    /// Returns whether the values are valid; deserialized values may not be.
+    pub(crate) fn is_valid(&self) -> bool {
         self.first <= self.steps && self.dt > 0.0 && self.dt.is_finite() && self.since.is_finite()
     }
 }
@@ -64,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_is_steps_times_dt_to_the_bit_and_goes_on_when_the_step_changes() {
+    fn time_is_exactly_steps_times_dt_and_continuous_when_dt_changes() {
         let mut clock = Clock::new(0.1);
         (0..1000).for_each(|_| clock.tick());
         assert_eq!(clock.time(), 1000.0 * 0.1);

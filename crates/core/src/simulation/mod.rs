@@ -1,4 +1,4 @@
-//! The simulation: bodies, colliders and time.
+//! The simulation: bodies, colliders and time. [`Simulation::step`] advances all of them.
 
 mod builder;
 mod clock;
@@ -9,7 +9,7 @@ pub use state::SimulationState;
 
 use nalgebra::Vector3;
 
-use crate::body::{Body, BodyRef, Scene, World};
+use crate::body::{Body, BodyRef, DisplayContext, StepContext};
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
@@ -18,9 +18,9 @@ use crate::range::in_range;
 use builder::{check_dt, check_gravity, check_threads};
 use clock::Clock;
 
-/// Bodies among colliders, and time. Contact between bodies is not simulated.
+/// Simulates bodies that collide with colliders. Contact between bodies is not simulated.
 ///
-/// The result has the same bits for any number of threads.
+/// Results are bit-identical for any number of threads.
 #[derive(Debug)]
 pub struct Simulation {
     bodies: Vec<Body>,
@@ -32,19 +32,19 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// A builder without bodies.
+    /// Creates a builder without bodies.
     pub fn builder() -> SimulationBuilder {
         SimulationBuilder::default()
     }
 
-    /// One step of length `dt`.
+    /// Advances all bodies by one step of length `dt`. The crate page lists the stages of a step.
     pub fn step(&mut self) {
         self.steps(1);
     }
 
-    /// `count` steps of length `dt`.
+    /// Advances all bodies by `count` steps of length `dt`.
     pub fn steps(&mut self, count: u64) {
-        // To enter a pool takes longer than a step of a body that is one task.
+        // Entering the pool takes longer than a step of a body that is a single task.
         let executor = match &self.bodies[..] {
             [body] if body.is_one_task() => Executor::sequential(),
             _ => self.executor.clone(),
@@ -56,45 +56,48 @@ impl Simulation {
         });
     }
 
+    /// Advances each body by one step ([`Body::step`]), then the clock.
     fn step_bodies(&mut self, executor: &Executor) {
-        let world = World {
+        let context = StepContext {
             gravity: self.gravity,
             interval: self.clock.interval(),
-            opens_frame: self.clock.steps().is_multiple_of(self.substeps),
+            is_frame_start: self.clock.steps().is_multiple_of(self.substeps),
             colliders: &self.colliders,
         };
-        executor.each(&mut self.bodies, |body| body.step(&world, executor));
+        executor.each(&mut self.bodies, |body| body.step(&context, executor));
         self.clock.tick();
     }
 
-    /// The stages of a step and of a display.
+    /// Returns the stages of a step and of a display, with their memory.
     pub fn plan(&self) -> Plan {
         let bodies = self.bodies.iter().map(Body::plan).collect();
         Plan { dt: self.dt(), substeps: self.substeps, threads: self.threads(), bodies }
     }
 
-    /// Length of a step in seconds.
+    /// Returns the length of a step in seconds.
     pub fn dt(&self) -> f64 {
         self.clock.dt()
     }
 
-    /// Sets the length of a step in seconds, > 0, from the next step on. Time stays.
+    /// Sets the length of a step in seconds, from 1e-12 to 1e6, from the next step on. The time stays the
+    /// same.
     ///
     /// # Errors
     ///
-    /// A number out of its range.
+    /// A number out of range.
     pub fn set_dt(&mut self, dt: f64) -> Result<(), Error> {
         check_dt(dt)?;
         self.clock.set_dt(dt);
         Ok(())
     }
 
-    /// Time in seconds: steps x dt, never a running sum, since dt or time were set last.
+    /// Returns the time in seconds. It is computed as steps x dt since dt or the time was last set, so
+    /// rounding does not accumulate.
     pub fn time(&self) -> f64 {
         self.clock.time()
     }
 
-    /// Sets the time in seconds: pins, handles and moving colliders go by it.
+    /// Sets the time in seconds, which pins, handles and moving colliders follow.
     ///
     /// # Errors
     ///
@@ -105,40 +108,42 @@ impl Simulation {
         Ok(())
     }
 
-    /// Steps so far.
+    /// Returns the number of steps so far.
     pub fn step_count(&self) -> u64 {
         self.clock.steps()
     }
 
-    /// Steps that make a frame.
+    /// Returns the number of steps per frame.
     pub fn substeps(&self) -> u64 {
         self.substeps
     }
 
-    /// The threads that steps and displays run on.
+    /// Returns the executor that steps and displays run on.
     pub fn executor(&self) -> &Executor {
         &self.executor
     }
 
-    /// The number of threads.
+    /// Returns the number of threads.
     pub fn threads(&self) -> usize {
         self.executor.threads()
     }
 
-    /// Sets the threads, at most 1024; 0 takes one for each processor. The results have the same bits for any number.
+    /// Sets the number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any
+    /// number.
     ///
     /// # Errors
     ///
-    /// A number out of its range.
+    /// A number out of range.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), Error> {
         check_threads(threads)?;
         self.executor = Executor::new(threads);
         Ok(())
     }
 
-    /// Abandons the threads: in a forked process they do not exist. Steps run on the calling thread from then on.
+    /// Abandons the thread pool, whose threads do not exist in a forked process. Later steps run on the
+    /// calling thread.
     pub fn abandon_threads(&mut self) {
-        // To drop the pool would wait for its threads.
+        // Dropping the pool would wait for its threads.
         self.executor.abandon();
     }
 
@@ -146,58 +151,58 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A collider that makes no sense; nothing is changed then.
+    /// An invalid collider. The colliders are then unchanged.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
-        self.bodies.iter_mut().for_each(|body| body.meet(&self.colliders));
+        self.bodies.iter_mut().for_each(|body| body.update_contact_stage(&self.colliders));
         Ok(())
     }
 
-    /// Gravity in scene units per second squared.
+    /// Returns gravity in scene units per second squared.
     pub fn gravity(&self) -> [f64; 3] {
         self.gravity.into()
     }
 
-    /// Sets gravity, from the next step on.
+    /// Sets gravity in scene units per second squared, from the next step on.
     ///
     /// # Errors
     ///
-    /// A number that is not finite.
+    /// A component that is not finite or exceeds 1e12 in magnitude.
     pub fn set_gravity(&mut self, gravity: [f64; 3]) -> Result<(), Error> {
         check_gravity(gravity)?;
         self.gravity = gravity.into();
         Ok(())
     }
 
-    /// The bodies, in the order in which they were added. [`Simulation::body`] gives one to show.
+    /// Returns the bodies, in the order in which they were added. To display a body use [`Simulation::body`].
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// The bodies, to change.
+    /// Returns the bodies for modification.
     pub fn bodies_mut(&mut self) -> &mut [Body] {
         &mut self.bodies
     }
 
-    /// One body, with what is needed to show it.
+    /// Returns a body together with the colliders, time and threads that its display needs.
     ///
     /// # Panics
     ///
-    /// If there is no body of this index.
+    /// If `index` is not the index of a body.
     pub fn body(&self, index: usize) -> BodyRef<'_> {
-        BodyRef::new(&self.bodies[index], self.scene())
+        BodyRef::new(&self.bodies[index], self.display_context())
     }
 
-    fn scene(&self) -> Scene<'_> {
+    fn display_context(&self) -> DisplayContext<'_> {
         let Self { colliders, executor, .. } = self;
-        Scene { colliders, time: self.time(), dt: self.dt(), executor }
+        DisplayContext { colliders, time: self.time(), dt: self.dt(), executor }
     }
 
-    /// One body, to change.
+    /// Returns a body for modification.
     ///
     /// # Panics
     ///
-    /// If there is no body of this index.
+    /// If `index` is not the index of a body.
     pub fn body_mut(&mut self, index: usize) -> &mut Body {
         &mut self.bodies[index]
     }

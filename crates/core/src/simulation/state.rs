@@ -1,11 +1,12 @@
-//! The state of a simulation: what a checkpoint holds, and all that is needed to go on bit for bit.
+//! The saved state of a simulation. A restored simulation continues bit-identically.
 
 use super::{Clock, Simulation};
 use crate::body::{BodySnapshot, StateError};
 use crate::error::Error;
 
-/// All of a simulation that steps and users change: positions, velocities, rotations, origins, momenta, pins and
-/// handles with what they captured, time, gravity. It fits any simulation that was built alike.
+/// The saved state of a simulation: positions, velocities, rotations, origins, momenta, pins and handles with
+/// their captured poses, time, gravity and the body settings that can change between steps. It can be
+/// restored in any simulation that was built with the same bodies.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
@@ -15,14 +16,14 @@ pub struct SimulationState {
 }
 
 impl SimulationState {
-    /// Steps that led to this state.
+    /// Returns the number of steps before this state.
     pub fn step_count(&self) -> u64 {
         self.clock.steps()
     }
 }
 
 impl Simulation {
-    /// The state as it is.
+    /// Returns a copy of the current state.
     pub fn state(&self) -> SimulationState {
         SimulationState {
             clock: self.clock,
@@ -31,24 +32,24 @@ impl Simulation {
         }
     }
 
-    /// Goes back, or on, to a state of a simulation that was built like this one.
+    /// Restores a state of a simulation that was built like this one.
     ///
     /// # Errors
     ///
-    /// A state of other bodies than these; nothing is changed then.
+    /// A state that does not match the bodies. The simulation is then unchanged.
     pub fn restore(&mut self, state: &SimulationState) -> Result<(), Error> {
         if state.bodies.len() != self.bodies.len() {
             return Err(StateError::Bodies { bodies: self.bodies.len(), found: state.bodies.len() }.into());
         }
-        if !state.clock.is_whole() {
+        if !state.clock.is_valid() {
             return Err(StateError::Time.into());
         }
         for (body, snapshot) in self.bodies.iter().zip(&state.bodies) {
-            body.fits(snapshot)?;
+            body.check_snapshot(snapshot)?;
         }
         self.set_gravity(state.gravity)?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
-            body.adopt(snapshot)?;
+            body.apply_snapshot(snapshot)?;
         }
         self.clock = state.clock;
         Ok(())

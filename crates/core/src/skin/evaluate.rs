@@ -1,11 +1,11 @@
-//! Positions and normals of all vertices, chunk by chunk: each chunk is carried into a tile, its normals are found there, and the
-//! outputs are written from there.
+//! Evaluates the positions and normals of all vertices, chunk by chunk: interpolates the positions of a chunk
+//! into a tile, computes its normals in a second tile, and writes the outputs from the tiles.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f64x4};
 
 use super::Pose;
-use super::normals::{around_one, components};
-use super::rings::{CHUNK, Place, Rings, TileLayout};
+use super::normals::{ring_normal, to_xyz};
+use super::rings::{CHUNK, OneRingBlocks, TileLayout, TileOffsets};
 use super::trilinear::{EmbeddedPoints, EmbeddedPointsBuilder};
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
@@ -15,50 +15,52 @@ use crate::simd::xyzx::{Pair, Xyzx};
 use crate::simd::{Coordinate, level};
 use crate::state::BodyFrame;
 
-/// How many vertices may have to be carried for each one that is shown before it pays to reorder them.
+/// Largest ratio of interpolated points to vertices. Above it, reordering the vertices is faster.
 const MAX_POINTS_PER_VERTEX: usize = 2;
 
-/// Parts of the longest edge of the bounds; reordered vertices in the same ones may stand in any order.
-const PARTS: f64 = 1024.0;
+/// Number of Morton cells along the longest side of the bounds. Vertices in one Morton cell keep their order.
+const MORTON_CELLS: f64 = 1024.0;
 
-/// The positions alone: each vertex by itself.
+/// Evaluation of positions without normals.
 #[derive(Debug)]
 pub(super) struct Positions {
     embedded: EmbeddedPoints,
-    /// Where each vertex is in the tile of its chunk, as an offset.
-    places: Vec<u16>,
+    /// Offset of each vertex in the tile of its chunk.
+    offsets: Vec<u16>,
 }
 
 impl Positions {
     pub(super) fn new(embedding: &Embedding) -> Self {
         let vertices: Vec<u32> = (0..embedding.len() as u32).collect();
         let mut embedded = EmbeddedPointsBuilder::new(embedding, &vertices);
-        let mut places = Vec::with_capacity(vertices.len());
+        let mut offsets = Vec::with_capacity(vertices.len());
         for chunk in vertices.chunks(CHUNK) {
-            places.extend(embedded.rows(chunk).into_iter().map(offset));
+            offsets.extend(embedded.rows(chunk).into_iter().map(offset));
             embedded.add(chunk);
         }
-        Self { embedded: embedded.finish(), places }
+        Self { embedded: embedded.finish(), offsets }
     }
 
-    /// Memory that it takes.
+    /// Returns the memory of the tables, in bytes.
     pub(super) fn bytes(&self) -> usize {
-        self.embedded.bytes() + size_of_val(&*self.places)
+        self.embedded.bytes() + size_of_val(&*self.offsets)
     }
 
-    /// Writes the positions in the world.
+    /// Writes the positions in world space.
     pub(super) fn evaluate<T: Coordinate>(&self, executor: &Executor, pose: Pose, positions: &mut [[T; 3]]) {
         executor.share(positions.chunks_mut(CHUNK).enumerate(), |(chunk, positions)| {
-            with_tiles(|near, _| {
-                self.embedded.interpolate(chunk, pose.lattice, near.pairs());
-                let places = self.places[chunk * CHUNK..].iter().copied();
-                write_positions(near, places, pose.frame, positions);
+            with_tiles(|tile, _| {
+                self.embedded.interpolate(chunk, pose.lattice, tile.pairs());
+                let offsets = self.offsets[chunk * CHUNK..].iter().copied();
+                write_positions(tile, offsets, pose.frame, positions);
             });
         });
     }
 }
 
-/// Normals, with or without positions: in the order of the input, if that keeps neighbours together, or in one that does.
+/// Evaluation of normals, with or without positions.
+///
+/// In the order of the input if that keeps neighbours in common chunks, and in Morton order otherwise.
 #[derive(Debug)]
 pub(super) enum Normals {
     InOrder(Neighborhoods),
@@ -69,14 +71,14 @@ impl Normals {
     pub(super) fn new(mesh: &Mesh, embedding: &Embedding) -> Self {
         let own = (0..embedding.len() as u32).collect();
         let vertices = Neighborhoods::new(mesh.triangles(), mesh.weld(), embedding, own);
-        if vertices.keep_together() {
+        if vertices.has_locality() {
             Self::InOrder(vertices)
         } else {
             Self::Reordered(Reordered::new(mesh, embedding))
         }
     }
 
-    /// Memory that they take.
+    /// Returns the memory of the tables, in bytes.
     pub(super) fn bytes(&self) -> usize {
         match self {
             Self::InOrder(vertices) => vertices.bytes(),
@@ -84,7 +86,9 @@ impl Normals {
         }
     }
 
-    /// Writes the positions in the world, unless `positions` is empty, and the unit normals.
+    /// Writes the positions in world space, unless `positions` is empty, and the unit normals.
+    ///
+    /// `records`: scratch.
     pub(super) fn evaluate<P: Coordinate, N: Coordinate>(
         &self,
         executor: &Executor,
@@ -100,25 +104,25 @@ impl Normals {
     }
 }
 
-/// Vertices and their one-rings, in an order that keeps neighbours together for the most part.
+/// Vertices and their one-rings, in an order that keeps most neighbours in common chunks.
 #[derive(Debug)]
 pub(super) struct Neighborhoods {
     embedded: EmbeddedPoints,
-    rings: Rings,
-    /// The point of the embedding that each vertex is.
+    rings: OneRingBlocks,
+    /// Index of each vertex in the embedding.
     points: Vec<u32>,
 }
 
 impl Neighborhoods {
-    /// Prepares vertices: vertex `k` is point `points[k]` of the embedding.
+    /// Prepares the vertices. Vertex `k` is point `points[k]` of the embedding.
     fn new(triangles: &[[u32; 3]], weld: &[u32], embedding: &Embedding, points: Vec<u32>) -> Self {
         let mut embedded = EmbeddedPointsBuilder::new(embedding, &points);
-        let rings = Rings::new(triangles, weld, &mut embedded);
+        let rings = OneRingBlocks::new(triangles, weld, &mut embedded);
         Self { embedded: embedded.finish(), rings, points }
     }
 
-    /// Whether few vertices have to be carried beside those of each chunk.
-    fn keep_together(&self) -> bool {
+    /// Returns whether the chunks need few vertices in addition to their own.
+    fn has_locality(&self) -> bool {
         self.embedded.len() <= MAX_POINTS_PER_VERTEX * self.points.len()
     }
 
@@ -126,27 +130,28 @@ impl Neighborhoods {
         self.embedded.bytes() + self.rings.bytes() + size_of_val(&*self.points)
     }
 
-    /// Carries the vertices of a chunk and those around it, finds the normals, and calls `write` with the tiles of both and the
-    /// places of the vertices in them.
-    fn evaluate_chunk(&self, chunk: usize, pose: Pose, write: impl FnOnce(&Tile, &Tile, &[Place])) {
-        with_tiles(|near, normals| {
-            self.embedded.interpolate(chunk, pose.lattice, near.pairs());
-            self.rings.find_normals(chunk, near, normals);
-            write(near, normals, self.rings.places(chunk));
+    /// Evaluates a chunk and calls `write` with the tile of positions, the tile of normals, and the offsets
+    /// of the chunk's vertices in them.
+    fn evaluate_chunk(&self, chunk: usize, pose: Pose, write: impl FnOnce(&Tile, &Tile, &[TileOffsets])) {
+        with_tiles(|tile, normals| {
+            self.embedded.interpolate(chunk, pose.lattice, tile.pairs());
+            self.rings.find_normals(chunk, tile, normals);
+            write(tile, normals, self.rings.offsets(chunk));
         });
     }
 
-    /// The normals of vertices whose one-rings do not fit in a tile, by vertex.
-    fn singles(&self, pose: Pose) -> impl Iterator<Item = (usize, Xyzx)> {
+    /// Iterates over the vertices whose one-rings do not fit in a tile, with their unit normals.
+    fn oversized(&self, pose: Pose) -> impl Iterator<Item = (usize, Xyzx)> {
         let at = move |vertex: u32| {
             pose.embedding.extrapolated(self.points[vertex as usize] as usize, pose.lattice)
         };
-        self.rings.singles().iter().map(move |single| {
-            let ring = single.ring.iter().map(|&vertex| at(vertex));
-            (single.vertex as usize, around_one(at(single.center), ring))
+        self.rings.oversized().iter().map(move |oversized| {
+            let ring = oversized.ring.iter().map(|&vertex| at(vertex));
+            (oversized.vertex as usize, ring_normal(at(oversized.center), ring))
         })
     }
 
+    /// Writes the outputs, as [`Normals::evaluate`].
     fn evaluate<P: Coordinate, N: Coordinate>(
         &self,
         executor: &Executor,
@@ -155,34 +160,34 @@ impl Neighborhoods {
         normals: &mut [[N; 3]],
     ) {
         executor.share(chunks(positions, normals), |(chunk, positions, normals)| {
-            self.evaluate_chunk(chunk, pose, |near, found, places| {
-                write_positions(near, places.iter().map(|place| place.position), pose.frame, positions);
-                for (out, place) in normals.iter_mut().zip(places) {
-                    *out = components(found.get(place.normal)).map(N::of);
+            self.evaluate_chunk(chunk, pose, |tile, found, offsets| {
+                write_positions(tile, offsets.iter().map(|entry| entry.position), pose.frame, positions);
+                for (out, entry) in normals.iter_mut().zip(offsets) {
+                    *out = to_xyz(found.get(entry.normal)).map(N::of);
                 }
             });
         });
-        for (vertex, normal) in self.singles(pose) {
-            normals[vertex] = components(normal).map(N::of);
+        for (vertex, normal) in self.oversized(pose) {
+            normals[vertex] = to_xyz(normal).map(N::of);
         }
     }
 }
 
-/// Welded vertices along a curve through space, evaluated in that order and put back.
+/// Welded vertices in Morton order. They are evaluated in that order and copied to the mesh vertices.
 #[derive(Debug)]
 pub(super) struct Reordered {
     vertices: Neighborhoods,
-    /// Where each mesh vertex is among them.
+    /// Index of each mesh vertex in `vertices`.
     slots: Vec<u32>,
 }
 
 impl Reordered {
     fn new(mesh: &Mesh, embedding: &Embedding) -> Self {
         let (low, high) = mesh.bounds();
-        let part = (high - low).amax() / PARTS;
+        let cell = (high - low).amax() / MORTON_CELLS;
         let mut points: Vec<u32> = (0..).zip(mesh.weld()).filter(|(v, w)| v == *w).map(|(v, _)| v).collect();
         points.sort_by_cached_key(|&point| {
-            morton((mesh.vertices()[point as usize] - low).map(|x| (x / part) as u32).into())
+            morton((mesh.vertices()[point as usize] - low).map(|x| (x / cell) as u32).into())
         });
         let mut slots = vec![0; embedding.len()];
         (0..).zip(&points).for_each(|(slot, &point)| slots[point as usize] = slot);
@@ -199,7 +204,10 @@ impl Reordered {
         self.vertices.bytes() + size_of_val(&*self.slots)
     }
 
-    /// `records` receives the position of each vertex in cells, `(x, y, z, x)`, and its normal, `(z, x, y, z)`.
+    /// Writes the outputs, as [`Normals::evaluate`].
+    ///
+    /// `records`: scratch for the position of each vertex, `(x, y, z, x)` in cells, and its normal,
+    /// `(z, x, y, z)`.
     fn evaluate<P: Coordinate, N: Coordinate>(
         &self,
         executor: &Executor,
@@ -211,33 +219,33 @@ impl Reordered {
         let Self { vertices, slots } = self;
         records.resize(vertices.points.len(), [0.0; 8]);
         executor.share(records.chunks_mut(CHUNK).enumerate(), |(chunk, records)| {
-            vertices.evaluate_chunk(chunk, pose, |near, normals, places| {
-                for (record, place) in records.iter_mut().zip(places) {
-                    record[..4].copy_from_slice(&near.get(place.position));
-                    record[4..].copy_from_slice(&normals.get(place.normal));
+            vertices.evaluate_chunk(chunk, pose, |tile, normals, offsets| {
+                for (record, entry) in records.iter_mut().zip(offsets) {
+                    record[..4].copy_from_slice(&tile.get(entry.position));
+                    record[4..].copy_from_slice(&normals.get(entry.normal));
                 }
             });
         });
-        for (slot, normal) in vertices.singles(pose) {
+        for (slot, normal) in vertices.oversized(pose) {
             records[slot][4..].copy_from_slice(&normal);
         }
         executor.share(chunks(positions, normals), |(chunk, positions, normals)| {
             let own = || slots[chunk * CHUNK..].iter().map(|&slot| &records[slot as usize]);
             dispatch!(level(), simd => {
-                let world = World::new(simd, pose.frame);
+                let world = ToWorld::new(simd, pose.frame);
                 for (position, record) in positions.iter_mut().zip(own()) {
                     let (local, _) = simd.split_f32x8(f32x8::load_array_ref(simd, record));
                     *position = world.position(simd, local);
                 }
             });
-            for (normal, [.., z, x, y, again]) in normals.iter_mut().zip(own()) {
-                *normal = components([*z, *x, *y, *again]).map(N::of);
+            for (normal, [.., z, x, y, last]) in normals.iter_mut().zip(own()) {
+                *normal = to_xyz([*z, *x, *y, *last]).map(N::of);
             }
         });
     }
 }
 
-/// Chunks of positions, empty if there are none, and of normals, numbered.
+/// Splits the outputs into numbered chunks. The chunks of `positions` are empty if `positions` is empty.
 fn chunks<'a, P: Send, N: Send>(
     mut positions: &'a mut [P],
     normals: &'a mut [N],
@@ -248,7 +256,7 @@ fn chunks<'a, P: Send, N: Send>(
     })
 }
 
-/// The place of a grid index on the Z-shaped curve through space (Morton 1966): the bits of its coordinates in turn.
+/// Returns the Morton code of a grid index (Morton 1966): the interleaved bits of its coordinates.
 fn morton(index: [u32; 3]) -> u64 {
     let mut code = 0;
     for bit in 0..21 {
@@ -259,21 +267,21 @@ fn morton(index: [u32; 3]) -> u64 {
     code
 }
 
-/// From cells to the world.
+/// The map from cells to world space.
 #[derive(Clone, Copy)]
-struct World<S: Simd> {
+struct ToWorld<S: Simd> {
     origin: f64x4<S>,
     cell: f64x4<S>,
 }
 
-impl<S: Simd> World<S> {
+impl<S: Simd> ToWorld<S> {
     #[inline(always)]
     fn new(simd: S, frame: &BodyFrame) -> Self {
         let [x, y, z] = frame.origin.coords.into();
         Self { origin: f64x4::load_array(simd, [x, y, z, x]), cell: f64x4::splat(simd, frame.cell_size) }
     }
 
-    /// The position in the world of one in cells.
+    /// Converts a position in cells to world space.
     #[inline(always)]
     fn position<T: Coordinate>(self, simd: S, local: f32x4<S>) -> [T; 3] {
         let (local, _) = simd.widen_f32x8(simd.combine_f32x4(local, local));
@@ -281,17 +289,17 @@ impl<S: Simd> World<S> {
     }
 }
 
-/// Writes the positions in the tile at `places`, as many as there is room for.
+/// Writes the positions at `offsets` in the tile to `out`, in world space, until `out` or `offsets` ends.
 fn write_positions<T: Coordinate>(
-    near: &Tile,
-    places: impl Iterator<Item = u16>,
+    tile: &Tile,
+    offsets: impl Iterator<Item = u16>,
     frame: &BodyFrame,
     out: &mut [[T; 3]],
 ) {
     dispatch!(level(), simd => {
-        let world = World::new(simd, frame);
-        for (out, place) in out.iter_mut().zip(places) {
-            *out = world.position(simd, near.one(simd, place));
+        let world = ToWorld::new(simd, frame);
+        for (out, at) in out.iter_mut().zip(offsets) {
+            *out = world.position(simd, tile.one(simd, at));
         }
     });
 }

@@ -1,8 +1,13 @@
-//! The skin: the mesh as the lattice carries it along, with its normals.
+//! The displayed mesh: positions and normals of the mesh vertices, computed from the lattice vertices.
 //!
-//! Vertices are evaluated in chunks. In the order of the data: the one-ring of a vertex ([`one_ring`]) and those of all vertices in
-//! blocks of eight ([`rings`]), prepared once; the vertices of a chunk carried cell by cell into a tile, which is near memory
-//! ([`trilinear`]), their normals ([`normals`]), and what is written from there ([`evaluate`]).
+//! Vertices are evaluated in chunks. The files, in the order of the data flow:
+//!
+//! * [`one_ring`]: the one-ring of a vertex. Prepared once.
+//! * [`rings`]: the one-rings of all vertices, in blocks of eight. Prepared once.
+//! * [`trilinear`]: the trilinear update of the mesh. It interpolates the vertices of a chunk, cell by cell,
+//!   into a tile (a small buffer of the thread).
+//! * [`normals`]: vertex normals from the one-rings in the tile.
+//! * [`evaluate`]: runs these steps for all chunks and writes the outputs.
 
 mod evaluate;
 mod normals;
@@ -22,54 +27,54 @@ use crate::simd::xyzx::{Pair, Xyzx};
 use crate::state::BodyFrame;
 use evaluate::{Normals, Positions};
 
-/// The tables of an embedded mesh, each built when it is first needed. Its buffers are [`SkinBuffers`].
+/// The evaluation tables of an embedded mesh. Each is built at its first use. Buffers are in [`SkinBuffers`].
 #[derive(Debug, Default)]
 pub(crate) struct Skin {
     positions: OnceLock<Positions>,
     normals: OnceLock<Normals>,
 }
 
-/// The buffers of an evaluation. Every use overwrites them.
+/// The buffers of an evaluation. Every evaluation overwrites them.
 #[derive(Debug, Default)]
 pub(crate) struct SkinBuffers(Vec<Pair>);
 
 impl SkinBuffers {
-    /// Memory that they take.
+    /// Returns the memory of the buffers, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.0)
     }
 }
 
-/// Where the lattice is, and the mesh in it.
+/// The state to evaluate: the mesh, its embedding, and the positions of the lattice vertices.
 #[derive(Clone, Copy)]
 pub(crate) struct Pose<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) embedding: &'a Embedding,
-    /// One row per lattice vertex, in cells from the body's origin.
+    /// Position of each lattice vertex, in cells from the origin of the body frame.
     pub(crate) lattice: &'a [Xyzx],
-    /// Where that origin is.
+    /// The body frame: its origin and cell size in world space.
     pub(crate) frame: &'a BodyFrame,
 }
 
-/// Where the results are written, one each per mesh vertex.
+/// The output arrays, one entry per mesh vertex. `None`: not computed.
 pub(crate) struct Outputs<'a, P, N> {
-    /// Positions in the world.
+    /// Positions in world space.
     pub(crate) positions: Option<&'a mut [[P; 3]]>,
     /// Unit normals.
     pub(crate) normals: Option<&'a mut [[N; 3]]>,
 }
 
 impl Skin {
-    /// Memory that it takes.
+    /// Returns the memory of the tables, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.positions.get().map_or(0, Positions::bytes) + self.normals.get().map_or(0, Normals::bytes)
     }
 
-    /// Moves the mesh with the lattice, and writes the outputs.
+    /// Evaluates the mesh and writes the outputs.
     ///
     /// # Panics
     ///
-    /// If there is another number of positions or normals than of mesh vertices.
+    /// If the length of an output is not the number of mesh vertices.
     pub(crate) fn evaluate<P: Coordinate, N: Coordinate>(
         &self,
         executor: &Executor,
@@ -80,7 +85,7 @@ impl Skin {
         let Outputs { positions, normals } = outputs;
         let lengths = [positions.as_ref().map(|p| p.len()), normals.as_ref().map(|n| n.len())];
         for length in lengths.into_iter().flatten() {
-            assert_eq!(length, pose.embedding.len(), "one position, one normal per mesh vertex");
+            assert_eq!(length, pose.embedding.len(), "each output must have one entry per mesh vertex");
         }
         if let Some(out) = normals {
             let normals = self.normals.get_or_init(|| Normals::new(pose.mesh, pose.embedding));

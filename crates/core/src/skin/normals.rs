@@ -1,10 +1,10 @@
-//! Vertex normals of a moving surface.
+//! Area-weighted vertex normals, each summed over the one-ring of its vertex.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 
 use nalgebra::Vector3;
 
-use super::rings::{CHUNK, EightRings, NO_NORMAL, Rings, TileLayout};
+use super::rings::{CHUNK, NO_NORMAL, OneRingBlock, OneRingBlocks, TileLayout};
 use crate::mesh::Mesh;
 use crate::simd::level;
 use crate::simd::tile::{Tile, with_tiles};
@@ -12,14 +12,15 @@ use crate::simd::xyzx::{Eight, Xyzx, spread, squares, store, turned, xyzx};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
 ///
-/// Vertices that were welded share a normal, so no seam shows. A normal of a vertex without area around it is zero.
+/// Welded vertices share a normal, so that seams are not visible. The normal of a vertex without any triangle
+/// of positive area is zero.
 ///
-/// The area vectors of the triangles around a vertex are summed where they are needed, not where they arise: each
-/// normal is one sum in one order, and nothing is added to memory that others add to.
+/// Each normal is one sum over the one-ring of its vertex, in a fixed order. No memory is shared between the
+/// sums of different vertices.
 #[derive(Clone, Debug)]
 pub struct VertexNormals {
-    rings: Rings,
-    /// The vertices of each tile, in their order.
+    rings: OneRingBlocks,
+    /// The vertices of each tile, in the order of its rows.
     members: Vec<Vec<u32>>,
 }
 
@@ -31,34 +32,34 @@ impl VertexNormals {
 
     fn of_triangles(triangles: &[[u32; 3]], weld: &[u32]) -> Self {
         let mut members = Vec::new();
-        Self { rings: Rings::new(triangles, weld, &mut members), members }
+        Self { rings: OneRingBlocks::new(triangles, weld, &mut members), members }
     }
 
     /// Writes the unit normal of each vertex at `positions` (one per vertex) to `out` (one per vertex).
     ///
-    /// Nothing is allocated after a thread's first time.
+    /// Allocates memory only at the first call in each thread.
     ///
     /// # Panics
-    /// If `positions` or `out` have another length than the mesh has vertices.
+    /// If the length of `positions` or `out` is not the number of vertices of the mesh.
     pub fn compute(&mut self, positions: &[[f32; 3]], out: &mut [[f32; 3]]) {
         let Self { rings, members } = self;
-        assert_eq!(positions.len(), rings.len(), "one position per vertex");
-        assert_eq!(out.len(), rings.len(), "one normal per vertex");
+        assert_eq!(positions.len(), rings.len(), "`positions` must have one entry per vertex");
+        assert_eq!(out.len(), rings.len(), "`out` must have one entry per vertex");
         let at = |vertex: u32| xyzx(positions[vertex as usize]);
         for (chunk, out) in out.chunks_mut(CHUNK).enumerate() {
-            with_tiles(|near, normals| {
-                for (row, &vertex) in near.rows().iter_mut().zip(&members[chunk]) {
+            with_tiles(|tile, normals| {
+                for (row, &vertex) in tile.rows().iter_mut().zip(&members[chunk]) {
                     *row = at(vertex);
                 }
-                rings.find_normals(chunk, near, normals);
-                for (out, place) in out.iter_mut().zip(rings.places(chunk)) {
-                    *out = components(normals.get(place.normal));
+                rings.find_normals(chunk, tile, normals);
+                for (out, entry) in out.iter_mut().zip(rings.offsets(chunk)) {
+                    *out = to_xyz(normals.get(entry.normal));
                 }
             });
         }
-        for single in rings.singles() {
-            let ring = single.ring.iter().map(|&vertex| at(vertex));
-            out[single.vertex as usize] = components(around_one(at(single.center), ring));
+        for oversized in rings.oversized() {
+            let ring = oversized.ring.iter().map(|&vertex| at(vertex));
+            out[oversized.vertex as usize] = to_xyz(ring_normal(at(oversized.center), ring));
         }
     }
 }
@@ -73,10 +74,12 @@ impl TileLayout for Vec<Vec<u32>> {
     }
 }
 
-/// Area-weighted vertex normals of one frame: the one-shot form of [`VertexNormals`].
+/// Computes the area-weighted vertex normals of one frame: the one-shot form of [`VertexNormals`].
 ///
-/// `triangles` index `positions`; `weld` gives for each vertex the one whose normal it shares (itself, if none);
-/// `out` has one normal per vertex.
+/// * `triangles`: corners as indices into `positions`, shape `(m, 3)`.
+/// * `positions`: shape `(n, 3)`.
+/// * `weld`: for each vertex, the vertex whose normal it shares, or itself, shape `(n,)`.
+/// * `out`: the unit normals, shape `(n, 3)`.
 ///
 /// # Panics
 /// If lengths differ or an index is out of range.
@@ -84,54 +87,56 @@ pub fn vertex_normals(triangles: &[[u32; 3]], positions: &[[f32; 3]], weld: &[u3
     VertexNormals::of_triangles(triangles, weld).compute(positions, out);
 }
 
-/// A normal from its row, `(z, x, y)` as cross products leave it.
+/// Converts a normal from the lane order `(z, x, y)` of the cross products to `(x, y, z)`.
 #[inline(always)]
-pub(super) fn components([z, x, y, _]: Xyzx) -> [f32; 3] {
+pub(super) fn to_xyz([z, x, y, _]: Xyzx) -> [f32; 3] {
     [x, y, z]
 }
 
-impl Rings {
-    /// Finds the unit normals of a chunk whose vertices lie in the tile `near`.
-    pub(super) fn find_normals(&self, chunk: usize, near: &Tile, normals: &mut Tile) {
+impl OneRingBlocks {
+    /// Writes the unit normals of a chunk to `normals`, given the positions of its one-rings in `tile`.
+    pub(super) fn find_normals(&self, chunk: usize, tile: &Tile, normals: &mut Tile) {
         normals.rows()[NO_NORMAL] = [0.0; 4];
         dispatch!(level(), simd => {
             for (block, normals) in self.blocks(chunk).zip(normals.eights()) {
-                around(simd, near, &self.block(block), normals);
+                block_normals(simd, tile, &self.block(block), normals);
             }
         });
     }
 }
 
-/// The unit normals of eight vertices.
+/// Writes the unit normals of the eight vertices of a block.
 #[inline(always)]
-fn around<S: Simd>(simd: S, near: &Tile, rings: &EightRings, normals: &mut Eight) {
-    let mut sums = sums(simd, near, rings);
+fn block_normals<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock, normals: &mut Eight) {
+    let mut sums = area_vectors(simd, tile, rings);
     let squared = squares(simd, sums);
     let inverse = spread(simd, f32x8::splat(simd, 1.0) / squared.sqrt());
     for k in 0..4 {
         sums[k] *= inverse[k];
     }
     store(sums, normals);
+    // A squared length is zero, subnormal or not finite in f32: recompute these normals in f64.
     if !(squared.simd_ge(f32::MIN_POSITIVE) & squared.simd_le(f32::MAX)).all_true() {
         for (lane, normal) in normals.as_flattened_mut().as_chunks_mut().0.iter_mut().enumerate() {
-            *normal = around_one(near.get(rings.centers[lane]), rings.ring(lane).map(|at| near.get(at)));
+            *normal = ring_normal(tile.get(rings.centers[lane]), rings.ring(lane).map(|at| tile.get(at)));
         }
     }
 }
 
-/// The sum of `(a - v) x (b - v)` along each of eight rings.
+/// Returns the sum of `(a - v) x (b - v)` over the consecutive entries of each of eight one-rings.
 ///
-/// Two triangles that share `b` are one product: `(a - v) x (b - v) + (b - v) x (c - v) = (b - v) x (c - a)`.
+/// Two triangles that share `b` are combined in one product:
+/// `(a - v) x (b - v) + (b - v) x (c - v) = (b - v) x (c - a)`.
 #[inline(always)]
-fn sums<S: Simd>(simd: S, near: &Tile, rings: &EightRings) -> [f32x8<S>; 4] {
-    let centers = near.gather(simd, rings.centers);
-    let mut before = near.gather(simd, rings.first);
+fn area_vectors<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock) -> [f32x8<S>; 4] {
+    let centers = tile.gather(simd, rings.centers);
+    let mut before = tile.gather(simd, rings.first);
     let mut sums = [f32x8::splat(simd, 0.0); 4];
     for [middle, after] in rings.pairs {
-        let (middle, after) = (near.gather(simd, middle), near.gather(simd, after));
+        let (middle, after) = (tile.gather(simd, middle), tile.gather(simd, after));
         for k in 0..4 {
             let (arm, edge) = (middle[k] - centers[k], after[k] - before[k]);
-            // a yzx(b) - yzx(a) b is the cross product, turned by one.
+            // a * yzx(b) - yzx(a) * b is the cross product a x b in the lane order (z, x, y).
             sums[k] = arm.mul_add(turned(simd, edge), sums[k]);
             sums[k] = (-turned(simd, arm)).mul_add(edge, sums[k]);
         }
@@ -140,9 +145,10 @@ fn sums<S: Simd>(simd: S, near: &Tile, rings: &EightRings) -> [f32x8<S>; 4] {
     sums
 }
 
-/// The unit normal of one vertex in `f64`, for squares that leave the range of `f32` and rings that no tile holds; zero
-/// where no triangle has area.
-pub(super) fn around_one(center: Xyzx, ring: impl Iterator<Item = Xyzx>) -> Xyzx {
+/// Returns the unit normal of one vertex, computed in `f64`, or zero if no triangle has area.
+///
+/// Used for squared lengths outside the range of `f32` and for one-rings that do not fit in a tile.
+pub(super) fn ring_normal(center: Xyzx, ring: impl Iterator<Item = Xyzx>) -> Xyzx {
     let wide = |[x, y, z, _]: Xyzx| Vector3::new(x, y, z).map(f64::from);
     let (mut sum, mut last) = (Vector3::zeros(), Vector3::zeros());
     for at in ring {

@@ -1,10 +1,12 @@
-//! The one-ring of a vertex: the vertices around it, in order.
+//! The one-ring of a vertex: its neighbours in the order around it.
 
 use crate::mesh::Csr;
 
-/// The edges opposite to each vertex, from which its one-ring is found. The *one-ring* of a vertex lists, for each triangle at it,
-/// the two other corners in order; a corner that one triangle shares with the next is listed once. Where triangles at a vertex
-/// have no edge in common, the vertex itself stands between them:
+/// The one-rings of the vertices of a surface, each computed from the edges opposite to its vertex.
+///
+/// The *one-ring* of a vertex lists, for each triangle at the vertex, the two other corners in order. A
+/// corner shared by two consecutive triangles is listed once. Between triangles that do not share an edge,
+/// the vertex itself is listed:
 ///
 /// ```text
 ///       c---b
@@ -14,44 +16,45 @@ use crate::mesh::Csr;
 ///       e---f
 /// ```
 ///
-/// So the triangles of a one-ring are `v` and two entries that follow each other, those that `v` is one of left out.
+/// Each pair of consecutive entries that does not contain `v` is a triangle together with `v`.
 pub(super) struct OneRings {
-    /// The edges of each vertex.
+    /// The edges opposite to each vertex.
     edges: Csr<[u32; 2]>,
-    /// Scratch of [`OneRings::append`]: ends of the vertex's edges, sorted, and of edges that begin alike how many were walked.
+    /// Scratch of [`OneRings::append`]: the sorted end vertices of the edges.
     ends: Vec<u32>,
-    walked: Vec<u32>,
+    /// Scratch of [`OneRings::append`]: number of edges used so far, at the first edge of each start vertex.
+    used: Vec<u32>,
 }
 
 impl OneRings {
-    /// The one-rings of vertices with numbers below `count`. Triangles with a corner twice have no area and are left out.
+    /// Prepares the one-rings of the vertices `0..count`. Triangles with two equal corners are ignored.
     pub(super) fn new(triangles: impl Iterator<Item = [u32; 3]> + Clone, count: usize) -> Self {
         let edges = triangles
             .filter(|[a, b, c]| a != b && b != c && c != a)
             .flat_map(|[a, b, c]| [(a, [b, c]), (b, [c, a]), (c, [a, b])]);
-        Self { edges: Csr::sorted(count, edges), ends: Vec::new(), walked: Vec::new() }
+        Self { edges: Csr::sorted(count, edges), ends: Vec::new(), used: Vec::new() }
     }
 
     /// Appends the one-ring of a vertex to `ring`.
     pub(super) fn append(&mut self, vertex: u32, ring: &mut Vec<u32>) {
-        let Self { edges, ends, walked } = self;
+        let Self { edges, ends, used } = self;
         let edges = edges.row_mut(vertex as usize);
         edges.sort_unstable();
         ends.clear();
         ends.extend(edges.iter().map(|edge| edge[1]));
         ends.sort_unstable();
-        walked.clear();
-        walked.resize(edges.len(), 0);
+        used.clear();
+        used.resize(edges.len(), 0);
 
         let first = ring.len();
-        // The next edge from a vertex that was not walked along yet.
+        // Returns the end of the next unused edge from a vertex.
         let mut follow = |from: u32| {
             let group = edges.partition_point(|edge| edge[0] < from);
-            let edge = edges.get(group + *walked.get(group)? as usize).filter(|edge| edge[0] == from)?;
-            walked[group] += 1;
+            let edge = edges.get(group + *used.get(group)? as usize).filter(|edge| edge[0] == from)?;
+            used[group] += 1;
             Some(edge[1])
         };
-        // Walks that nothing leads into come first; what is left are closed ones.
+        // Open fans first, from vertices where no edge ends. The remaining edges form closed rings.
         let open = edges.iter().map(|edge| edge[0]).filter(|from| ends.binary_search(from).is_err());
         for from in open.chain(edges.iter().map(|edge| edge[0])) {
             let Some(mut at) = follow(from) else { continue };
@@ -78,12 +81,12 @@ mod tests {
     }
 
     #[test]
-    fn closed_open_and_apart() {
+    fn append_lists_closed_open_and_separate_fans() {
         assert_eq!(ring(&[[0, 3, 1], [1, 2, 0], [2, 3, 0]]), [1, 2, 3, 1]);
         assert_eq!(ring(&[[0, 2, 3], [0, 1, 2]]), [1, 2, 3]);
         assert_eq!(ring(&[[0, 5, 6], [0, 2, 3], [0, 1, 2]]), [1, 2, 3, 0, 5, 6]);
         assert_eq!(ring(&[[0, 1, 2], [0, 2, 1], [0, 5, 5], [7, 8, 9]]), [1, 2, 1]);
-        // Two closed rings through one vertex, and a triangle that is there twice.
+        // Two closed rings through one vertex, and a repeated triangle.
         assert_eq!(ring(&[[0, 1, 2], [0, 2, 1], [0, 1, 3], [0, 3, 1]]), [1, 2, 1, 3, 1]);
         assert_eq!(ring(&[[0, 1, 2], [0, 1, 2]]), [1, 2, 0, 1, 2]);
         assert_eq!(ring(&[]), [0; 0]);

@@ -6,74 +6,82 @@ use std::ops::Range;
 use super::one_ring::OneRings;
 use crate::simd::tile::{ROWS, offset};
 
-/// Vertices in a chunk: what one thread works on at a time, and enough to find eight whose rings are of one length.
+/// Number of vertices in a chunk, the unit of work of a thread. Large enough to find eight one-rings of
+/// similar length.
 pub(super) const CHUNK: usize = 512;
 
-/// The row of vertices without a normal, among the normals of a chunk.
+/// Row of the zero normal in the tile of a chunk's normals, for vertices without triangles.
 pub(super) const NO_NORMAL: usize = CHUNK;
 
-/// Where vertices lie in a tile.
+/// Assigns vertices to the rows of a tile.
 pub(super) trait TileLayout {
-    /// The row of each of `vertices`, which rise.
+    /// Returns the row of each of `vertices`, which are in ascending order.
     fn rows(&self, vertices: &[u32]) -> Vec<usize>;
 
-    /// Keeps the vertices of the next tile.
+    /// Appends a tile with the given vertices.
     fn add(&mut self, vertices: &[u32]);
 }
 
-/// The one-rings of vertices, chunk by chunk in their order.
+/// The one-rings of vertices, by chunk in the order of the vertices.
 ///
-/// A chunk is worked on in a tile that holds its vertices and those around them, welded. Their normals are found in
-/// another tile, block by block.
+/// A chunk is evaluated in a tile with the positions of its vertices and their neighbours, welded. Its
+/// normals are written to a second tile, block by block.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rings {
+pub(super) struct OneRingBlocks {
     blocks: Vec<Block>,
+    /// Pairs of entries of all blocks, one after another.
     pairs: Vec<[[u16; 8]; 2]>,
-    /// Where the blocks of each chunk end.
+    /// End of each chunk in `blocks`.
     ends: Vec<usize>,
-    places: Vec<Place>,
-    singles: Vec<Single>,
+    /// Tile offsets of each vertex.
+    offsets: Vec<TileOffsets>,
+    oversized: Vec<OversizedRing>,
 }
 
-/// Where a vertex and its normal are in the tiles, as offsets.
+/// Offsets of a vertex in the tile of positions and in the tile of normals.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place {
+pub(super) struct TileOffsets {
     pub(super) position: u16,
     pub(super) normal: u16,
 }
 
-/// Eight rings, side by side.
+/// Eight one-rings, one per lane, as offsets in the tile of positions.
 #[derive(Clone, Debug)]
 struct Block {
+    /// The vertex of each one-ring.
     centers: [u16; 8],
-    /// The first entry of each ring.
+    /// First entry of each one-ring.
     first: [u16; 8],
-    /// Where the pairs begin that follow it.
+    /// Index in `pairs` of the block's first pair of entries.
     pairs: u32,
 }
 
-/// A vertex whose ring finds no room in the tile of its chunk, and the welded one that has this ring.
+/// A vertex whose one-ring does not fit in the tile of its chunk.
 #[derive(Clone, Debug)]
-pub(super) struct Single {
+pub(super) struct OversizedRing {
     pub(super) vertex: u32,
+    /// The vertex to which it is welded.
     pub(super) center: u32,
+    /// One-ring of `center`.
     pub(super) ring: Vec<u32>,
 }
 
-/// Eight vertices and their rings, as offsets in the tile. All rings of a block have one entry and some pairs more;
-/// shorter ones end with the vertex.
-pub(super) struct EightRings<'a> {
+/// Eight vertices and their one-rings, as offsets in the tile of positions.
+///
+/// All one-rings of a block have the same length: one entry, then pairs of entries. Shorter ones are padded
+/// with the vertex itself, which adds nothing to the normal.
+pub(super) struct OneRingBlock<'a> {
     pub(super) centers: &'a [u16; 8],
     pub(super) first: &'a [u16; 8],
     pub(super) pairs: &'a [[[u16; 8]; 2]],
 }
 
-impl Rings {
-    /// The rings of vertices that are welded as `weld` says.
+impl OneRingBlocks {
+    /// Builds the one-rings of all vertices. `weld`: for each vertex, the vertex to which it is welded.
     pub(super) fn new(triangles: &[[u32; 3]], weld: &[u32], layout: &mut impl TileLayout) -> Self {
         let welded = triangles.iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
         let mut one_rings = OneRings::new(welded, weld.len());
-        let mut this = Self { places: Vec::with_capacity(weld.len()), ..Self::default() };
+        let mut this = Self { offsets: Vec::with_capacity(weld.len()), ..Self::default() };
         for first in (0..weld.len()).step_by(CHUNK) {
             let own = first..weld.len().min(first + CHUNK);
             let mut chunk = Chunk::new(&mut one_rings, &weld[own.clone()]);
@@ -86,7 +94,7 @@ impl Rings {
                 let longest = chunk.take_longest();
                 for (center, ring) in longest {
                     let of_ring = own.clone().filter(|&vertex| weld[vertex] == center);
-                    this.singles.extend(of_ring.map(|vertex| Single {
+                    this.oversized.extend(of_ring.map(|vertex| OversizedRing {
                         vertex: vertex as u32,
                         center,
                         ring: ring.clone(),
@@ -94,16 +102,18 @@ impl Rings {
                 }
             };
             layout.add(&vertices);
-            let row_of = |vertex: u32| rows[vertices.binary_search(&vertex).expect("it is one of them")];
+            let row_of = |vertex: u32| rows[vertices.binary_search(&vertex).expect("vertex is in tile")];
             this.add(&chunk, &weld[own], |vertex| offset(row_of(vertex)));
         }
         this
     }
 
-    /// Adds a chunk: eight rings at a time, the shortest first.
+    /// Appends a chunk in blocks of eight one-rings, the shortest first.
+    ///
+    /// `own`: for each vertex of the chunk, the vertex to which it is welded.
     fn add(&mut self, chunk: &Chunk, own: &[u32], offset_of: impl Fn(u32) -> u16) {
         for eight in chunk.rings.chunks(8) {
-            // The last of them fills the lanes that are left.
+            // The last one-ring is repeated in the remaining lanes.
             let lane = |lane: usize| &eight[lane.min(eight.len() - 1)];
             let entry = |at: usize| {
                 std::array::from_fn(|k| {
@@ -119,61 +129,61 @@ impl Rings {
         self.ends.push(self.blocks.len());
         let normals: HashMap<u32, usize> =
             (0..).zip(&chunk.rings).map(|(row, (vertex, _))| (*vertex, row)).collect();
-        self.places.extend(own.iter().map(|vertex| Place {
+        self.offsets.extend(own.iter().map(|vertex| TileOffsets {
             position: offset_of(*vertex),
             normal: offset(normals.get(vertex).copied().unwrap_or(NO_NORMAL)),
         }));
     }
 
-    /// How many vertices there are.
+    /// Returns the number of vertices.
     pub(super) fn len(&self) -> usize {
-        self.places.len()
+        self.offsets.len()
     }
 
-    /// The blocks of a chunk.
+    /// Returns the blocks of a chunk.
     pub(super) fn blocks(&self, chunk: usize) -> Range<usize> {
         (if chunk == 0 { 0 } else { self.ends[chunk - 1] })..self.ends[chunk]
     }
 
-    /// Eight of the rings.
+    /// Returns the one-rings of a block.
     #[inline]
-    pub(super) fn block(&self, block: usize) -> EightRings<'_> {
+    pub(super) fn block(&self, block: usize) -> OneRingBlock<'_> {
         let end = self.blocks.get(block + 1).map_or(self.pairs.len(), |next| next.pairs as usize);
         let Block { centers, first, pairs } = &self.blocks[block];
-        EightRings { centers, first, pairs: &self.pairs[*pairs as usize..end] }
+        OneRingBlock { centers, first, pairs: &self.pairs[*pairs as usize..end] }
     }
 
-    /// Where the vertices of a chunk are.
-    pub(super) fn places(&self, chunk: usize) -> &[Place] {
-        &self.places[chunk * CHUNK..self.places.len().min((chunk + 1) * CHUNK)]
+    /// Returns the tile offsets of the vertices of a chunk.
+    pub(super) fn offsets(&self, chunk: usize) -> &[TileOffsets] {
+        &self.offsets[chunk * CHUNK..self.offsets.len().min((chunk + 1) * CHUNK)]
     }
 
-    /// The vertices whose rings find no room.
-    pub(super) fn singles(&self) -> &[Single] {
-        &self.singles
+    /// Returns the vertices whose one-rings do not fit in a tile.
+    pub(super) fn oversized(&self) -> &[OversizedRing] {
+        &self.oversized
     }
 
-    /// Memory that they take.
+    /// Returns the memory of the tables, in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let Self { blocks, pairs, ends, places, singles } = self;
-        let single = |single: &Single| size_of::<Single>() + size_of_val(&*single.ring);
-        let tables = size_of_val(&**ends) + size_of_val(&**places);
-        tables + size_of_val(&**blocks) + size_of_val(&**pairs) + singles.iter().map(single).sum::<usize>()
+        let Self { blocks, pairs, ends, offsets, oversized } = self;
+        let single = |single: &OversizedRing| size_of::<OversizedRing>() + size_of_val(&*single.ring);
+        let tables = size_of_val(&**ends) + size_of_val(&**offsets);
+        tables + size_of_val(&**blocks) + size_of_val(&**pairs) + oversized.iter().map(single).sum::<usize>()
     }
 }
 
-impl EightRings<'_> {
-    /// The entries of one of the rings.
+impl OneRingBlock<'_> {
+    /// Iterates over the entries of the one-ring in a lane.
     pub(super) fn ring(&self, lane: usize) -> impl Iterator<Item = u16> {
         std::iter::once(self.first[lane]).chain(self.pairs.iter().flatten().map(move |entry| entry[lane]))
     }
 }
 
-/// The rings of a chunk while they are built.
+/// The one-rings of a chunk during construction.
 struct Chunk {
-    /// Welded vertices.
+    /// The welded vertices of the chunk, in ascending order.
     own: Vec<u32>,
-    /// Those that have a ring, and where that is among the entries; the shortest first.
+    /// Vertices with a one-ring, and its range in `entries`; the shortest one-ring first.
     rings: Vec<(u32, Range<usize>)>,
     entries: Vec<u32>,
 }
@@ -195,7 +205,7 @@ impl Chunk {
         Self { own, rings, entries }
     }
 
-    /// The vertices and those around them, rising.
+    /// Returns the vertices of the chunk and of its one-rings, in ascending order.
     fn vertices(&self) -> Vec<u32> {
         let entries = self.rings.iter().flat_map(|(_, ring)| &self.entries[ring.clone()]);
         let mut vertices: Vec<u32> = self.own.iter().chain(entries).copied().collect();
@@ -204,7 +214,7 @@ impl Chunk {
         vertices
     }
 
-    /// Takes out an eighth of the rings, at least one.
+    /// Removes and returns the longest eighth of the one-rings, at least one.
     fn take_longest(&mut self) -> Vec<(u32, Vec<u32>)> {
         let longest = self.rings.split_off(self.rings.len() * 7 / 8);
         longest.into_iter().map(|(vertex, ring)| (vertex, self.entries[ring].to_vec())).collect()
@@ -215,11 +225,11 @@ impl Chunk {
 mod tests {
     use super::*;
 
-    /// The vertices of each tile, in every other row.
+    /// A layout that uses every other row. Keeps the vertices of each tile.
     #[derive(Default)]
-    struct Apart(Vec<Vec<u32>>);
+    struct EveryOtherRow(Vec<Vec<u32>>);
 
-    impl TileLayout for Apart {
+    impl TileLayout for EveryOtherRow {
         fn rows(&self, vertices: &[u32]) -> Vec<usize> {
             (0..vertices.len()).map(|k| 2 * k).collect()
         }
@@ -229,17 +239,17 @@ mod tests {
         }
     }
 
-    /// The ring of a vertex as it is stored.
-    fn stored(rings: &Rings, tiles: &Apart, weld: &[u32], vertex: usize) -> Vec<u32> {
-        if let Some(single) = rings.singles.iter().find(|single| single.vertex as usize == vertex) {
+    /// Returns the one-ring of a vertex, read back from the blocks.
+    fn read_ring(rings: &OneRingBlocks, tiles: &EveryOtherRow, weld: &[u32], vertex: usize) -> Vec<u32> {
+        if let Some(single) = rings.oversized.iter().find(|single| single.vertex as usize == vertex) {
             assert_eq!(single.center, weld[vertex]);
             return single.ring.clone();
         }
         let chunk = vertex / CHUNK;
         let at = |offset: u16| tiles.0[chunk][usize::from(offset) / 32];
-        let place = rings.places(chunk)[vertex % CHUNK];
-        assert_eq!(at(place.position), weld[vertex]);
-        let normal = usize::from(place.normal) / 16;
+        let offsets = rings.offsets(chunk)[vertex % CHUNK];
+        assert_eq!(at(offsets.position), weld[vertex]);
+        let normal = usize::from(offsets.normal) / 16;
         if normal == NO_NORMAL {
             return Vec::new();
         }
@@ -249,25 +259,25 @@ mod tests {
     }
 
     #[test]
-    fn each_triangle_is_in_three_rings() {
-        // Fans of all lengths, so that blocks hold rings of different ones; one that no tile holds; seams.
+    fn each_triangle_is_in_the_one_rings_of_its_three_corners() {
+        // Fans of different lengths, so that blocks need padding; a fan that does not fit in a tile; seams.
         let fan = |v: u32| (1..2 + v % 7).map(move |k| [v, 100 + v * 9 + k, 101 + v * 9 + k]);
         let mut triangles: Vec<_> = (0..100).flat_map(fan).collect();
         triangles.extend((2000..8000).map(|k| [1500, k, k + 1]));
         let mut weld: Vec<u32> = (0..9000).collect();
         (weld[5], weld[8999]) = (3, 3);
-        let mut tiles = Apart::default();
-        let rings = Rings::new(&triangles, &weld, &mut tiles);
-        assert!(rings.singles.iter().any(|single| single.vertex == 1500));
+        let mut tiles = EveryOtherRow::default();
+        let rings = OneRingBlocks::new(&triangles, &weld, &mut tiles);
+        assert!(rings.oversized.iter().any(|single| single.vertex == 1500));
         let mut found = Vec::new();
         for (vertex, &v) in weld.iter().enumerate() {
-            let ring = stored(&rings, &tiles, &weld, vertex);
+            let ring = read_ring(&rings, &tiles, &weld, vertex);
             let around = ring.windows(2).map(|edge| [v, edge[0], edge[1]]);
             found.extend(around.filter(|[a, b, c]| a != b && b != c && c != a));
         }
         let welded = triangles.iter().map(|t| t.map(|corner| weld[corner as usize]));
         let at_corners = welded.flat_map(|[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]);
-        // Vertices 3, 5 and 8999 are one, and each has its ring.
+        // Vertices 3, 5 and 8999 are welded, and each of them has the one-ring.
         let mut expected: Vec<_> =
             at_corners.flat_map(|t| std::iter::repeat_n(t, if t[0] == 3 { 3 } else { 1 })).collect();
         expected.sort_unstable();

@@ -1,4 +1,4 @@
-//! Euler angles in degrees.
+//! Euler angles in degrees, with bit-identical results on every machine.
 
 use nalgebra::Matrix3;
 
@@ -26,11 +26,11 @@ const COS: [f64; 8] = [
     1.0 / 20_922_789_888_000.0,
 ];
 
-/// Sine and cosine of an angle in degrees, to about 1 ulp, and exact at multiples of 90.
+/// Computes sine and cosine of an angle in degrees, to about 1 ulp, and exactly at multiples of 90.
 ///
-/// Made of correctly rounded operations alone, so that every machine has the same bits: the mathematics
-/// library of the platform does not promise that. A whole number of turns costs no accuracy. An angle that is
-/// not finite gives NaN.
+/// Uses only correctly rounded operations, so the results are bit-identical on every machine; the platform's
+/// math library does not guarantee that. Full turns do not reduce the accuracy. The result is NaN for an
+/// angle that is not finite.
 pub fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     // Both the remainder and the difference are exact.
     let turn = degrees % 360.0;
@@ -45,12 +45,12 @@ pub fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// The sum of `coefficients[k] * square^(k+1)`.
+/// Computes the sum of `coefficients[k] * square^(k+1)`.
 fn series(coefficients: &[f64; 8], square: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * square)
 }
 
-/// The rotation by Euler angles in degrees about the *fixed* axes x, then y, then z: `Rz * Ry * Rx`.
+/// Computes the rotation by Euler angles in degrees about the *fixed* axes x, then y, then z: `Rz * Ry * Rx`.
 ///
 /// Multiples of 90 degrees give entries of exactly 0 and ±1; zero angles give the identity.
 pub fn euler_degrees(angles: [f64; 3]) -> Matrix3<f64> {
@@ -66,7 +66,7 @@ mod tests {
     use nalgebra::{Rotation3, Vector3};
 
     #[test]
-    fn agrees_with_the_mathematics_library() {
+    fn sine_and_cosine_agree_with_the_math_library() {
         for i in -72_000..72_000 {
             let degrees = f64::from(i) * 0.01 + 0.003;
             let (s, c) = sin_cos_degrees(degrees);
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn quarter_turns_are_exact() {
+    fn sine_and_cosine_are_exact_at_multiples_of_90_degrees() {
         for (degrees, expected) in [
             (0.0, (0.0, 1.0)),
             (90.0, (1.0, 0.0)),
@@ -92,12 +92,12 @@ mod tests {
     }
 
     #[test]
-    fn axes_are_fixed_and_turned_in_the_order_x_y_z() {
+    fn euler_angles_are_about_fixed_axes_in_the_order_x_y_z() {
         let [x, y, z] = [20.0, -35.0, 70.0];
         let about = |axis: Vector3<f64>, a: f64| Rotation3::new(axis * a.to_radians()).into_inner();
         let expected = about(Vector3::z(), z) * about(Vector3::y(), y) * about(Vector3::x(), x);
         assert!((euler_degrees([x, y, z]) - expected).norm() < 1e-15);
-        // x forward, quarter turn about x leaves it, about z brings it to y.
+        // 90 degrees about x leave the x axis unchanged; 90 degrees about z then map it to y.
         assert_eq!(euler_degrees([90.0, 0.0, 90.0]) * Vector3::x(), Vector3::y());
     }
 }

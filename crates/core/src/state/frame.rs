@@ -1,43 +1,46 @@
-//! The frame in which the state of a body is stored, and the time interval of a step.
+//! The frame of a body's state, and the time interval of a step.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::simd::lanes::Lanes;
 
-/// The frame of a body's state: world = `base` + `cell_size` (`shift` + x).
+/// The frame in which the state of a body is stored: world position = `base` + `cell_size` (`shift` + x).
 ///
-/// The origin of a free body flies with it: what all vertices have in common is kept in f64, so that neither
-/// distance nor speed costs accuracy.
+/// The origin of a free body moves with the body. The common displacement and velocity of all vertices are in
+/// f64, so that the accuracy of the f32 state does not depend on distance or speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Frame {
+    /// Initial world position of the origin, in scene units.
     pub(super) base: [f64; 3],
-    /// In cells.
+    /// Displacement of the origin from `base`, in cells.
     pub(super) shift: [f64; 3],
-    /// Velocity of the origin, in cells/s; velocities are relative to it.
+    /// Velocity of the origin, in cells/s. The velocities of the state are relative to it.
     pub(super) velocity: [f64; 3],
+    /// Edge length of a cell in scene units.
     pub(super) cell_size: f64,
-    /// A power of two, at least the body's extent at rest, in cells.
+    /// Unit of the shifts of [`State::rebase`](super::State::rebase): a power of two, at least the body's
+    /// extent in the rest pose, in cells.
     pub(super) quantum: f64,
 }
 
 impl Frame {
-    /// A position of the world in cells from the body's origin.
+    /// Converts a world position to cells from the body's origin.
     pub(crate) fn to_local(self, world: Point3<f64>) -> Vector3<f64> {
         (world - Point3::from(self.base)) / self.cell_size - Vector3::from(self.shift)
     }
 
-    /// A position in cells from the body's origin in the world.
+    /// Converts a position in cells from the body's origin to world space.
     pub(crate) fn to_world(self, local: Vector3<f64>) -> Point3<f64> {
         Point3::from(self.base) + (Vector3::from(self.shift) + local) * self.cell_size
     }
 
-    /// The body's origin in the world, and its unit.
+    /// Returns the world position of the body's origin and the cell size.
     pub(crate) fn body_frame(self) -> BodyFrame {
         BodyFrame { origin: self.to_world(Vector3::zeros()), cell_size: self.cell_size }
     }
 
-    /// Edge of a cell in scene units.
+    /// The edge length of a cell in scene units.
     pub(crate) fn cell_size(self) -> f64 {
         self.cell_size
     }
@@ -47,25 +50,27 @@ impl Frame {
         self.velocity.into()
     }
 
-    /// The velocity of the world in scene units per second of one in cells/s relative to the origin.
+    /// Converts a velocity in cells/s relative to the origin to a world velocity in scene units per second.
     pub(crate) fn velocity_to_world(self, local: [f32; 3]) -> Vector3<f64> {
         (self.velocity() + Vector3::from(local.map(f64::from))) * self.cell_size
     }
 
-    /// Lets the origin fly on: it gains `gain` in cells/s, then moves.
+    /// Advances the origin by one step: adds `gain` in cells/s to its velocity, then moves it.
     pub(crate) fn fly(&mut self, gain: Vector3<f64>, dt: f64) {
         let velocity = self.velocity() + gain;
         self.velocity = velocity.into();
         self.shift = (Vector3::from(self.shift) + velocity * dt).into();
     }
 
-    /// The whole multiple of the quantum nearest to a point given in cells from the origin.
+    /// Rounds a point, in cells from the origin, to multiples of the quantum. Coordinates that are not finite
+    /// become 0.
     pub(super) fn nearest(self, local: Vector3<f64>) -> Vector3<f64> {
         local.map(|x| if x.is_finite() { (x / self.quantum).round() * self.quantum } else { 0.0 })
     }
 }
 
-/// Where the running state of a body lies in the world: `world = origin + cell_size * local`.
+/// The transformation from the local coordinates of a body to world space:
+/// `world = origin + cell_size * local`.
 ///
 /// The axes are those of the world; local coordinates are in cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,34 +82,35 @@ pub struct BodyFrame {
 }
 
 impl BodyFrame {
-    /// The world position of a local one.
+    /// Converts a local position to world space.
     #[inline]
     pub fn to_world(self, local: Vector3<f64>) -> Point3<f64> {
         self.origin + local * self.cell_size
     }
 
-    /// The local position of a world one.
+    /// Converts a world position to local coordinates.
     #[inline]
     pub fn to_local(self, world: &Point3<f64>) -> Vector3<f64> {
         (world - self.origin) / self.cell_size
     }
 }
 
-/// The running state of one body as the stages of a step see it.
+/// The positions and velocities of one body, as constraints, contacts and forces change them.
 #[derive(Debug)]
 pub struct BodyState<'a> {
     /// Local positions by slot, in cells.
     pub positions: &'a mut Lanes<3>,
-    /// What f32 rounded away from the positions, where that is kept.
+    /// Rounding errors of the f32 positions, or `None` if they are not stored. A position is `positions` +
+    /// `compensation`.
     pub compensation: Option<&'a mut Lanes<3>>,
     /// Velocities by slot, in cells per second.
     pub velocities: &'a mut Lanes<3>,
-    /// Where the local coordinates lie in the world.
+    /// Transformation from local coordinates to world space.
     pub frame: BodyFrame,
 }
 
 impl BodyState<'_> {
-    /// The position of a slot in cells.
+    /// Returns the position of a slot in cells.
     #[inline]
     pub fn position(&self, slot: u32) -> Vector3<f64> {
         let high = wide(self.positions.get(slot));
@@ -121,7 +127,7 @@ impl BodyState<'_> {
         }
     }
 
-    /// The velocity of a slot in cells per second.
+    /// Returns the velocity of a slot in cells per second.
     #[inline]
     pub fn velocity(&self, slot: u32) -> Vector3<f64> {
         wide(self.velocities.get(slot))
@@ -134,16 +140,16 @@ impl BodyState<'_> {
     }
 }
 
-/// The same numbers in f64.
+/// Converts to f64.
 #[inline]
 fn wide(value: [f32; 3]) -> Vector3<f64> {
     Vector3::from(value.map(f64::from))
 }
 
-/// The time that one step covers, in seconds.
+/// The time interval of a step, in seconds.
 ///
-/// Start and end are multiples of the step length and not running sums, so that the end of one step is, to
-/// the bit, the start of the next.
+/// Start and end are multiples of the step length, not running sums, so that the end of a step is
+/// bit-identical to the start of the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Time at the start of the step.
@@ -155,7 +161,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The step that follows `count` steps of length `dt` seconds.
+    /// Returns the interval of the step after `count` steps of `dt` seconds.
     pub fn of_step(count: u64, dt: f64) -> Self {
         Self { start: count as f64 * dt, end: (count + 1) as f64 * dt, dt }
     }

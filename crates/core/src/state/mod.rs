@@ -1,11 +1,11 @@
-//! The state of a body: what a step changes and a checkpoint holds. All else can be rebuilt.
+//! The state of a body: the data that a step changes and a checkpoint stores. All other data can be rebuilt.
 //!
 //! | file | contents |
 //! |---|---|
-//! | `angles` | Euler angles in degrees, with the same bits on every machine |
-//! | `placement` | where a body starts, and how it moves there |
-//! | `frame` | the f64 frame of the f32 state, and the time interval of a step |
-//! | here | positions, velocities, rotations, momenta |
+//! | `angles` | Euler angles in degrees, bit-identical on every machine |
+//! | `placement` | initial position, orientation and velocity of a body |
+//! | `frame` | f64 frame of the f32 state, and the time interval of a step |
+//! | `mod` | positions, velocities, rotations, momenta |
 
 mod angles;
 mod frame;
@@ -21,26 +21,28 @@ use nalgebra::{Point3, Vector3};
 use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{Block, Lanes, Row};
 
-/// Positions, velocities and rotations of a body's lattice vertices, in storage order.
+/// The state of a body: positions, velocities and rotations of its lattice vertices, by slot.
 ///
-/// Lengths are in cells, along the axes of the world, from the body's origin: f32 near zero, wherever the body is.
+/// Positions are in cells from the body's origin, along the world axes. The origin stays near the body, so
+/// that f32 coordinates are small.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct State {
     pub(crate) frame: Frame,
     pub(crate) positions: Lanes<3>,
-    /// What f32 rounded away from the positions.
+    /// Rounding errors of the f32 positions: a position is `positions` + `compensation`.
     pub(crate) compensation: Lanes<3>,
-    /// In cells/s.
+    /// Velocities relative to the frame's origin, in cells/s.
     pub(crate) velocities: Lanes<3>,
-    /// Of the region around each vertex, from the rest pose: unit quaternions x, y, z, w.
+    /// Rotation of the region around each vertex from the rest pose: unit quaternions (x, y, z, w).
     pub(crate) rotations: Lanes<4>,
-    /// Whether a step has fitted the rotations since the positions were set or the regions changed.
+    /// Whether the rotations are up to date: `false` after positions were set or the regions changed, until
+    /// the next step fits them.
     pub(crate) fitted: bool,
-    /// The momenta of each component without constraints and contacts; `None` until they are measured.
+    /// Conserved momenta of each component without constraints and contacts; `None` where they are not
+    /// measured.
     pub(crate) momenta: Vec<Option<Momentum>>,
-    /// The most energy that the body may have while nothing acts on it; `None` until a region comes near two best
-    /// rotations.
+    /// Energy limit of a free body; `None` until a rotation does not converge in Newton's method.
     pub(crate) energy_limit: Option<EnergyLimit>,
 }
 
@@ -48,7 +50,7 @@ pub(crate) struct State {
 pub(crate) const IDENTITIES: Block<4> = [Row::ZERO, Row::ZERO, Row::ZERO, Row::all(1.0)];
 
 impl State {
-    /// A lattice at rest where it is placed.
+    /// Creates the state of a lattice at rest in its placement.
     pub(crate) fn at_rest(lattice: &Lattice, layout: &Layout, placement: &Placement) -> Self {
         let (rotation, translation) = (placement.rotation(), Vector3::from(placement.translate));
         let (low, high) = index_bounds(lattice.indices());
@@ -70,16 +72,17 @@ impl State {
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
         };
-        let turned = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
+        let quaternion = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
         for (&slot, index) in layout.slots().iter().zip(lattice.indices()) {
             let offset = Vector3::from_fn(|c, _| f64::from(index[c])) - middle;
-            state.put(slot, rotation * offset);
-            state.rotations.set(slot, turned);
+            state.set_local(slot, rotation * offset);
+            state.rotations.set(slot, quaternion);
         }
         state
     }
 
-    /// Whether all arrays have `blocks` blocks, and there are `components` components.
+    /// Checks deserialised data: whether all arrays have `blocks` blocks, and there are `components`
+    /// components.
     pub(crate) fn is_whole(&self, blocks: usize, components: usize) -> bool {
         let Self { positions, compensation, velocities, rotations, .. } = self;
         let of_three =
@@ -87,13 +90,13 @@ impl State {
         of_three && rotations.blocks().len() == blocks && self.momenta.len() == components
     }
 
-    /// Memory that the state takes.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let Self { positions, compensation, velocities, rotations, .. } = self;
         positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes()
     }
 
-    /// Gives a lattice at rest the velocity and the spin of its placement.
+    /// Sets the velocities of a lattice at rest from the velocity and the spin of its placement.
     pub(crate) fn set_in_motion(&mut self, lattice: &Lattice, layout: &Layout, placement: &Placement) {
         let spin = Vector3::from(placement.spin);
         let velocity = Vector3::from(placement.velocity) / self.frame.cell_size;
@@ -105,11 +108,11 @@ impl State {
             let turning = spin.cross(&(self.local(slot) - center));
             self.velocities.set(slot, turning.map(|v| v as f32).into());
         }
-        // What all have in common is kept in f64.
+        // The common velocity of all vertices is in the frame, in f64.
         self.frame.velocity = velocity.into();
     }
 
-    /// The part of the state that constraints and contacts change.
+    /// The part of the state that constraints, contacts and forces change.
     pub(crate) fn shared(&mut self) -> BodyState<'_> {
         BodyState {
             frame: self.frame.body_frame(),
@@ -119,31 +122,33 @@ impl State {
         }
     }
 
-    /// The position of a slot in cells from the body's origin.
+    /// Returns the position of a slot, in cells from the body's origin.
     pub(crate) fn local(&self, slot: u32) -> Vector3<f64> {
         let (high, low) = (self.positions.get(slot), self.compensation.get(slot));
         Vector3::from_fn(|c, _| f64::from(high[c]) + f64::from(low[c]))
     }
 
     /// Sets the position of a slot, in cells from the body's origin.
-    pub(crate) fn put(&mut self, slot: u32, local: Vector3<f64>) {
+    pub(crate) fn set_local(&mut self, slot: u32, local: Vector3<f64>) {
         let high: [f32; 3] = local.map(|x| x as f32).into();
         self.positions.set(slot, high);
         self.compensation.set(slot, std::array::from_fn(|c| (local[c] - f64::from(high[c])) as f32));
     }
 
-    /// Positions of the world for all slots of `slots`, the origin moved near their mean.
+    /// Sets the positions of `slots`, all slots of the body, from world positions. Moves the origin near
+    /// their mean.
     pub(crate) fn set_world(&mut self, slots: &[u32], world: &[Point3<f64>]) {
         let mean = world.iter().map(|p| self.frame.to_local(*p) / world.len() as f64).sum();
         self.frame.shift = (Vector3::from(self.frame.shift) + self.frame.nearest(mean)).into();
         for (&slot, &point) in slots.iter().zip(world) {
-            self.put(slot, self.frame.to_local(point));
+            self.set_local(slot, self.frame.to_local(point));
         }
         self.fitted = false;
         self.momenta.fill(None);
     }
 
-    /// Velocities of the world in scene units per second for all slots of `slots`; their mean becomes the origin's.
+    /// Sets the velocities of `slots`, all slots of the body, from world velocities in scene units per
+    /// second. Their mean becomes the velocity of the origin.
     pub(crate) fn set_world_velocities(&mut self, slots: &[u32], world: &[Vector3<f64>]) {
         let cells = |v: &Vector3<f64>| v / self.frame.cell_size;
         let mean = world.iter().map(|v| cells(v) / world.len() as f64).sum::<Vector3<f64>>();
@@ -154,7 +159,8 @@ impl State {
         self.momenta.fill(None);
     }
 
-    /// Gives the origin `velocity`, in cells/s, and the vertices what they had beside it.
+    /// Changes the velocity of the origin to `velocity`, in cells/s. The world velocities of the vertices
+    /// stay the same.
     pub(crate) fn set_origin_velocity(&mut self, slots: &[u32], velocity: Vector3<f64>) {
         let change = self.frame.velocity() - velocity;
         if change == Vector3::zeros() {
@@ -173,46 +179,49 @@ impl State {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;
     }
 
-    /// Whether the body has moved so far from its origin that [`State::rebase`] is due, judged by one vertex.
+    /// Whether the body is so far from its origin that [`State::rebase`] is needed: whether a coordinate of
+    /// the vertex in `slot` exceeds two quanta.
     pub(crate) fn strayed(&self, slot: u32) -> bool {
         self.positions.get(slot).iter().any(|x| f64::from(x.abs()) > 2.0 * self.frame.quantum)
     }
 
-    /// Moves the origin to the multiple of the quantum nearest to `center`, in cells; the body stays.
+    /// Moves the origin near `center`, in cells from the origin, by a multiple of the quantum. World
+    /// positions stay the same.
     pub(crate) fn rebase(&mut self, slots: &[u32], center: Vector3<f64>) {
-        let by = self.frame.nearest(center);
-        if by == Vector3::zeros() {
+        let offset = self.frame.nearest(center);
+        if offset == Vector3::zeros() {
             return;
         }
-        self.frame.shift = (Vector3::from(self.frame.shift) + by).into();
+        self.frame.shift = (Vector3::from(self.frame.shift) + offset).into();
         for &slot in slots {
-            self.put(slot, self.local(slot) - by);
+            self.set_local(slot, self.local(slot) - offset);
         }
     }
 }
 
-/// The momenta of one component: masses in full cells, lengths in cells.
+/// The momenta of one component, with masses in units of a full cell's mass and lengths in cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Momentum {
-    /// Σ m v, in cell masses times cells/s.
+    /// Linear momentum Σ m v.
     pub(crate) linear: [f64; 3],
-    /// Σ m (x - c) x v about the component's center of mass.
+    /// Angular momentum Σ m (x - c) x v about the component's center of mass c.
     pub(crate) angular: [f64; 3],
 }
 
-/// The most energy that a body may have.
+/// The energy limit of a free body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct EnergyLimit {
-    /// In full cells times (cells/s)².
+    /// Greatest energy, in full cells times (cells/s)².
     pub(crate) energy: f64,
-    /// The alpha/dt in 1/s and the dt in seconds of the measurement: others make it another energy.
+    /// alpha/dt in 1/s at the measurement. The limit is valid only for this value and this `dt`.
     pub(crate) stiffness_rate: f64,
+    /// Time step in seconds at the measurement.
     pub(crate) dt: f64,
 }
 
-/// The least and the greatest grid index along each axis.
+/// Returns the least and the greatest grid index along each axis.
 pub(crate) fn index_bounds(indices: &[[i32; 3]]) -> ([i32; 3], [i32; 3]) {
     indices.iter().fold(([i32::MAX; 3], [i32::MIN; 3]), |(low, high), index| {
         (std::array::from_fn(|c| low[c].min(index[c])), std::array::from_fn(|c| high[c].max(index[c])))

@@ -1,30 +1,30 @@
-//! Where a body starts, and how it moves there.
+//! The initial position, orientation and velocity of a body.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::angles::euler_degrees;
 use crate::range::{RangeError, in_range};
 
-/// How the model is placed in the world, after its scale; and how it moves at the start.
+/// The placement of the scaled model in the world, and its initial velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Placement {
-    /// Degrees about the fixed axes x, then y, then z; default 0.
+    /// Euler angles in degrees about the fixed axes x, then y, then z; default 0.
     pub rotate: [f64; 3],
-    /// Scene units; default 0.
+    /// Translation in scene units; default 0.
     pub translate: [f64; 3],
-    /// Scene units per second; default 0.
+    /// Velocity in scene units per second; default 0.
     pub velocity: [f64; 3],
-    /// Radians per second about the center of mass; default 0.
+    /// Angular velocity in radians per second about the center of mass; default 0.
     pub spin: [f64; 3],
 }
 
 impl Placement {
-    /// The rotation from the model's axes to the world's.
+    /// The rotation from the model's axes to the world axes.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_matrix(&euler_degrees(self.rotate))
     }
 
-    /// From the model's frame to the world.
+    /// The rigid transformation from the model's frame to world space.
     pub fn isometry(&self) -> Isometry3<f64> {
         Isometry3::from_parts(Vector3::from(self.translate).into(), self.rotation())
     }
@@ -41,11 +41,11 @@ impl Placement {
         Ok(())
     }
 
-    /// Checks that all numbers are finite.
+    /// Checks that all values are finite.
     ///
     /// # Errors
     ///
-    /// A number that is not finite.
+    /// A value that is not finite.
     pub fn validate(&self) -> Result<(), RangeError> {
         let Self { rotate, translate, velocity, spin } = *self;
         let named = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];

@@ -1,12 +1,12 @@
-//! The lattice as tables: its links, the faces of its cells that lie at the boundary, the cells about a vertex.
+//! Tables of a lattice: links, boundary faces of its cells, occupied cells around each vertex.
 
 use crate::lattice::Lattice;
 
-/// Steps along the axes in neighbour order.
+/// Unit steps along the axes, in neighbour order: -x, +x, -y, +y, -z, +z.
 pub(super) const DIRECTIONS: [[i32; 3]; 6] =
     [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
 
-/// The corners of a cell's face in neighbour order (-x, +x, -y, +y, -z, +z), counter-clockwise seen from outside.
+/// Corners of each face of a cell, counter-clockwise seen from outside; the faces are in neighbour order.
 ///
 /// ```text
 ///        6-----7      corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1)
@@ -19,12 +19,12 @@ pub(super) const DIRECTIONS: [[i32; 3]; 6] =
 pub(super) const FACE_CORNERS: [[usize; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
-/// The links of a lattice, and the component of each vertex.
+/// Links of a lattice, and the component of each vertex.
 #[derive(Clone, Debug)]
 pub(super) struct Adjacency {
-    /// Neighbours of each vertex in neighbour order; the vertex itself where one is missing.
+    /// Neighbours of each vertex in neighbour order; a missing neighbour is replaced by the vertex itself.
     pub(super) rows: Vec<[u32; 6]>,
-    /// The component of each vertex.
+    /// Component of each vertex.
     pub(super) of_vertex: Vec<u32>,
     /// Number of components.
     pub(super) components: usize,
@@ -41,29 +41,32 @@ impl Adjacency {
         }
     }
 
-    /// Memory that it takes.
+    /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.rows) + size_of_val(&*self.of_vertex)
     }
 
+    /// Returns the number of vertices.
     pub(super) fn len(&self) -> usize {
         self.rows.len()
     }
 
+    /// Returns the component of a vertex.
     pub(super) fn component(&self, i: usize) -> usize {
         self.of_vertex[i] as usize
     }
 
-    pub(super) fn has(&self, i: usize, side: usize) -> bool {
+    /// Returns whether vertex `i` has a neighbour on `side`, an index in neighbour order.
+    pub(super) fn has_neighbour(&self, i: usize, side: usize) -> bool {
         self.rows[i][side] as usize != i
     }
 
-    /// The neighbours that exist, in neighbour order.
+    /// Returns the existing neighbours, in neighbour order.
     pub(super) fn linked(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         self.rows[i].iter().map(|&j| j as usize).filter(move |&j| j != i)
     }
 
-    /// Links on the shortest way from each vertex to the nearest of `sources`; `u32::MAX` where there is no way.
+    /// Returns the number of links from each vertex to the nearest source; `u32::MAX` if there is no path.
     pub(super) fn distances(&self, sources: impl Iterator<Item = usize>) -> Vec<u32> {
         let mut distance = vec![u32::MAX; self.len()];
         let mut queue = Vec::new();
@@ -87,7 +90,7 @@ impl Adjacency {
     }
 }
 
-/// The faces of cells that no other cell shares: the sides that they are, in neighbour order, and their corners,
+/// Returns the boundary faces, which belong to one cell only: the side in neighbour order, and the corners
 /// counter-clockwise seen from outside.
 pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
     lattice.cells().iter().enumerate().flat_map(|(cell, index)| {
@@ -99,12 +102,12 @@ pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// Which of the eight cells around each vertex are occupied, as `boundary_normals` numbers them.
+/// Returns a bit mask of the occupied cells around each vertex; `boundary_normals` defines the bits.
 pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
     let mut octants = vec![0; lattice.len()];
     for cell in 0..lattice.cells().len() as u32 {
         for (corner, vertex) in lattice.cell_corners(cell).into_iter().enumerate() {
-            // Seen from its corner `k`, a cell lies towards the opposite corner.
+            // From corner `k` of a cell, the cell lies in the direction of the opposite corner, `7 - k`.
             octants[vertex as usize] |= 1 << (7 - corner);
         }
     }
@@ -120,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_look_outwards() {
+    fn face_corners_are_counter_clockwise_from_outside() {
         for (side, corners) in FACE_CORNERS.iter().enumerate() {
             let [a, b, _, d] = corners.map(corner);
             let (u, v): ([f64; 3], [f64; 3]) =

@@ -1,90 +1,95 @@
-//! The correction beside colliders: how far lattice vertices may be moved before the surface that they carry meets one.
+//! Clearance: the limits within which lattice vertices may move without the surface entering a collider.
 
 use fearless_simd::{Simd, dispatch};
 use nalgebra::{Point3, Vector3};
 
 use super::limits::Limit;
 use crate::contact::{
-    Colliders, Curved, Field, PosedShape, RowSet, SampleBlock, SampleCells, SignedDistance, Vec4, may_touch,
-    monomials, wide,
+    Colliders, Field, PosedShape, RowSet, SampleBlock, SampleCells, ShapeField, SignedDistance, Vec4,
+    may_touch, monomials, wide,
 };
 use crate::simd::level;
 use crate::state::BodyFrame;
 
-/// A sample that is deeper by more than this, in cells, once it is corrected, is one that enters.
+/// Tolerated increase of a sample's depth by the correction, in cells.
 const TOLERANCE: f64 = 1e-3;
 
-/// Finds the limits; its buffers.
+/// Search of the limits, with its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clearance {
-    /// Place of the vertex in each row of the samples, local: without the correction, and with it.
+    /// Position of the vertex in each row of the samples, in the body's frame, without the correction.
     places: Vec<Vec4>,
+    /// Position of the vertex in each row with the correction.
     corrected: Vec<Vec4>,
     rows: RowSet,
-    /// Of each numbered row.
+    /// Nearest sample of each row of `rows`.
     nearest: Vec<Nearest>,
     pub(super) limits: Vec<Limit>,
 }
 
-/// What a body may enter, as it is at one time.
+/// Colliders at one time, in the frame of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Obstacles<'a> {
     pub(crate) colliders: &'a Colliders,
-    /// In seconds.
+    /// Time in seconds.
     pub(crate) time: f64,
-    /// Of the body.
+    /// Frame of the body.
     pub(crate) frame: BodyFrame,
 }
 
-/// Of the cells at a vertex the sample that has the least room.
+/// Sample with the least clearance in the cells around a vertex.
 #[derive(Clone, Copy, Debug)]
 struct Nearest {
-    /// Its distance from the collider, or how much less deep it was before the correction, in cells.
-    room: f64,
-    /// Away from the collider.
+    /// Distance from the collider in cells; `add_entered` subtracts the displacement against the normal.
+    clearance: f64,
+    /// Unit normal away from the collider.
     normal: Vector3<f64>,
 }
 
 impl Clearance {
-    /// Memory that it takes.
+    /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let places = size_of_val(&*self.places) + size_of_val(&*self.corrected);
         places + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
     }
 
-    /// Finds the limits of all vertices that may go as far as `reach`, in cells, and would then bring a sample to a
-    /// collider; one for each vertex and collider. `positions`: one per lattice vertex, in cells of the body's frame.
+    /// Finds the limits of the vertices whose displacement by `distance` cells could move a sample into a
+    /// collider.
     ///
-    /// Samples lie between the corners of their cells: where none of these goes farther than the nearest of the cell's
-    /// samples has room, none of the samples enters a plane. Other shapes turn away within a cell: see [`cut`](Self::cut).
+    /// There is one limit for each vertex and collider. `positions`: one per lattice vertex, in cells of the
+    /// body's frame. A sample lies in the convex hull of its cell's corners. If no corner moves farther than
+    /// the least clearance of the cell's samples, no sample of the cell enters a plane. Curved shapes need
+    /// [`add_entered`](Self::add_entered) too.
     pub(super) fn find(
         &mut self,
         samples: &SampleCells,
         positions: &[[f32; 3]],
         obstacles: &Obstacles<'_>,
-        reach: f64,
+        distance: f64,
     ) {
         read(&mut self.places, samples, positions);
         self.rows.resize(samples.vertices.len());
         self.limits.clear();
         for shape in obstacles.shapes() {
-            self.begin();
-            let field = Curved { shape: &shape, places: &self.places };
-            if may_touch(&shape, self.places.iter(), reach) {
+            self.clear();
+            let field = ShapeField { shape: &shape, places: &self.places };
+            if may_touch(&shape, self.places.iter(), distance) {
                 let (rows, nearest) = (&mut self.rows, &mut self.nearest);
-                dispatch!(level(), simd => search(simd, &field, samples, reach, |cell, sample| {
-                    let SignedDistance { distance: room, normal } = shape.signed_distance(&sample.place);
-                    take(rows, nearest, &samples.corners[cell], Nearest { room, normal });
+                dispatch!(level(), simd => search(simd, &field, samples, distance, |cell, sample| {
+                    let SignedDistance { distance: clearance, normal } = shape.signed_distance(&sample.place);
+                    keep_nearest(rows, nearest, &samples.corners[cell], Nearest { clearance, normal });
                 }));
             }
             self.limits.extend(limits(samples, &self.rows, &self.nearest, |_| Vector3::zeros()));
         }
     }
 
-    /// Adds limits where the corrected surface enters a collider all the same, so that each corner of such a cell goes as
-    /// much less far as a sample of it goes too far against the normal where it was: no point of a convex collider lies
-    /// before that. Says whether there is any.
-    pub(super) fn cut(
+    /// Adds limits for cells whose corrected surface enters a curved collider; returns whether there are any.
+    ///
+    /// The displacement of each corner is cut back along the normal at the sample's uncorrected position, so
+    /// that the sample does not pass the tangent plane of the collider there. A convex collider lies entirely
+    /// behind that plane.
+    pub(super) fn add_entered(
         &mut self,
         samples: &SampleCells,
         positions: &[[f32; 3]],
@@ -93,46 +98,48 @@ impl Clearance {
         let before = self.limits.len();
         read(&mut self.corrected, samples, positions);
         for shape in obstacles.shapes().filter(|shape| shape.plane().is_none()) {
-            self.begin();
+            self.clear();
             let Self { places, corrected, rows, nearest, .. } = self;
             if may_touch(&shape, corrected.iter(), 0.0) {
-                let entered = Curved { shape: &shape, places: corrected };
-                let plain = Curved { shape: &shape, places };
+                let entered = ShapeField { shape: &shape, places: corrected };
+                let uncorrected = ShapeField { shape: &shape, places };
                 dispatch!(level(), simd => search(simd, &entered, samples, 0.0, |cell, sample| {
-                    let place = sample.in_field(simd, &plain, &samples.corners[cell]);
+                    let place = sample.place_in(simd, &uncorrected, &samples.corners[cell]);
                     let before = shape.signed_distance(&place);
                     let after = shape.signed_distance(&sample.place);
                     if after.distance < before.distance.min(0.0) - TOLERANCE {
-                        let way = (sample.place - place).dot(&before.normal);
-                        let (room, normal) = (way + before.distance.max(0.0), before.normal);
-                        take(rows, nearest, &samples.corners[cell], Nearest { room, normal });
+                        let moved = (sample.place - place).dot(&before.normal);
+                        let (clearance, normal) = (moved + before.distance.max(0.0), before.normal);
+                        keep_nearest(rows, nearest, &samples.corners[cell], Nearest { clearance, normal });
                     }
                 }));
             }
-            let way = |row: usize| wide(&(self.corrected[row] - self.places[row]));
-            self.limits.extend(limits(samples, &self.rows, &self.nearest, way));
+            let displacement = |row: usize| wide(&(self.corrected[row] - self.places[row]));
+            self.limits.extend(limits(samples, &self.rows, &self.nearest, displacement));
         }
         self.limits.len() > before
     }
 
-    fn begin(&mut self) {
+    /// Clears the search of one collider.
+    fn clear(&mut self) {
         self.rows.clear();
         self.nearest.clear();
     }
 }
 
 impl Obstacles<'_> {
-    /// Whether any of them turns away within a cell, so that [`Clearance::cut`] has something to do.
+    /// Returns whether any collider is not a plane, and so needs [`Clearance::add_entered`].
     pub(super) fn are_curved(&self) -> bool {
         self.shapes().any(|shape| shape.plane().is_none())
     }
 
+    /// Returns the shapes in the body's frame.
     fn shapes(&self) -> impl Iterator<Item = PosedShape> {
         self.colliders.at(self.time, self.frame)
     }
 }
 
-/// Reads the places of the samples' vertices.
+/// Copies the positions of the samples' vertices.
 fn read(places: &mut Vec<Vec4>, samples: &SampleCells, positions: &[[f32; 3]]) {
     places.clear();
     places.extend(samples.vertices.iter().map(|&vertex| {
@@ -141,33 +148,33 @@ fn read(places: &mut Vec<Vec4>, samples: &SampleCells, positions: &[[f32; 3]]) {
     }));
 }
 
-/// The limits of the vertices in some rows, each of which has gone some way already.
+/// Returns the limits of the vertices in `rows`, which already have a displacement.
 fn limits(
     samples: &SampleCells,
     rows: &RowSet,
     nearest: &[Nearest],
-    way: impl Fn(usize) -> Vector3<f64>,
+    displacement: impl Fn(usize) -> Vector3<f64>,
 ) -> impl Iterator<Item = Limit> {
     rows.list().iter().zip(nearest).map(move |(&row, nearest)| Limit {
         vertex: samples.vertices[row as usize],
         normal: nearest.normal,
-        room: (nearest.room - nearest.normal.dot(&way(row as usize))).max(0.0),
+        clearance: (nearest.clearance - nearest.normal.dot(&displacement(row as usize))).max(0.0),
     })
 }
 
-/// Each corner of a cell keeps the sample that has the least room.
-fn take(rows: &mut RowSet, nearest: &mut Vec<Nearest>, corners: &[u32; 8], sample: Nearest) {
+/// Keeps, for each corner of a cell, the sample with the least clearance.
+fn keep_nearest(rows: &mut RowSet, nearest: &mut Vec<Nearest>, corners: &[u32; 8], sample: Nearest) {
     for &row in corners {
         let number = rows.number(row) as usize;
         if number == nearest.len() {
             nearest.push(sample);
-        } else if sample.room < nearest[number].room {
+        } else if sample.clearance < nearest[number].clearance {
             nearest[number] = sample;
         }
     }
 }
 
-/// A sample of a cell: where it is, and what it is in its block.
+/// Sample of a cell: its position, and its place in its block.
 struct Sample<'a> {
     place: Point3<f64>,
     block: &'a SampleBlock,
@@ -176,52 +183,52 @@ struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// Where it is among other places of the vertices at the corners of its cell.
+    /// Returns its position with the vertex positions of another field.
     #[inline(always)]
-    fn in_field<S: Simd>(&self, simd: S, field: &Curved<'_>, corners: &[u32; 8]) -> Point3<f64> {
+    fn place_in<S: Simd>(&self, simd: S, field: &ShapeField<'_>, corners: &[u32; 8]) -> Point3<f64> {
         let monomials = &monomials(simd, &self.block.places)[self.half];
         field.places(simd, &field.cell(corners), monomials)[self.lane]
     }
 }
 
-/// The cells with a sample within `reach` of a shape, each with the nearest one.
+/// Calls `visit` with the nearest sample of each cell that has a sample within `distance` of a shape.
 #[inline(always)]
 fn search<S: Simd>(
     simd: S,
-    field: &Curved<'_>,
+    field: &ShapeField<'_>,
     samples: &SampleCells,
-    reach: f64,
-    mut found: impl FnMut(usize, Sample<'_>),
+    distance: f64,
+    mut visit: impl FnMut(usize, Sample<'_>),
 ) {
     for (strip, cells) in samples.strips() {
-        if !field.may_touch(strip, reach) {
+        if !field.may_touch(strip, distance) {
             continue;
         }
         for cell in cells {
-            if !field.may_touch(&samples.corners[cell], reach) {
+            if !field.may_touch(&samples.corners[cell], distance) {
                 continue;
             }
-            if let Some(sample) = nearest_sample(simd, field, samples, cell, reach) {
-                found(cell, sample);
+            if let Some(sample) = nearest_sample(simd, field, samples, cell, distance) {
+                visit(cell, sample);
             }
         }
     }
 }
 
-/// The sample of a cell that is nearest to a shape, if any is within `reach`.
+/// Returns the sample of a cell that is nearest to a shape, if it is within `limit`.
 #[inline(always)]
 fn nearest_sample<'a, S: Simd>(
     simd: S,
-    field: &Curved<'_>,
+    field: &ShapeField<'_>,
     samples: &'a SampleCells,
     cell: usize,
-    reach: f64,
+    limit: f64,
 ) -> Option<Sample<'a>> {
-    let known = field.cell(&samples.corners[cell]);
-    let (mut least, mut found) = (reach, None);
-    for block in samples.of_cell(cell) {
+    let interpolants = field.cell(&samples.corners[cell]);
+    let (mut least, mut found) = (limit, None);
+    for block in samples.cell_blocks(cell) {
         for (half, monomials) in monomials(simd, &block.places).iter().enumerate() {
-            for (lane, place) in field.places(simd, &known, monomials).into_iter().enumerate() {
+            for (lane, place) in field.places(simd, &interpolants, monomials).into_iter().enumerate() {
                 let distance = field.shape.signed_distance(&place).distance;
                 if distance <= least {
                     (least, found) = (distance, Some(Sample { place, block, half, lane }));

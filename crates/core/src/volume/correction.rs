@@ -1,4 +1,4 @@
-//! The volume-preserving correction of a deformed lattice.
+//! Volume-preserving correction of a deformed lattice.
 
 use std::sync::{Arc, Weak};
 
@@ -6,7 +6,7 @@ use super::adjacency::Adjacency;
 use super::clearance::{Clearance, Obstacles};
 use super::cubic::smallest_root;
 use super::external_forces::{self, ExternalForce};
-use super::field::{Field, turned};
+use super::field::{Field, rotated};
 use super::limits::{Limit, Limits};
 use super::line::Moving;
 use super::measure::Measure;
@@ -18,74 +18,85 @@ use crate::contact::SampleCells;
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
-/// A volume off by less than this part of itself counts as kept: what positions in `f32` let one ask for.
-const KEPT: f64 = 1e-6;
+/// Greatest relative residual of a kept volume: the accuracy that positions in `f32` allow.
+const VOLUME_TOLERANCE: f64 = 1e-6;
 
-/// Most passes of the active set of limited vertices. Three to five are common; the residual reports what the last one
-/// leaves.
+/// Maximum number of passes of the active-set iteration over limited vertices. Three to five are common. The
+/// residual reports the volume error after the last pass.
 const LIMITED_PASSES: usize = 8;
 
-/// Most rounds of [`Correction::keep_out`]: the first, those in which vertices go farther than was searched, and those in
-/// which the corrected surface enters a curved collider all the same. One or two are common.
+/// Maximum number of rounds of [`Correction::keep_out`].
+///
+/// A further round is needed if vertices move farther than the searched distance, or if the corrected surface
+/// still enters a curved collider. One or two rounds are common.
 const ROUNDS: usize = 16;
 
-/// Limits are searched this many times as far as vertices go, so that a later round that goes farther need not search
-/// again.
+/// Search distance of limits, as a multiple of the greatest displacement. The margin avoids a second search
+/// in a later round with larger displacements.
 const MARGIN: f64 = 1.25;
 
-/// Moves the vertices of a deformed lattice along a field until the volume is that at rest: equation (1) of
-/// Takamatsu & Kanai (2009), `vol(P^ + lambda V) = vol(P)`. With the scope `regional` they first move by a scale of
-/// their own each.
+/// Volume correction of one body: moves its lattice vertices along a field to restore the rest volume.
 ///
-/// Holds what is fixed once it is built. What an evaluation needs besides is a [`CorrectionWorkspace`], so that one
-/// correction serves several threads.
+/// It solves Takamatsu & Kanai 2009, Eq. (1): `vol(P^ + lambda V) = vol(P)`. With the scope `regional` each
+/// vertex first moves by its own scale. The correction is constant after its construction. An evaluation
+/// writes to a [`CorrectionWorkspace`], so that several threads can share one correction.
 #[derive(Clone, Debug)]
 pub struct Correction {
     measure: Measure,
     field: Field,
-    /// Shared with the workspaces whose ramps were made for it.
+    /// Shared with the workspaces whose ramps belong to this lattice.
     adjacency: Arc<Adjacency>,
     cell_size: f64,
+    /// Length of the ramp beside constrained vertices, in links.
     ramp_links: u32,
-    /// Of each component: volume at rest in cells, and the cap on `lambda` in cells.
+    /// Volume of each component at rest, in cubed cells.
     rest: Vec<f64>,
+    /// Cap on `lambda` of each component, in cells.
     caps: Vec<f64>,
     regional: Option<Regional>,
 }
 
-/// The buffers of a [`Correction`], and its results. May serve several corrections one after the other; allocates
-/// nothing once it has the size that the largest needs.
+/// Buffers and results of a [`Correction`].
+///
+/// One workspace may serve several corrections in sequence. It stops allocating once its buffers have the
+/// size that the largest correction needs.
 #[derive(Clone, Debug, Default)]
 pub struct CorrectionWorkspace {
     ramp: Option<Ramp>,
     scratch: Scratch,
     regional: RegionalScratch,
-    /// Forces by vertex.
+    /// Pairs of vertex and index of the external forces, sorted.
     order: Vec<(u32, u32)>,
     limits: Limits,
     clearance: Clearance,
+    /// Scale of each component, in cells.
     lambdas: Vec<f64>,
     reports: Vec<ComponentReport>,
 }
 
-/// What held vertices leave of the field.
+/// Factors of the field beside constrained vertices.
 #[derive(Clone, Debug)]
 struct Ramp {
     adjacency: Weak<Adjacency>,
-    held: Vec<u32>,
-    shares: Vec<f32>,
+    constrained: Vec<u32>,
+    /// Factor of each vertex, [0, 1].
+    factors: Vec<f32>,
 }
 
 impl Ramp {
-    fn is_of(&self, adjacency: &Arc<Adjacency>) -> bool {
+    /// Returns whether the ramp was built for this lattice.
+    fn belongs_to(&self, adjacency: &Arc<Adjacency>) -> bool {
         self.adjacency.as_ptr() == Arc::as_ptr(adjacency)
     }
 }
 
 impl CorrectionWorkspace {
-    /// Memory that it takes.
+    /// Returns the memory in bytes.
     pub fn bytes(&self) -> usize {
-        let ramp = self.ramp.as_ref().map_or(0, |ramp| size_of_val(&*ramp.held) + size_of_val(&*ramp.shares));
+        let ramp = self
+            .ramp
+            .as_ref()
+            .map_or(0, |ramp| size_of_val(&*ramp.constrained) + size_of_val(&*ramp.factors));
         ramp + self.scratch.bytes()
             + self.regional.bytes()
             + size_of_val(&*self.order)
@@ -97,21 +108,22 @@ impl CorrectionWorkspace {
 }
 
 impl Correction {
-    /// The correction that `options` ask for; `None` if that is none at all.
+    /// Creates the correction for `options`; `None` if they turn it off.
     ///
-    /// Beside held vertices the field rises over half of the body's thickness, at least two links: over a longer way
-    /// too little of the body would be left to give way, over a shorter one a crease shows.
+    /// Beside constrained vertices the field rises from 0 to 1 over half of the body's thickness, at least
+    /// two links. A longer ramp would leave too few vertices that can move, and a shorter one would leave a
+    /// visible crease.
     ///
     /// # Errors
-    /// [`VolumeError`]: a surface that cannot be the measure asked for, or a cap out of range.
+    /// Returns a [`VolumeError`] if the chosen measure cannot use the surface, or if the cap is out of range.
     pub fn new(
         lattice: &Lattice,
         surface: Option<Surface<'_>>,
         options: &VolumeOptions,
     ) -> Result<Option<Self>, VolumeError> {
-        let most = options.max_correction;
-        if !(most.is_finite() && most >= 0.0) {
-            return Err(VolumeError::MaxCorrection(most));
+        let max_correction = options.max_correction;
+        if !(max_correction.is_finite() && max_correction >= 0.0) {
+            return Err(VolumeError::MaxCorrection(max_correction));
         }
         let adjacency = Adjacency::new(lattice);
         let Some(measure) = Measure::choose(options.measure, lattice, surface, &adjacency)? else {
@@ -134,48 +146,51 @@ impl Correction {
             ramp_links: field.thickness.iter().fold(2.0, |links: f64, depth| links.max((depth / 2.0).ceil()))
                 as u32,
             rest: scratch.coefficients.iter().map(|c| c[0]).collect(),
-            caps: field.thickness.iter().map(|thickness| thickness * most).collect(),
+            caps: field.thickness.iter().map(|thickness| thickness * max_correction).collect(),
             field,
             adjacency: Arc::new(adjacency),
         }))
     }
 
-    /// The measure whose value is kept.
+    /// Returns the measure whose value is kept.
     pub fn measure(&self) -> VolumeMeasure {
         self.measure.kind()
     }
 
-    /// Memory that it takes: the field, the measure, the links.
+    /// Returns the memory in bytes: the field, the measure, the links.
     pub fn bytes(&self) -> usize {
         let regional = self.regional.as_ref().map_or(0, Regional::bytes);
         size_of_val(&*self.field.directions) + self.measure.bytes() + regional + self.adjacency.bytes()
     }
 
-    /// Sets which lattice vertices pins and handles hold: the correction leaves them in place, and fades in beside them.
-    /// Kept by the workspace until it serves the correction of another lattice. Allocates where the vertices change.
-    pub fn hold(&self, workspace: &mut CorrectionWorkspace, held: impl Iterator<Item = u32> + Clone) {
-        let ramp = workspace.ramp.as_ref().filter(|ramp| ramp.is_of(&self.adjacency));
-        if !ramp.map_or(&[][..], |ramp| &ramp.held).iter().copied().eq(held.clone()) {
-            let held: Vec<u32> = held.collect();
-            workspace.ramp = (!held.is_empty()).then(|| Ramp {
+    /// Sets the lattice vertices that pins and handles constrain.
+    ///
+    /// The correction does not move these vertices, and fades in beside them. The workspace keeps them until
+    /// it serves the correction of another lattice. Allocates only if the vertices change.
+    pub fn hold(&self, workspace: &mut CorrectionWorkspace, constrained: impl Iterator<Item = u32> + Clone) {
+        let ramp = workspace.ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency));
+        if !ramp.map_or(&[][..], |ramp| &ramp.constrained).iter().copied().eq(constrained.clone()) {
+            let constrained: Vec<u32> = constrained.collect();
+            workspace.ramp = (!constrained.is_empty()).then(|| Ramp {
                 adjacency: Arc::downgrade(&self.adjacency),
-                shares: external_forces::ramp(&self.adjacency, &held, self.ramp_links),
-                held,
+                factors: external_forces::ramp(&self.adjacency, &constrained, self.ramp_links),
+                constrained,
             });
         }
     }
 
     /// Corrects a deformed lattice: `corrected = deformed + lambda V`.
     ///
-    /// * `deformed`, `corrected`: (n, 3), lattice vertices in cells, body-local; any distance from the origin.
-    /// * `rotations`: (n, 4), quaternions (x, y, z, w) that turn the model's frame to that of `deformed`; for the
-    ///   field to fit, those of `deformed` itself.
-    /// * `forces`: external forces of contacts and grabs, in any order; see [`ExternalForce`].
+    /// * `deformed`, `corrected`: (n, 3), lattice vertices in cells, in the body's frame, at any distance
+    ///   from the origin.
+    /// * `rotations`: (n, 4), unit quaternions (x, y, z, w) from the model's frame to that of `deformed`. The
+    ///   field fits best with the rotations of the shape matching of `deformed`.
+    /// * `forces`: external forces from contacts and from the user, in any order; see [`ExternalForce`].
     ///
-    /// Returns one report a component of the lattice, in units of length. Finite positions never give NaN.
+    /// Returns one report per component of the lattice, in scene units. Finite positions never give NaN.
     ///
     /// # Panics
-    /// If the lengths differ from the lattice's, or a force names a vertex that it does not have.
+    /// If a length differs from the number of lattice vertices, or the vertex of a force is out of range.
     pub fn apply<'w>(
         &self,
         workspace: &'w mut CorrectionWorkspace,
@@ -188,7 +203,7 @@ impl Correction {
         self.write(workspace, deformed, corrected)
     }
 
-    /// Finds how far each vertex is to move; arguments as those of [`Correction::apply`].
+    /// Computes the displacement of each vertex; the arguments are those of [`Correction::apply`].
     pub(crate) fn solve(
         &self,
         workspace: &mut CorrectionWorkspace,
@@ -208,11 +223,11 @@ impl Correction {
         workspace.reports.resize(self.rest.len(), ComponentReport::default());
         workspace.limits.clear();
         workspace.scratch.place(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
-        self.turn_field(workspace, rotations);
+        self.rotate_field(workspace, rotations);
         let CorrectionWorkspace { scratch, order, regional: scales, .. } = workspace;
         external_forces::remove_force_directions(forces, order, &mut scratch.points);
         if let Some(regional) = &self.regional {
-            regional.give_back(scales, executor, &self.adjacency, &self.caps, &mut scratch.points);
+            regional.correct(scales, executor, &self.adjacency, &self.caps, &mut scratch.points);
         }
         self.solve_cubics(workspace, executor);
         let unit = self.cell_size.powi(3);
@@ -221,20 +236,21 @@ impl Correction {
         }
     }
 
-    /// The farthest that a vertex is to move, in cells.
-    fn reach(&self, workspace: &CorrectionWorkspace) -> f64 {
-        let lambda = of_vertex(&workspace.lambdas, &self.adjacency);
+    /// Returns the greatest displacement of a vertex, in cells.
+    fn greatest_displacement(&self, workspace: &CorrectionWorkspace) -> f64 {
+        let lambda = lambda_of(&workspace.lambdas, &self.adjacency);
         let scales = self.scales(&workspace.regional);
-        let way = |(i, point): (usize, &Moving)| {
+        let length = |(i, point): (usize, &Moving)| {
             let scale = lambda(i as u32) + scales.map_or(0.0, |s| f64::from(s[i]));
             let square: f64 = point.direction().iter().map(|&v| f64::from(v).powi(2)).sum();
             scale.abs() * square.sqrt()
         };
-        workspace.scratch.points.iter().enumerate().map(way).fold(0.0, f64::max)
+        workspace.scratch.points.iter().enumerate().map(length).fold(0.0, f64::max)
     }
 
-    /// Solves again, so that the correction moves no sample of the surface into a collider. To be called after
-    /// [`Correction::solve`]; `corrected` is scratch.
+    /// Limits displacements and solves again until the correction moves no surface sample into a collider.
+    ///
+    /// Must be called after [`Correction::solve`]; `corrected` is scratch.
     pub(crate) fn keep_out(
         &self,
         workspace: &mut CorrectionWorkspace,
@@ -244,19 +260,19 @@ impl Correction {
         deformed: &[[f32; 3]],
         corrected: &mut [[f32; 3]],
     ) {
-        // Out of the workspace while its limits are applied to the rest of it.
+        // Taken out of the workspace so that `limit` can borrow both.
         let mut clearance = std::mem::take(&mut workspace.clearance);
         let mut searched = 0.0;
         let curved = obstacles.are_curved();
         for _ in 0..ROUNDS {
-            let reach = self.reach(workspace);
-            let limited = if reach > searched {
-                searched = MARGIN * reach;
+            let greatest = self.greatest_displacement(workspace);
+            let limited = if greatest > searched {
+                searched = MARGIN * greatest;
                 clearance.find(samples, deformed, obstacles, searched);
                 !clearance.limits.is_empty()
             } else if searched > 0.0 && curved {
                 self.write(workspace, deformed, corrected);
-                clearance.cut(samples, corrected, obstacles)
+                clearance.add_entered(samples, corrected, obstacles)
             } else {
                 false
             };
@@ -268,29 +284,30 @@ impl Correction {
         workspace.clearance = clearance;
     }
 
-    /// Solves again with these limits: a vertex at its limit slides along the obstacle, and the others take up the
-    /// volume. An active set, in which the volume stays an exact cubic.
+    /// Solves again with limits, by an active-set iteration in which the volume remains an exact cubic.
+    ///
+    /// A vertex at its limit slides along the obstacle; the others take up the volume.
     fn limit(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
         let scales = self.scales(&workspace.regional);
         workspace.limits.begin(limits, &mut workspace.scratch.points, scales);
         for _ in 0..LIMITED_PASSES {
-            if !self.divert(workspace) {
+            if !self.update_motions(workspace) {
                 return;
             }
             self.solve_cubics(workspace, executor);
         }
-        self.divert(workspace);
-        self.settle(workspace, executor);
+        self.update_motions(workspace);
+        self.report_residuals(workspace, executor);
     }
 
-    /// Gives limited vertices their ways near `lambda`. Returns whether any has changed.
-    fn divert(&self, workspace: &mut CorrectionWorkspace) -> bool {
+    /// Updates the motions of limited vertices for the current `lambda`. Returns whether any has changed.
+    fn update_motions(&self, workspace: &mut CorrectionWorkspace) -> bool {
         let CorrectionWorkspace { limits, lambdas, scratch, .. } = workspace;
-        limits.divert(of_vertex(lambdas, &self.adjacency), &mut scratch.points)
+        limits.update_motions(lambda_of(lambdas, &self.adjacency), &mut scratch.points)
     }
 
-    /// Leaves `lambda` as it is and measures what it gives.
-    fn settle(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
+    /// Evaluates the volume for the current `lambda` and reports its residual, without a new solve.
+    fn report_residuals(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
         self.measure.evaluate(executor, &mut workspace.scratch);
         for component in 0..self.rest.len() {
             let [c0, c1, c2, c3] = workspace.scratch.coefficients[component];
@@ -300,10 +317,10 @@ impl Correction {
         }
     }
 
-    /// Moves the vertices as far as was found: `corrected = deformed + lambda V`. Returns one report a component.
+    /// Writes the corrected positions: `corrected = deformed + lambda V`. Returns one report per component.
     ///
     /// # Panics
-    /// If the lengths differ from the lattice's.
+    /// If a length differs from the number of lattice vertices.
     pub(crate) fn write<'w>(
         &self,
         workspace: &'w CorrectionWorkspace,
@@ -313,12 +330,12 @@ impl Correction {
         let n = self.adjacency.len();
         assert!(
             deformed.len() == n && corrected.len() == n,
-            "{n} lattice vertices, but {} positions and room for {}",
+            "{n} lattice vertices, but {} deformed and {} corrected positions",
             deformed.len(),
             corrected.len()
         );
         let scales = self.scales(&workspace.regional);
-        let lambda = of_vertex(&workspace.lambdas, &self.adjacency);
+        let lambda = lambda_of(&workspace.lambdas, &self.adjacency);
         let points = deformed.iter().zip(&workspace.scratch.points);
         for (i, (corrected, (deformed, point))) in corrected.iter_mut().zip(points).enumerate() {
             let scale = lambda(i as u32) as f32 + scales.map_or(0.0, |scales| scales[i]);
@@ -329,25 +346,26 @@ impl Correction {
         &workspace.reports
     }
 
-    /// The scale of each vertex, with the scope `regional`.
+    /// Returns the scale of each vertex with the scope `regional`, else `None`.
     fn scales<'w>(&self, regional: &'w RegionalScratch) -> Option<&'w [f32]> {
         self.regional.as_ref().map(|_| &*regional.scales)
     }
 
-    fn turn_field(&self, workspace: &mut CorrectionWorkspace, rotations: &[[f32; 4]]) {
+    /// Sets the directions of the points: the field at rest, rotated, times the ramp.
+    fn rotate_field(&self, workspace: &mut CorrectionWorkspace, rotations: &[[f32; 4]]) {
         for (point, (q, v)) in
             workspace.scratch.points.iter_mut().zip(rotations.iter().zip(&self.field.directions))
         {
-            point.set_direction(turned(q, v));
+            point.set_direction(rotated(q, v));
         }
-        if let Some(ramp) = workspace.ramp.as_ref().filter(|ramp| ramp.is_of(&self.adjacency)) {
-            for (point, share) in workspace.scratch.points.iter_mut().zip(&ramp.shares) {
-                point.set_direction(point.direction().map(|v| v * share));
+        if let Some(ramp) = workspace.ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency)) {
+            for (point, factor) in workspace.scratch.points.iter_mut().zip(&ramp.factors) {
+                point.set_direction(point.direction().map(|v| v * factor));
             }
         }
     }
 
-    /// One cubic for each component.
+    /// Solves Eq. (1): one cubic for each component.
     fn solve_cubics(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
         self.measure.evaluate(executor, &mut workspace.scratch);
         for component in 0..self.rest.len() {
@@ -358,22 +376,22 @@ impl Correction {
         }
     }
 
-    /// Reports by how much, in cubed cells, the volume of a component is then off.
-    fn report(&self, workspace: &mut CorrectionWorkspace, component: usize, left: f64) {
+    /// Writes the report of a component. `excess`: corrected volume minus rest volume, in cubed cells.
+    fn report(&self, workspace: &mut CorrectionWorkspace, component: usize, excess: f64) {
         let (unit, rest) = (self.cell_size.powi(3), self.rest[component]);
-        let residual = left / rest;
+        let residual = excess / rest;
         workspace.reports[component] = ComponentReport {
             rest: rest * unit,
             before: workspace.reports[component].before,
-            after: (rest + left) * unit,
+            after: (rest + excess) * unit,
             lambda: workspace.lambdas[component] * self.cell_size,
             residual,
-            capped: residual.abs() > KEPT,
+            capped: residual.abs() > VOLUME_TOLERANCE,
         };
     }
 }
 
-/// The `lambda` of each vertex: that of its component.
-fn of_vertex(lambdas: &[f64], adjacency: &Adjacency) -> impl Fn(u32) -> f64 {
+/// Returns a function from a vertex to the `lambda` of its component.
+fn lambda_of(lambdas: &[f64], adjacency: &Adjacency) -> impl Fn(u32) -> f64 {
     |vertex| lambdas[adjacency.component(vertex as usize)]
 }

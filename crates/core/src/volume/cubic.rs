@@ -1,38 +1,39 @@
-//! The root of least absolute value of a cubic polynomial, within a cap.
+//! Root of the cubic: the real root of least absolute value of a cubic polynomial, within a cap.
 //!
-//! Equation (1) of Takamatsu & Kanai (2009) is a cubic in the scale `lambda` of the correction, of which they take
-//! the root of least absolute value. A closed formula loses that root where the leading coefficients all but vanish,
-//! which happens whenever the field has little volume of its own. So the line is cut at the stationary points, and
-//! the piece nearest to zero on which the sign changes is bisected over the floating-point numbers themselves:
-//! at most 64 evaluations, no iteration that could fail to converge, and full accuracy at every magnitude.
+//! Takamatsu & Kanai 2009, Eq. (1), is a cubic in the scale `lambda` of the correction; they use the root of
+//! least absolute value. A closed-form solution loses that root if the leading coefficients almost vanish,
+//! which happens whenever the field encloses little volume of its own. Here the line is split at the
+//! stationary points, and the interval nearest to zero with a change of sign is bisected over the bit
+//! patterns of the floating-point numbers. The bisection needs at most 64 evaluations, always converges, and
+//! has full accuracy at every magnitude.
 
-/// The farthest that is looked, in any unit: beyond it the cube of `lambda` could overflow.
-const FARTHEST: f64 = 1e75;
+/// Greatest magnitude of a root that is searched: beyond it the cube of `lambda` could overflow.
+const MAX_MAGNITUDE: f64 = 1e75;
 
-/// Rounding of Horner's rule on a cubic, in units of the sum of its terms' magnitudes (six roundings, doubled).
+/// Rounding error of Horner's rule on a cubic, relative to the sum of |terms| (six roundings, doubled).
 const ROUNDING: f64 = 12.0 * f64::EPSILON;
 
-/// What [`smallest_root`] found.
+/// Result of [`smallest_root`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
-    /// The root; where there is none within the cap, the point within the cap where the polynomial is least in
+    /// The root; without a root within the cap, the point within the cap at which the polynomial is least in
     /// magnitude.
     pub lambda: f64,
-    /// The polynomial's value at `lambda`.
+    /// Value of the polynomial at `lambda`.
     pub residual: f64,
-    /// Whether there is no root within the cap.
+    /// Whether no root lies within the cap.
     pub capped: bool,
 }
 
-/// The root of least absolute value of `c[0] + c[1] x + c[2] x^2 + c[3] x^3` in `-cap ..= cap`.
+/// Returns the root of least absolute value of `c[0] + c[1] x + c[2] x^2 + c[3] x^3` in `-cap ..= cap`.
 ///
-/// * Any coefficients may vanish. Of two roots of equal magnitude the positive one is taken.
+/// * Any coefficients may vanish. Of two roots of equal magnitude the positive one is returned.
 /// * A stationary point whose value is zero up to rounding is a (double or triple) root.
-/// * No root within the cap: the point within the cap of least residual, with `capped` set. Among equals the one
-///   nearest to zero, so that a constant polynomial gives zero.
-/// * `cap` may be infinite; zero, negative or NaN allow `lambda = 0` alone.
+/// * Without a root within the cap, the result is the point within the cap of least residual, with `capped`
+///   set. Of equal residuals the point nearest to zero is returned, so that a constant polynomial gives zero.
+/// * `cap` may be infinite. A cap that is zero, negative or NaN allows only `lambda = 0`.
 /// * The backward error `|p(lambda)| / sum |c_i lambda^i|` of a root is below `1e-14`.
-/// * Finite coefficients never give NaN; others give `lambda = 0`, capped.
+/// * Finite coefficients never give NaN. Other coefficients give `lambda = 0`, capped.
 pub fn smallest_root(c: [f64; 4], cap: f64) -> Root {
     if c[0] == 0.0 {
         return Root { lambda: 0.0, residual: 0.0, capped: false };
@@ -41,66 +42,67 @@ pub fn smallest_root(c: [f64; 4], cap: f64) -> Root {
     if !c.iter().all(|c| c.is_finite()) || cap.is_nan() || cap <= 0.0 {
         return Root { lambda: 0.0, residual: c[0], capped: true };
     }
-    // Dividing by a power of two rounds nothing, leaves every root in its place and keeps products in range.
+    // Division by a power of two is exact, does not change the roots, and keeps products in range.
     let unit = power_of_two_below(largest);
     let scaled = Scaled(c.map(|c| c / unit));
-    let end = if cap.is_finite() { cap.min(FARTHEST) } else { scaled.root_bound().min(FARTHEST) };
+    let end = if cap.is_finite() { cap.min(MAX_MAGNITUDE) } else { scaled.root_bound().min(MAX_MAGNITUDE) };
     let stationary = scaled.stationary();
 
-    let ahead = scaled.first_root(&stationary, end, 1.0);
-    // The far side only matters as far out as what the near side has found.
-    let behind = scaled.first_root(&stationary, ahead.map_or(end, |root| root.min(end)), -1.0);
-    let lambda = match (ahead, behind) {
-        (Some(ahead), Some(behind)) if behind < ahead => Some(-behind),
-        (Some(ahead), _) => Some(ahead),
-        (None, behind) => behind.map(|behind| -behind),
+    let positive = scaled.first_root(&stationary, end, 1.0);
+    // The negative side only matters up to the magnitude of the positive root.
+    let negative = scaled.first_root(&stationary, positive.map_or(end, |root| root.min(end)), -1.0);
+    let lambda = match (positive, negative) {
+        (Some(positive), Some(negative)) if negative < positive => Some(-negative),
+        (Some(positive), _) => Some(positive),
+        (None, negative) => negative.map(|negative| -negative),
     };
     let (lambda, capped) = match lambda {
         Some(lambda) => (lambda, false),
-        None => (scaled.least(&stationary, end), true),
+        None => (scaled.least_residual(&stationary, end), true),
     };
     Root { lambda, residual: scaled.at(lambda) * unit, capped }
 }
 
-/// The largest power of two that `x > 0` reaches, of the normal numbers.
+/// Returns the largest normal power of two that is at most `x > 0`; the smallest one for subnormal `x`.
 fn power_of_two_below(x: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff << 52;
     f64::from_bits(x.to_bits() & EXPONENT).max(f64::MIN_POSITIVE)
 }
 
-/// A cubic whose largest coefficient has a magnitude from one to two.
+/// Cubic whose largest coefficient has a magnitude in [1, 2).
 struct Scaled([f64; 4]);
 
 impl Scaled {
+    /// Evaluates the cubic.
     fn at(&self, x: f64) -> f64 {
         let c = &self.0;
         ((c[3] * x + c[2]) * x + c[1]) * x + c[0]
     }
 
-    /// Whether the value at `x` cannot be told from zero.
+    /// Returns whether the value at `x` is zero up to rounding.
     fn vanishes(&self, x: f64) -> bool {
         let (c, m) = (self.0.map(f64::abs), x.abs());
         self.at(x).abs() <= ROUNDING * (((c[3] * m + c[2]) * m + c[1]) * m + c[0])
     }
 
-    /// A magnitude that no root exceeds (Fujiwara 1916), of the polynomial without its vanishing leading terms.
+    /// Returns an upper bound of the roots' magnitudes (Fujiwara 1916), without leading zero coefficients.
     fn root_bound(&self) -> f64 {
         let c = self.0;
         let Some(degree) = (1..4).rev().find(|&i| c[i] != 0.0) else { return 1.0 };
         let bound =
             (1..=degree).map(|k| (c[degree - k] / c[degree]).abs().powf(1.0 / k as f64)).fold(0.0, f64::max);
-        // Twice the largest bounds the roots; the rest is room for the rounding of the powers.
+        // Twice the maximum bounds the roots; the factor 2.5 allows for the rounding of `powf`.
         2.5 * bound
     }
 
-    /// The real stationary points, in no order; NaN stands for one that does not exist.
+    /// Returns the real stationary points, unordered; NaN for one that does not exist.
     fn stationary(&self) -> [f64; 2] {
         let [_, c1, c2, c3] = self.0;
-        // A quarter of the discriminant of 3 c3 x^2 + 2 c2 x + c1, with the rounding of one product given back, so
-        // that a double stationary point is not lost to cancellation.
+        // A quarter of the discriminant of 3 c3 x^2 + 2 c2 x + c1, compensated for the rounding of one
+        // product, so that cancellation does not lose a double stationary point.
         let product = 3.0 * c3 * c1;
-        let lost = (3.0 * c3).mul_add(c1, -product);
-        let discriminant = c2.mul_add(c2, -product) - lost;
+        let product_error = (3.0 * c3).mul_add(c1, -product);
+        let discriminant = c2.mul_add(c2, -product) - product_error;
         let noise = 4.0 * f64::EPSILON * c2 * c2;
         if discriminant < -noise {
             return [f64::NAN; 2];
@@ -109,35 +111,37 @@ impl Scaled {
         [q / (3.0 * c3), c1 / q].map(|x| if x.is_finite() { x } else { f64::NAN })
     }
 
-    /// The magnitude of the first root on the way from zero to `end` in direction `side` (1 or -1).
+    /// Returns the magnitude of the root nearest to zero up to `end` on one side (1: positive, -1: negative).
     fn first_root(&self, stationary: &[f64; 2], end: f64, side: f64) -> Option<f64> {
-        let mut stops = [end; 3];
-        for (stop, x) in stops.iter_mut().zip(stationary) {
+        let mut interval_ends = [end; 3];
+        for (interval_end, x) in interval_ends.iter_mut().zip(stationary) {
             let distance = x * side;
             if distance > 0.0 && distance < end {
-                *stop = distance;
+                *interval_end = distance;
             }
         }
-        if stops[0] > stops[1] {
-            stops.swap(0, 1);
+        if interval_ends[0] > interval_ends[1] {
+            interval_ends.swap(0, 1);
         }
         let above = self.0[0] > 0.0;
         let mut from = 0.0;
-        for stop in stops {
-            if stop < end && self.vanishes(side * stop) {
-                return Some(stop);
+        for interval_end in interval_ends {
+            if interval_end < end && self.vanishes(side * interval_end) {
+                return Some(interval_end);
             }
-            let value = self.at(side * stop);
+            let value = self.at(side * interval_end);
             if value == 0.0 || (value > 0.0) != above {
-                return Some(self.bisect(from, stop, side, above));
+                return Some(self.bisect(from, interval_end, side, above));
             }
-            from = stop;
+            from = interval_end;
         }
         None
     }
 
-    /// The magnitude in `low ..= high` at which the sign first differs from `above`, or its neighbour below, whichever
-    /// has the lesser value. The bit patterns of non-negative numbers are in the order of the numbers.
+    /// Bisects `low ..= high` for the change of sign; `above`: whether the value at `low` is positive.
+    ///
+    /// Returns that of the two adjacent numbers around the sign change with the smaller residual. The bit
+    /// patterns of non-negative numbers have the order of the numbers.
     fn bisect(&self, low: f64, high: f64, side: f64, above: bool) -> f64 {
         let (mut low, mut high) = (low.to_bits(), high.to_bits());
         while high - low > 1 {
@@ -153,8 +157,8 @@ impl Scaled {
         if self.at(side * low).abs() < self.at(side * high).abs() { low } else { high }
     }
 
-    /// The point of `-end ..= end` of least magnitude of the value; among equals the one nearest to zero.
-    fn least(&self, stationary: &[f64; 2], end: f64) -> f64 {
+    /// Returns the point in `-end ..= end` of least residual; of equal residuals the point nearest to zero.
+    fn least_residual(&self, stationary: &[f64; 2], end: f64) -> f64 {
         let candidates = [stationary[0], stationary[1], end, -end];
         let mut least = 0.0_f64;
         for x in candidates.into_iter().filter(|x| x.abs() <= end) {
@@ -171,12 +175,13 @@ impl Scaled {
 mod tests {
     use super::*;
 
+    /// Returns the coefficients of the cubic with the roots `a`, `b`, `c`.
     fn roots(a: f64, b: f64, c: f64) -> [f64; 4] {
         [-a * b * c, a * b + b * c + c * a, -(a + b + c), 1.0]
     }
 
     #[test]
-    fn lower_degrees() {
+    fn linear_quadratic_and_constant_polynomials_are_solved() {
         let linear = smallest_root([1.0, -4.0, 0.0, 0.0], f64::INFINITY);
         assert_eq!((linear.lambda, linear.residual, linear.capped), (0.25, 0.0, false));
         let quadratic = smallest_root([2.0, -3.0, 1.0, 0.0], f64::INFINITY);
@@ -188,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn double_and_triple_roots() {
+    fn double_and_triple_roots_are_found() {
         for r in [1.0, -0.5, 3.0, 1e-20] {
             let double = smallest_root(roots(r, r, 7.0), f64::INFINITY);
             assert!(!double.capped && (double.lambda - r).abs() <= 1e-12 * r.abs(), "{r}: {double:?}");
@@ -198,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fold_gives_the_stationary_point() {
+    fn near_double_root_gives_the_stationary_point() {
         // (x - 1)^2 + e: no root near 1 for e > 0.
         for e in [1e-3, 1e-9, 1e-15, 0.0] {
             let fold = smallest_root([1.0 + e, -2.0, 1.0, 0.0], 10.0);
@@ -208,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cap() {
+    fn cap_limits_the_root_and_sets_capped() {
         let capped = smallest_root([-8.0, 0.0, 0.0, 1.0], 1.5);
         assert_eq!((capped.lambda, capped.residual, capped.capped), (1.5, 1.5_f64.powi(3) - 8.0, true));
         assert_eq!(smallest_root([-8.0, 0.0, 0.0, 1.0], 2.0).lambda, 2.0);
@@ -224,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn vanishing_leading_coefficients_do_not_send_the_root_away() {
+    fn tiny_leading_coefficients_keep_the_root_accurate() {
         let root = smallest_root([-0.5, 1.0, 1e-30, -1e-30], f64::INFINITY);
         assert!((root.lambda - 0.5).abs() < 1e-15, "{root:?}");
         let far = smallest_root([1.0, 0.0, 0.0, 1e-30], f64::INFINITY);
@@ -232,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn not_finite() {
+    fn non_finite_coefficients_give_zero_and_finite_ones_never_nan() {
         let root = smallest_root([1.0, f64::NAN, 0.0, 0.0], 1.0);
         assert_eq!((root.lambda, root.capped), (0.0, true));
         assert!(!smallest_root([f64::MAX, f64::MIN, f64::MAX, f64::MIN], f64::INFINITY).lambda.is_nan());

@@ -1,38 +1,45 @@
-//! Constraints on the field: external forces, and held vertices.
+//! External forces (Takamatsu & Kanai 2009, Eq. (2)) and constrained vertices in the deformation field.
 
 use super::adjacency::Adjacency;
 use super::line::Moving;
 
-/// An external force on a lattice vertex, of a contact or a grab; never gravity, which all vertices share.
+/// External force on a lattice vertex, from a contact or from the user; gravity is not included.
 ///
-/// Given as a length, so that it does not depend on the units of mass and time: how far the force moves the vertex
-/// in one step where nothing else acts, over the stiffness `alpha`. (A force `f` on a mass `m` through a step `dt`:
-/// `f dt^2 / (m alpha)`; a contact that forces a vertex out by `d` and takes the velocity `v` from it: `d + v dt`.)
+/// The force is a length, so that it does not depend on the units of mass and time: the displacement of the
+/// free vertex in one step, divided by the stiffness `alpha`. A force `f` on a mass `m` during a step `dt`
+/// gives `f dt^2 / (m alpha)`. A contact that displaces a vertex by `d` and changes its velocity by `v` gives
+/// `d + v dt`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExternalForce {
-    /// The lattice vertex.
+    /// Lattice vertex.
     pub vertex: u32,
-    /// Direction and size of the force, in cells and world axes. Zero and non-finite ones count as none.
+    /// Force vector in cells, in world axes. Zero and non-finite forces have no effect.
     pub offset: [f32; 3],
 }
 
-/// The force, in cells, at which half of the field's part along it is gone.
+/// Force, in cells, that removes half of the field's component along it.
 ///
-/// It is well below what a vertex that rests on the ground needs to carry its own weight in a stiff body, and well
-/// above rounding: contacts that carry weight count in full, and a grazing one fades in with the square of its force.
+/// It is well below the force that carries the weight of a vertex at rest on the ground in a stiff body, and
+/// well above rounding. Contacts that carry weight therefore have their full effect, and the effect of a
+/// grazing contact fades in with the square of its force.
 pub const HALF_FORCE: f64 = 1e-3;
 
-/// Pushes beyond this many times [`HALF_FORCE`] count as this many: the matrix below stays well conditioned.
-const STRONGEST: f64 = 1e4;
+/// Clamp of a force, in units of [`HALF_FORCE`]; it keeps the matrix of the solve well conditioned.
+const MAX_FORCE: f64 = 1e4;
 
-/// Takes the forces' directions out of the field: equation (2) of Takamatsu & Kanai (2009), softened.
+/// Removes the directions of external forces from the field: Takamatsu & Kanai 2009, Eq. (2), regularised.
 ///
-/// Each vertex takes the `v'` that minimises `|v' - v|^2 + sum (f . v')^2 / f0^2`, that is `(I + F) v' = v` with
-/// `F = sum f f^T / f0^2` and `f0 =` [`HALF_FORCE`]. For one force that is `v - s (v . f^) f^` with
-/// `s = |f|^2 / (|f|^2 + f0^2)`: the paper's equation for a strong one, and nothing at all for a weak one, where the
-/// paper's pops. Several forces take away all that they span, in whichever order they come.
+/// ```text
+/// paper:   v' = v - (v . f^) f^,  f^ = f / |f|                                              (Eq. 2)
+/// here:    v' minimises |v' - v|^2 + sum (f . v')^2 / f0^2,  the sum over the forces f on the vertex
+///          which is (I + F) v' = v,  F = sum f f^T / f0^2,  f0 = HALF_FORCE
+/// ```
 ///
-/// `order` is scratch: it keeps its room between calls.
+/// A single force gives `v' = v - s (v . f^) f^` with `s = |f|^2 / (|f|^2 + f0^2)`. A strong
+/// force gives Eq. (2), `s = 1`. A weak force gives `s` near 0, where Eq. (2) would jump. Several forces
+/// remove all directions in their span, independently of their order.
+///
+/// `order` is scratch; it keeps its capacity between calls.
 pub(super) fn remove_force_directions(
     forces: &[ExternalForce],
     order: &mut Vec<(u32, u32)>,
@@ -42,7 +49,7 @@ pub(super) fn remove_force_directions(
     order.extend(forces.iter().enumerate().map(|(index, force)| (force.vertex, index as u32)));
     order.sort_unstable();
     for group in order.chunk_by(|a, b| a.0 == b.0) {
-        // The upper triangle of I + F: xx, xy, xz, yy, yz, zz.
+        // Upper triangle of I + F: xx, xy, xz, yy, yz, zz.
         let mut matrix = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
         for &(_, index) in group {
             let [x, y, z] = in_half_forces(&forces[index as usize].offset);
@@ -55,18 +62,18 @@ pub(super) fn remove_force_directions(
     }
 }
 
-/// A force in units of [`HALF_FORCE`], no longer than [`STRONGEST`].
+/// Returns a force in units of [`HALF_FORCE`], clamped to the length [`MAX_FORCE`]; zero if it is not finite.
 fn in_half_forces(offset: &[f32; 3]) -> [f64; 3] {
     let f = offset.map(|x| f64::from(x) / HALF_FORCE);
     let length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
     if !length.is_finite() {
         return [0.0; 3];
     }
-    let factor = if length > STRONGEST { STRONGEST / length } else { 1.0 };
+    let factor = if length > MAX_FORCE { MAX_FORCE / length } else { 1.0 };
     f.map(|f| f * factor)
 }
 
-/// Solves a symmetric system with eigenvalues of one and more, by Cholesky's factors.
+/// Solves a symmetric system with eigenvalues >= 1, by an LDL^T (square-root-free Cholesky) factorisation.
 fn solve(&[xx, xy, xz, yy, yz, zz]: &[f64; 6], b: [f64; 3]) -> [f64; 3] {
     let (l10, l20) = (xy / xx, xz / xx);
     let d1 = (yy - l10 * xy).max(1.0);
@@ -78,22 +85,24 @@ fn solve(&[xx, xy, xz, yy, yz, zz]: &[f64; 6], b: [f64; 3]) -> [f64; 3] {
     [b[0] / xx - l10 * y - l20 * z, y, z]
 }
 
-/// How much of the field is left at each vertex beside held ones: 0 at a held vertex, rising smoothly to 1 at
-/// `ramp` links from it, so that no crease shows beside a pin. All ones if nothing is held.
-pub(super) fn ramp(adjacency: &Adjacency, held: &[u32], ramp: u32) -> Vec<f32> {
-    let ramp = ramp.max(1);
-    let share = |distance: u32| {
-        let t = f64::from(distance.min(ramp)) / f64::from(ramp);
+/// Returns the field's factor at each vertex: 0 at a constrained vertex, rising smoothly to 1 `links` away.
+///
+/// The smooth transition avoids a crease beside a pin. All factors are 1 if no vertex is constrained.
+pub(super) fn ramp(adjacency: &Adjacency, constrained: &[u32], links: u32) -> Vec<f32> {
+    let links = links.max(1);
+    let factor = |distance: u32| {
+        let t = f64::from(distance.min(links)) / f64::from(links);
         (t * t * (3.0 - 2.0 * t)) as f32
     };
-    adjacency.distances(held.iter().map(|&i| i as usize)).into_iter().map(share).collect()
+    adjacency.distances(constrained.iter().map(|&i| i as usize)).into_iter().map(factor).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn left(v: [f32; 3], offsets: &[[f32; 3]]) -> [f32; 3] {
+    /// Returns the field direction `v` after the removal of the forces `offsets`.
+    fn remaining(v: [f32; 3], offsets: &[[f32; 3]]) -> [f32; 3] {
         let forces: Vec<ExternalForce> =
             offsets.iter().map(|&offset| ExternalForce { vertex: 0, offset }).collect();
         let mut points = [Moving::new([0.0; 3], v)];
@@ -101,30 +110,31 @@ mod tests {
         points[0].direction()
     }
 
-    fn near(a: [f32; 3], b: [f32; 3], tolerance: f32) {
+    fn assert_near(a: [f32; 3], b: [f32; 3], tolerance: f32) {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance), "{a:?} {b:?}");
     }
 
     #[test]
-    fn one_push_has_the_stated_weight() {
+    fn single_force_has_the_documented_weight() {
         let half = HALF_FORCE as f32;
-        near(left([0.6, 0.8, 0.0], &[[0.0, half, 0.0]]), [0.6, 0.4, 0.0], 1e-7);
-        near(left([0.6, 0.8, 0.0], &[[0.0, 3.0 * half, 0.0]]), [0.6, 0.08, 0.0], 1e-7);
-        near(left([0.6, 0.8, 0.0], &[[0.0, 1.0, 0.0]]), [0.6, 0.0, 0.0], 1e-6);
-        near(left([1.0, 0.0, 0.0], &[[1.0, 1.0, 0.0]]), [0.5, -0.5, 0.0], 1e-6);
-        near(left([0.6, 0.8, 0.0], &[[0.0, half * 1e-4, 0.0]]), [0.6, 0.8, 0.0], 1e-7);
+        assert_near(remaining([0.6, 0.8, 0.0], &[[0.0, half, 0.0]]), [0.6, 0.4, 0.0], 1e-7);
+        assert_near(remaining([0.6, 0.8, 0.0], &[[0.0, 3.0 * half, 0.0]]), [0.6, 0.08, 0.0], 1e-7);
+        assert_near(remaining([0.6, 0.8, 0.0], &[[0.0, 1.0, 0.0]]), [0.6, 0.0, 0.0], 1e-6);
+        assert_near(remaining([1.0, 0.0, 0.0], &[[1.0, 1.0, 0.0]]), [0.5, -0.5, 0.0], 1e-6);
+        assert_near(remaining([0.6, 0.8, 0.0], &[[0.0, half * 1e-4, 0.0]]), [0.6, 0.8, 0.0], 1e-7);
     }
 
     #[test]
-    fn several_pushes_take_their_span() {
-        near(left([0.5, 0.6, 0.7], &[[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]), [0.0, 0.0, 0.7], 1e-5);
-        near(left([0.5, 0.6, 0.7], &[[1.0, 0.0, 0.0], [1e-30, 1e30, 0.0], [0.0, 2.0, 5.0]]), [0.0; 3], 1e-5);
+    fn several_forces_remove_their_span() {
+        assert_near(remaining([0.5, 0.6, 0.7], &[[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]), [0.0, 0.0, 0.7], 1e-5);
+        let forces = [[1.0, 0.0, 0.0], [1e-30, 1e30, 0.0], [0.0, 2.0, 5.0]];
+        assert_near(remaining([0.5, 0.6, 0.7], &forces), [0.0; 3], 1e-5);
     }
 
     #[test]
-    fn no_push_and_no_number_are_nothing() {
+    fn zero_and_non_finite_forces_have_no_effect() {
         let v = [0.5, 0.6, 0.7];
-        assert_eq!(left(v, &[[0.0; 3], [f32::NAN, 0.0, 0.0], [f32::INFINITY, 1.0, 0.0]]), v);
-        near(left(v, &[[f32::MAX; 3]]), [-0.1, 0.0, 0.1], 1e-6);
+        assert_eq!(remaining(v, &[[0.0; 3], [f32::NAN, 0.0, 0.0], [f32::INFINITY, 1.0, 0.0]]), v);
+        assert_near(remaining(v, &[[f32::MAX; 3]]), [-0.1, 0.0, 0.1], 1e-6);
     }
 }

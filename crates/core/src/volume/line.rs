@@ -1,16 +1,16 @@
-//! Points that move along straight lines, and determinants of them: cubics in the distance moved.
+//! Points that move along straight lines, and their determinants, which are cubics in `lambda`.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8, f64x4, u8x32};
 
-/// A point `p + lambda v`, as `(p, 0, v, 0)`: one register of eight lanes.
+/// Point `p + lambda v`, stored as `(p, 0, v, 0)` in one register of eight lanes.
 ///
-/// Units: cells. `p` is relative to a center near the body, so that single precision is fine enough.
+/// The unit is cells. `p` is relative to a center near the body, so that f32 is accurate enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Moving([f32; 8]);
 
 impl Moving {
-    /// A place and its direction.
+    /// Creates a point from its position and direction.
     #[cfg(test)]
     pub(super) fn new(place: [f32; 3], direction: [f32; 3]) -> Self {
         let mut moving = Self::default();
@@ -19,13 +19,13 @@ impl Moving {
         moving
     }
 
-    /// `p`.
+    /// Returns `p`.
     #[inline]
     pub(super) fn place(&self) -> [f32; 3] {
         [self.0[0], self.0[1], self.0[2]]
     }
 
-    /// `v`.
+    /// Returns `v`.
     #[inline]
     pub(super) fn direction(&self) -> [f32; 3] {
         [self.0[4], self.0[5], self.0[6]]
@@ -36,11 +36,11 @@ impl Moving {
         [self.0[0], self.0[1], self.0[2]] = [x, y, z];
     }
 
-    /// Moves by `way` times the direction.
+    /// Moves the point: `p += scale * v`.
     #[inline]
-    pub(super) fn advance(&mut self, way: f32) {
+    pub(super) fn advance(&mut self, scale: f32) {
         for k in 0..3 {
-            self.0[k] += way * self.0[4 + k];
+            self.0[k] += scale * self.0[4 + k];
         }
     }
 
@@ -55,7 +55,7 @@ impl Moving {
     }
 }
 
-/// Some of the points.
+/// Loads the points with these indices.
 #[inline(always)]
 pub(super) fn load<S: Simd, const N: usize>(simd: S, points: &[Moving], numbers: &[u32; N]) -> [f32x8<S>; N] {
     let mut loaded = [f32x8::splat(simd, 0.0); N];
@@ -65,7 +65,7 @@ pub(super) fn load<S: Simd, const N: usize>(simd: S, points: &[Moving], numbers:
     loaded
 }
 
-/// A vector `p + lambda v` in double precision.
+/// Vector `p + lambda v` in f64.
 #[derive(Clone, Copy)]
 pub(super) struct Line<S: Simd> {
     p: f64x4<S>,
@@ -79,20 +79,20 @@ impl<S: Simd> Line<S> {
         Self { p: zero, v: zero }
     }
 
-    /// The components in the order (x, y, z).
+    /// Converts a point, with components in the order (x, y, z).
     #[inline(always)]
     pub(super) fn xyz(simd: S, moving: f32x8<S>) -> Self {
         let (p, v) = simd.widen_f32x8(moving);
         Self { p, v }
     }
 
-    /// The components in the order (y, z, x).
+    /// Converts a point, with components in the order (y, z, x).
     #[inline(always)]
     pub(super) fn yzx(simd: S, moving: f32x8<S>) -> Self {
         Self::xyz(simd, ordered(simd, moving, YZX))
     }
 
-    /// The components in the order (z, x, y).
+    /// Converts a point, with components in the order (z, x, y).
     #[inline(always)]
     pub(super) fn zxy(simd: S, moving: f32x8<S>) -> Self {
         Self::xyz(simd, ordered(simd, moving, ZXY))
@@ -103,7 +103,7 @@ impl<S: Simd> Line<S> {
         Self { p: self.p + other.p, v: self.v + other.v }
     }
 
-    /// `self + factor * other`.
+    /// Returns `self + factor * other`.
     #[inline(always)]
     pub(super) fn plus_times(self, other: Self, factor: f64x4<S>) -> Self {
         Self { p: other.p.mul_add(factor, self.p), v: other.v.mul_add(factor, self.v) }
@@ -113,7 +113,7 @@ impl<S: Simd> Line<S> {
 const YZX: [u8; 32] = bytes([1, 2, 0, 3]);
 const ZXY: [u8; 32] = bytes([2, 0, 1, 3]);
 
-/// The bytes of each half of a register, with its four lanes in another order.
+/// Returns the byte indices that permute the four lanes of each half of a register.
 const fn bytes(order: [u8; 4]) -> [u8; 32] {
     let mut bytes = [0; 32];
     let mut i = 0;
@@ -124,13 +124,13 @@ const fn bytes(order: [u8; 4]) -> [u8; 32] {
     bytes
 }
 
-/// Both vectors with their components in another order.
+/// Permutes the components of `p` and `v`.
 #[inline(always)]
 fn ordered<S: Simd>(simd: S, moving: f32x8<S>, order: [u8; 32]) -> f32x8<S> {
     simd.swizzle_dyn_within_blocks_f32x8(moving, u8x32::load_array(simd, order))
 }
 
-/// A vector of a cross product.
+/// Factor of a cross product: a vector in two component orders.
 #[derive(Clone, Copy)]
 pub(super) struct Arm<S: Simd> {
     xyz: Line<S>,
@@ -144,7 +144,7 @@ impl<S: Simd> Arm<S> {
     }
 }
 
-/// A sum of determinants: of each power of `lambda` the coefficient, as the parts that three components add to it.
+/// Sum of determinants: the coefficient of each power of `lambda`, as the parts of three vector components.
 #[derive(Clone, Copy)]
 pub(super) struct Determinants<S: Simd>([f64x4<S>; 4]);
 
@@ -154,7 +154,7 @@ impl<S: Simd> Determinants<S> {
         Self([f64x4::splat(simd, 0.0); 4])
     }
 
-    /// Adds `det[a, b, c]`, where `a` is in the order (z, x, y), as the products come.
+    /// Adds `det[a, b, c]`; `a` is in the order (z, x, y), which is that of the cross product.
     #[inline(always)]
     pub(super) fn add(&mut self, a: Line<S>, b: Arm<S>, c: Arm<S>) {
         let n0 = cross(b.xyz.p, b.yzx.p, c.xyz.p, c.yzx.p);
@@ -167,7 +167,7 @@ impl<S: Simd> Determinants<S> {
         *c3 = a.v.mul_add(n2, *c3);
     }
 
-    /// The coefficients of the sum, that of `lambda^k` at index `k`.
+    /// Returns the coefficients of the sum, that of `lambda^k` at index `k`.
     #[inline(always)]
     pub(super) fn coefficients(self) -> [f64; 4] {
         let mut coefficients = [0.0; 4];
@@ -179,7 +179,7 @@ impl<S: Simd> Determinants<S> {
     }
 }
 
-/// The first two coefficients of a determinant, for which [`Determinants`] would do twice the work.
+/// Returns the first two coefficients of a determinant, at half the cost of [`Determinants`].
 #[inline(always)]
 pub(super) fn value_and_slope<S: Simd>(a: Line<S>, b: Arm<S>, c: Arm<S>) -> [f64; 2] {
     let n0 = cross(b.xyz.p, b.yzx.p, c.xyz.p, c.yzx.p);
@@ -189,7 +189,7 @@ pub(super) fn value_and_slope<S: Simd>(a: Line<S>, b: Arm<S>, c: Arm<S>) -> [f64
     [x0 + y0 + z0, x1 + y1 + z1]
 }
 
-/// `a x b` in the order (z, x, y), from both in the orders (x, y, z) and (y, z, x).
+/// Returns `a x b` in the order (z, x, y), from both vectors in the orders (x, y, z) and (y, z, x).
 #[inline(always)]
 fn cross<S: Simd>(a: f64x4<S>, a_yzx: f64x4<S>, b: f64x4<S>, b_yzx: f64x4<S>) -> f64x4<S> {
     a.mul_add(b_yzx, -(a_yzx * b))

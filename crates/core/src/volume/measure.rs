@@ -1,4 +1,4 @@
-//! The measures of a body: its volume as a cubic of how far its points have moved.
+//! Volume measures of a body: its volume as a cubic in the scale `lambda`.
 
 use fearless_simd::{Simd, dispatch};
 
@@ -12,7 +12,7 @@ use crate::lattice::Lattice;
 use crate::parallel::Executor;
 use crate::simd::level;
 
-/// A volume as an exact cubic of the scale `lambda`, for each component of the lattice.
+/// Volume of each component of the lattice as an exact cubic in the scale `lambda`.
 #[derive(Clone, Debug)]
 pub(super) enum Measure {
     Lattice(RowMeasure<6>),
@@ -21,7 +21,7 @@ pub(super) enum Measure {
 }
 
 impl Measure {
-    /// The measure that a choice means; none for [`Preservation::Off`].
+    /// Creates the chosen measure; `None` for [`Preservation::Off`].
     pub(super) fn choose(
         choice: Preservation,
         lattice: &Lattice,
@@ -40,10 +40,12 @@ impl Measure {
         }
     }
 
+    /// Creates the measure `lattice`.
     pub(super) fn lattice(adjacency: &Adjacency) -> Self {
         Self::Lattice(RowMeasure::new(adjacency.rows.clone(), adjacency))
     }
 
+    /// Creates the measure `cells`.
     pub(super) fn cells(lattice: &Lattice, adjacency: &Adjacency) -> Self {
         Self::Cells(RowMeasure::new(boundary_faces(lattice).map(|(_, face)| face).collect(), adjacency))
     }
@@ -56,7 +58,7 @@ impl Measure {
         }
     }
 
-    /// Memory that it takes.
+    /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         match self {
             Self::Lattice(measure) => measure.bytes(),
@@ -65,7 +67,7 @@ impl Measure {
         }
     }
 
-    /// Sets the coefficients of `scratch` to those of its points.
+    /// Computes the coefficients of `scratch` from its points.
     pub(super) fn evaluate(&self, executor: &Executor, scratch: &mut Scratch) {
         scratch.coefficients.fill([0.0; 4]);
         match self {
@@ -86,7 +88,7 @@ impl Measure {
     }
 }
 
-/// Rows of lattice vertices, for each of which a measure adds a determinant; those of a component one after the other.
+/// Measure that adds one determinant per row of `N` lattice vertices; the rows are sorted by component.
 #[derive(Clone, Debug)]
 pub(super) struct RowMeasure<const N: usize> {
     rows: Vec<[u32; N]>,
@@ -95,7 +97,7 @@ pub(super) struct RowMeasure<const N: usize> {
 
 impl<const N: usize> RowMeasure<N> {
     fn new(mut rows: Vec<[u32; N]>, adjacency: &Adjacency) -> Self {
-        // A row names at least one vertex of its component, whichever way its neighbours are missing.
+        // All vertices of a row are in the same component.
         let component = |row: &[u32; N]| adjacency.component(row[0] as usize);
         let mut counts = vec![0; adjacency.components];
         rows.iter().for_each(|row| counts[component(row)] += 1);
@@ -109,7 +111,7 @@ impl<const N: usize> RowMeasure<N> {
         size_of_val(&*self.rows)
     }
 
-    /// Adds to the coefficients of each component `factor` times what `sum` makes of some rows.
+    /// Adds `factor` times the sum over the rows, computed by `sum`, to the coefficients of each component.
     fn add_coefficients(
         &self,
         executor: &Executor,
@@ -122,11 +124,12 @@ impl<const N: usize> RowMeasure<N> {
     }
 }
 
-/// The measure `lattice`, of Takamatsu & Kanai (2009): the sum over the vertices with these neighbours of
-/// `det[dx, dy, dz]`, with `da` the difference of the two neighbours along axis `a`, twice what it is for the volume.
+/// Sums eight times the measure `lattice` (Takamatsu & Kanai 2009) over the vertices with these neighbours.
 ///
-/// A missing neighbour is replaced by the vertex itself: a vertex on a face of a box then counts half a cell, on an
-/// edge a quarter, in a corner an eighth, and a box of cells has exactly its own volume.
+/// The term of a vertex is `det[dx, dy, dz]`, where `da` is the difference of its two neighbours along axis
+/// `a`. It is twice the edge vector of the vertex's volume, hence the factor of 8. A missing neighbour is
+/// replaced by the vertex itself. A vertex on a face of a box then counts half a cell, on an edge a quarter
+/// and at a corner an eighth, so that the volume of a box of cells is exact.
 #[inline(always)]
 fn vertex_sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
     let mut sum = Determinants::zero(simd);
@@ -137,26 +140,26 @@ fn vertex_sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4
     sum.coefficients()
 }
 
-/// The differences of the neighbours of a vertex along each axis: eight times its volume is their determinant.
+/// Returns the differences of a vertex's neighbours along each axis; their determinant is 8 times its volume.
 #[inline(always)]
 pub(super) fn differences<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving]) -> (Line<S>, Arm<S>, Arm<S>) {
     let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
     (Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0))
 }
 
-/// The measure `cells`, the exact volume of the trilinear cells: the sum over the faces that no other occupied cell
-/// shares; what inner faces add cancels.
+/// Sums 24 times the measure `cells`, the exact volume of the trilinear cells, over boundary faces.
 ///
-/// A face of a trilinear cell is a bilinear patch, whose flux is the mean of its two triangulations:
-/// `(a + b + c + d) . ((c - a) x (d - b)) / 24`, with `a b c d` in order around it, outside on the right-hand side.
+/// The contributions of interior faces cancel. A face of a trilinear cell is a bilinear patch, whose flux is
+/// the mean of its two triangulations: `(a + b + c + d) . ((c - a) x (d - b)) / 24`, with the corners a, b,
+/// c, d in counter-clockwise order seen from outside.
 #[inline(always)]
 fn face_sum<S: Simd>(simd: S, faces: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
     let mut sum = Determinants::zero(simd);
     for face in faces {
         let [a, b, c, d] = load(simd, points, face);
-        let middle =
+        let corner_sum =
             Line::zxy(simd, a).plus(Line::zxy(simd, b)).plus(Line::zxy(simd, c).plus(Line::zxy(simd, d)));
-        sum.add(middle, Arm::new(simd, c - a), Arm::new(simd, d - b));
+        sum.add(corner_sum, Arm::new(simd, c - a), Arm::new(simd, d - b));
     }
     sum.coefficients()
 }
@@ -170,14 +173,14 @@ mod tests {
     use crate::mesh::Mesh;
     use crate::volume::adjacency::FACE_CORNERS;
 
-    /// Numbers with six bits after the point, so that `p + lambda v` below is exact in single precision.
+    /// Returns a pseudo-random number with six fractional bits, so that `p + lambda v` below is exact in f32.
     fn dyadic(state: &mut u32) -> f32 {
         *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (*state >> 22) as f32 / 64.0 - 8.0
     }
 
     fn measures(lattice: &Lattice, adjacency: &Adjacency) -> [Measure; 3] {
-        // The boundary of the cells' box, a quarter of a cell inside it.
+        // A box a quarter of a cell inside the bounding box of the cells.
         let corner = |k: i32| [k & 1, k >> 1 & 1, k >> 2 & 1];
         let high = [0, 1, 2].map(|a| lattice.cells().iter().map(|cell| cell[a] + 1).max().unwrap());
         let vertices = (0..8).map(|k| {
@@ -208,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn coefficients_are_those_of_direct_evaluation() {
+    fn cubic_coefficients_match_direct_evaluation() {
         let lattice = block([3, 2, 2]);
         let adjacency = Adjacency::new(&lattice);
         let mut scratch = random_points(lattice.len());
@@ -240,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_change_no_bit() {
+    fn measures_are_thread_count_independent() {
         let lattice = block([40, 30, 20]);
         let adjacency = Adjacency::new(&lattice);
         let mut scratch = random_points(lattice.len());

@@ -1,4 +1,4 @@
-//! The exact signed volume of the embedded surface.
+//! The measure `mesh`: the exact signed volume of the embedded surface.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 
@@ -8,50 +8,54 @@ use crate::lattice::{Embedding, monomials, polynomial};
 use crate::parallel::Executor;
 use crate::simd::level;
 
-/// Surface points in a batch: what one thread carries at a time.
+/// Number of surface points in a batch, which one task interpolates.
 const BATCH: usize = 1024;
 
-/// Patches in a chunk.
+/// Number of patches in a chunk of the sum.
 const PATCHES: usize = 64;
 
-/// Sum over the triangles of `det[a, b, c] / 6`. The surface is linear in the lattice: a point on it moves along a
-/// straight line as the lattice vertices do, and the volume is an exact cubic.
+/// Measure `mesh`: the sum of `det[a, b, c] / 6` over the triangles.
 ///
-/// Where many triangles lie in one cell they are a [`Patch`]; of a fine mesh in a coarse lattice, that leaves those
-/// that cross from cell to cell.
+/// A surface point is a linear combination of lattice vertices, and moves along a straight line as they do;
+/// the volume is therefore an exact cubic. Cells with many triangles store them as a [`Patch`]. In a fine
+/// mesh in a coarse lattice only the triangles that cross cell boundaries are then summed one by one.
 #[derive(Clone, Debug)]
 pub(super) struct MeshMeasure {
     patches: Vec<Patch>,
-    /// Of each batch of points those of each cell, and where its runs end.
+    /// Runs of surface points by cell, batch by batch.
     runs: Vec<Run>,
+    /// End of the runs of each batch.
     ends: Vec<usize>,
+    /// Trilinear weights of each surface point.
     weights: Vec<[f32; 8]>,
+    /// Triangles that are in no patch.
     triangles: Vec<[u32; 3]>,
-    /// Of the patches, then of the triangles.
+    /// Sum over the patches, then over the triangles.
     sums: ChunkedSum,
 }
 
-/// The parts of a [`MeshMeasure`], one component after the other.
+/// Parts of a [`MeshMeasure`], sorted by component.
 #[derive(Debug, Default)]
 pub(super) struct Parts {
     pub(super) patches: Vec<Patch>,
-    /// Patches of each component.
+    /// Number of patches of each component.
     pub(super) patch_counts: Vec<usize>,
-    /// Other triangles, turned outwards (inwards for a cavity).
+    /// Other triangles, oriented outwards (inwards for a cavity).
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Other triangles of each component.
+    /// Number of other triangles of each component.
     pub(super) triangle_counts: Vec<usize>,
 }
 
-/// Points in one cell.
+/// Run of surface points in one cell.
 #[derive(Clone, Debug)]
 struct Run {
     corners: [u32; 8],
+    /// Number of points.
     points: usize,
 }
 
 impl MeshMeasure {
-    /// `points`: the mesh vertices of the triangles, whose corners are numbers among these.
+    /// Creates the measure. `points`: mesh vertices, to which the triangles' corners are indices.
     pub(super) fn new(parts: Parts, points: &[u32], embedding: &Embedding) -> Self {
         let Parts { patches, patch_counts, triangles, triangle_counts } = parts;
         let cell = |point: u32| embedding.cell(point as usize);
@@ -76,7 +80,7 @@ impl MeshMeasure {
         }
     }
 
-    /// Memory that it takes.
+    /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let points = size_of_val(&*self.weights) + size_of_val(&*self.runs);
         size_of_val(&*self.patches) + points + size_of_val(&*self.triangles)
@@ -112,7 +116,7 @@ impl MeshMeasure {
     }
 }
 
-/// Carries the points of some cells along: each is the weighted mean of the corners of its cell.
+/// Interpolates surface points: each is the weighted mean of the corners of its cell.
 #[inline(always)]
 fn interpolate<S: Simd>(
     simd: S,
@@ -123,7 +127,7 @@ fn interpolate<S: Simd>(
 ) {
     let mut points = surface_points.iter_mut().zip(weights);
     for run in runs {
-        // From one corner on: small numbers, of which little is lost to rounding.
+        // Relative to the first corner: the differences are small, which keeps rounding errors small.
         let mut corners = load(simd, lattice, &run.corners);
         for k in 1..8 {
             corners[k] -= corners[0];
@@ -138,17 +142,18 @@ fn interpolate<S: Simd>(
     }
 }
 
-/// Products of three different basis functions of eight.
+/// Number of triples of the eight basis functions.
 const MOMENTS: usize = 56;
 
-/// From how many triangles on a patch is cheaper than the triangles: it takes 21 determinants and 56 sums.
-pub(super) const WORTHWHILE: usize = 16;
+/// Least number of triangles for which a patch is cheaper: a patch costs 21 determinants and 56 sums.
+pub(super) const MIN_PATCH_TRIANGLES: usize = 16;
 
-/// Triangles whose corners all lie in one cell.
+/// Patch: triangles whose corners all lie in one cell.
 ///
-/// In a cell a surface point is `sum_i f_i(x, y, z) m_i`, with `f = 1, x, y, xy, z, xz, yz, xyz` and `m_i` the
-/// differences of the cell's corners along those axes. The sum of `det[a, b, c]` over triangles is then
-/// `sum_{i<j<k} M_ijk det[m_i, m_j, m_k]`, and `M_ijk`, the sum of the minors of `f` at the corners, is constant.
+/// A surface point in a cell is `sum_i f_i(x, y, z) m_i`, with `f = 1, x, y, xy, z, xz, yz, xyz` and `m_i`
+/// the differences of the cell's corners along these axes. The sum of `det[a, b, c]` over triangles is then
+/// `sum_{i<j<k} M_ijk det[m_i, m_j, m_k]`, where `M_ijk`, the sum of the minors of `f` at the triangles'
+/// corners, is constant.
 #[derive(Clone, Debug)]
 pub(super) struct Patch {
     corners: [u32; 8],
@@ -156,13 +161,13 @@ pub(super) struct Patch {
     moments: [f64; MOMENTS],
 }
 
-/// The pairs `j < k`, for each the `i < j`.
+/// Returns the triples `i < j < k`: all pairs `j < k`, and for each pair all `i < j`.
 fn triples() -> impl Iterator<Item = [usize; 3]> {
     (1..8).flat_map(|j| (j + 1..8).flat_map(move |k| (0..j).map(move |i| [i, j, k])))
 }
 
 impl Patch {
-    /// `corners`: those of the cell. `triangles`: places of their corners in the cell.
+    /// Creates a patch. `corners`: those of the cell. `triangles`: positions of their corners in the cell.
     pub(super) fn new(corners: [u32; 8], triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
         let mut moments = [0.0; MOMENTS];
         for triangle in triangles {
@@ -176,7 +181,7 @@ impl Patch {
         Self { corners, moments }
     }
 
-    /// Adds the sum of `det[a, b, c]`.
+    /// Adds the sum of `det[a, b, c]` over the triangles to `sum`.
     #[inline(always)]
     pub(super) fn add_to<S: Simd>(&self, simd: S, lattice: &[Moving], sum: &mut Determinants<S>) {
         let terms = polynomial(load(simd, lattice, &self.corners));

@@ -1,23 +1,23 @@
-//! Options of the correction, and why they cannot be met.
+//! Options of the volume correction, and its errors.
 
 use std::fmt;
 
-/// A definition of the volume of a body. Each is an exact cubic in the scale of the correction.
+/// Volume measure: a definition of a body's volume. Each measure is an exact cubic in the scale `lambda`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VolumeMeasure {
-    /// Takamatsu & Kanai (2009): summed over lattice vertices, from their six neighbours. Cheap and approximate: the
-    /// visible surface keeps its volume to a few per cent.
+    /// Sum over the lattice vertices of a volume from their six neighbours (Takamatsu & Kanai 2009). Cheap
+    /// and approximate: the embedded surface keeps its volume to a few per cent.
     Lattice,
-    /// The exact volume of the trilinear cells.
+    /// Exact volume of the trilinear cells.
     Cells,
-    /// The exact volume enclosed by the embedded surface.
+    /// Exact volume enclosed by the embedded surface.
     Mesh,
 }
 
 impl VolumeMeasure {
-    /// Its name in scenes and reports: `lattice`, `cells` or `mesh`.
+    /// Returns the name in scenes and reports: `lattice`, `cells` or `mesh`.
     pub fn name(self) -> &'static str {
         Preservation::By(self).name()
     }
@@ -29,21 +29,21 @@ impl fmt::Display for VolumeMeasure {
     }
 }
 
-/// Whether a body's volume is kept, and by which measure.
+/// Choice of volume preservation: off, or the measure whose value is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preservation {
-    /// No correction: the surface follows the dynamics. Costs nothing.
+    /// No correction: the surface follows the dynamics. Uses no time and no memory.
     Off,
-    /// `mesh` where the surface encloses a volume, else `cells`.
+    /// `mesh` if the surface encloses a volume, else `cells`.
     #[default]
     Auto,
-    /// By this measure.
+    /// Preservation of this measure.
     By(VolumeMeasure),
 }
 
 impl Preservation {
-    /// What it is called in scenes and in Python.
+    /// Names in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 5] = [
         ("auto", Self::Auto),
         ("off", Self::Off),
@@ -52,78 +52,81 @@ impl Preservation {
         ("mesh", Self::By(VolumeMeasure::Mesh)),
     ];
 
-    /// Its name among [`Preservation::NAMED`].
+    /// Returns its name in [`Preservation::NAMED`].
     pub fn name(self) -> &'static str {
         name_of(self, &Self::NAMED)
     }
 }
 
-/// The name of a value among the named ones, which are all that there are.
+/// Returns the name of `value` in `named`, which lists all values.
 fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'static str {
     named.iter().find(|(_, one)| *one == value).map_or("", |(name, _)| name)
 }
 
-/// Where a body regains its volume.
+/// Scope of the correction: where a body regains its volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VolumeScope {
-    /// Everywhere: one scale for each component, as in Takamatsu & Kanai (2009).
+    /// Everywhere: one scale per lattice component (Takamatsu & Kanai 2009).
     #[default]
     Global,
-    /// Where it was lost: a scale for each region of the lattice, then one for each component for the rest.
+    /// Where the volume was lost: one scale per lattice region, then one per component for the remainder.
     Regional,
 }
 
 impl VolumeScope {
-    /// What it is called in scenes and in Python.
+    /// Names in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 2] = [("global", Self::Global), ("regional", Self::Regional)];
 
-    /// Its name among [`VolumeScope::NAMED`].
+    /// Returns its name in [`VolumeScope::NAMED`].
     pub fn name(self) -> &'static str {
         name_of(self, &Self::NAMED)
     }
 }
 
-/// How the deformation field is built.
+/// Construction of the deformation field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FieldKind {
-    /// As in Takamatsu & Kanai (2009): unit normals at boundary vertices, from the neighbours that exist; inwards,
-    /// layer by layer, the mean direction of the layer before, at a length that falls from 1 to 0 at the center.
+    /// Field of Takamatsu & Kanai (2009). Boundary vertices have unit normals, computed from their existing
+    /// neighbours. Interior vertices have the mean direction of the previous layer, with a length that
+    /// decreases from 1 at the boundary to 0 at the center.
     Paper,
-    /// The smoothest field that moves the boundary faces of the cells by 1 along their normals.
+    /// Smoothest field that moves the boundary faces of the cells by 1 along their normals.
     Cells,
-    /// The smoothest field that moves the surface mesh by 1 along its normals, whatever the stairs of the lattice. A
-    /// bare lattice has `Cells`.
+    /// Smoothest field that moves the surface mesh by 1 along its normals; it does not depend on the steps of
+    /// the lattice boundary. A bare lattice uses `Cells`.
     #[default]
     Surface,
 }
 
 impl FieldKind {
-    /// What it is called in scenes and in Python.
+    /// Names in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 3] =
         [("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
 
-    /// Its name among [`FieldKind::NAMED`].
+    /// Returns its name in [`FieldKind::NAMED`].
     pub fn name(self) -> &'static str {
         name_of(self, &Self::NAMED)
     }
 }
 
-/// How a body's volume is kept. Exhaustive, so that users write `VolumeOptions { scope, ..VolumeOptions::default() }`.
+/// Options of the volume correction.
+///
+/// Exhaustive, so that users can write `VolumeOptions { scope, ..VolumeOptions::default() }`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VolumeOptions {
-    /// Whether, and by which measure. Default: [`Preservation::Auto`].
+    /// Measure whose value is kept, or off. Default: [`Preservation::Auto`].
     pub measure: Preservation,
-    /// Where the volume is regained. Default: [`VolumeScope::Global`].
+    /// Scope of the correction. Default: [`VolumeScope::Global`].
     pub scope: VolumeScope,
-    /// The field along which the correction moves. Default: [`FieldKind::Surface`].
+    /// Field along which the correction moves the vertices. Default: [`FieldKind::Surface`].
     pub field: FieldKind,
-    /// Cap on the scale of the correction, as a fraction of the body's thickness (the greatest depth of a lattice
-    /// vertex below the boundary): finite, 0 or more; at 0 nothing moves. Default: 1.
+    /// Cap on the scale `lambda`, as a fraction of the body's thickness (the greatest depth of a lattice
+    /// vertex below the boundary). Finite, >= 0; at 0 no vertex moves. Default: 1.
     pub max_correction: f64,
 }
 
@@ -139,7 +142,7 @@ impl Default for VolumeOptions {
 }
 
 impl VolumeOptions {
-    /// No correction.
+    /// Returns the options without correction.
     pub fn off() -> Self {
         Preservation::Off.into()
     }
@@ -157,41 +160,42 @@ impl From<VolumeMeasure> for VolumeOptions {
     }
 }
 
-/// Why a volume cannot be kept as asked.
+/// Volume options that the body cannot satisfy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VolumeError {
-    /// The measure `mesh` without a mesh.
+    /// The measure is `mesh`, and the body has no mesh.
     #[error("volume measure `mesh` needs a surface mesh, and this body is a bare lattice: use `cells`")]
     NoMesh,
-    /// The surface has holes, or faces that look opposite ways.
+    /// The surface has holes, or faces of inconsistent orientation.
     #[error(
-        "volume measure `mesh` needs a closed surface, and {open_edges} edges of this one do not cancel between the \
-         faces beside them: use `cells`"
+        "volume measure `mesh` needs a closed surface, and {open_edges} edges of this one are open or have \
+         inconsistently oriented faces: use `cells`"
     )]
     Open {
-        /// Edges whose directed uses do not cancel.
+        /// Number of edges whose directed uses do not cancel.
         open_edges: usize,
     },
-    /// The surface encloses next to nothing.
+    /// The surface of a component encloses less than 1 % of the volume of its cells.
     #[error(
-        "volume measure `mesh`: the surface of lattice component {component} encloses {mesh:.3e}, less than 1 % of \
-         the {cells:.3e} that its cells fill: use `cells`"
+        "volume measure `mesh`: the surface of lattice component {component} encloses {mesh:.3e}, less than \
+         1 % of the volume {cells:.3e} of its cells: use `cells`"
     )]
     Flat {
-        /// The lattice component, from 0.
+        /// Index of the lattice component, from 0.
         component: usize,
-        /// Volume enclosed, in cubed units of length.
+        /// Volume enclosed by the surface, in cubed scene units.
         mesh: f64,
-        /// Volume of the component's cells, in cubed units of length.
+        /// Volume of the component's cells, in cubed scene units.
         cells: f64,
     },
-    /// A connected part of the surface is carried by more than one component of the lattice.
+    /// A connected component of the surface is embedded in more than one component of the lattice.
     #[error(
-        "volume measure `mesh`: a part of the surface hangs on two components of the lattice: use `cells`"
+        "volume measure `mesh`: a connected part of the surface lies in several components of the lattice: \
+         use `cells`"
     )]
     AcrossComponents,
-    /// The cap is out of range.
-    #[error("max_correction is {0}, and must be finite and 0 or more (1 = the body's thickness)")]
+    /// `max_correction` is out of range.
+    #[error("max_correction is {0}; it must be finite and at least 0 (1 = the body's thickness)")]
     MaxCorrection(f64),
 }

@@ -1,51 +1,52 @@
-//! Results of the correction.
+//! Reports on the volume of a body and its correction.
 
 use super::VolumeMeasure;
 
-/// Volumes in cubed units of length.
+/// Volumes of a body by one measure, in cubed scene units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Volumes {
-    /// At rest.
+    /// Volume at rest.
     pub rest: f64,
-    /// Of the deformed body, before correction.
+    /// Volume of the deformed body before the correction.
     pub before: f64,
-    /// After correction.
+    /// Volume after the correction.
     pub after: f64,
 }
 
-/// What the correction did to one component of the lattice.
+/// Result of the correction for one component of the lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ComponentReport {
-    /// Volume at rest, in cubed units of length.
+    /// Volume at rest, in cubed scene units.
     pub rest: f64,
-    /// Volume before correction; of [`Correction::apply`](super::Correction::apply) with the scope `regional` that
-    /// which the regions leave.
+    /// Volume before the correction. [`Correction::apply`](super::Correction::apply) with the scope
+    /// `regional` reports the volume after the regional scales.
     pub before: f64,
-    /// Volume after correction.
+    /// Volume after the correction.
     pub after: f64,
-    /// Scale of the correction, as a length: how far a free boundary vertex moved along its normal, outwards if
-    /// positive. With the scope `regional` that of what the regions leave.
+    /// Scale `lambda` of the correction as a length, in scene units: the displacement of a free boundary
+    /// vertex along its normal, outwards if positive. With the scope `regional` it is the scale of
+    /// the remaining correction.
     pub lambda: f64,
     /// `(after - rest) / rest`.
     pub residual: f64,
-    /// Whether the volume is still off by more than a millionth: no scale within the cap keeps it, and `lambda` is the one
-    /// that comes nearest; or colliders leave no way out.
+    /// Whether the residual exceeds 1e-6. Either no scale within the cap preserves the volume, and `lambda`
+    /// is the scale of least residual, or colliders prevent the correction.
     pub capped: bool,
 }
 
-/// The volume of a body, and what the correction did to it.
+/// Volume of a body, and the result of its correction.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct VolumeReport {
-    /// The measure that is kept; without correction the one that `auto` would keep.
+    /// Measure whose value is kept; without correction the measure that `auto` would choose.
     pub measure: VolumeMeasure,
-    /// Volume at rest by that measure, in cubed units of length, all components together.
+    /// Total volume at rest by that measure, in cubed scene units.
     pub rest: f64,
-    /// Volume of the deformed body.
+    /// Total volume of the deformed body before the correction.
     pub before: f64,
-    /// Volume after correction; without correction the same as before.
+    /// Total volume after the correction; without correction equal to `before`.
     pub after: f64,
     /// [`ComponentReport::lambda`] of greatest magnitude.
     pub lambda: f64,
@@ -53,9 +54,9 @@ pub struct VolumeReport {
     pub residual: f64,
     /// Whether any component is capped.
     pub capped: bool,
-    /// Each component of the lattice.
+    /// Reports of the components of the lattice.
     pub components: Vec<ComponentReport>,
-    /// The volume by each measure that the body has: `lattice`, `cells`, and `mesh` if its surface is closed.
+    /// Volumes by each available measure: `lattice`, `cells`, and `mesh` if the surface is usable.
     pub volumes: Vec<(VolumeMeasure, Volumes)>,
 }
 
@@ -83,7 +84,7 @@ impl VolumeReport {
         }
     }
 
-    /// The volumes by one measure, if the body has it.
+    /// Returns the volumes by one measure, if it is available.
     pub fn by(&self, measure: VolumeMeasure) -> Option<Volumes> {
         self.volumes.iter().find(|(kind, _)| *kind == measure).map(|(_, volumes)| *volumes)
     }

@@ -1,23 +1,24 @@
-//! Which shells of a closed surface bound the body: nested ones are ignored, or are cavities.
+//! Shells of a closed surface that bound the body: a nested shell is ignored, or bounds a cavity.
 
 use nalgebra::{Point3, Vector3, center};
 
 use crate::mesh::signed_volume;
 
-/// Points of a shell that are looked up in another; most of them decide whether it lies inside.
+/// Number of sample points of a shell in the inside test against another shell; the majority decides.
 const SAMPLES: usize = 15;
 
-/// Bins of the grid of a [`Winding`] along either side at most.
-const MOST_BINS: usize = 512;
+/// Maximum number of bins of a [`Winding`] grid along either axis.
+const MAX_BINS: usize = 512;
 
-/// A connected part of a closed surface.
+/// Connected component of a closed surface.
 pub(super) struct Shell {
-    /// Its triangles, as they came.
+    /// Triangles, in the orientation of the mesh.
     pub(super) triangles: Vec<[u32; 3]>,
-    /// The lattice component that carries it.
+    /// Lattice component that contains the shell.
     pub(super) component: u32,
-    /// Signed volume, in cubed units of length.
+    /// Signed volume, in cubed scene units.
     pub(super) volume: f64,
+    /// AABB: low and high corner.
     bounds: (Point3<f64>, Point3<f64>),
 }
 
@@ -31,44 +32,46 @@ impl Shell {
         Self { triangles, component, volume, bounds }
     }
 
-    fn may_hold(&self, other: &Self) -> bool {
+    /// Returns whether `other` is in the same lattice component and the AABBs overlap.
+    fn may_contain(&self, other: &Self) -> bool {
         self.component == other.component
             && (0..3).all(|k| self.bounds.0[k] <= other.bounds.1[k] && other.bounds.0[k] <= self.bounds.1[k])
     }
 
-    /// Whether most of this shell lies within the one that `winding` stands for.
+    /// Returns whether most sample points of this shell lie inside the shell of `winding`.
     fn lies_within(&self, winding: &Winding<'_>, vertices: &[Point3<f64>]) -> bool {
         let count = SAMPLES.min(self.triangles.len());
         let inside = (0..count).filter(|sample| {
             let triangle = self.triangles[sample * self.triangles.len() / count];
-            winding.around(&vertices[triangle[0] as usize]) != 0
+            winding.number(&vertices[triangle[0] as usize]) != 0
         });
         2 * inside.count() > count
     }
 }
 
-/// The sign with which each shell's signed volume counts: `1`, `-1`, or `0` for one that is ignored.
+/// Returns the sign with which each shell's signed volume counts: `1`, `-1`, or `0` if it is ignored.
 ///
-/// A shell inside no other counts with the sign that makes it positive. One inside another adds nothing if it has
-/// the same orientation, since the outer one holds its volume already (an eye in a head); of opposite orientation it
-/// bounds a cavity, and subtracts. A shell in a cavity is judged against the cavity in the same way.
+/// An outermost shell counts with the sign that makes its volume positive. A shell inside another one with
+/// the same orientation is ignored, since the outer shell already contains its volume (an eye in a head).
+/// With the opposite orientation it bounds a cavity, and its volume is subtracted. The same rules apply to a
+/// shell in a cavity, relative to the cavity.
 pub(super) fn signs(vertices: &[Point3<f64>], shells: &[Shell]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..shells.len()).collect();
     order.sort_by(|&a, &b| shells[b].volume.abs().total_cmp(&shells[a].volume.abs()));
     let mut signs = vec![0.0; shells.len()];
     let mut windings: Vec<Option<Winding<'_>>> = (0..shells.len()).map(|_| None).collect();
-    for (place, &index) in order.iter().enumerate() {
+    for (rank, &index) in order.iter().enumerate() {
         let shell = &shells[index];
-        // The smallest shell around it decides: it comes last among the larger ones.
-        let around = order[..place].iter().rev().copied().find(|&outer| {
-            signs[outer] != 0.0 && shells[outer].may_hold(shell) && {
-                let holder = &shells[outer];
+        // The smallest enclosing shell decides; it is the last one of the larger shells.
+        let enclosing = order[..rank].iter().rev().copied().find(|&outer| {
+            signs[outer] != 0.0 && shells[outer].may_contain(shell) && {
+                let enclosing = &shells[outer];
                 let winding = windings[outer]
-                    .get_or_insert_with(|| Winding::new(vertices, &holder.triangles, holder.bounds));
+                    .get_or_insert_with(|| Winding::new(vertices, &enclosing.triangles, enclosing.bounds));
                 shell.lies_within(winding, vertices)
             }
         });
-        signs[index] = match around {
+        signs[index] = match enclosing {
             None => shell.volume.signum(),
             Some(outer) if (shells[outer].volume > 0.0) == (shell.volume > 0.0) => 0.0,
             Some(outer) => signs[outer],
@@ -77,8 +80,7 @@ pub(super) fn signs(vertices: &[Point3<f64>], shells: &[Shell]) -> Vec<f64> {
     signs
 }
 
-/// How often a closed shell winds around a point, by the signed crossings of a ray: its triangles, binned by their
-/// projection along x.
+/// Winding number of a closed shell: counts signed crossings of a ray in x, with triangles binned by y and z.
 pub(super) struct Winding<'a> {
     vertices: &'a [Point3<f64>],
     triangles: &'a [[u32; 3]],
@@ -88,7 +90,7 @@ pub(super) struct Winding<'a> {
     members: Vec<u32>,
 }
 
-/// A grid over the (y, z) plane.
+/// Uniform grid over the (y, z) plane.
 struct Bins {
     low: [f64; 2],
     per_length: [f64; 2],
@@ -96,19 +98,21 @@ struct Bins {
 }
 
 impl Bins {
+    /// Returns the bin of coordinate `x` along `axis` (0: y, 1: z).
     fn at(&self, axis: usize, x: f64) -> usize {
-        // Saturating: what lies below the grid is in its first bin, what lies above in its last.
+        // The cast saturates: coordinates below the grid are in the first bin, coordinates above in the last.
         (((x - self.low[axis]) * self.per_length[axis]) as usize).min(self.count - 1)
     }
 }
 
 impl<'a> Winding<'a> {
+    /// Bins the triangles of a shell with the AABB `(low, high)`.
     pub(super) fn new(
         vertices: &'a [Point3<f64>],
         triangles: &'a [[u32; 3]],
         (low, high): (Point3<f64>, Point3<f64>),
     ) -> Self {
-        let count = (triangles.len() as f64).sqrt().ceil().clamp(1.0, MOST_BINS as f64) as usize;
+        let count = (triangles.len() as f64).sqrt().ceil().clamp(1.0, MAX_BINS as f64) as usize;
         let per_length = [1, 2].map(|axis| {
             let extent: f64 = high[axis] - low[axis];
             if extent > 0.0 { count as f64 / extent } else { 0.0 }
@@ -141,17 +145,18 @@ impl<'a> Winding<'a> {
         Self { vertices, triangles, bins, starts, members }
     }
 
-    /// Turns of the shell around `point`: 1 inside a shell that looks outwards, -1 if it looks inwards, 0 outside.
-    pub(super) fn around(&self, point: &Point3<f64>) -> i32 {
+    /// Returns the winding number at `point`: 1 inside a shell oriented outwards, -1 if inwards, 0 outside.
+    pub(super) fn number(&self, point: &Point3<f64>) -> i32 {
         let bin = self.bins.at(1, point.z) * self.bins.count + self.bins.at(0, point.y);
         let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
         members.iter().map(|&member| self.crossing(self.triangles[member as usize], point)).sum()
     }
 
-    /// 1 if the ray from `point` towards +x leaves through the triangle's front, -1 if through its back, else 0.
+    /// Returns 1 if the ray from `point` towards +x leaves through the triangle's front, -1 if through its
+    /// back, else 0.
     fn crossing(&self, triangle: [u32; 3], point: &Point3<f64>) -> i32 {
         let [a, b, c] = triangle;
-        let turns = self.passes(a, b, point) + self.passes(b, c, point) + self.passes(c, a, point);
+        let turns = self.edge_turn(a, b, point) + self.edge_turn(b, c, point) + self.edge_turn(c, a, point);
         if turns == 0 {
             return 0;
         }
@@ -159,13 +164,16 @@ impl<'a> Winding<'a> {
         let normal: Vector3<f64> = (b - a).cross(&(c - a));
         let offset = point - a;
         let along = offset.dot(&normal);
-        // The ray meets the plane ahead iff the plane lies on the side that its normal's x points to.
+        // The ray intersects the plane iff `along` and the x component of the normal have opposite signs.
         i32::from(along * normal.x < 0.0) * turns
     }
 
-    /// Whether the edge crosses the ray from the projected point towards +y, and on which way (up 1, down -1). The
-    /// crossing is computed in the same order for both triangles of an edge, so that no ray slips between them.
-    fn passes(&self, a: u32, b: u32, point: &Point3<f64>) -> i32 {
+    /// Returns how the projected edge crosses the ray from the projected point towards +y: 1 towards +z, -1
+    /// towards -z, 0 for no crossing.
+    ///
+    /// Both triangles of an edge compute the crossing in the same vertex order, so that no ray passes between
+    /// them.
+    fn edge_turn(&self, a: u32, b: u32, point: &Point3<f64>) -> i32 {
         let [low, high] = [a.min(b), a.max(b)].map(|corner| self.vertices[corner as usize]);
         if (low.z <= point.z) == (high.z <= point.z) {
             return 0;
@@ -182,7 +190,7 @@ impl<'a> Winding<'a> {
 mod tests {
     use super::*;
 
-    /// A box, its faces looking outwards, or inwards if `flipped`.
+    /// Creates a cube with outward faces, or inward faces if `flipped`.
     fn cuboid(vertices: &mut Vec<Point3<f64>>, low: [f64; 3], side: f64, flipped: bool) -> Shell {
         let first = vertices.len() as u32;
         for k in 0..8 {
@@ -197,16 +205,16 @@ mod tests {
     }
 
     #[test]
-    fn nesting() {
+    fn signs_of_nested_shells() {
         let mut vertices = Vec::new();
         let shells = [
             cuboid(&mut vertices, [0.0; 3], 10.0, false),
-            cuboid(&mut vertices, [1.0; 3], 2.0, false), // the same way round: ignored
+            cuboid(&mut vertices, [1.0; 3], 2.0, false), // same orientation: ignored
             cuboid(&mut vertices, [4.0; 3], 4.0, true),  // a cavity
             cuboid(&mut vertices, [5.0, 5.0, 5.1], 1.0, false), // an island in the cavity
-            cuboid(&mut vertices, [6.5; 3], 1.0, true),  // a void within the cavity: ignored
-            cuboid(&mut vertices, [20.0; 3], 1.0, true), // apart and flipped
-            cuboid(&mut vertices, [9.5; 3], 2.0, false), // pokes out, mostly outside
+            cuboid(&mut vertices, [6.5; 3], 1.0, true),  // same orientation as the cavity: ignored
+            cuboid(&mut vertices, [20.0; 3], 1.0, true), // separate and flipped
+            cuboid(&mut vertices, [9.5; 3], 2.0, false), // mostly outside
         ];
         assert_eq!(signs(&vertices, &shells), [1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0]);
         let volume: f64 = shells.iter().zip(signs(&vertices, &shells)).map(|(s, sign)| sign * s.volume).sum();
@@ -214,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_pair() {
+    fn signs_of_a_flipped_shell_with_a_cavity() {
         let mut vertices = Vec::new();
         let shells =
             [cuboid(&mut vertices, [0.0; 3], 4.0, true), cuboid(&mut vertices, [1.0; 3], 2.0, false)];
@@ -222,14 +230,14 @@ mod tests {
     }
 
     #[test]
-    fn winding_on_a_fine_grid_of_points() {
+    fn winding_number_is_one_inside_and_zero_outside() {
         let mut vertices = Vec::new();
         let shell = cuboid(&mut vertices, [0.0; 3], 1.0, false);
         let winding = Winding::new(&vertices, &shell.triangles, shell.bounds);
         for k in 0..4096 {
             let point = Point3::new(k % 16, k / 16 % 16, k / 256).map(|i| (f64::from(i) - 3.5) / 8.0);
             let inside = point.iter().all(|&x| x > 0.0 && x < 1.0);
-            assert_eq!(winding.around(&point), i32::from(inside), "{point}");
+            assert_eq!(winding.number(&point), i32::from(inside), "{point}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The buffers of an evaluation, and sums of cubics over many terms, of a shape that does not depend on the threads.
+//! Buffers of an evaluation, and sums of cubics in an order that does not depend on the number of threads.
 
 use std::ops::Range;
 
@@ -7,31 +7,32 @@ use super::line::Moving;
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
-/// Beyond this a position is cut off, so that differences of positions stay finite.
-const FARTHEST: f64 = 1e37;
+/// Bound to which coordinates are clamped, so that differences of positions stay finite in f32.
+const MAX_COORD: f64 = 1e37;
 
-/// Input, output and buffers of an evaluation. Grows to the size of the lattice once, and keeps its capacity.
+/// Input, output and buffers of an evaluation. They grow to the size of the lattice and keep their capacity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// Lattice vertices, relative to a center near their component, where single precision is fine enough for
+    /// Lattice vertices relative to the center of their component, so that f32 is accurate enough for
     /// determinants.
     pub(super) points: Vec<Moving>,
-    /// The coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
+    /// Coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
     pub(super) coefficients: Vec<[f64; 4]>,
-    /// Surface points, and sums over chunks.
+    /// Points of the embedded surface.
     pub(super) surface_points: Vec<Moving>,
+    /// Sums over chunks.
     pub(super) sums: Vec<[f64; 4]>,
-    /// Of each component: the sum of its positions, their number, and the center.
+    /// Sum of the positions, their number, and the center, of each component.
     centers: Vec<([f64; 3], f64, [f64; 3])>,
 }
 
 impl Scratch {
-    /// Memory that it takes.
+    /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.points) + size_of_val(&*self.surface_points) + size_of_val(&*self.sums)
     }
 
-    /// The places become `positions[i]` less the mean of the component; the directions are left as they are.
+    /// Sets the points to `positions`, relative to the rounded mean of their component; keeps the directions.
     pub(super) fn place(&mut self, positions: impl Iterator<Item = [f64; 3]> + Clone, adjacency: &Adjacency) {
         self.points.resize(adjacency.len(), Moving::default());
         self.coefficients.resize(adjacency.components, [0.0; 4]);
@@ -45,25 +46,25 @@ impl Scratch {
             *count += 1.0;
         }
         for (sum, count, center) in &mut self.centers {
-            // Whole cells: the subtraction is then exact for positions on the grid.
+            // Rounded to whole cells: the subtraction is then exact for positions on the grid.
             *center = sum.map(|sum| (sum / *count).round());
         }
         for ((p, &component), point) in positions.zip(&adjacency.of_vertex).zip(&mut self.points) {
             let (_, _, center) = &self.centers[component as usize];
-            point.set_place(std::array::from_fn(|k| (p[k] - center[k]).clamp(-FARTHEST, FARTHEST) as f32));
+            point.set_place(std::array::from_fn(|k| (p[k] - center[k]).clamp(-MAX_COORD, MAX_COORD) as f32));
         }
     }
 
-    /// The places become those of the lattice at rest.
+    /// Sets the points' positions to those of the lattice at rest.
     pub(super) fn place_at_rest(&mut self, lattice: &Lattice, adjacency: &Adjacency) {
         self.place(lattice.indices().iter().map(|index| index.map(f64::from)), adjacency);
     }
 }
 
-/// Terms in a chunk, where a term is a determinant. Fixed, so that the order of the additions is fixed.
+/// Number of terms in a chunk of determinants. It is constant, so that the order of the additions is too.
 pub(super) const DETERMINANTS: usize = 2048;
 
-/// Terms sorted by component, cut into chunks: the terms of a chunk are summed in order, then the chunks in order.
+/// Chunked sum of terms sorted by component: adds the terms of each chunk in order, then the chunks in order.
 #[derive(Clone, Debug)]
 pub(super) struct ChunkedSum {
     chunks: Vec<Chunk>,
@@ -76,12 +77,12 @@ struct Chunk {
 }
 
 impl ChunkedSum {
-    /// `counts[c]` terms of component `c`, one component after the other; `size` terms in a chunk.
+    /// Creates the chunks of `counts[c]` terms of each component `c`, in order, with `size` terms in a chunk.
     pub(super) fn new(counts: &[usize], size: usize) -> Self {
         Self { chunks: Vec::new() }.then(counts, size)
     }
 
-    /// The same and more terms behind them, again one component after the other.
+    /// Appends the chunks of further terms, again in the order of the components.
     pub(super) fn then(mut self, counts: &[usize], size: usize) -> Self {
         let mut first = self.chunks.last().map_or(0, |chunk| chunk.terms.end);
         for (component, count) in counts.iter().enumerate() {
@@ -95,7 +96,7 @@ impl ChunkedSum {
         self
     }
 
-    /// Adds `factor` times the sum of the terms of each component to `out` (one per component). `sums` is scratch.
+    /// Adds `factor` times the sum of each component's terms to `out`, one per component. `sums` is scratch.
     pub(super) fn add_to(
         &self,
         executor: &Executor,

@@ -1,25 +1,25 @@
-//! The measure of a surface mesh: which of its parts count, and where they hang.
+//! Construction of the measure `mesh` from a surface mesh: validation, shells, orientation, patches.
 
 use super::VolumeError;
 use super::adjacency::Adjacency;
-use super::mesh_measure::{MeshMeasure, Parts, Patch, WORTHWHILE};
+use super::mesh_measure::{MIN_PATCH_TRIANGLES, MeshMeasure, Parts, Patch};
 use super::shells::{self, Shell};
 use crate::lattice::{Embedding, Lattice};
 use crate::mesh::{Mesh, UnionFind};
 
-/// The least part of the cells' volume that a surface must enclose to be a measure.
-const LEAST_SHARE: f64 = 0.01;
+/// Least volume that a surface must enclose, as a fraction of the volume of the cells.
+const MIN_VOLUME_FRACTION: f64 = 0.01;
 
-/// A surface mesh and its place in the lattice.
+/// Surface mesh and its embedding in the lattice.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<'a> {
-    /// The mesh at rest, in the frame of the lattice.
+    /// Mesh at rest, in the frame of the lattice.
     pub mesh: &'a Mesh,
-    /// Where each of its vertices lies: one entry a vertex, in their order.
+    /// Embedding of the mesh vertices: one entry per vertex, in vertex order.
     pub embedding: &'a Embedding,
 }
 
-/// The measure `mesh`, if the surface is usable: closed once welded, and not flat.
+/// Creates the measure `mesh`. The welded surface must be closed, and must not be flat.
 pub(super) fn measure(
     surface: Option<Surface<'_>>,
     lattice: &Lattice,
@@ -37,29 +37,30 @@ pub(super) fn measure(
     let mut parts = Parts::default();
     for component in 0..adjacency.components {
         let own = shells.iter().zip(&signs).filter(|(shell, _)| shell.component as usize == component);
-        let turned = own.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
+        let oriented = own.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
             shell.triangles.iter().map(move |&[a, b, c]| if sign < 0.0 { [a, c, b] } else { [a, b, c] })
         });
-        gather(surface.embedding, turned.collect(), &mut parts);
+        add_component(surface.embedding, oriented.collect(), &mut parts);
     }
     let points = number_points(surface.embedding, &mut parts.triangles);
     Ok(MeshMeasure::new(parts, &points, surface.embedding))
 }
 
-/// Adds the triangles of one component: patches of cells that hold many, the others one by one, cell by cell.
-fn gather(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts) {
+/// Adds the triangles of one component: patches for cells with many triangles, the other triangles by cell.
+fn add_component(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts) {
     let cell = |corner: u32| embedding.cell(corner as usize);
-    // Those that cross from cell to cell, or leave theirs, go with the last of their cells, after those that lie in it.
+    // Sort key: the cell, and whether the triangle leaves it. A triangle that crosses cells has the key of
+    // the last of its cells, after the triangles inside that cell.
     let outside = |corner: &u32| embedding.local(*corner as usize).iter().any(|x| !(0.0..=1.0).contains(x));
-    let place = |triangle: &[u32; 3]| {
+    let key = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(cell);
         (a.max(b).max(c), a != b || b != c || triangle.iter().any(outside))
     };
-    triangles.sort_by_cached_key(place);
+    triangles.sort_by_cached_key(key);
     let (patches, others) = (parts.patches.len(), parts.triangles.len());
-    for group in triangles.chunk_by(|a, b| place(a) == place(b)) {
-        let (_, leaves) = place(&group[0]);
-        if leaves || group.len() < WORTHWHILE {
+    for group in triangles.chunk_by(|a, b| key(a) == key(b)) {
+        let (_, leaves) = key(&group[0]);
+        if leaves || group.len() < MIN_PATCH_TRIANGLES {
             parts.triangles.extend_from_slice(group);
         } else {
             let places = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
@@ -70,7 +71,7 @@ fn gather(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts
     parts.triangle_counts.push(parts.triangles.len() - others);
 }
 
-/// Renumbers the corners of single triangles. Returns the mesh vertices that they are, in the order of their cells.
+/// Renumbers the triangles' corners in the order of their cells; returns the mesh vertex of each new number.
 fn number_points(embedding: &Embedding, triangles: &mut [[u32; 3]]) -> Vec<u32> {
     let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
     used.sort_unstable();
@@ -86,7 +87,7 @@ fn number_points(embedding: &Embedding, triangles: &mut [[u32; 3]]) -> Vec<u32> 
     used
 }
 
-/// The connected parts of the welded surface, degenerate triangles left out.
+/// Returns the connected components of the welded surface, without degenerate triangles.
 fn split(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, VolumeError> {
     let (mesh, weld) = (surface.mesh, surface.mesh.weld());
     let triangles = mesh.triangles().iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
@@ -101,11 +102,12 @@ fn split(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, Volu
     for triangle in triangles {
         parts[labels[triangle[0] as usize] as usize].push(triangle);
     }
-    let carrier = |corner: u32| adjacency.component(surface.embedding.corners(corner as usize)[0] as usize);
+    let component_of =
+        |corner: u32| adjacency.component(surface.embedding.corners(corner as usize)[0] as usize);
     let mut shells = Vec::new();
     for part in parts.into_iter().filter(|part| !part.is_empty()) {
-        let component = carrier(part[0][0]);
-        if part.iter().flatten().any(|&corner| carrier(corner) != component) {
+        let component = component_of(part[0][0]);
+        if part.iter().flatten().any(|&corner| component_of(corner) != component) {
             return Err(VolumeError::AcrossComponents);
         }
         shells.push(Shell::new(mesh.vertices(), part, component as u32));
@@ -113,6 +115,7 @@ fn split(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, Volu
     Ok(shells)
 }
 
+/// Checks that the surface of each component encloses enough volume; see [`MIN_VOLUME_FRACTION`].
 fn check_volumes(
     shells: &[Shell],
     signs: &[f64],
@@ -129,7 +132,7 @@ fn check_volumes(
         cells[adjacency.component(lattice.cell_corners(cell)[0] as usize)] += cell_volume;
     }
     for (component, (&mesh, &cells)) in enclosed.iter().zip(&cells).enumerate() {
-        if mesh <= LEAST_SHARE * cells {
+        if mesh <= MIN_VOLUME_FRACTION * cells {
             return Err(VolumeError::Flat { component, mesh, cells });
         }
     }

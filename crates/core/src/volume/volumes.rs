@@ -1,4 +1,4 @@
-//! A body's volume by every measure, whether it is corrected or not.
+//! All volume measures of a body, with or without correction.
 
 use super::adjacency::Adjacency;
 use super::measure::Measure;
@@ -8,24 +8,25 @@ use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
-/// All measures of a body, for reports. Independent of a [`Correction`]: a body without one builds them for the first
-/// report.
+/// All volume measures of a body, for reports.
+///
+/// They do not need a [`Correction`]: a body without one builds them for its first report.
 #[derive(Clone, Debug)]
 pub struct VolumeMeasures {
     measures: Vec<Measure>,
-    /// Of each measure: the volume of each component at rest, in cubed units of length.
+    /// Rest volume of each component, by measure, in cubed scene units.
     rest: Vec<Vec<f64>>,
     adjacency: Adjacency,
     cell_size: f64,
 }
 
 impl VolumeMeasures {
-    /// Memory that they take.
+    /// Returns the memory in bytes.
     pub fn bytes(&self) -> usize {
         self.measures.iter().map(Measure::bytes).sum::<usize>() + self.adjacency.bytes()
     }
 
-    /// `lattice`, `cells`, and `mesh` where the surface is usable as a measure.
+    /// Creates `lattice`, `cells`, and `mesh` if the surface is usable as a measure.
     pub fn new(lattice: &Lattice, surface: Option<Surface<'_>>) -> Self {
         let adjacency = Adjacency::new(lattice);
         let mesh = surface::measure(surface, lattice, &adjacency).ok().map(Measure::Mesh);
@@ -36,15 +37,15 @@ impl VolumeMeasures {
         this
     }
 
-    /// The measures that the body has: `lattice`, `cells`, and `mesh` where it is usable.
+    /// Returns the available measures: `lattice`, `cells`, and `mesh` if it is usable.
     pub fn kinds(&self) -> impl Iterator<Item = VolumeMeasure> + '_ {
         self.measures.iter().map(Measure::kind)
     }
 
-    /// The report on a deformed lattice without correction. `deformed`: (n, 3), in cells, body-local.
+    /// Reports on a deformed lattice without correction. `deformed`: (n, 3), in cells, in the body's frame.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
-        let before = self.of_deformed(deformed);
-        // The last measure is the best that the body has.
+        let before = self.evaluate_deformed(deformed);
+        // The last measure is the most accurate one available.
         let last = before.len() - 1;
         let component = |(&rest, &before): (&f64, &f64)| {
             let residual = (before - rest) / rest;
@@ -54,7 +55,7 @@ impl VolumeMeasures {
         VolumeReport::new(self.measures[last].kind(), components, self.volumes(&before, &before))
     }
 
-    /// The report on a deformed lattice and what [`Correction::apply`] made of it: `corrected` and `components`.
+    /// Reports on a deformed lattice and the results of [`Correction::apply`]: `corrected` and `components`.
     pub fn report_corrected(
         &self,
         correction: &Correction,
@@ -62,7 +63,7 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
-        let (before, after) = (self.of_deformed(deformed), self.of_deformed(corrected));
+        let (before, after) = (self.evaluate_deformed(deformed), self.evaluate_deformed(corrected));
         let mut components = components.to_vec();
         if let Some(kept) = self.kinds().position(|kind| kind == correction.measure()) {
             components
@@ -73,12 +74,13 @@ impl VolumeMeasures {
         VolumeReport::new(correction.measure(), components, self.volumes(&before, &after))
     }
 
-    fn of_deformed(&self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
+    /// Evaluates all measures of a deformed lattice.
+    fn evaluate_deformed(&self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
         self.evaluate(positions.iter().map(|p| p.map(f64::from)))
     }
 
-    /// For each measure the volume of each component, in cubed units of length.
+    /// Returns the volume of each component, by measure, in cubed scene units.
     fn evaluate(&self, positions: impl Iterator<Item = [f64; 3]> + Clone) -> Vec<Vec<f64>> {
         let mut scratch = Scratch::default();
         scratch.place(positions, &self.adjacency);
@@ -89,6 +91,7 @@ impl VolumeMeasures {
         self.measures.iter().map(volumes).collect()
     }
 
+    /// Returns the total volumes of the body by each measure.
     fn volumes(&self, before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<(VolumeMeasure, Volumes)> {
         let total = |volumes: &[f64]| volumes.iter().sum();
         let parts = self.rest.iter().zip(before).zip(after).map(|((rest, before), after)| Volumes {

@@ -1,4 +1,4 @@
-//! One bit for each cell of a grid, with a margin of one cell all round.
+//! A bitmap with one bit for each cell of a grid and of a margin of one cell around it.
 
 use fixedbitset::FixedBitSet;
 
@@ -7,13 +7,14 @@ use super::grid_set::GridSet;
 /// Bits in a word.
 const WORD: usize = usize::BITS as usize;
 
-/// Rows of bits along x for a grid and a margin of one cell all round it. Each row begins with a word of its own.
+/// Rows of bits along x, for a grid and a margin of one cell around it. Each row begins at a word boundary.
 ///
 /// Bit x + 1 of row (z + 1, y + 1) is cell `[x, y, z]`.
 #[derive(Clone, Debug)]
 pub(super) struct Bitmap {
-    /// Cells along each axis without the margin.
+    /// Number of cells along each axis, without the margin.
     size: [usize; 3],
+    /// Number of words of a row.
     row_words: usize,
     bits: FixedBitSet,
 }
@@ -25,42 +26,42 @@ impl Bitmap {
         Self { size, row_words, bits }
     }
 
-    /// Bytes of a bitmap of `size` cells along each axis, infinite where it overflows.
+    /// Returns the bytes of a bitmap of `size` cells along each axis, or infinity if the number overflows.
     pub(super) fn bytes(size: [f64; 3]) -> f64 {
         ((size[0] + 2.0) / 64.0).ceil() * 8.0 * Self::row_count_of(size)
     }
 
-    /// Number of rows of a bitmap of `size` cells along each axis.
+    /// Returns the number of rows of a bitmap of `size` cells along each axis, margin included.
     pub(super) fn row_count_of(size: [f64; 3]) -> f64 {
         (size[1] + 2.0) * (size[2] + 2.0)
     }
 
-    /// Cells along each axis without the margin.
+    /// Returns the number of cells along each axis, without the margin.
     pub(super) fn size(&self) -> [usize; 3] {
         self.size
     }
 
-    /// Number of rows, those of the margin included.
+    /// Returns the number of rows, margin included.
     pub(super) fn row_count(&self) -> usize {
         (self.size[1] + 2) * (self.size[2] + 2)
     }
 
-    /// Number of rows from z to z + 1.
+    /// Returns the number of rows of one z, margin included.
     pub(super) fn rows_per_plane(&self) -> usize {
         self.size[1] + 2
     }
 
-    /// The words of a row.
+    /// Returns the words of a row.
     pub(super) fn row(&self, row: usize) -> &[usize] {
         &self.bits.as_slice()[row * self.row_words..][..self.row_words]
     }
 
-    /// The words of a row, to write to.
+    /// Returns the words of a row, mutable.
     pub(super) fn row_mut(&mut self, row: usize) -> &mut [usize] {
         &mut self.bits.as_mut_slice()[row * self.row_words..][..self.row_words]
     }
 
-    /// The bit of a cell; coordinates go from -1 to the size.
+    /// Returns the index of a cell's bit. Coordinates are from -1 to the size, both included.
     fn bit(&self, cell: [i32; 3]) -> usize {
         let [x, y, z] = cell.map(|i| (i + 1) as usize);
         (z * self.rows_per_plane() + y) * self.row_words * WORD + x
@@ -74,27 +75,27 @@ impl Bitmap {
         self.bits.insert(self.bit(cell));
     }
 
-    /// Sets the bits that are set in another bitmap of the same size.
+    /// Sets all bits that are set in another bitmap of the same size.
     pub(super) fn insert(&mut self, other: &Self) {
         self.bits.union_with(&other.bits);
     }
 
-    /// Clears the bits that are set in another bitmap of the same size.
+    /// Clears all bits that are set in another bitmap of the same size.
     pub(super) fn remove(&mut self, other: &Self) {
         self.bits.difference_with(&other.bits);
     }
 
-    /// Whether a cell belongs to the grid and not to the margin.
-    pub(super) fn within(&self, cell: [i32; 3]) -> bool {
+    /// Returns whether a cell is in the grid and not in the margin.
+    pub(super) fn in_grid(&self, cell: [i32; 3]) -> bool {
         (0..3).all(|a| (0..self.size[a] as i32).contains(&cell[a]))
     }
 
-    /// Number of bits that are set.
+    /// Returns the number of bits that are set.
     pub(super) fn count(&self) -> usize {
         self.bits.count_ones(..)
     }
 
-    /// The cells whose bits are set, in order, margin included.
+    /// Iterates over the cells whose bits are set, in order, margin included.
     pub(super) fn cells(&self) -> impl Iterator<Item = [i32; 3]> {
         self.bits.ones().map(|bit| {
             let (row, x) = (bit / (self.row_words * WORD), bit % (self.row_words * WORD));
@@ -103,7 +104,7 @@ impl Bitmap {
         })
     }
 
-    /// The cells of the grid whose bits are *not* set.
+    /// Returns the set of the cells of the grid whose bits are *not* set.
     pub(super) fn unset(&self) -> GridSet {
         let mut set = GridSet::default();
         let [nx, ny, nz] = self.size;
@@ -123,7 +124,7 @@ impl Bitmap {
     }
 }
 
-/// The first bit from `from` on that has the given value, or `end` if there is none before.
+/// Returns the first bit in `from..end` that has the given value, or `end` if no such bit exists.
 fn next(row: &[usize], from: usize, end: usize, value: bool) -> usize {
     let flip = if value { 0 } else { usize::MAX };
     let mut mask = usize::MAX << (from % WORD);
@@ -142,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_and_unset_cells_are_those_that_were_set_and_the_others() {
+    fn cells_and_unset_are_complementary() {
         let size = [130, 3, 2];
         let mut bitmap = Bitmap::new(size);
         let set = [[-1, -1, -1], [0, 0, 0], [62, 1, 0], [63, 1, 0], [64, 1, 0], [129, 2, 1], [130, 3, 2]];
@@ -157,6 +158,6 @@ mod tests {
             assert!(bitmap.get(cell) && unset.find(cell).is_none());
         }
         assert!(unset.find([61, 1, 0]).is_some() && unset.find([65, 1, 0]).is_some());
-        assert!(bitmap.within([129, 2, 1]) && !bitmap.within([130, 2, 1]) && !bitmap.within([0, -1, 0]));
+        assert!(bitmap.in_grid([129, 2, 1]) && !bitmap.in_grid([130, 2, 1]) && !bitmap.in_grid([0, -1, 0]));
     }
 }

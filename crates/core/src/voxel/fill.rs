@@ -1,33 +1,34 @@
-//! The cells that can be reached from outside: a flood fill.
+//! Flood fill of the cells outside a surface.
 
 use std::collections::VecDeque;
 
 use super::bitmap::Bitmap;
 
-/// What stands in the way of the flood.
+/// Cells and faces that the flood does not pass.
 pub(super) struct Walls<'a> {
     /// Cells that the surface passes through.
     pub(super) cells: &'a Bitmap,
-    /// For each axis: a bit is set where the surface lies between the cell and its lower neighbour along the axis.
+    /// For each axis, a bit is set iff the surface lies on the face between the cell and its lower neighbour
+    /// along the axis. `None` stands for no such face.
     pub(super) faces: [Option<&'a Bitmap>; 3],
 }
 
-/// Marks the cells, margin included, to which a way leads from the margin, through faces, past cells and faces of the surface.
+/// Returns the cells, margin included, that are connected to the margin through faces without passing a wall.
 ///
-/// Works on rows of bits along x: a row is filled along x in two passes, then spills into its four neighbours; a row into which
-/// something spilled waits for its turn.
+/// Works on rows of bits along x. A row is filled along x in two passes and then spreads into its four
+/// neighbours. A neighbour that gets new bits is added to the queue.
 pub(super) fn outside(walls: &Walls<'_>) -> Bitmap {
     let mut reached = Bitmap::new(walls.cells.size());
     let rows = reached.row_count();
     let plane = reached.rows_per_plane();
-    let mut waiting = VecDeque::from([0]);
-    let mut waits = vec![false; rows];
+    let mut queue = VecDeque::from([0]);
+    let mut queued = vec![false; rows];
     reached.row_mut(0).fill(usize::MAX);
-    while let Some(row) = waiting.pop_front() {
-        waits[row] = false;
+    while let Some(row) = queue.pop_front() {
+        queued[row] = false;
         fill_row(reached.row_mut(row), walls.cells.row(row), walls.faces[0].map(|faces| faces.row(row)));
         let y = row % plane;
-        // The face between two rows is kept with the upper of them.
+        // The face between two rows is stored with the upper row.
         let neighbours = [
             (y > 0).then(|| (row - 1, row, 1)),
             (y + 1 < plane).then(|| (row + 1, row + 1, 1)),
@@ -36,16 +37,16 @@ pub(super) fn outside(walls: &Walls<'_>) -> Bitmap {
         ];
         for (next, upper, axis) in neighbours.into_iter().flatten() {
             let faces = walls.faces[axis].map(|faces| faces.row(upper));
-            if spill(&mut reached, row, next, walls.cells.row(next), faces) && !waits[next] {
-                waits[next] = true;
-                waiting.push_back(next);
+            if spread_to(&mut reached, row, next, walls.cells.row(next), faces) && !queued[next] {
+                queued[next] = true;
+                queue.push_back(next);
             }
         }
     }
     reached
 }
 
-/// Spreads what is reached along a row, past no wall.
+/// Spreads the reached bits along a row up to the next walls, in both directions.
 fn fill_row(reached: &mut [usize], walls: &[usize], faces: Option<&[usize]>) {
     const LAST: u32 = usize::BITS - 1;
     let face = |word: usize| faces.map_or(0, |faces| faces.get(word).copied().unwrap_or(0));
@@ -63,7 +64,9 @@ fn fill_row(reached: &mut [usize], walls: &[usize], faces: Option<&[usize]>) {
     }
 }
 
-/// Spreads the bits of a word one way through those that are open.
+/// Spreads the bits of a word through the open bits, in one direction. The shift doubles in each step.
+///
+/// `shifted(bits, n)`: shifts by n bits in that direction.
 fn spread(mut bits: usize, mut open: usize, shifted: impl Fn(usize, u32) -> usize) -> usize {
     for step in (0..usize::BITS.ilog2()).map(|k| 1 << k) {
         bits |= open & shifted(bits, step);
@@ -72,16 +75,16 @@ fn spread(mut bits: usize, mut open: usize, shifted: impl Fn(usize, u32) -> usiz
     bits
 }
 
-/// Spreads what is reached from a row to its neighbour; whether there was anything new.
-fn spill(reached: &mut Bitmap, from: usize, to: usize, walls: &[usize], faces: Option<&[usize]>) -> bool {
-    let mut spilled = false;
+/// Spreads the reached bits of a row to a neighbouring row. Returns whether any bit is new.
+fn spread_to(reached: &mut Bitmap, from: usize, to: usize, walls: &[usize], faces: Option<&[usize]>) -> bool {
+    let mut changed = false;
     for (word, wall) in walls.iter().enumerate() {
         let open = !wall & !faces.map_or(0, |faces| faces[word]);
         let new = reached.row(from)[word] & open & !reached.row(to)[word];
         if new != 0 {
             reached.row_mut(to)[word] |= new;
-            spilled = true;
+            changed = true;
         }
     }
-    spilled
+    changed
 }

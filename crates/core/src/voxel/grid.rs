@@ -2,30 +2,34 @@
 
 use nalgebra::Point3;
 
-/// Highest magnitude of a grid index, so that differences of two are 32-bit numbers too.
+/// Largest magnitude of a grid index. The difference of two indices then fits in 32 bits.
 pub(crate) const HIGHEST_INDEX: i32 = 1 << 30;
 
-/// Depth in cells up to which a surface merely touches a cell: far above rounding and far below what can be seen.
-pub(super) const TOUCHING: f64 = 1e-6;
+/// Depth in cells up to which a surface only touches a cell. Far above rounding, far below visible detail.
+pub(super) const TOUCH_DEPTH: f64 = 1e-6;
 
-/// Precision of coordinates as fraction of the largest: they are often written with six digits.
+/// Precision of coordinates, relative to the largest one. Files often have six digits.
 const PRECISION: f64 = 2e-6;
 
-/// Most, in cells, that a coordinate is moved into a grid plane, for meshes that are far from their origin or very finely divided.
-pub(super) const FARTHEST_MOVE: f64 = 1e-3;
+/// Largest distance, in cells, by which a coordinate is snapped to a grid plane. It bounds the tolerance for
+/// meshes far from their origin or with very small cells.
+pub(super) const MAX_SNAP: f64 = 1e-3;
 
-/// Cells along each axis around a bounding box, which is centerd on them.
+/// A grid of cells around a bounding box, centered on the box.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Grid {
+    /// Edge length of a cell.
     pub(crate) cell_size: f64,
     /// Number of cells along each axis, at least 1.
     pub(crate) size: [usize; 3],
+    /// Center of the box and of the grid.
     center: Point3<f64>,
+    /// Distance to a grid plane, in cells, up to which a coordinate is snapped to it.
     tolerance: f64,
 }
 
 impl Grid {
-    /// The smallest grid around a box; none where it has more cells along an axis than can be numbered.
+    /// Builds the smallest grid around a box, or `None` if an axis has more than [`HIGHEST_INDEX`] cells.
     pub(crate) fn new((low, high): (Point3<f64>, Point3<f64>), cell_size: f64) -> Option<Self> {
         let counts = Self::counts(&(low, high), cell_size);
         if counts.iter().any(|&n| n > f64::from(HIGHEST_INDEX)) {
@@ -39,31 +43,33 @@ impl Grid {
         })
     }
 
-    /// Number of cells along each axis, as it would be; infinite where it overflows.
+    /// Returns the number of cells that a grid would have along each axis, or infinity on overflow.
     pub(crate) fn counts((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> [f64; 3] {
         let tolerance = Self::tolerance(&(*low, *high), cell_size);
         std::array::from_fn(|a| ((high[a] - low[a]) / cell_size - tolerance).ceil().max(1.0))
     }
 
-    /// What counts as lying in a grid plane, in cells.
+    /// Returns the distance to a grid plane, in cells, up to which a coordinate is snapped to it.
     fn tolerance((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> f64 {
         let farthest = low.coords.amax().max(high.coords.amax());
-        (PRECISION * farthest / cell_size).clamp(TOUCHING, FARTHEST_MOVE)
+        (PRECISION * farthest / cell_size).clamp(TOUCH_DEPTH, MAX_SNAP)
     }
 
-    /// Where cell `[0, 0, 0]` begins.
+    /// Returns the lower corner of cell `[0, 0, 0]`.
     pub(crate) fn origin(&self) -> Point3<f64> {
         let at = |a: usize| self.center[a] - 0.5 * self.size[a] as f64 * self.cell_size;
         Point3::new(at(0), at(1), at(2))
     }
 
-    /// A point in cells from the origin, within the grid; a coordinate that all but lies in a grid plane is put there.
+    /// Converts a point to cells from the origin and clamps it to the grid.
+    ///
+    /// A coordinate near a grid plane is snapped to it.
     pub(crate) fn place(&self, point: &Point3<f64>) -> [f64; 3] {
         std::array::from_fn(|a| {
             let size = self.size[a] as f64;
-            // What lies in the box lies in the grid, but for rounding.
+            // Points in the box are in the grid except for rounding.
             let x = ((point[a] - self.center[a]) / self.cell_size + 0.5 * size).clamp(0.0, size);
-            // The nearest whole number, without a call of `round`.
+            // The nearest integer, without a call of `round`.
             let plane = f64::from((x + 0.5) as i32);
             if (x - plane).abs() <= self.tolerance { plane } else { x }
         })

@@ -1,16 +1,17 @@
-//! A set of grid positions as runs along x: small, sorted, and searched in two binary searches.
+//! A sorted set of grid positions, stored as runs along x. A look-up takes two binary searches.
 
 use std::ops::Range;
 
-use super::grid::FARTHEST_MOVE;
+use super::grid::MAX_SNAP;
 
-/// How far outside a cell, in cells, a point may lie and still count as in it: more than a surface was moved into grid planes.
-const SLACK: f64 = 2.0 * FARTHEST_MOVE;
+/// Distance outside a cell, in cells, up to which a point counts as inside. It exceeds the largest snap to a
+/// grid plane.
+const SLACK: f64 = 2.0 * MAX_SNAP;
 
 /// A set of grid positions, numbered in the order of (z, y, x), x fastest.
 ///
-/// Kept as the runs of consecutive x in each row (z, y) that holds a position. A run takes 8 bytes and a row 12, so that solid
-/// shapes need about one byte a position, and cells that lie far apart cost nothing for the space between them.
+/// Stored as runs of consecutive x in each row (z, y) that is not empty. A run takes 8 bytes and a row 12
+/// bytes: solid shapes need about one byte per position, and the empty space between cells takes no memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct GridSet {
     rows: Vec<Row>,
@@ -23,18 +24,20 @@ pub(crate) struct GridSet {
 struct Row {
     z: i32,
     y: i32,
+    /// Index of the first run of the row.
     first_run: u32,
 }
 
-/// Consecutive positions from `x` on; they end where the numbers of the next run begin.
+/// Consecutive positions from `x` on. The run ends where the numbers of the next run begin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Run {
     x: i32,
+    /// Number of the run's first position.
     first: u32,
 }
 
 impl GridSet {
-    /// The set of the given positions, which must be sorted by (z, y, x) and may repeat.
+    /// Builds the set of the given positions, which must be sorted by (z, y, x) and may repeat.
     pub(crate) fn from_sorted(positions: &[[i32; 3]]) -> Self {
         let mut set = Self::default();
         for (i, position) in positions.iter().enumerate() {
@@ -45,7 +48,8 @@ impl GridSet {
         set
     }
 
-    /// Adds `count` positions from `[x, y, z]` on along x; they must lie behind all that are there.
+    /// Appends `count` positions along x, from `[x, y, z]` on. They must follow all positions of the set in
+    /// its order.
     pub(crate) fn push(&mut self, [x, y, z]: [i32; 3], count: u32) {
         let same_row = self.rows.last().is_some_and(|row| (row.z, row.y) == (z, y));
         if !same_row {
@@ -58,60 +62,60 @@ impl GridSet {
         self.len += count;
     }
 
-    /// Number of positions.
+    /// Returns the number of positions.
     pub(crate) fn len(&self) -> usize {
         self.len as usize
     }
 
-    /// Number of rows that hold a position.
+    /// Returns the number of rows that are not empty.
     pub(crate) fn row_count(&self) -> usize {
         self.rows.len()
     }
 
-    /// Number of runs.
+    /// Returns the number of runs.
     pub(crate) fn run_count(&self) -> usize {
         self.runs.len()
     }
 
-    /// (z, y) of a row.
+    /// Returns the (z, y) of a row.
     pub(crate) fn row_key(&self, row: usize) -> (i32, i32) {
         (self.rows[row].z, self.rows[row].y)
     }
 
-    /// The runs of a row.
+    /// Returns the runs of a row.
     pub(crate) fn row_runs(&self, row: usize) -> Range<usize> {
         let end = self.rows.get(row + 1).map_or(self.runs.len(), |next| next.first_run as usize);
         self.rows[row].first_run as usize..end
     }
 
-    /// All runs in order, each with its (z, y).
+    /// Iterates over all runs in order, each with its (z, y).
     pub(crate) fn runs(&self) -> impl Iterator<Item = (usize, (i32, i32))> {
         (0..self.row_count()).flat_map(move |row| self.row_runs(row).map(move |run| (run, self.row_key(row))))
     }
 
-    /// The x of a run's positions.
+    /// Returns the range of x of a run.
     pub(crate) fn span(&self, run: usize) -> Range<i32> {
         let end = self.runs.get(run + 1).map_or(self.len, |next| next.first);
         let Run { x, first } = self.runs[run];
         x..x + (end - first) as i32
     }
 
-    /// The number of a run's first position.
+    /// Returns the number of a run's first position.
     pub(crate) fn first(&self, run: usize) -> u32 {
         self.runs[run].first
     }
 
-    /// (z, y) of the row that holds a run.
+    /// Returns the (z, y) of the row of a run.
     pub(crate) fn key_of_run(&self, run: usize) -> (i32, i32) {
         self.row_key(self.rows.partition_point(|row| row.first_run as usize <= run) - 1)
     }
 
-    /// The row with the given (z, y).
+    /// Returns the row with the given (z, y), if there is one.
     pub(crate) fn find_row(&self, key: (i32, i32)) -> Option<usize> {
         self.rows.binary_search_by_key(&key, |row| (row.z, row.y)).ok()
     }
 
-    /// The number of a position, if the set holds it.
+    /// Returns the number of a position, if it is in the set.
     pub(crate) fn find(&self, [x, y, z]: [i32; 3]) -> Option<u32> {
         let runs = self.row_runs(self.find_row((z, y))?);
         let before = self.runs[runs.clone()].partition_point(|run| run.x <= x);
@@ -119,16 +123,19 @@ impl GridSet {
         self.span(run).contains(&x).then(|| self.runs[run].first + (x - self.runs[run].x) as u32)
     }
 
-    /// The run that holds a position of the set, given the position's number.
+    /// Returns the run of a position, given the position's number.
     pub(crate) fn run_of(&self, number: u32) -> usize {
         self.runs.partition_point(|run| run.first <= number) - 1
     }
 
-    /// The cell of the set that holds a point, given in cells. A point between several cells goes to the one that begins there, or
-    /// else to the first that the set holds.
+    /// Returns the cell of the set that contains a point, given in cells, if there is one.
+    ///
+    /// A point at a boundary belongs to cell `floor(point)` if that is in the set, and otherwise to the first
+    /// neighbour that is in the set.
     pub(crate) fn locate(&self, point: [f64; 3]) -> Option<u32> {
         let middle = point.map(|x| x.floor());
-        // On each axis the cell of the point, and the one beyond the face near which it lies.
+        // On each axis, the neighbour beyond the face near which the point lies, or else the cell of the
+        // point.
         let beside: [f64; 3] = std::array::from_fn(|a| match point[a] - middle[a] {
             depth if depth <= SLACK => middle[a] - 1.0,
             depth if depth >= 1.0 - SLACK => middle[a] + 1.0,
@@ -138,7 +145,7 @@ impl GridSet {
         for k in 0..8 {
             let cell = std::array::from_fn(|a| if k >> a & 1 == 0 { middle[a] } else { beside[a] });
             if last != Some(cell) {
-                // Saturates: no cell has such an index.
+                // The conversion saturates, and no cell has the saturated index.
                 if let Some(cell) = self.find(cell.map(|x| x as i32)) {
                     return Some(cell);
                 }
@@ -148,7 +155,7 @@ impl GridSet {
         None
     }
 
-    /// All positions in order.
+    /// Returns all positions in order.
     pub(crate) fn positions(&self) -> Vec<[i32; 3]> {
         let mut positions = Vec::with_capacity(self.len());
         for (run, (z, y)) in self.runs() {
@@ -157,7 +164,7 @@ impl GridSet {
         positions
     }
 
-    /// Bytes that the set takes.
+    /// Returns the memory of the set, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.rows.len() * size_of::<Row>() + self.runs.len() * size_of::<Run>()
     }
@@ -168,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn positions_are_found_by_their_number_and_others_are_not() {
+    fn find_returns_the_number_of_each_position_of_the_set() {
         let positions = [[-2, 0, 0], [-1, 0, 0], [3, 0, 0], [0, 5, 0], [0, -7, 1], [1, -7, 1], [9, -7, 1]];
         let set = GridSet::from_sorted(&positions);
         assert_eq!(set.positions(), positions);

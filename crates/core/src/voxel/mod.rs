@@ -1,8 +1,13 @@
-//! Which cells of a grid a surface passes through or encloses.
+//! Voxelization: finds the cells of a grid that a surface passes through or encloses.
 //!
-//! In the order of the data: the grid around the surface ([`grid`]), the boxes of cells that a triangle passes through
-//! ([`triangle_box`]), bits for cells ([`bitmap`]), the cells that a way from outside leads to ([`fill`]), the cells of
-//! the surface and its inside ([`voxelize`](mod@voxelize)), as a sorted set of grid positions ([`grid_set`]).
+//! The files, in the order of the data flow:
+//!
+//! * [`grid`]: the grid around the surface.
+//! * [`triangle_box`]: the test of a triangle against a box of cells.
+//! * [`bitmap`]: one bit for each cell.
+//! * [`fill`]: flood fill of the cells outside the surface.
+//! * [`voxelize`](mod@voxelize): the cells of the surface and of its inside.
+//! * [`grid_set`]: the result, a sorted set of grid positions.
 
 mod bitmap;
 mod fill;

@@ -1,24 +1,26 @@
-//! Whether a triangle passes through a box: the separating axis test.
+//! Intersection test of a triangle and a box, by separating axes.
 
 use nalgebra::Vector3;
 
-use super::grid::TOUCHING;
+use super::grid::TOUCH_DEPTH;
 
-/// A depth of contact in cells that rounding may have made.
+/// Penetration depth, in cells, up to which an intersection is attributed to rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// The triangle's normal, and the products of its three edges with the three axes.
+/// Number of axes tested: the triangle's normal, and the cross products of its three edges with the three
+/// axes.
 const AXES: usize = 10;
 
-/// A triangle, prepared to be tested against many boxes (Akenine-Möller 2001).
+/// A triangle, prepared for tests against many boxes (Akenine-Möller 2001).
 ///
-/// A convex body and an open box are disjoint iff they do not overlap along one of the axes of the box, the normal of the triangle,
-/// or the products of their edges. The axes of the box are left to the caller, who looks only at boxes that overlap along them.
+/// A triangle and an open box are disjoint iff they do not overlap along one of these axes: the axes of the
+/// box, the normal of the triangle, and the cross products of their edges. The axes of the box are not tested
+/// here: the caller only passes boxes that overlap the triangle along them.
 pub(super) struct TriangleAxes {
     x: [f64; AXES],
     y: [f64; AXES],
     z: [f64; AXES],
-    /// Reach of the triangle along each axis, less what counts as touching.
+    /// Interval of the triangle along each axis, shrunk by the depth that counts as touching.
     low: [f64; AXES],
     high: [f64; AXES],
 }
@@ -31,7 +33,7 @@ impl TriangleAxes {
             x: [0.0; AXES],
             y: [0.0; AXES],
             z: [0.0; AXES],
-            // An axis of no length separates nothing.
+            // An axis of zero length does not separate anything.
             low: [f64::NEG_INFINITY; AXES],
             high: [f64::INFINITY; AXES],
         };
@@ -44,69 +46,72 @@ impl TriangleAxes {
         axes
     }
 
+    /// Sets axis `i`, unless it has zero length.
     fn set(&mut self, i: usize, axis: Vector3<f64>, corners: &[Vector3<f64>; 3]) {
         let longest = axis.amax();
         if longest == 0.0 {
             return;
         }
         let axis = axis / longest;
-        let touching = touching(&axis);
-        let reach = corners.map(|corner| axis.dot(&corner));
+        let depth = touch_depth(&axis);
+        let along = corners.map(|corner| axis.dot(&corner));
         self.x[i] = axis.x;
         self.y[i] = axis.y;
         self.z[i] = axis.z;
-        self.low[i] = reach[0].min(reach[1]).min(reach[2]) + touching;
-        self.high[i] = reach[0].max(reach[1]).max(reach[2]) - touching;
+        self.low[i] = along[0].min(along[1]).min(along[2]) + depth;
+        self.high[i] = along[0].max(along[1]).max(along[2]) - depth;
     }
 
-    /// Whether the triangle passes through the inside of a box that it overlaps along each axis of the box.
-    pub(super) fn enter(&self, low: [f64; 3], high: [f64; 3]) -> bool {
+    /// Returns whether the triangle enters the inside of a box that it overlaps along each axis of the box.
+    pub(super) fn enters(&self, low: [f64; 3], high: [f64; 3]) -> bool {
         let center: [f64; 3] = std::array::from_fn(|a| 0.5 * (low[a] + high[a]));
         let half: [f64; 3] = std::array::from_fn(|a| 0.5 * (high[a] - low[a]));
         let mut separated = false;
         for i in 0..AXES {
             let middle = self.x[i] * center[0] + self.y[i] * center[1] + self.z[i] * center[2];
-            let reach = self.x[i].abs() * half[0] + self.y[i].abs() * half[1] + self.z[i].abs() * half[2];
-            separated |= (self.low[i] >= middle + reach) | (self.high[i] <= middle - reach);
+            let radius = self.x[i].abs() * half[0] + self.y[i].abs() * half[1] + self.z[i].abs() * half[2];
+            separated |= (self.low[i] >= middle + radius) | (self.high[i] <= middle - radius);
         }
         !separated
     }
 }
 
-/// The depth along an axis, whose longest coordinate is 1, up to which a contact counts as touching.
+/// Returns the depth along an axis, with a longest coordinate of 1, up to which an intersection counts as
+/// touching.
 ///
-/// Where the surface crosses the line between the centers of two neighbouring cells, it lies at least half the sum of the two
-/// shorter coordinates deep in one of them. Less than that is allowed for, so that no closed surface springs a leak.
-fn touching(axis: &Vector3<f64>) -> f64 {
+/// Where the surface crosses the line between the centers of two neighbouring cells, its depth in one of them
+/// is at least half the sum of the two shorter coordinates. The limit is a quarter of this sum, so that no
+/// closed surface has a leak.
+fn touch_depth(axis: &Vector3<f64>) -> f64 {
     let shorter = axis.abs().sum() - 1.0;
-    (0.25 * shorter).clamp(ROUNDING, TOUCHING)
+    (0.25 * shorter).clamp(ROUNDING, TOUCH_DEPTH)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn enters(corners: [[f64; 3]; 3]) -> bool {
-        TriangleAxes::new(&corners).enter([0.0; 3], [1.0; 3])
+    fn enters_unit_box(corners: [[f64; 3]; 3]) -> bool {
+        TriangleAxes::new(&corners).enters([0.0; 3], [1.0; 3])
     }
 
     #[test]
-    fn a_plane_through_the_box_enters_and_one_past_its_corner_does_not() {
+    fn plane_enters_iff_it_cuts_the_inside_of_the_box() {
         for (sum, expected) in
             [(0.1, true), (1.5, true), (2.9, true), (3.1, false), (3.0, false), (0.0, false), (-0.1, false)]
         {
             let corners = [[sum + 8.0, -4.0, -4.0], [-4.0, sum + 8.0, -4.0], [-4.0, -4.0, sum + 8.0]];
-            assert_eq!(enters(corners), expected, "{sum}");
+            assert_eq!(enters_unit_box(corners), expected, "{sum}");
         }
     }
 
     #[test]
-    fn an_edge_past_the_edge_of_the_box_does_not_enter() {
+    fn triangle_beyond_an_edge_of_the_box_does_not_enter() {
         for (sum, expected) in
             [(1.9, true), (2.0, false), (2.0 + 1e-9, false), (2.0 - 1e-9, false), (2.0 - 1e-4, true)]
         {
             assert_eq!(
-                enters([[sum - 0.5, 0.5, 0.5], [0.5, sum - 0.5, 0.5], [3.0, 3.0, 0.5]]),
+                enters_unit_box([[sum - 0.5, 0.5, 0.5], [0.5, sum - 0.5, 0.5], [3.0, 3.0, 0.5]]),
                 expected,
                 "{sum}"
             );
@@ -114,15 +119,15 @@ mod tests {
     }
 
     #[test]
-    fn a_face_all_but_in_the_plane_of_the_box_is_not_taken_for_touching() {
-        // Over a hundred cells it rises by 2e-6 of a cell.
-        assert!(enters([[0.0, 0.0, 0.0], [2e-6, 100.0, 0.0], [0.0, 0.0, 100.0]]));
+    fn triangle_nearly_in_a_face_plane_still_enters() {
+        // The triangle rises by 2e-6 cells over 100 cells.
+        assert!(enters_unit_box([[0.0, 0.0, 0.0], [2e-6, 100.0, 0.0], [0.0, 0.0, 100.0]]));
     }
 
     #[test]
-    fn degenerate_triangles_enter_where_they_lie() {
-        assert!(enters([[0.5; 3]; 3]));
-        assert!(enters([[-1.0, 0.5, 0.5], [0.5, 0.5, 0.5], [2.0, 0.5, 0.5]]));
-        assert!(!enters([[-1.0, 0.5, 0.5], [0.5, 2.5, 0.5], [2.0, 4.5, 0.5]]));
+    fn degenerate_triangles_enter_boxes_that_contain_them() {
+        assert!(enters_unit_box([[0.5; 3]; 3]));
+        assert!(enters_unit_box([[-1.0, 0.5, 0.5], [0.5, 0.5, 0.5], [2.0, 0.5, 0.5]]));
+        assert!(!enters_unit_box([[-1.0, 0.5, 0.5], [0.5, 2.5, 0.5], [2.0, 4.5, 0.5]]));
     }
 }

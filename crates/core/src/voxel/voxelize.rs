@@ -1,7 +1,7 @@
-//! From a surface to the cells that it passes through or encloses.
+//! Finds the cells that a surface passes through or encloses.
 //!
-//! The *trace* of the triangles is found first: the cells that they enter, and the faces of cells that they lie on. What no way from
-//! outside leads to past this trace is the inside.
+//! First the *trace* of the triangles is found: the cells that they enter, and the faces of cells that they
+//! lie on. The trace bounds a flood fill from outside. The cells that the fill does not reach are the result.
 
 use nalgebra::Vector3;
 
@@ -12,40 +12,40 @@ use super::grid_set::GridSet;
 use super::triangle_box::TriangleAxes;
 use crate::mesh::{Mesh, signed_volume};
 
-/// A relative volume below which a surface has no inside, so that its orientation says nothing.
-const NO_VOLUME: f64 = 1e-9;
+/// Signed volume, relative to the grid, below which the orientation of a surface is undefined.
+const MIN_VOLUME: f64 = 1e-9;
 
-/// Bitmaps that voxelizing takes at most: cells entered, cells reached, and three for each axis with faces in grid planes.
+/// Maximum number of bitmaps: cells entered, cells reached, and three for each axis with faces.
 const BITMAPS: f64 = 11.0;
 
-/// Bytes of a row that waits for the flood.
+/// Bytes of a row in the queue of the flood fill.
 const ROW_BYTES: f64 = 17.0;
 
-/// Boxes of cells up to this number are tested cell by cell; larger ones are halved first.
+/// Boxes with at most this number of cells are tested cell by cell. Larger boxes are halved first.
 const SMALL_BOX: i64 = 16;
 
-/// The cells of a surface.
+/// The result of [`voxelize`].
 pub(crate) struct Voxels {
-    /// The cells that the surface passes through, and those that it encloses.
+    /// The cells that the surface passes through or encloses.
     pub(crate) cells: GridSet,
-    /// How many of them the surface passes through, or bounds by a face in a grid plane.
+    /// Number of cells that the surface passes through, or to which a face in a grid plane belongs.
     pub(crate) surface_cells: usize,
 }
 
-/// Bytes that voxelizing takes in a grid of so many cells along each axis.
+/// Returns the bytes that [`voxelize`] needs for a grid with `counts` cells along each axis.
 pub(crate) fn bytes(counts: [f64; 3]) -> f64 {
     BITMAPS * Bitmap::bytes(counts) + ROW_BYTES * Bitmap::row_count_of(counts)
 }
 
-/// The cells that a surface passes through or encloses.
+/// Finds the cells that a surface passes through or encloses.
 pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
     let placed: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.place(vertex)).collect();
     let mut trace = Trace::new(grid.size);
-    let mut traceless = Vec::new();
+    let mut untraced = Vec::new();
     for triangle in mesh.triangles() {
         let corners = triangle.map(|vertex| placed[vertex as usize]);
         if !trace.add(&corners) {
-            traceless.extend(corners);
+            untraced.extend(corners);
         }
     }
     let walls = [0, 1, 2].map(|a| trace.walls(a));
@@ -55,47 +55,47 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
     for cell in trace.cells_behind_faces(&outside, flipped) {
         trace.entered.set(cell);
     }
-    let stray = |corner: &[f64; 3]| cell_of_stray(corner, &outside, &trace.entered);
-    for cell in traceless.iter().filter_map(stray).collect::<Vec<_>>() {
+    let free_cell = |corner: &[f64; 3]| untraced_cell(corner, &outside, &trace.entered);
+    for cell in untraced.iter().filter_map(free_cell).collect::<Vec<_>>() {
         trace.entered.set(cell);
     }
     outside.remove(&trace.entered);
     Voxels { cells: outside.unset(), surface_cells: trace.entered.count() }
 }
 
-/// Whether the normals of a surface point inwards on the whole: its signed volume is negative.
+/// Returns whether the normals of a surface point inwards overall, so that its signed volume is negative.
 fn is_inside_out(mesh: &Mesh, placed: &[[f64; 3]], grid: &Grid) -> bool {
     let center = Vector3::from(grid.size.map(|n| 0.5 * n as f64));
     let volume = signed_volume(mesh.triangles(), |vertex| Vector3::from(placed[vertex as usize]) - center);
     let box_volume: f64 = grid.size.iter().map(|n| *n as f64).product();
-    volume < -NO_VOLUME * box_volume
+    volume < -MIN_VOLUME * box_volume
 }
 
-/// The cell of a corner of a triangle that left no trace, unless an occupied cell has it.
-fn cell_of_stray(corner: &[f64; 3], outside: &Bitmap, entered: &Bitmap) -> Option<[i32; 3]> {
+/// Returns a cell for a corner of a triangle without a trace, or `None` if an occupied cell contains it.
+fn untraced_cell(corner: &[f64; 3], outside: &Bitmap, entered: &Bitmap) -> Option<[i32; 3]> {
     let upper = corner.map(|x| x.floor() as i32);
     let lower = corner.map(|x| x.ceil() as i32 - 1);
     let around = (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { lower[a] } else { upper[a] }));
-    let mut around = around.filter(|cell| outside.within(*cell));
+    let mut around = around.filter(|cell| outside.in_grid(*cell));
     let first = around.next()?;
     let occupied = |cell: &[i32; 3]| entered.get(*cell) || !outside.get(*cell);
     let free = !occupied(&first) && !around.any(|cell| occupied(&cell));
     free.then_some(first)
 }
 
-/// What the triangles leave in the grid.
+/// The cells and faces of the grid that the triangles occupy.
 struct Trace {
-    /// Cells whose inside some triangle enters.
+    /// Cells whose inside a triangle enters.
     entered: Bitmap,
-    /// For each axis, where a triangle lies in a grid plane across it.
+    /// Faces across each axis. `None` if no triangle lies in a grid plane across the axis.
     faces: [Option<Faces>; 3],
 }
 
-/// Faces of cells, across one axis, on which a triangle lies; each is kept with the upper of its two cells.
+/// Faces of cells across one axis on which a triangle lies. A face is stored with the upper of its two cells.
 struct Faces {
-    /// The normal of the triangle points up the axis.
+    /// Faces of triangles whose normal points up the axis.
     up: Bitmap,
-    /// The normal of the triangle points down the axis.
+    /// Faces of triangles whose normal points down the axis.
     down: Bitmap,
 }
 
@@ -104,10 +104,10 @@ impl Trace {
         Self { entered: Bitmap::new(size), faces: [None, None, None] }
     }
 
-    /// Adds a triangle; false if it enters no cell and lies in no single grid plane: it has no area, or too little.
+    /// Adds a triangle. Returns false if it leaves no trace because its area is zero or too small.
     fn add(&mut self, corners: &[[f64; 3]; 3]) -> bool {
         let [a, b, c] = corners;
-        // No coordinate is negative, so that whole numbers come from cutting off.
+        // No coordinate is negative, so truncation is `floor`.
         let mut low: [i32; 3] = std::array::from_fn(|k| a[k].min(b[k]).min(c[k]) as i32);
         let mut high: [i32; 3] = std::array::from_fn(|k| {
             let highest = a[k].max(b[k]).max(c[k]);
@@ -120,7 +120,8 @@ impl Trace {
         if flat.next().is_some() {
             return false;
         }
-        // A triangle in a plane overlaps the squares of the plane as it does boxes of two cells about the plane.
+        // A triangle in a grid plane overlaps a face of the plane iff it enters the box of the two cells of
+        // the face.
         low[axis] -= 1;
         high[axis] += 1;
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -135,7 +136,7 @@ impl Trace {
         })
     }
 
-    /// All faces across an axis on which a triangle lies.
+    /// Returns all faces across an axis on which a triangle lies.
     fn walls(&self, axis: usize) -> Option<Bitmap> {
         let faces = self.faces[axis].as_ref()?;
         let mut walls = faces.up.clone();
@@ -143,8 +144,10 @@ impl Trace {
         Some(walls)
     }
 
-    /// The cells to which faces in grid planes belong: those on the inner side, by the flood; where both sides are open, by the
-    /// normal, and for a sheet with two sides the lower one.
+    /// Returns the cells to which the faces in grid planes belong.
+    ///
+    /// If one of the two cells is outside, this is the other cell. If both are outside, it is the cell behind
+    /// the normal (for a two-sided sheet, the lower one). If neither is outside, no cell is returned.
     fn cells_behind_faces(&self, outside: &Bitmap, flipped: bool) -> Vec<[i32; 3]> {
         let mut cells = Vec::new();
         for (axis, faces) in self.faces.iter().enumerate() {
@@ -159,7 +162,7 @@ impl Trace {
                     (false, false) => {}
                     (false, true) => cells.push(upper),
                     (true, false) => cells.push(lower),
-                    (true, true) => cells.extend(preferred.into_iter().find(|cell| outside.within(*cell))),
+                    (true, true) => cells.extend(preferred.into_iter().find(|cell| outside.in_grid(*cell))),
                 }
             }
         }
@@ -167,32 +170,39 @@ impl Trace {
     }
 }
 
-/// The boxes that a triangle enters: single cells, or, for a triangle in a plane across the axis `flat`, pairs of cells about it.
+/// A search for the boxes that a triangle enters.
+///
+/// A box is a single cell. For a triangle in a grid plane across the axis `flat`, it is the pair of cells on
+/// both sides of the plane.
 struct Boxes<'a> {
     corners: &'a [[f64; 3]; 3],
     flat: Option<usize>,
 }
 
 impl Boxes<'_> {
-    /// Visits, by their lower cell, the boxes that the triangle enters between two corners of the grid, around its own extent; false
-    /// if there are none.
+    /// Calls `emit` with the lower cell of each box that the triangle enters. Returns false for no box.
+    ///
+    /// `low..high` are the cells that the bounds of the triangle overlap.
     fn visit(&self, low: [i32; 3], high: [i32; 3], emit: &mut impl FnMut([i32; 3])) -> bool {
         if self.count(low, high) == 1 {
-            // A triangle within one cell that lies in no plane of it enters it.
+            // The bounds of the triangle are within this one box, so it enters the box.
             emit(low);
             return true;
         }
         self.visit_part(&TriangleAxes::new(self.corners), low, high, emit)
     }
 
+    /// Returns the number of boxes along an axis.
     fn extent(&self, low: [i32; 3], high: [i32; 3], axis: usize) -> i64 {
         if self.flat == Some(axis) { 1 } else { i64::from(high[axis] - low[axis]) }
     }
 
+    /// Returns the number of boxes in `low..high`.
     fn count(&self, low: [i32; 3], high: [i32; 3]) -> i64 {
         (0..3).map(|axis| self.extent(low, high, axis)).fold(1, i64::saturating_mul)
     }
 
+    /// Does the work of [`Boxes::visit`] by recursive halving.
     fn visit_part(
         &self,
         axes: &TriangleAxes,
@@ -202,7 +212,7 @@ impl Boxes<'_> {
     ) -> bool {
         let count = self.count(low, high);
         if count > SMALL_BOX {
-            if !axes.enter(low.map(f64::from), high.map(f64::from)) {
+            if !axes.enters(low.map(f64::from), high.map(f64::from)) {
                 return false;
             }
             let axis = (0..3).max_by_key(|&axis| self.extent(low, high, axis)).unwrap_or(0);
@@ -219,7 +229,7 @@ impl Boxes<'_> {
             for y in (low[1]..high[1]).step_by(step[1] as usize) {
                 for x in (low[0]..high[0]).step_by(step[0] as usize) {
                     let end = [x + step[0], y + step[1], z + step[2]];
-                    if axes.enter([x, y, z].map(f64::from), end.map(f64::from)) {
+                    if axes.enters([x, y, z].map(f64::from), end.map(f64::from)) {
                         emit([x, y, z]);
                         entered = true;
                     }

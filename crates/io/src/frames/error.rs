@@ -1,51 +1,51 @@
-//! What can go wrong with output.
+//! Errors of frame output.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a frame, or another output, could not be written.
+/// Error of writing a frame or another output file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The system refused: no space, no permission, no such directory, ...
+    /// A file operation failed: no space, no permission, no such directory, ...
     #[error("cannot {action} {}: {source}", .path.display())]
     Io {
-        /// What was tried: `"write"`, `"rename"`, ...
+        /// Attempted operation: `"write"`, `"rename to"`, ...
         action: &'static str,
-        /// What it was tried on.
+        /// File or directory of the operation.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The output would replace the very file that was read.
+    /// A frame would replace the input file.
     #[error(
-        "{} is the input, and a frame would have its name: choose another output directory or body name",
+        "{} is the input, and the output would replace it: choose another output directory or body name",
         .path.display()
     )]
     OverwritesInput {
-        /// The input.
+        /// Input file.
         path: PathBuf,
     },
-    /// A position that no file can hold.
-    #[error("frame {frame} is not written: vertex {vertex} (counted from 0) is not finite")]
+    /// A vertex position is NaN or infinite.
+    #[error("frame {frame} is not written: the position of vertex {vertex} (counted from 0) is not finite")]
     NotFinite {
-        /// The number of the frame.
+        /// Number of the frame.
         frame: u64,
-        /// The vertex, from 0.
+        /// Index of the vertex, from 0.
         vertex: usize,
     },
-    /// A point cache that cannot be continued.
+    /// A point cache cannot be continued.
     #[error("cannot continue {}: {reason}", .path.display())]
     Cache {
-        /// The cache.
+        /// Point cache file.
         path: PathBuf,
-        /// Why not.
+        /// Reason, a clause of the message.
         reason: String,
     },
 }
 
 impl OutputError {
-    /// For `map_err`: names what was tried on which path.
+    /// Returns a function for `map_err` that adds the attempted `action` and its `path` to an I/O error.
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
     }

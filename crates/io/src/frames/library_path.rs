@@ -1,4 +1,4 @@
-//! Paths of material libraries, so that they resolve from where the frames lie.
+//! Rewrites paths of material libraries so that they resolve from the directory of the frames.
 
 use std::ffi::OsString;
 use std::fs;
@@ -6,8 +6,9 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::obj::Library;
 
-/// The bytes that stand for `library` in a file in `output`, where the input lies in `input`; none if those of the
-/// input are right as they are.
+/// Returns the bytes that replace the path of `library` in a file in the directory `output`, where the input
+/// file is in the directory `input`. Returns `None` if the path is absolute or resolves to the same file from
+/// `output`.
 pub(super) fn rewritten(library: &Library, input: &Path, output: &Path) -> Option<Vec<u8>> {
     if Path::new(&library.name).is_absolute() || has_drive(&library.name) {
         return None;
@@ -20,12 +21,13 @@ pub(super) fn rewritten(library: &Library, input: &Path, output: &Path) -> Optio
     Some(bytes(&relative(&target, &resolve_directory(output))))
 }
 
-/// `C:\...` on a system that has no drives.
+/// Returns whether `name` starts with a drive (`C:\...`), which `Path` recognises on Windows only.
 fn has_drive(name: &str) -> bool {
     matches!(name.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }
 
-/// The absolute path of a file that may be missing. The file itself, if it is a link, keeps its name.
+/// Returns the absolute path of a file that may be missing. A link to a file is not resolved, only its
+/// directory.
 fn resolve(path: &Path) -> PathBuf {
     match (path.parent(), path.file_name()) {
         (Some(parent), Some(name)) => resolve_directory(parent).join(name),
@@ -33,7 +35,7 @@ fn resolve(path: &Path) -> PathBuf {
     }
 }
 
-/// The absolute path of a directory, links resolved as far as it exists.
+/// Returns the absolute path of a directory that may be missing. Links are resolved in the part that exists.
 fn resolve_directory(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     if let Ok(resolved) = fs::canonicalize(path) {
@@ -50,8 +52,8 @@ fn resolve_directory(path: &Path) -> PathBuf {
     }
 }
 
-/// The way from the absolute directory `base` to the absolute `target`, with `/` between names; `target` itself if
-/// they share no root.
+/// Returns the relative path from the absolute directory `base` to the absolute `target`, with `/` between
+/// names. Returns `target` itself if they share no root.
 fn relative(target: &Path, base: &Path) -> OsString {
     let shared = target.components().zip(base.components()).take_while(|(a, b)| a == b).count();
     if shared == 0 {
@@ -59,14 +61,14 @@ fn relative(target: &Path, base: &Path) -> OsString {
     }
     let up = base.components().skip(shared).map(|_| Path::new("..").as_os_str());
     let down = target.components().skip(shared).map(Component::as_os_str);
-    let mut way = OsString::new();
+    let mut path = OsString::new();
     for (index, name) in up.chain(down).enumerate() {
         if index > 0 {
-            way.push("/");
+            path.push("/");
         }
-        way.push(name);
+        path.push(name);
     }
-    way
+    path
 }
 
 fn bytes(path: &OsString) -> Vec<u8> {

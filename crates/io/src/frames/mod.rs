@@ -1,16 +1,16 @@
-//! Frames: a moving surface as files that other programs read.
+//! Frame sequences: the displayed surfaces as files that other programs read.
 //!
-//! | format | files | holds |
+//! | format | files | contents |
 //! |---|---|---|
 //! | [`Format::Obj`] | `NAME_0000.obj`, ... | the input, byte for byte, with new positions and normals |
 //! | [`Format::Ply`] | `NAME_0000.ply`, ... | binary little endian: positions, vertex normals, faces |
-//! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: the positions of all frames, for the input's vertex order |
+//! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: the positions of all frames, in the input's vertex order |
 //!
-//! A [`Sequence`] names the files, a [`FrameWriter`] writes them: [`Source`] and positions -> obj (with turned_normals and
-//! library_path), plain, ply or pc2.
+//! A [`Sequence`] names the files and a [`FrameWriter`] writes them:
+//! [`Source`] and positions -> obj (with turned_normals and library_path), plain, ply or pc2.
 //!
-//! Every file is written under another name (`.part` at its end) and renamed when it is whole, so that a final name
-//! never stands for half a file.
+//! Every file is written under a temporary name (with `.part` appended) and renamed when it is complete. A
+//! file with a final name is therefore always complete.
 
 mod error;
 mod library_path;

@@ -1,6 +1,6 @@
-//! Numbers as text.
+//! Formats numbers as text.
 
-/// Appends the shortest decimal digits that read back as the same `f32`: `0.1`, `-3`, `1.5e-7`, `-0`.
+/// Appends the shortest decimal text that reads back as the same finite `f32`: `0.1`, `-3`, `1.5e-7`, `-0`.
 #[inline]
 pub(super) fn push(text: &mut Vec<u8>, number: f32) {
     let mut buffer = zmij::Buffer::new();
@@ -8,7 +8,7 @@ pub(super) fn push(text: &mut Vec<u8>, number: f32) {
     if number.abs() < 1e9 {
         text.extend_from_slice(digits.strip_suffix(b".0").unwrap_or(digits));
     } else {
-        // Large numbers come as `1e+30` or `1000000000.0`.
+        // `zmij` writes large numbers as `1e+30` or `1000000000.0`.
         let digits = digits.strip_suffix(b".0").unwrap_or(digits);
         text.extend(digits.iter().filter(|&&digit| digit != b'+'));
     }
@@ -25,7 +25,7 @@ mod tests {
     }
 
     #[test]
-    fn short_and_exact() {
+    fn known_numbers_have_the_shortest_text() {
         for (number, expected) in [
             (0.0, "0"),
             (-0.0, "-0"),
@@ -42,12 +42,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn reads_back(bits: u32) {
+        fn every_finite_number_reads_back_from_the_shortest_text(bits: u32) {
             let number = f32::from_bits(bits);
             prop_assume!(number.is_finite());
             let written = text(number);
             prop_assert_eq!(written.parse::<f32>().unwrap().to_bits(), bits);
-            // No more digits than the standard library's shortest form.
+            // As many digits as the standard library's shortest form.
             let digits = |text: &str| {
                 let mantissa = text.split('e').next().unwrap().replace(['.', '-'], "");
                 mantissa.trim_matches('0').len()

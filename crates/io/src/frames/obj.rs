@@ -1,7 +1,8 @@
-//! OBJ frames of a mesh that was read from a file: the file again, with new positions and normals.
+//! OBJ frames of a mesh that was read from a file: the bytes of the file, with new positions and normals.
 //!
-//! The text is cut into pieces once; a frame fills those that change, each by itself and so on any thread, and writes
-//! one after another. Long stretches that never change are pieces of their own, written from the input as they are.
+//! The file is divided into pieces once. For each frame the pieces that change are filled independently of
+//! each other, on any thread, and all pieces are written in order. Long byte ranges that never change are
+//! pieces of their own, written directly from the input.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,13 +13,15 @@ use super::{library_path, number};
 use crate::obj::{Document, Part};
 use supple::Executor;
 
-/// Statements that change in a piece: enough that a thread has something to do, and that a write is worth its call.
-const CHANGES: usize = 4096;
+/// Largest number of changes in a piece: enough to outweigh the cost of a task for a thread and of a write
+/// call.
+const MAX_CHANGES: usize = 4096;
 
-/// Bytes that stay as they are and are more than this are no part of a piece that changes.
-const STRETCH: usize = 1 << 16;
+/// Largest number of consecutive unchanged bytes in a piece that changes; a longer range becomes a piece of
+/// its own.
+const MAX_UNCHANGED: usize = 1 << 16;
 
-/// A file that is written again and again, cut into pieces.
+/// Template of an OBJ file, divided into pieces, from which every frame is written.
 #[derive(Debug)]
 pub(super) struct ObjTemplate {
     shared: Shared,
@@ -26,44 +29,45 @@ pub(super) struct ObjTemplate {
     executor: Executor,
 }
 
-/// What all pieces look at.
+/// Data that all pieces share.
 #[derive(Debug)]
 struct Shared {
     document: Arc<Document>,
-    /// What changes, in the order of the file.
+    /// All changes, in the order of the file.
     changes: Vec<Change>,
     normals: TurnedNormals,
-    /// The names of material libraries that change, and what they change to.
+    /// Byte ranges of the material library paths that change, and their replacements.
     libraries: Vec<(Range<usize>, Vec<u8>)>,
 }
 
-/// A statement that changes.
+/// A change of one statement. All numbers count from 0.
 #[derive(Clone, Copy, Debug)]
 enum Change {
-    /// Number `v` of the file is number `vertex` of the mesh.
+    /// `v` number `v` of the file gets the position of mesh vertex `vertex`.
     Vertex { v: u32, vertex: u32 },
-    /// Number `vn` of the file.
+    /// `vn` number `vn` of the file gets a new direction.
     Normal { vn: u32 },
-    /// One of the libraries.
+    /// A path is replaced: entry `index` of [`Shared::libraries`].
     Library { index: u32 },
 }
 
-/// Bytes of the file, and what changes in them.
+/// A byte range of the file and the changes in it.
 #[derive(Debug)]
 struct Piece {
     raw: Range<usize>,
     changes: Range<usize>,
-    /// The `vn` among the changes, from the first to the last.
+    /// Numbers of the `vn` in this piece, from the first to the last that changes.
     normals: Range<usize>,
-    /// What these are in a frame, and scratch for it.
+    /// Directions of these `vn` in the current frame.
     directions: Vec<[f32; 3]>,
+    /// Scratch for the directions.
     corners: Vec<[f32; 3]>,
-    /// What the bytes are in a frame; not used where nothing changes.
+    /// Bytes of the piece in the current frame; unused if the piece has no changes.
     text: Vec<u8>,
 }
 
 impl ObjTemplate {
-    /// A template for frames that lie in `directory`, which must exist.
+    /// Creates a template for frames in `directory`, which must exist.
     pub(super) fn new(document: &Arc<Document>, part: &Part, directory: &Path) -> Self {
         let rewritten = |library: crate::obj::Library| {
             Some((library.bytes.clone(), library_path::rewritten(&library, document.directory(), directory)?))
@@ -74,8 +78,7 @@ impl ObjTemplate {
             libraries: document.libraries().into_iter().filter_map(rewritten).collect(),
             document: document.clone(),
         };
-        let vertices =
-            (0..).zip(part.vertices()).map(|(vertex, of_file)| Change::Vertex { v: of_file, vertex });
+        let vertices = (0..).zip(part.vertices()).map(|(vertex, v)| Change::Vertex { v, vertex });
         let normals = (0..document.normal_count() as u32).map(|vn| Change::Normal { vn });
         let libraries = (0..shared.libraries.len() as u32).map(|index| Change::Library { index });
         let used = normals.filter(|change| shared.is_used(change));
@@ -85,22 +88,22 @@ impl ObjTemplate {
         Self { pieces: shared.cut(), shared, executor: Executor::sequential() }
     }
 
-    /// Fills the pieces on these threads from now on.
-    pub(super) fn share(&mut self, executor: &Executor) {
+    /// Sets the threads that fill the pieces.
+    pub(super) fn set_executor(&mut self, executor: &Executor) {
         self.executor = executor.clone();
     }
 
-    /// Fills the pieces with the vertices of the mesh at `positions`.
+    /// Fills the pieces for mesh vertices at `positions`.
     pub(super) fn fill(&mut self, positions: &[[f32; 3]]) {
         let Self { shared, pieces, executor } = self;
-        if shared.changes.len() <= CHANGES {
-            // To wake another thread takes longer.
+        if shared.changes.len() <= MAX_CHANGES {
+            // Waking another thread takes longer than this.
             return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));
         }
         executor.share(pieces.iter_mut(), |piece| shared.fill(piece, positions));
     }
 
-    /// The pieces of the frame, in order.
+    /// Returns the bytes of the pieces of the frame, in order.
     pub(super) fn texts(&self) -> impl Iterator<Item = &[u8]> {
         let raw = self.shared.document.bytes();
         self.pieces.iter().map(|piece| match piece.changes.is_empty() {
@@ -118,7 +121,7 @@ impl Shared {
         }
     }
 
-    /// The bytes that a change replaces, and those between them.
+    /// Returns the byte range from the start of a change to its end, including the bytes between its numbers.
     fn span(&self, change: &Change) -> Range<usize> {
         match *change {
             Change::Vertex { v, .. } => self.document.vertex_numbers()[v as usize].span(),
@@ -127,18 +130,19 @@ impl Shared {
         }
     }
 
+    /// Divides the file into pieces.
     fn cut(&self) -> Vec<Piece> {
         let mut pieces: Vec<Piece> = Vec::new();
         let mut end = 0;
         for (index, change) in self.changes.iter().enumerate() {
             let span = self.span(change);
-            let is_far = span.start - end > STRETCH;
+            let is_far = span.start - end > MAX_UNCHANGED;
             if is_far {
                 pieces.push(Piece::new(end..span.start, index..index));
                 end = span.start;
             }
             match pieces.last_mut() {
-                Some(piece) if !is_far && (1..CHANGES).contains(&piece.changes.len()) => {
+                Some(piece) if !is_far && (1..MAX_CHANGES).contains(&piece.changes.len()) => {
                     piece.raw.end = span.end;
                     piece.changes.end = index + 1;
                 }
@@ -150,15 +154,16 @@ impl Shared {
             }
             end = span.end;
         }
-        let none = self.changes.len();
-        pieces.push(Piece::new(end..self.document.bytes().len(), none..none));
+        let count = self.changes.len();
+        pieces.push(Piece::new(end..self.document.bytes().len(), count..count));
         pieces
     }
 
+    /// Fills one piece for mesh vertices at `positions`.
     fn fill(&self, piece: &mut Piece, positions: &[[f32; 3]]) {
         let Piece { raw: bytes, changes, normals, directions, corners, text } = piece;
         let raw = self.document.bytes();
-        self.normals.turn(normals.clone(), positions, corners, directions);
+        self.normals.transform(normals.clone(), positions, corners, directions);
         let mut copied = bytes.start;
         text.clear();
         for change in &self.changes[changes.clone()] {
@@ -177,7 +182,7 @@ impl Shared {
                     continue;
                 }
             };
-            // What separates the numbers is kept.
+            // The bytes between the numbers are copied unchanged.
             for (range, value) in numbers.ranges().into_iter().zip(values) {
                 push_short(text, &raw[copied..range.start]);
                 number::push(text, value);
@@ -196,7 +201,7 @@ impl Piece {
     }
 }
 
-/// Appends bytes that are one blank as a rule.
+/// Appends bytes, with a fast path for a single byte: the usual blank between numbers.
 #[inline]
 fn push_short(text: &mut Vec<u8>, bytes: &[u8]) {
     match *bytes {

@@ -3,28 +3,28 @@
 //! ```text
 //! offset  0   12 bytes   "POINTCACHE2" and a zero byte
 //!        12   int32      version: 1
-//!        16   int32      points in a sample
+//!        16   int32      number of points in a sample
 //!        20   float32    first frame
 //!        24   float32    frames from one sample to the next
-//!        28   int32      samples
+//!        28   int32      number of samples
 //!        32   float32    x, y, z of each point of the first sample, of the second, ...
 //! ```
 //!
-//! All little endian. The count is kept right after each sample, so that the `.part` of a run that was killed can be
-//! read, too.
+//! All numbers are little endian. The number of samples is updated after each sample, so that the `.part`
+//! file of a killed run can be read.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use super::{OutputError, Sequence};
-use crate::file::part_of;
+use crate::file::part_path;
 
 const SIGNATURE: &[u8; 12] = b"POINTCACHE2\0";
 const HEADER: u64 = 32;
 const COUNT_AT: u64 = 28;
 
-/// A cache that is being written, as `NAME.pc2.part`.
+/// A point cache that is being written, as `NAME.pc2.part`.
 #[derive(Debug)]
 pub(super) struct PointCache {
     path: PathBuf,
@@ -37,15 +37,15 @@ impl PointCache {
     /// Starts a new cache.
     pub(super) fn create(sequence: &Sequence, points: u32) -> Result<Self, OutputError> {
         let path = sequence.path(0);
-        let mut file = File::create(part_of(&path)).map_err(OutputError::io("write", &path))?;
+        let mut file = File::create(part_path(&path)).map_err(OutputError::io("write", &path))?;
         file.write_all(&header(sequence, points)).map_err(OutputError::io("write", &path))?;
         Ok(Self { path, file, points, samples: 0 })
     }
 
-    /// Continues a cache, finished or not, after its first `samples`; what follows them is cut off.
+    /// Continues a cache, finished or not, after its first `samples` samples. Later samples are cut off.
     pub(super) fn resume(sequence: &Sequence, points: u32, samples: u64) -> Result<Self, OutputError> {
         let path = sequence.path(0);
-        let part = part_of(&path);
+        let part = part_path(&path);
         if !part.exists() {
             fs::rename(&path, &part).map_err(OutputError::io("continue", &path))?;
         }
@@ -53,22 +53,22 @@ impl PointCache {
         let mut file = open.map_err(OutputError::io("continue", &path))?;
         let refuse = |reason: String| OutputError::Cache { path: path.clone(), reason };
         let mut found = [0; HEADER as usize];
-        file.read_exact(&mut found).map_err(|_| refuse("it has no header".to_owned()))?;
+        file.read_exact(&mut found).map_err(|_| refuse("its header is incomplete".to_owned()))?;
         if found[..COUNT_AT as usize] != header(sequence, points)[..COUNT_AT as usize] {
-            return Err(refuse("it is of another mesh or starts at another frame".to_owned()));
+            return Err(refuse("its point count, first frame or frame step differs".to_owned()));
         }
         let length = file.metadata().map_err(OutputError::io("read", &path))?.len();
-        let held = (length - HEADER) / sample_size(points);
-        if held < samples {
-            return Err(refuse(format!("it holds {held} of the {samples} frames before")));
+        let complete = (length - HEADER) / sample_size(points);
+        if complete < samples {
+            return Err(refuse(format!("it has {complete} of the {samples} frames to keep")));
         }
-        let samples = u32::try_from(samples).map_err(|_| refuse("too many frames".to_owned()))?;
+        let samples = u32::try_from(samples).map_err(|_| refuse("more than 2^32 - 1 frames".to_owned()))?;
         let mut cache = Self { path, file, points, samples };
         cache.cut().map_err(OutputError::io("write", &cache.path))?;
         Ok(cache)
     }
 
-    /// Appends a sample: 12 bytes a point. If that fails the samples before it stay, and nothing after them.
+    /// Appends a sample of 12 bytes per point. On failure the file is cut off after the previous sample.
     pub(super) fn write(&mut self, sample: &[u8]) -> Result<(), OutputError> {
         debug_assert_eq!(sample.len() as u64, sample_size(self.points), "a sample has all points");
         let written = self.file.write_all(sample).and_then(|()| {
@@ -76,7 +76,7 @@ impl PointCache {
             self.write_count().inspect_err(|_| self.samples -= 1)
         });
         if let Err(error) = written {
-            // The first error is the one to tell.
+            // The first error is returned.
             let _ = self.cut();
             return Err(OutputError::io("write", &self.path)(error));
         }
@@ -87,16 +87,16 @@ impl PointCache {
     pub(super) fn finish(self) -> Result<(), OutputError> {
         let Self { path, file, .. } = self;
         drop(file);
-        fs::rename(part_of(&path), &path).map_err(OutputError::io("rename to", &path))
+        fs::rename(part_path(&path), &path).map_err(OutputError::io("rename to", &path))
     }
 
-    /// Makes the file end after the samples that count.
+    /// Cuts the file off after the counted samples.
     fn cut(&mut self) -> std::io::Result<()> {
         self.file.set_len(HEADER + u64::from(self.samples) * sample_size(self.points))?;
         self.write_count()
     }
 
-    /// Writes the count of samples, and goes on at the end.
+    /// Writes the number of samples into the header, then seeks to the end.
     fn write_count(&mut self) -> std::io::Result<()> {
         self.file.seek(SeekFrom::Start(COUNT_AT))?;
         self.file.write_all(&self.samples.to_le_bytes())?;
@@ -104,7 +104,7 @@ impl PointCache {
     }
 }
 
-/// Bytes of a sample.
+/// Returns the size of a sample, in bytes.
 fn sample_size(points: u32) -> u64 {
     12 * u64::from(points)
 }

@@ -3,7 +3,7 @@
 use super::number;
 use supple::mesh::Mesh;
 
-/// The text of the faces; the vertices come new with each frame.
+/// Template of an OBJ file: the text of the faces. Each frame writes its own vertices before it.
 #[derive(Debug)]
 pub(super) struct PlainObj {
     faces: Vec<u8>,

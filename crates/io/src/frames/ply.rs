@@ -4,7 +4,7 @@
 
 use supple::mesh::Mesh;
 
-/// What all frames share: the header, and the faces.
+/// Template of a PLY file: the header and the faces, which all frames share.
 #[derive(Debug)]
 pub(super) struct Ply {
     header: Vec<u8>,
@@ -12,21 +12,22 @@ pub(super) struct Ply {
 }
 
 impl Ply {
-    /// Polygons where all have the same number of corners; else their triangles, because common readers (trimesh)
-    /// take binary lists of one length only. Faces with fewer than three corners are left out.
+    /// Creates a template. Faces are polygons if all have the same number of corners; otherwise they are
+    /// triangles, because common readers (trimesh) accept binary lists of one length only. Faces with fewer
+    /// than three corners are left out.
     pub(super) fn new(mesh: &Mesh) -> Self {
         let polygons = || mesh.faces().filter(|face| face.len() > 2);
         let first = polygons().next().map_or(0, <[u32]>::len);
-        let drawn: Vec<&[u32]> = if polygons().all(|face| face.len() == first) {
+        let written: Vec<&[u32]> = if polygons().all(|face| face.len() == first) {
             polygons().collect()
         } else {
             mesh.triangles().iter().map(<[u32; 3]>::as_slice).collect()
         };
-        // A count of corners is a byte where that is enough, as most writers have it.
-        let small = drawn.iter().all(|face| u8::try_from(face.len()).is_ok());
+        // Like most writers, stores the number of corners as a byte if it fits.
+        let fits_byte = written.iter().all(|face| u8::try_from(face.len()).is_ok());
         let mut faces = Vec::new();
-        for face in &drawn {
-            if small {
+        for face in &written {
+            if fits_byte {
                 faces.push(face.len() as u8);
             } else {
                 faces.extend_from_slice(&(face.len() as u32).to_le_bytes());
@@ -39,13 +40,13 @@ impl Ply {
              property float nx\nproperty float ny\nproperty float nz\n\
              element face {}\nproperty list {} int vertex_indices\nend_header\n",
             mesh.vertices().len(),
-            drawn.len(),
-            if small { "uchar" } else { "int" },
+            written.len(),
+            if fits_byte { "uchar" } else { "int" },
         );
         Self { header: header.into_bytes(), faces }
     }
 
-    /// Bytes of a frame.
+    /// Returns the size of a frame with this number of vertices, in bytes.
     pub(super) fn len(&self, vertices: usize) -> u64 {
         (self.header.len() + 24 * vertices + self.faces.len()) as u64
     }

@@ -1,4 +1,4 @@
-//! The files of a frame sequence: their formats, and which of them belong to it.
+//! The files of a frame sequence: their formats, their names, and which existing files belong to a sequence.
 
 use std::fmt;
 use std::fs;
@@ -8,25 +8,25 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::OutputError;
-use crate::file::{PART, part_of};
+use crate::file::{PART, part_path};
 
-/// A format of frames. Shown and read as `obj`, `ply`, `pc2`.
+/// Format of frames. Displayed and parsed as `obj`, `ply`, `pc2`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Format {
-    /// Wavefront OBJ, one file a frame: the input with new positions and normals. The default.
+    /// Wavefront OBJ, one file per frame: the input with new positions and normals. The default.
     #[default]
     Obj,
-    /// PLY, binary little endian, one file a frame: polygons where all have the same number of corners, else their
-    /// triangles, as many readers take lists of one length only.
+    /// PLY, binary little endian, one file per frame. Faces are polygons if all have the same number of
+    /// corners; otherwise they are triangles, because many readers accept lists of one length only.
     Ply,
-    /// Point Cache 2, one file a body.
+    /// Point Cache 2, one file per body.
     ///
-    /// A reader applies it to the *input* mesh: it must have the same number of points in the same order (all `v` of
-    /// an OBJ file, those that no face uses included), loaded without reordering, merging or splitting vertices. The
-    /// positions are in world space, in the axes of the scene: a program that turns the input on import (y up to z
-    /// up) must turn the cache likewise.
+    /// A reader applies it to the *input* mesh. That mesh must have the same number of points in the same
+    /// order (all `v` of an OBJ file, including unused ones), loaded without reordering, merging or splitting
+    /// vertices. The positions are in world space, in the axes of the scene. A program that rotates the input
+    /// on import (y up to z up) must rotate the cache in the same way.
     Pc2,
 }
 
@@ -34,7 +34,7 @@ impl Format {
     /// All formats.
     pub const ALL: [Self; 3] = [Self::Obj, Self::Ply, Self::Pc2];
 
-    /// The name, which is also the ending of the files.
+    /// Returns the name, which is also the file extension.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Obj => "obj",
@@ -50,7 +50,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// A name that no [`Format`] has.
+/// Error: the name is not that of a [`Format`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown format `{0}`: it must be obj, ply or pc2")]
 pub struct UnknownFormat(pub String);
@@ -66,25 +66,25 @@ impl FromStr for Format {
     }
 }
 
-/// The files of one body: where they lie, what they are called, which frames there are.
+/// The files of one body: directory, names, format and frame numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sequence {
-    /// The directory. It is created where it is missing.
+    /// Directory of the files. It is created if it is missing.
     pub directory: PathBuf,
-    /// The name of the body, which files start with.
+    /// Name of the body, with which the file names start.
     pub name: String,
-    /// The format.
+    /// Format of the files.
     pub format: Format,
-    /// The number of the first frame.
+    /// Number of the first frame.
     pub first: u64,
-    /// The step from one frame that is written to the next, at least 1.
+    /// Step from one written frame to the next, in frames, at least 1.
     pub every: u64,
-    /// The number of the last frame: numbers in file names have as many digits as it, and at least 4.
+    /// Number of the last frame. Numbers in file names have as many digits as this one, and at least 4.
     pub last: u64,
 }
 
 impl Sequence {
-    /// The file of a frame: `NAME_0007.obj`; for a point cache the file of all frames, `NAME.pc2`.
+    /// Returns the file of a frame, `NAME_0007.obj`; for a point cache the file of all frames, `NAME.pc2`.
     pub fn path(&self, frame: u64) -> PathBuf {
         let Self { name, format, .. } = self;
         let width = (self.last.checked_ilog10().unwrap_or(0) as usize + 1).max(4);
@@ -94,14 +94,15 @@ impl Sequence {
         })
     }
 
-    /// How many frames lie before number `frame`.
+    /// Returns the number of written frames before frame number `frame`.
     pub fn frames_before(&self, frame: u64) -> u64 {
         frame.saturating_sub(self.first).div_ceil(self.every.max(1))
     }
 
-    /// The files in the directory that belong to a sequence of this name and format, sorted, of any length, files
-    /// that were left half written included. A file belongs iff it is called exactly `NAME_<digits>.<ending>` (four
-    /// digits or more) or `NAME.pc2`, perhaps with `.part` after it.
+    /// Returns the files in the directory that belong to a sequence of this name and format, sorted. The
+    /// sequence may have any length, and incomplete files are included. A file belongs to it if its name is
+    /// exactly `NAME_<digits>.<extension>` (four digits or more) or `NAME.pc2`, with or without `.part`
+    /// appended.
     ///
     /// # Errors
     /// If the directory exists but cannot be read.
@@ -122,7 +123,7 @@ impl Sequence {
         Ok(paths)
     }
 
-    /// Removes the files of [`Sequence::existing`].
+    /// Removes the files that [`Sequence::existing`] returns.
     ///
     /// # Errors
     /// If one of them cannot be removed.
@@ -132,30 +133,31 @@ impl Sequence {
             .try_for_each(|path| fs::remove_file(path).map_err(OutputError::io("remove", path)))
     }
 
-    /// Removes the files that were left half written, but not a point cache, which can be continued.
+    /// Removes incomplete files, except an incomplete point cache, which can be continued.
     pub(super) fn remove_parts(&self) -> Result<(), OutputError> {
         let is_part = |path: &PathBuf| path.as_os_str().as_encoded_bytes().ends_with(PART.as_bytes());
         let parts = self.existing()?.into_iter().filter(is_part);
-        let cache = part_of(&self.path(0));
+        let cache = part_path(&self.path(0));
         parts
             .filter(|path| self.format != Format::Pc2 || *path != cache)
             .try_for_each(|path| fs::remove_file(&path).map_err(OutputError::io("remove", &path)))
     }
 
-    /// Refuses an `input` whose name a frame would take, or that would be removed as an older frame.
-    pub(crate) fn spare(&self, input: &Path) -> Result<(), OutputError> {
-        // A link and the file that it leads to.
+    /// Returns an error if a frame would replace `input`, or if `input` would be removed as an older frame.
+    pub(crate) fn check_input(&self, input: &Path) -> Result<(), OutputError> {
+        // Checks a link and the file that it refers to.
         for path in [Some(input.to_owned()), fs::canonicalize(input).ok()].into_iter().flatten() {
-            let own = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.owns(name));
+            let owned = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.owns(name));
             let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
             let folders = [parent.unwrap_or(Path::new(".")), &self.directory].map(fs::canonicalize);
-            if own && matches!(folders, [Ok(ref a), Ok(ref b)] if a == b) {
+            if owned && matches!(folders, [Ok(ref a), Ok(ref b)] if a == b) {
                 return Err(OutputError::OverwritesInput { path });
             }
         }
         Ok(())
     }
 
+    /// Returns whether a file of this name belongs to the sequence: see [`Sequence::existing`].
     fn owns(&self, file: &str) -> bool {
         let Some(rest) = file.strip_prefix(self.name.as_str()) else { return false };
         let rest = rest.strip_suffix(PART).unwrap_or(rest);

@@ -1,19 +1,20 @@
-//! The `vn` of an OBJ file, turned as the surface deforms.
+//! Transforms the `vn` of an OBJ file as the surface deforms.
 //!
-//! A `vn` is in general not the normal that follows from the faces: hard edges, smoothed bevels and baked normals
-//! keep their difference from it. So each corner takes its input normal along. With `e1`, `e2` the edges from the
-//! corner to its neighbours in the face, `m = e1 x e2`, and a prime for the deformed surface, the normal `n` goes to
+//! A `vn` generally differs from the normal computed from the faces: hard edges, smoothed bevels, baked
+//! normals. Each face corner therefore transforms its own input normal, so that the difference is kept. With
+//! `e1`, `e2` the edges from the corner to its neighbours in the face, `m = e1 x e2`, and a prime for the
+//! deformed surface, the normal `n` becomes
 //!
 //! ```text
 //! n' = (n . m/|m|) m'/|m'| / s  +  (n . e1) d1  +  (n . e2) d2        s = sqrt(|m'| / |m|)
 //! ```
 //!
-//! with `d1`, `d2` the dual basis of `e1'`, `e2'` in the plane of the corner. That is the inverse transpose of the
-//! local deformation gradient, which normals are transformed by, if the unknown stretch along the face's normal is
-//! taken to be the mean stretch `s` within the face. A rigid motion or a uniform scale turns every normal exactly,
-//! whatever it is; a face normal stays the face's normal under any deformation.
+//! with `d1`, `d2` the dual basis of `e1'`, `e2'` in the plane of the corner. This applies the inverse
+//! transpose of the local deformation gradient, the transformation of normals. The stretch along the face
+//! normal is unknown and taken to be the mean stretch `s` within the face. Under a rigid motion or a uniform
+//! scale every normal is transformed exactly. A face normal remains the face normal under any deformation.
 //!
-//! A `vn` that several corners share gets the mean of their unit normals, at length 1.
+//! A `vn` that several corners share becomes the mean of their unit normals, normalised.
 
 mod corner;
 
@@ -27,18 +28,19 @@ use crate::obj::{Document, Part};
 
 type Vec3 = Vector3<f64>;
 
-/// A corner's own frame spans too small an angle below this sine; it borrows the one of a better corner of its face.
-const THIN: f64 = 1e-3;
+/// Smallest sine of the angle between the edges of a corner. Below it the edges of the corner with the
+/// largest area in the same face are used instead.
+const MIN_SINE: f64 = 1e-3;
 
-/// All `vn` that the faces of a part use.
+/// The `vn` that the faces of a part use, and the corners that transform them.
 #[derive(Debug)]
 pub(super) struct TurnedNormals {
-    /// Corners that use `vn` number `k`: `corners[offsets[k]..offsets[k + 1]]`.
+    /// The corners that use `vn` number `k` are `corners[offsets[k]..offsets[k + 1]]`.
     offsets: Vec<u32>,
     corners: Vec<Corner>,
-    /// The numbers of the input: one per `vn`.
+    /// Vectors of the input, one per `vn`.
     input: Vec<[f32; 3]>,
-    /// The positions of the input: one per vertex of the mesh.
+    /// Positions of the input, one per mesh vertex.
     rest: Vec<[f32; 3]>,
 }
 
@@ -47,8 +49,8 @@ impl TurnedNormals {
         let mesh = part.mesh();
         let input = document.normals().to_vec();
         let mut found = Vec::new();
-        for (face, of_file) in mesh.faces().zip(part.faces()) {
-            let Some(normals) = document.face_normals(of_file) else { continue };
+        for (face, file_face) in mesh.faces().zip(part.faces()) {
+            let Some(normals) = document.face_normals(file_face) else { continue };
             let position = |corner: usize| mesh.vertices()[face[corner] as usize];
             let frame = |corner: usize| {
                 let triple = [corner, (corner + 1) % face.len(), (corner + face.len() - 1) % face.len()];
@@ -59,7 +61,7 @@ impl TurnedNormals {
                 (0..face.len()).map(frame).max_by(|a, b| a.3.norm_squared().total_cmp(&b.3.norm_squared()));
             for (corner, &normal) in normals.iter().enumerate() {
                 let own = frame(corner);
-                let thin = own.3.norm() <= THIN * own.1.norm() * own.2.norm();
+                let thin = own.3.norm() <= MIN_SINE * own.1.norm() * own.2.norm();
                 let (triple, e1, e2, m) = widest.filter(|_| thin).unwrap_or(own);
                 let area = m.norm();
                 if area == 0.0 {
@@ -71,7 +73,7 @@ impl TurnedNormals {
                 found.push((normal, Corner { vertices, covariant, root_area: area.sqrt() as f32 }));
             }
         }
-        // Stable: the corners of a `vn` keep the order of the faces.
+        // The sort is stable: the corners of a `vn` keep the order of the faces.
         found.sort_by_key(|&(normal, _)| normal);
         let first_of = |normal: usize| found.partition_point(|&(other, _)| (other as usize) < normal) as u32;
         Self {
@@ -82,16 +84,16 @@ impl TurnedNormals {
         }
     }
 
-    /// Whether a corner of the part uses `vn` number `normal`; its line is kept otherwise.
+    /// Returns whether a corner of the part uses `vn` number `normal`. Lines of unused `vn` are kept.
     #[inline]
     pub(super) fn is_used(&self, normal: usize) -> bool {
         self.offsets[normal] < self.offsets[normal + 1]
     }
 
-    /// Writes the `vn` of `numbers` at `positions` (one per vertex of the mesh) to `directions`: unit vectors; the very
-    /// numbers of the input where nothing around them has moved, or where their faces have collapsed. `corners` is
-    /// scratch.
-    pub(super) fn turn(
+    /// Writes the directions of the `vn` in the range `numbers` to `directions`, for mesh vertices at
+    /// `positions`. The directions are unit vectors. A `vn` whose corners have not moved, or whose faces have
+    /// collapsed, keeps its input vector exactly. `corners` is scratch.
+    pub(super) fn transform(
         &self,
         numbers: Range<usize>,
         positions: &[[f32; 3]],
@@ -101,18 +103,18 @@ impl TurnedNormals {
         let first = self.offsets[numbers.start] as usize;
         let own = &self.corners[first..self.offsets[numbers.end] as usize];
         corners.resize(own.len(), [0.0; 3]);
-        corner::turn(own, positions, corners);
+        corner::transform(own, positions, corners);
         directions.clear();
         directions.extend(numbers.map(|normal| {
             let input = self.input[normal];
             let mut sum = [0.0_f32; 3];
             let mut moved = false;
             for k in self.offsets[normal] as usize..self.offsets[normal + 1] as usize {
-                let [here, there] = [positions, &self.rest]
-                    .map(|places| self.corners[k].vertices.map(|vertex| &places[vertex as usize]));
-                let turned = if here == there { unit(input) } else { corners[k - first] };
-                moved |= here != there;
-                sum = std::array::from_fn(|axis| sum[axis] + turned[axis]);
+                let [now, rest] = [positions, &self.rest]
+                    .map(|points| self.corners[k].vertices.map(|vertex| &points[vertex as usize]));
+                let direction = if now == rest { unit(input) } else { corners[k - first] };
+                moved |= now != rest;
+                sum = std::array::from_fn(|axis| sum[axis] + direction[axis]);
             }
             let mean = unit(sum);
             if moved && mean != [0.0; 3] { mean } else { input }
@@ -120,24 +122,24 @@ impl TurnedNormals {
     }
 }
 
-/// How many `vn` of a file are shared by corners at different places, whose normals differ once the surface bends:
-/// frames hold the mean of them.
+/// Returns the number of `vn` in a file that are shared by corners at different positions. The normals of
+/// such corners differ once the surface bends, and frames contain their mean.
 pub fn shared_normals(document: &Document, part: &Part) -> usize {
-    const NOWHERE: u32 = u32::MAX;
+    const UNUSED: u32 = u32::MAX;
     let mesh = part.mesh();
-    let mut place = vec![NOWHERE; document.normal_count()];
-    let mut shared = vec![false; place.len()];
-    for (face, of_file) in mesh.faces().zip(part.faces()) {
-        for (&corner, &normal) in face.iter().zip(document.face_normals(of_file).unwrap_or_default()) {
-            let (normal, here) = (normal as usize, mesh.weld()[corner as usize]);
-            shared[normal] |= place[normal] != NOWHERE && place[normal] != here;
-            place[normal] = here;
+    let mut vertex = vec![UNUSED; document.normal_count()];
+    let mut shared = vec![false; vertex.len()];
+    for (face, file_face) in mesh.faces().zip(part.faces()) {
+        for (&corner, &normal) in face.iter().zip(document.face_normals(file_face).unwrap_or_default()) {
+            let (normal, welded) = (normal as usize, mesh.weld()[corner as usize]);
+            shared[normal] |= vertex[normal] != UNUSED && vertex[normal] != welded;
+            vertex[normal] = welded;
         }
     }
     shared.into_iter().filter(|&shared| shared).count()
 }
 
-/// `vector` at length 1; zero if it has none.
+/// Returns `vector` normalised, or zero if its length is zero.
 #[inline]
 fn unit(vector: [f32; 3]) -> [f32; 3] {
     let squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
@@ -145,7 +147,7 @@ fn unit(vector: [f32; 3]) -> [f32; 3] {
         let inverse = 1.0 / squared.sqrt();
         return vector.map(|component| component * inverse);
     }
-    // The square of a short vector is lost in f32 long before the vector is.
+    // The square of a short vector underflows in f32 although the vector itself does not.
     let wide = vector.map(f64::from);
     let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
     if length > 0.0 { wide.map(|component| (component / length) as f32) } else { [0.0; 3] }

@@ -1,4 +1,4 @@
-//! Frames of one body, written one after another.
+//! Writes the frames of one body.
 
 use std::borrow::Cow;
 use std::fs;
@@ -16,13 +16,14 @@ use crate::obj::{Document, Part};
 use supple::Executor;
 use supple::mesh::Mesh;
 
-/// Where a body's surface came from.
+/// Origin of the surface of a body.
 #[derive(Clone, Copy, Debug)]
 pub enum Source<'a> {
-    /// Arrays: OBJ frames hold vertices and faces, and nothing else.
+    /// Arrays: OBJ frames contain only vertices and faces.
     Mesh(&'a Mesh),
-    /// An OBJ file: OBJ frames and point caches hold all of its vertices, also where the body is one object of it;
-    /// those of other objects stay as they are. PLY frames hold the body alone.
+    /// An OBJ file, and the part of it that is the body. OBJ frames and point caches contain all vertices of
+    /// the file, even if the body is only one of its objects; vertices of other objects do not move. PLY
+    /// frames contain the body alone.
     Document(&'a Arc<Document>, &'a Part),
 }
 
@@ -34,8 +35,8 @@ impl Source<'_> {
         }
     }
 
-    /// How many points a reader of a point cache must find in the input, which it is applied to: all `v` of an OBJ
-    /// file, all vertices of other meshes.
+    /// Returns the number of points that the input must have when a point cache is applied to it: all `v` of
+    /// an OBJ file, or all vertices of a mesh of arrays.
     pub fn points(&self) -> usize {
         match self {
             Self::Mesh(mesh) => mesh.vertices().len(),
@@ -43,13 +44,13 @@ impl Source<'_> {
         }
     }
 
-    /// About how many bytes a frame takes on disk; exactly, but for OBJ.
+    /// Returns the size of a frame on disk, in bytes. The size is approximate for OBJ and exact otherwise.
     pub fn frame_bytes(&self, format: Format) -> u64 {
         match (format, self) {
             (Format::Pc2, _) => 12 * self.points() as u64,
             (Format::Ply, _) => Ply::new(self.mesh()).len(self.mesh().vertices().len()),
             (Format::Obj, Self::Mesh(mesh)) => {
-                // Nine digits and a point, thrice; and the indices with their blanks.
+                // Three numbers of about nine digits and a point per vertex; an index and a blank per corner.
                 let corners: usize = mesh.faces().map(<[u32]>::len).sum();
                 let digits = mesh.vertices().len().checked_ilog10().unwrap_or(0) as usize + 2;
                 (34 * mesh.vertices().len() + digits * corners + 2 * mesh.face_count()) as u64
@@ -61,7 +62,7 @@ impl Source<'_> {
 
 /// Writes the frames of one body.
 ///
-/// Nothing is allocated per frame: the same buffers are filled again and again.
+/// The buffers are reused for all frames.
 #[derive(Debug)]
 pub struct FrameWriter {
     sequence: Sequence,
@@ -78,29 +79,31 @@ enum Kind {
     Cache(PointCache, CachedPoints),
 }
 
-/// The points of a sample.
+/// Points of a sample of a point cache.
 #[derive(Debug)]
 struct CachedPoints {
-    /// All points; those that the mesh does not have never change.
+    /// All points. Points that are not vertices of the mesh never change.
     points: Vec<[f32; 3]>,
-    /// For each vertex of the mesh its point; none if they are the same.
+    /// Point of each mesh vertex; `None` if they have the same numbers.
     map: Option<Vec<u32>>,
 }
 
 impl FrameWriter {
-    /// Starts a sequence: an older one of the same name and format is removed whole, the directory created.
+    /// Starts a sequence. Creates the directory, and removes all files of an older sequence of the same name
+    /// and format.
     ///
     /// # Errors
-    /// If the directory cannot be created or read, older frames cannot be removed, or the input of `source` has the
-    /// name of a frame.
+    /// If the directory cannot be created or read, older frames cannot be removed, or a frame would replace
+    /// the input of `source`.
     pub fn create(sequence: Sequence, source: Source<'_>) -> Result<Self, OutputError> {
         Self::open(sequence, source, None)
     }
 
-    /// Goes on with a sequence at frame `next`. Frames before it are left alone; those from it on are written again.
+    /// Continues a sequence at frame `next`. Earlier frames are kept; this frame and later ones are written
+    /// again.
     ///
     /// # Errors
-    /// As [`FrameWriter::create`]; a point cache that is missing, of another mesh, or too short.
+    /// As [`FrameWriter::create`], and if a point cache is missing, too short or of another mesh.
     pub fn resume(sequence: Sequence, source: Source<'_>, next: u64) -> Result<Self, OutputError> {
         Self::open(sequence, source, Some(next))
     }
@@ -109,7 +112,7 @@ impl FrameWriter {
         let directory = &sequence.directory;
         fs::create_dir_all(directory).map_err(OutputError::io("create", directory))?;
         if let Source::Document(document, _) = source {
-            sequence.spare(document.path())?;
+            sequence.check_input(document.path())?;
         }
         match next {
             None => sequence.remove_existing()?,
@@ -134,29 +137,29 @@ impl FrameWriter {
         Ok(Self { sequence, vertices: source.mesh().vertices().len(), kind, buffer: Vec::new() })
     }
 
-    /// Shares the work of a frame out from now on, where that pays; the bytes are the same.
-    pub(crate) fn share(&mut self, executor: &Executor) {
+    /// Sets the threads that format a frame, where that is faster. The bytes do not depend on them.
+    pub(crate) fn set_executor(&mut self, executor: &Executor) {
         if let Kind::Obj(template) = &mut self.kind {
-            template.share(executor);
+            template.set_executor(executor);
         }
     }
 
-    /// Whether [`FrameWriter::write`] looks at the normals that it is given; else they may be empty.
+    /// Returns whether [`FrameWriter::write`] uses the normals. If not, they may be empty.
     pub fn needs_normals(&self) -> bool {
         matches!(self.kind, Kind::Ply(_))
     }
 
-    /// Writes a frame: `positions` in world space and unit `normals`, one per vertex of the mesh.
+    /// Writes a frame from `positions` in world space and unit `normals`, one of each per mesh vertex.
     ///
-    /// Frames of a point cache come in order, each once.
+    /// Frames of a point cache must be written in order, each once.
     ///
     /// # Errors
-    /// If the system refuses (the half-written file is removed, frames before stay valid), or a position is not
-    /// finite.
+    /// If the file cannot be written (it is then removed, and earlier frames stay valid), or a position is
+    /// not finite.
     ///
     /// # Panics
-    /// If the arrays have another length than the mesh has vertices; empty `normals` are right where
-    /// [`FrameWriter::needs_normals`] says so.
+    /// If the length of `positions` is not the number of mesh vertices, or that of `normals` where
+    /// [`FrameWriter::needs_normals`] returns true.
     pub fn write(
         &mut self,
         frame: u64,
@@ -174,7 +177,7 @@ impl FrameWriter {
             Kind::Plain(plain) => plain.fill(positions, &mut self.buffer),
             Kind::Obj(template) => {
                 template.fill(positions);
-                return replace(&self.sequence.path(frame), template.texts());
+                return write_texts(&self.sequence.path(frame), template.texts());
             }
             Kind::Ply(ply) => {
                 assert_eq!(normals.len(), self.vertices, "one normal per vertex");
@@ -182,10 +185,11 @@ impl FrameWriter {
             }
             Kind::Cache(cache, points) => return cache.write(&points.sample(positions)),
         }
-        replace(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
+        write_texts(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
     }
 
-    /// Ends the sequence: a point cache gets its final name. Without it the cache stays as `.part`, to be resumed.
+    /// Ends the sequence: a point cache gets its final name. Without this call it stays a `.part` file, which
+    /// can be resumed.
     ///
     /// # Errors
     /// If the file cannot be renamed.
@@ -197,8 +201,8 @@ impl FrameWriter {
     }
 }
 
-/// Writes texts one after another to a file.
-fn replace<'a>(path: &Path, mut texts: impl Iterator<Item = &'a [u8]>) -> Result<(), OutputError> {
+/// Writes `texts` in order to the file at `path`, atomically.
+fn write_texts<'a>(path: &Path, mut texts: impl Iterator<Item = &'a [u8]>) -> Result<(), OutputError> {
     write_whole(path, |file| texts.try_for_each(|text| file.write_all(text)))
         .map_err(OutputError::io("write", path))
 }
@@ -213,7 +217,7 @@ impl CachedPoints {
         }
     }
 
-    /// The bytes of a sample with the vertices of the mesh at `positions`.
+    /// Returns the bytes of a sample with the mesh vertices at `positions`.
     fn sample(&mut self, positions: &[[f32; 3]]) -> Cow<'_, [u8]> {
         match &self.map {
             None => self.points.copy_from_slice(positions),

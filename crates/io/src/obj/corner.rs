@@ -1,6 +1,7 @@
 //! Corners of `f` statements: `v`, `v/vt`, `v//vn`, `v/vt/vn`.
 
-/// The three indices of a corner as they stand in the file, from 1; negative ones count back; 0 is never right.
+/// The indices of a corner as written in the file. Positive indices count from 1, negative ones count back; 0
+/// is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Corner {
     pub(super) vertex: i64,
@@ -8,9 +9,9 @@ pub(super) struct Corner {
     pub(super) normal: Option<i64>,
 }
 
-/// Reads a corner; none if it has no such form. Indices too large to count are kept as large ones.
+/// Parses a corner; returns `None` if it has none of the four forms. Indices beyond `i64` saturate.
 ///
-/// An empty texture or normal index (`1/`, `1//`) stands for none.
+/// An empty texture or normal index (`1/`, `1//`) counts as absent.
 #[inline]
 pub(super) fn parse(text: &[u8]) -> Option<Corner> {
     let (vertex, rest) = integer(text)?;
@@ -19,7 +20,7 @@ pub(super) fn parse(text: &[u8]) -> Option<Corner> {
     rest.is_empty().then_some(Corner { vertex: vertex?, texture, normal })
 }
 
-/// A `/` and perhaps an integer; nothing at all is also right.
+/// Parses a `/` followed by an optional integer. Empty text is also valid.
 fn optional(text: &[u8]) -> Option<(Option<i64>, &[u8])> {
     match text {
         [] => Some((None, text)),
@@ -28,7 +29,7 @@ fn optional(text: &[u8]) -> Option<(Option<i64>, &[u8])> {
     }
 }
 
-/// An integer before a `/` or the end, if one stands there; none if something else does.
+/// Parses an optional integer before a `/` or the end. Returns `None` if there is any other text.
 fn integer(text: &[u8]) -> Option<(Option<i64>, &[u8])> {
     let (negative, digits) = match text {
         [b'-', rest @ ..] => (true, rest),
@@ -53,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_four_forms_and_nothing_else() {
+    fn only_the_four_corner_forms_parse() {
         let corner = |vertex, texture, normal| Some(Corner { vertex, texture, normal });
         assert_eq!(parse(b"7"), corner(7, None, None));
         assert_eq!(parse(b"-7/+2"), corner(-7, Some(2), None));

@@ -1,4 +1,4 @@
-//! An OBJ file as it was read: its bytes, and where in them everything stands.
+//! An OBJ file as read: its bytes, and the byte ranges of its elements.
 
 use std::path::{Path, PathBuf};
 
@@ -6,9 +6,9 @@ use super::error::{ObjError, ObjProblem};
 use super::parse::{IgnoredStatement, NO_NORMAL, Numbers, Parsed, parse};
 use super::{Group, Library, library};
 
-/// An OBJ file: its text kept byte for byte, its surface, and the names of its objects and groups.
+/// An OBJ file: its bytes, its surface, and the names of its objects and groups.
 ///
-/// Texture coordinates, materials, lines, points and free-form statements are not interpreted, only kept.
+/// Texture coordinates, materials, lines, points and free-form statements are kept but not interpreted.
 #[derive(Debug)]
 pub struct Document {
     path: PathBuf,
@@ -20,8 +20,8 @@ impl Document {
     /// Reads a file.
     ///
     /// # Errors
-    /// A file that cannot be read or is no OBJ, no faces, an index out of range, a number that is malformed or not
-    /// finite. The error names the file and, where there is one, the line.
+    /// If the file cannot be read, is not an OBJ file, has no faces, or has an index out of range or a number
+    /// that is malformed or not finite. The error names the file and, where there is one, the line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, ObjError> {
         let path = path.as_ref();
         let raw = std::fs::read(path).map_err(|source| ObjError {
@@ -32,8 +32,8 @@ impl Document {
         Self::from_bytes(path, raw)
     }
 
-    /// As [`Document::read`], from bytes that are already there. `path` appears in errors, and is where `mtllib`
-    /// paths start from.
+    /// As [`Document::read`], from bytes in memory. `path` appears in errors, and `mtllib` paths are relative
+    /// to its directory.
     ///
     /// # Errors
     /// As [`Document::read`].
@@ -45,58 +45,59 @@ impl Document {
         }
     }
 
-    /// The file as it was given.
+    /// Returns the path as given.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The bytes of the file.
+    /// Returns the bytes of the file.
     pub fn bytes(&self) -> &[u8] {
         &self.raw
     }
 
-    /// How many `v` there are.
+    /// Returns the number of `v` statements.
     pub fn vertex_count(&self) -> usize {
         self.parsed.positions.len()
     }
 
-    /// How many `vn` there are.
+    /// Returns the number of `vn` statements.
     pub fn normal_count(&self) -> usize {
         self.parsed.normals.len()
     }
 
-    /// How many faces with three corners or more there are.
+    /// Returns the number of faces with three corners or more.
     pub fn face_count(&self) -> usize {
         self.parsed.face_count()
     }
 
-    /// How many lines the file has.
+    /// Returns the number of lines in the file.
     pub fn line_count(&self) -> usize {
         self.parsed.lines
     }
 
-    /// Faces with fewer than three corners, which are left out of the mesh, and the line of the first.
+    /// Returns the number of faces with fewer than three corners, which are left out of the mesh, and the
+    /// line of the first one.
     pub fn short_faces(&self) -> (usize, Option<usize>) {
         (self.parsed.short_faces, self.parsed.first_short_face)
     }
 
-    /// Names given by `o` and `g` statements that have faces, in order.
+    /// Returns the names in `o` and `g` statements that have faces, in order.
     pub fn groups(&self) -> impl Iterator<Item = &Group> {
         self.parsed.groups.iter().filter(|group| !group.is_alias)
     }
 
-    /// Statements that are not used: unknown ones, lines, points, free-form curves and surfaces.
+    /// Returns the statements that are not used: unknown ones, lines, points, free-form curves and surfaces.
     pub fn ignored_statements(&self) -> &[IgnoredStatement] {
         &self.parsed.ignored
     }
 
-    /// The material libraries that `mtllib` statements name, in order.
+    /// Returns the material libraries in `mtllib` statements, in order.
     pub fn libraries(&self) -> Vec<Library> {
         let statements = self.parsed.libraries.iter().cloned();
         statements.flat_map(|names| library::split(&self.raw, names, self.directory())).collect()
     }
 
-    /// The directory that `mtllib` paths start from.
+    /// Returns the directory that `mtllib` paths are relative to.
     pub(crate) fn directory(&self) -> &Path {
         match self.path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -104,32 +105,32 @@ impl Document {
         }
     }
 
-    /// The positions of all `v`.
+    /// Returns the positions of all `v`.
     pub(crate) fn positions(&self) -> &[[f32; 3]] {
         &self.parsed.positions
     }
 
-    /// The numbers of all `vn`.
+    /// Returns the vectors of all `vn`.
     pub(crate) fn normals(&self) -> &[[f32; 3]] {
         &self.parsed.directions
     }
 
-    /// Where the numbers of all `v` stand.
+    /// Returns the byte ranges of the numbers of all `v`.
     pub(crate) fn vertex_numbers(&self) -> &[Numbers] {
         &self.parsed.vertices
     }
 
-    /// Where the numbers of all `vn` stand.
+    /// Returns the byte ranges of the numbers of all `vn`.
     pub(crate) fn normal_numbers(&self) -> &[Numbers] {
         &self.parsed.normals
     }
 
-    /// The `v` of the corners of a face.
+    /// Returns the `v` of the corners of a face, from 0.
     pub(crate) fn face(&self, face: u32) -> &[u32] {
         &self.parsed.corners[self.corners_of(face)]
     }
 
-    /// The `vn` of the corners of a face; none if one lacks it.
+    /// Returns the `vn` of the corners of a face, from 0; `None` if a corner has no `vn`.
     pub(crate) fn face_normals(&self, face: u32) -> Option<&[u32]> {
         let normals = self.parsed.corner_normals.get(self.corners_of(face))?;
         normals.first().is_some_and(|&normal| normal != NO_NORMAL).then_some(normals)
@@ -139,7 +140,7 @@ impl Document {
         &self.parsed.groups
     }
 
-    /// An error about this file as a whole.
+    /// Returns an error about this file as a whole.
     pub(super) fn error(&self, problem: ObjProblem) -> ObjError {
         ObjError { path: self.path.clone(), line: None, problem }
     }

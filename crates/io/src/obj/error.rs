@@ -1,54 +1,54 @@
-//! What makes an OBJ file unusable, and where.
+//! Errors of reading OBJ files.
 
 use std::path::PathBuf;
 
 use supple::mesh::MeshError;
 
-/// Why an OBJ file is refused: the file, the line, the problem. Shown as `path:line: problem`.
+/// Error of reading an OBJ file, displayed as `path:line: problem`.
 #[derive(Debug)]
 pub struct ObjError {
     /// The file.
     pub path: PathBuf,
-    /// The line, from 1, where there is one to name.
+    /// Line of the problem, from 1; `None` if it concerns the whole file.
     pub line: Option<usize>,
-    /// What is wrong.
+    /// The problem.
     pub problem: ObjProblem,
 }
 
-/// What is wrong with an OBJ file. Elements are counted from 1, as the format does.
+/// A problem in an OBJ file. Elements are counted from 1, as in the format.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjProblem {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Read(#[source] std::io::Error),
-    /// The file is something else.
-    #[error("is no OBJ file: {0}")]
+    /// The file has another format.
+    #[error("is not an OBJ file: {0}")]
     NotObj(String),
-    /// There is no face with three distinct corners.
-    #[error("no faces: no `f` with three corners among {faces} `f` and {vertices} `v`")]
+    /// No face has three corners or more.
+    #[error("no faces: no `f` with three corners among {faces} `f` and {vertices} `v`; export polygons")]
     NoFaces {
-        /// `v` statements.
+        /// Number of `v` statements.
         vertices: usize,
-        /// `f` statements.
+        /// Number of `f` statements.
         faces: usize,
     },
-    /// A statement with too few numbers.
+    /// A statement has too few numbers.
     #[error("`{statement}` needs {needed} numbers, {found} found")]
     TooFewNumbers {
         /// The statement: `v` or `vn`.
         statement: &'static str,
-        /// How many it needs.
+        /// Required count of numbers.
         needed: usize,
-        /// How many there are.
+        /// Count of numbers in the statement.
         found: usize,
     },
-    /// Text where a number should be.
+    /// Text in place of a number.
     #[error("`{text}` in `{statement}` is not a number")]
     NotANumber {
         /// The statement: `v` or `vn`.
         statement: &'static str,
-        /// What stands there.
+        /// The invalid text.
         text: String,
     },
     /// NaN, infinity, or a number beyond the range of `f32`.
@@ -56,42 +56,42 @@ pub enum ObjProblem {
     NotFinite {
         /// The statement: `v` or `vn`.
         statement: &'static str,
-        /// What stands there.
+        /// The invalid text.
         text: String,
     },
-    /// A corner of a face that is not `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    #[error("face {face} has a corner `{text}`, which is none of v, v/vt, v//vn, v/vt/vn")]
+    /// A face corner does not have the form `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    #[error("face {face} has a corner `{text}`; a corner must be v, v/vt, v//vn or v/vt/vn")]
     Corner {
         /// The face, from 1.
         face: usize,
-        /// What stands there.
+        /// The invalid text.
         text: String,
     },
-    /// A corner of a face refers to something that the file does not have.
-    #[error("face {face} refers to {what} {index} of {count}")]
+    /// A face corner refers to an element that the file does not have.
+    #[error("face {face} refers to {what} {index} of {count}; indices start at 1, or at -1 to count back")]
     IndexOutOfRange {
         /// The face, from 1.
         face: usize,
         /// `"vertex"`, `"texture coordinate"` or `"normal"`.
         what: &'static str,
-        /// The index as it stands in the file; negative ones count back from the line.
+        /// Index as written in the file; negative indices count back from the line.
         index: i64,
-        /// How many there are: in the file, or, for a negative index, above the line.
+        /// Number of elements: in the file, or, for a negative index, above the line.
         count: usize,
     },
-    /// No `o` or `g` of that name.
-    #[error("no object or group `{name}` with faces; there are: {}", list(.known))]
+    /// No `o` or `g` with faces has the requested name.
+    #[error("no object or group `{name}` with faces; the file has: {}", list(.known))]
     UnknownObject {
-        /// The name that was asked for.
+        /// Requested name.
         name: String,
-        /// The names that faces have.
+        /// Names in the file that have faces.
         known: Vec<String>,
     },
-    /// The file is read, but its faces make no mesh.
+    /// The faces of the file are not a valid mesh.
     #[error("{0}")]
     Mesh(#[source] MeshError),
-    /// A file beyond what 32-bit indices can count.
-    #[error("more vertices, normals or corners, or a longer line, than 32-bit indices can count")]
+    /// The file exceeds the range of 32-bit indices.
+    #[error("more vertices, normals or corners, or a longer line, than 32 bits can count; split the file")]
     TooLarge,
 }
 
@@ -111,9 +111,10 @@ impl std::error::Error for ObjError {
     }
 }
 
-/// A problem and the line it is on, before the path is known.
-pub(super) type At<T> = (Option<usize>, T);
+/// A problem and its line, before the path is known.
+pub(super) type Located<T> = (Option<usize>, T);
 
+/// Returns names in quotes with commas, or `none`.
 fn list(names: &[String]) -> String {
     match names {
         [] => "none".to_owned(),

@@ -1,23 +1,24 @@
-//! Which faces the names of `o` and `g` statements cover.
+//! The names in `o` and `g` statements and their faces.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// A name given by `o` or `g`, and the faces under it.
+/// A name from an `o` or `g` statement, and its faces.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Group {
-    /// The name; Latin-1 bytes are decoded as such.
+    /// Name, decoded as UTF-8, or as Latin-1 if it is not valid UTF-8.
     pub name: String,
-    /// Whether `o` gave it; else `g`.
+    /// Whether the statement is `o`; otherwise it is `g`.
     pub is_object: bool,
     /// Ranges of faces, from 0, in file order. They do not overlap.
     pub faces: Vec<Range<u32>>,
-    /// The whole text of a `g` with several names, so that a name with spaces is found too.
+    /// Whether `name` is the whole text of a `g` with several names. Such an entry makes a name with spaces
+    /// known.
     pub(super) is_alias: bool,
 }
 
-/// Collects groups while the file is scanned.
+/// Collects groups while the file is parsed.
 #[derive(Debug, Default)]
 pub(super) struct GroupBuilder {
     groups: Vec<Group>,
@@ -27,7 +28,7 @@ pub(super) struct GroupBuilder {
 }
 
 impl GroupBuilder {
-    /// An `o` statement before face number `face`. Without a name it ends the object.
+    /// Processes an `o` statement before face number `face`. An empty name only ends the current object.
     pub(super) fn start_object(&mut self, name: String, face: u32) {
         let open = self.object.take();
         self.close(open, face);
@@ -36,7 +37,7 @@ impl GroupBuilder {
         }
     }
 
-    /// A `g` statement before face number `face`: any number of names, and their text as it stands.
+    /// Processes a `g` statement before face number `face`, from its names and its unsplit text.
     pub(super) fn start_groups(&mut self, names: Vec<String>, text: String, face: u32) {
         let open = std::mem::take(&mut self.current);
         self.close(open, face);
@@ -55,7 +56,7 @@ impl GroupBuilder {
         }
     }
 
-    /// The groups that hold faces, in order of their first statement.
+    /// Returns the groups that have faces, in order of their first statement.
     pub(super) fn finish(mut self, faces: u32) -> Vec<Group> {
         let open: Vec<_> = self.object.take().into_iter().chain(self.current.drain(..)).collect();
         self.close(open, faces);
@@ -63,6 +64,7 @@ impl GroupBuilder {
         self.groups
     }
 
+    /// Starts a range of faces in the group of this name and returns the index of the group.
     fn open(&mut self, name: String, is_object: bool, is_alias: bool, face: u32) -> usize {
         let next = self.groups.len();
         let group = *self.index.entry((is_object, name.clone())).or_insert(next);
@@ -70,13 +72,14 @@ impl GroupBuilder {
             self.groups.push(Group { name, is_object, faces: Vec::new(), is_alias });
         }
         let group_faces = &mut self.groups[group].faces;
-        // A range that is already open (a name given twice on one line) stays as it is.
+        // A range may already be open: the same name twice on one line.
         if group_faces.last().is_none_or(|range| range.start != face || range.end != face) {
             group_faces.push(face..face);
         }
         group
     }
 
+    /// Ends the last range of each of these groups before `face`; removes the range if it is empty.
     fn close(&mut self, groups: impl IntoIterator<Item = usize>, face: u32) {
         for group in groups {
             let faces = &mut self.groups[group].faces;

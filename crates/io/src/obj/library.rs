@@ -6,36 +6,39 @@ use std::path::{Path, PathBuf};
 
 use super::lines::{Words, decode};
 
-/// A material library that an `mtllib` statement names.
+/// A material library named in an `mtllib` statement.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Library {
-    /// The path as the file gives it.
+    /// Path as written in the OBJ file.
     pub name: String,
-    /// Where it lies: absolute, or relative to the current directory.
+    /// Path of the library: absolute, or relative to the current directory.
     pub path: PathBuf,
-    /// Whether it is there.
+    /// Whether a file exists at `path`.
     pub exists: bool,
-    /// The bytes of the file that hold the name.
+    /// Byte range of the name in the OBJ file.
     pub(crate) bytes: Range<usize>,
 }
 
-/// Longer names are not looked for as files, so that a long line does not ask the file system without end.
-const MOST_WORDS: usize = 16;
+/// Largest number of words in a name that is checked for an existing file. Limits the file-system queries for
+/// a long line.
+const MAX_WORDS: usize = 16;
 
-/// Splits what follows `mtllib` into names. The format separates them by spaces; names may hold spaces all the same.
+/// Splits the text after `mtllib` into names. The format separates names by spaces, but names may contain
+/// spaces.
 ///
-/// A name is the longest run of words that is a file; else the shortest that ends in `.mtl`; else all that is left.
+/// A name is the longest run of words that is an existing file; otherwise the shortest run that ends in
+/// `.mtl`; otherwise all remaining words.
 pub(super) fn split(raw: &[u8], names: Range<usize>, directory: &Path) -> Vec<Library> {
     let words: Vec<_> = Words::new(raw, &names).collect();
-    // A `#` inside a name ends a word; what follows it belongs to the last name.
+    // A `#` inside a name ends a word; the text after it belongs to the last name.
     let end_of = |last: usize| if last + 1 == words.len() { names.end } else { words[last].end };
     let mut libraries = Vec::new();
     let mut first = 0;
     while first < words.len() {
         let candidate = |last: usize| library(raw, words[first].start..end_of(last), directory);
         let longest_file =
-            (first..words.len().min(first + MOST_WORDS)).rev().find(|&last| candidate(last).exists);
+            (first..words.len().min(first + MAX_WORDS)).rev().find(|&last| candidate(last).exists);
         let shortest_mtl = || (first..words.len()).find(|&last| ends_in_mtl(&raw[..end_of(last)]));
         let last = longest_file.or_else(shortest_mtl).unwrap_or(words.len() - 1);
         libraries.push(candidate(last));
@@ -44,12 +47,13 @@ pub(super) fn split(raw: &[u8], names: Range<usize>, directory: &Path) -> Vec<Li
     libraries
 }
 
+/// Returns the library whose name is the range `bytes` of the file `raw` in `directory`.
 fn library(raw: &[u8], bytes: Range<usize>, directory: &Path) -> Library {
     let name = &raw[bytes.clone()];
     let mut path = directory.join(os_string(name));
     let mut exists = path.is_file();
     if !exists && name.contains(&b'\\') {
-        // Written on Windows, read elsewhere.
+        // The path was probably written on Windows.
         let slashed: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
         let other = directory.join(os_string(&slashed));
         if other.is_file() {
@@ -59,7 +63,7 @@ fn library(raw: &[u8], bytes: Range<usize>, directory: &Path) -> Library {
     Library { name: decode(name), path, exists, bytes }
 }
 
-/// A file name from the bytes of the file: the very bytes where the system allows it.
+/// Returns a file name from bytes of the OBJ file: the same bytes on Unix, decoded text elsewhere.
 fn os_string(bytes: &[u8]) -> OsString {
     #[cfg(unix)]
     {

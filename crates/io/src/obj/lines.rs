@@ -1,17 +1,17 @@
-//! Bytes to statements: lines, continuations, comments, words. Nothing is decoded or copied.
+//! Splits bytes into statements and words, with continued lines and comments. Nothing is decoded or copied.
 
 use std::ops::Range;
 
 /// A statement: a line together with the lines that continue it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Statement {
-    /// Bytes without the final line end. Continuations (`\` and a line end) are still inside.
+    /// Byte range without the final line end. Continuations (`\` and a line end) are included.
     pub(super) bytes: Range<usize>,
-    /// Its first line, from 1.
+    /// First line, from 1.
     pub(super) line: usize,
 }
 
-/// The statements of a file. Lines end with LF, CRLF or CR; the last one may lack its end.
+/// Iterator over the statements of a file. Lines end with LF, CRLF or CR; the last line may have no line end.
 #[derive(Debug)]
 pub(super) struct Statements<'a> {
     raw: &'a [u8],
@@ -26,13 +26,13 @@ impl<'a> Statements<'a> {
         Self { raw, at, line: 0 }
     }
 
-    /// How many lines were passed.
+    /// Returns the number of lines read so far.
     pub(super) fn lines(&self) -> usize {
         self.line
     }
 
-    /// Passes one line; returns where its text ends.
-    fn pass_line(&mut self) -> usize {
+    /// Advances past one line and returns the end of its text.
+    fn next_line(&mut self) -> usize {
         let rest = &self.raw[self.at..];
         let length = rest.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(rest.len());
         let end = self.at + length;
@@ -50,16 +50,16 @@ impl Iterator for Statements<'_> {
             return None;
         }
         let start = self.at;
-        let mut end = self.pass_line();
+        let mut end = self.next_line();
         let line = self.line;
         while self.at < self.raw.len() && is_continued(&self.raw[start..end]) {
-            end = self.pass_line();
+            end = self.next_line();
         }
         Some(Statement { bytes: start..end, line })
     }
 }
 
-/// Length of the line end that `rest` starts with.
+/// Returns the length of the line end at the start of `rest`; 0 if there is none.
 fn line_end(rest: &[u8]) -> usize {
     match rest {
         [b'\r', b'\n', ..] => 2,
@@ -68,13 +68,13 @@ fn line_end(rest: &[u8]) -> usize {
     }
 }
 
-/// Whether a `\` ends the line. One that ends a comment (`# C:\models\`) continues nothing.
+/// Returns whether the next line continues this one: it ends in `\`, and not in a comment (`# C:\models\`).
 fn is_continued(text: &[u8]) -> bool {
     let trimmed = text.trim_ascii_end();
     trimmed.last() == Some(&b'\\') && !trimmed.contains(&b'#')
 }
 
-/// What a byte may be among words.
+/// Class of a byte when splitting words.
 #[derive(Clone, Copy, PartialEq)]
 enum Byte {
     Text,
@@ -83,8 +83,8 @@ enum Byte {
     Backslash,
 }
 
-/// What each byte may be: looked up, since most are looked at.
-const IN_WORDS: [Byte; 256] = {
+/// Class of each byte. A table, because most bytes of a file are classified.
+const CLASSES: [Byte; 256] = {
     let mut bytes = [Byte::Text; 256];
     let spaces = b" \t\n\r\x0b\x0c";
     let mut at = 0;
@@ -97,7 +97,7 @@ const IN_WORDS: [Byte; 256] = {
     bytes
 };
 
-/// The words of a statement, as ranges of `raw`.
+/// Iterator over the words of a statement, as byte ranges of `raw`.
 #[derive(Clone, Debug)]
 pub(super) struct Words<'a> {
     raw: &'a [u8],
@@ -110,23 +110,23 @@ impl<'a> Words<'a> {
         Self { raw, at: statement.start, end: statement.end }
     }
 
-    /// Length of the blank at `at`: a space, or a continuation; 0 if there is none.
+    /// Returns the length of the blank at `at`: a space or a continuation; 0 if there is none.
     #[inline]
     fn blank(&self, at: usize) -> usize {
-        match IN_WORDS[self.raw[at] as usize] {
+        match CLASSES[self.raw[at] as usize] {
             Byte::Text | Byte::Hash => 0,
             Byte::Space => 1,
             Byte::Backslash => self.continuation(at),
         }
     }
 
-    /// Length of a `\`, blanks and a line end.
+    /// Returns the length of the continuation at `at`: a `\`, blanks and a line end; 0 if there is none.
     #[cold]
     fn continuation(&self, at: usize) -> usize {
         let rest = &self.raw[at + 1..self.end];
         let blanks = rest.iter().position(|&byte| byte != b' ' && byte != b'\t').unwrap_or(rest.len());
         match line_end(&rest[blanks..]) {
-            // Nothing follows that it could continue with.
+            // A `\` at the end of the statement, without a next line.
             0 if at + 1 + blanks == self.end => 1 + blanks,
             0 => 0,
             length => 1 + blanks + length,
@@ -142,8 +142,8 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// What follows the words read so far, trimmed: a name that may hold spaces. A `#` after a space starts a
-    /// comment; one inside a word belongs to the name.
+    /// Returns the text after the words read so far, trimmed: a name that may contain spaces. A `#` after a
+    /// space starts a comment; a `#` inside a word belongs to the name.
     pub(super) fn rest(mut self) -> Range<usize> {
         self.skip_blanks();
         let start = self.at;
@@ -162,7 +162,7 @@ impl<'a> Words<'a> {
 impl Iterator for Words<'_> {
     type Item = Range<usize>;
 
-    /// The next word before a blank or a comment.
+    /// Returns the next word. It ends at a blank or a comment.
     #[inline]
     fn next(&mut self) -> Option<Range<usize>> {
         self.skip_blanks();
@@ -170,8 +170,8 @@ impl Iterator for Words<'_> {
         loop {
             let rest = &self.raw[self.at..self.end];
             self.at +=
-                rest.iter().position(|&byte| IN_WORDS[byte as usize] != Byte::Text).unwrap_or(rest.len());
-            // A backslash that continues nothing is text.
+                rest.iter().position(|&byte| CLASSES[byte as usize] != Byte::Text).unwrap_or(rest.len());
+            // A backslash that is not a continuation is text.
             if self.at == self.end || self.raw[self.at] == b'#' || self.blank(self.at) > 0 {
                 break;
             }
@@ -185,7 +185,7 @@ impl Iterator for Words<'_> {
     }
 }
 
-/// The line, from 1, that the byte at `offset` lies on.
+/// Returns the line, from 1, of the byte at `offset`.
 pub(super) fn line_of(raw: &[u8], offset: usize) -> usize {
     let mut line = 1;
     let mut at = 0;
@@ -201,7 +201,7 @@ pub(super) fn line_of(raw: &[u8], offset: usize) -> usize {
     line
 }
 
-/// Text for people: UTF-8 where it is that, else Latin-1.
+/// Decodes bytes as UTF-8, or as Latin-1 if they are not valid UTF-8.
 pub(super) fn decode(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
@@ -236,14 +236,14 @@ mod tests {
     }
 
     #[test]
-    fn a_backslash_elsewhere_is_text() {
+    fn backslash_without_a_next_line_is_text() {
         assert_eq!(words(b"o a\\b c\\"), [(1, vec![&b"o"[..], b"a\\b", b"c"])]);
         assert_eq!(words(b"o \\ x\n"), [(1, vec![&b"o"[..], b"\\", b"x"])]);
         assert_eq!(words(b"\\\n\\\n"), [(1, vec![])]);
     }
 
     #[test]
-    fn names_keep_spaces_and_hashes_inside() {
+    fn names_keep_inner_spaces_and_hashes() {
         let rest = |raw: &'static [u8]| {
             let mut words = Words::new(raw, &(0..raw.len()));
             words.next();

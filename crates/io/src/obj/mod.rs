@@ -1,13 +1,13 @@
-//! Wavefront OBJ: reading surfaces from it, and keeping what is needed to write it back byte for byte.
+//! Wavefront OBJ: reads surfaces, and keeps the bytes of the file so that it can be written back unchanged.
 //!
 //! ```text
-//! bytes -> lines (statements, words) -> parse (with corner, groups) -> Document -> Part: the mesh of an object
+//! bytes -> lines (statements, words) -> parse (with corner, groups) -> Document -> Part (mesh of an object)
 //! ```
 //!
-//! The bytes are passed over once. Everything that real files hold is taken: polygons of any size, texture
-//! coordinates, normals, several `o` and `g`, negative indices, vertex colours, a fourth coordinate, any line ends,
-//! continued lines, names with spaces, bytes that are no UTF-8, statements of other programs. Tests compare what is
-//! read with [obj-rs](https://crates.io/crates/obj-rs), which takes plainer files and keeps no places.
+//! The file is parsed in one pass. The parser accepts polygons of any size, texture coordinates, normals,
+//! several `o` and `g`, negative indices, vertex colours, a fourth coordinate, any line ends, continued
+//! lines, names with spaces, bytes that are not UTF-8, and statements of other programs. Tests compare the
+//! result with [obj-rs](https://crates.io/crates/obj-rs), which accepts fewer files and keeps no byte ranges.
 
 mod corner;
 mod document;
@@ -32,7 +32,7 @@ use supple::Mesh;
 /// Reads the surface of an OBJ file.
 ///
 /// # Errors
-/// As [`Document::read`] and [`Document::mesh`]; shown as `path:line: problem`.
+/// As [`Document::read`] and [`Document::mesh`]; displayed as `path:line: problem`.
 pub fn read(path: impl AsRef<Path>) -> Result<Mesh, ObjError> {
     read_object(path, None)
 }
@@ -40,7 +40,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Mesh, ObjError> {
 /// Reads the surface of one object or group of an OBJ file, or of the whole file.
 ///
 /// # Errors
-/// As [`Document::read`] and [`Document::mesh`]; shown as `path:line: problem`.
+/// As [`Document::read`] and [`Document::mesh`]; displayed as `path:line: problem`.
 pub fn read_object(path: impl AsRef<Path>, object: Option<&str>) -> Result<Mesh, ObjError> {
     Document::read(path)?.mesh(object)
 }

@@ -1,28 +1,28 @@
-//! One pass over the bytes of an OBJ file: the surface, its groups, and where its numbers stand.
+//! Parses an OBJ file in one pass: the surface, its groups, and the byte ranges of its numbers.
 
 use std::ops::Range;
 
 use super::corner::{self, Corner};
-use super::error::{At, ObjProblem};
+use super::error::{Located, ObjProblem};
 use super::groups::{Group, GroupBuilder};
 use super::lines::{Statement, Statements, Words, decode, line_of};
 
-/// Where the three numbers of a `v` or `vn` statement stand.
+/// Byte ranges of the three numbers of a `v` or `vn` statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Numbers {
     start: usize,
-    /// End of the first, start and end of the second, start and end of the third, from `start`.
+    /// End of the first number, then start and end of the second and of the third, relative to `start`.
     ends: [u32; 5],
 }
 
 impl Numbers {
-    /// The bytes from the first number to the end of the third.
+    /// Returns the byte range from the start of the first number to the end of the third.
     #[inline]
     pub(crate) fn span(&self) -> Range<usize> {
         self.start..self.start + self.ends[4] as usize
     }
 
-    /// The byte ranges of the three numbers.
+    /// Returns the byte ranges of the three numbers.
     #[inline]
     pub(crate) fn ranges(&self) -> [Range<usize>; 3] {
         let [a, b, c, d, e] = self.ends.map(|end| self.start + end as usize);
@@ -30,41 +30,42 @@ impl Numbers {
     }
 }
 
-/// A statement that is not used: its first word, how often it occurs, and where first.
+/// A keyword whose statements are not used.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct IgnoredStatement {
-    /// The first word of the line.
+    /// First word of the statements.
     pub keyword: String,
-    /// How many there are.
+    /// Number of statements.
     pub count: usize,
-    /// The line of the first, from 1.
+    /// Line of the first statement, from 1.
     pub first_line: usize,
 }
 
-/// Stands for "no normal" in [`Parsed::corner_normals`].
+/// Marks a corner without a normal in [`Parsed::corner_normals`].
 pub(super) const NO_NORMAL: u32 = u32::MAX;
 
-/// What one pass finds.
+/// Contents of a parsed file.
 #[derive(Debug, Default)]
 pub(super) struct Parsed {
     pub(super) vertices: Vec<Numbers>,
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<Numbers>,
     pub(super) directions: Vec<[f32; 3]>,
-    /// How many `vt` there are.
+    /// Number of `vt`.
     textures: usize,
-    /// Corners of face `f`, which has three or more, are `offsets[f]..offsets[f + 1]`.
+    /// The corners of face `f`, three or more, are `corners[offsets[f]..offsets[f + 1]]`.
     pub(super) offsets: Vec<u32>,
-    /// The `v` of each corner, from 0.
+    /// `v` of each corner, from 0.
     pub(super) corners: Vec<u32>,
-    /// The `vn` of each corner, from 0, up to the last face that has any. A face of which a corner lacks its normal has
-    /// none.
+    /// `vn` of each corner, from 0, up to the last face that has normals. If one corner of a face has no
+    /// `vn`, all of its corners are [`NO_NORMAL`].
     pub(super) corner_normals: Vec<u32>,
-    /// Faces with fewer than three corners, and the line of the first.
+    /// Number of faces with fewer than three corners.
     pub(super) short_faces: usize,
+    /// Line of the first face with fewer than three corners.
     pub(super) first_short_face: Option<usize>,
-    /// The names of `mtllib` statements: everything after the word.
+    /// Byte ranges of the text after `mtllib`, one per statement.
     pub(super) libraries: Vec<Range<usize>>,
     pub(super) groups: Vec<Group>,
     pub(super) ignored: Vec<IgnoredStatement>,
@@ -77,8 +78,8 @@ impl Parsed {
     }
 }
 
-/// A corner that refers to something further down: right iff the file has it.
-struct Forward {
+/// A corner that refers to an element further down. It is valid if the file has that element.
+struct ForwardReference {
     line: usize,
     face: usize,
     what: &'static str,
@@ -89,8 +90,8 @@ struct Parser<'a> {
     raw: &'a [u8],
     parsed: Parsed,
     groups: GroupBuilder,
-    forward: Vec<Forward>,
-    /// The `v` and the `vn`, from 1, of the corners of a face; 0 is none.
+    forward: Vec<ForwardReference>,
+    /// `v` and `vn` of the corners of the current face, from 1; 0 stands for no `vn`.
     face: Vec<[u32; 2]>,
 }
 
@@ -99,11 +100,11 @@ const TEXTURE: &str = "texture coordinate";
 const NORMAL: &str = "normal";
 
 /// Parses a whole file.
-pub(super) fn parse(raw: &[u8]) -> Result<Parsed, At<ObjProblem>> {
-    // Eight bytes at a time, unlike a search for the place.
+pub(super) fn parse(raw: &[u8]) -> Result<Parsed, Located<ObjProblem>> {
+    // `contains` compares eight bytes at a time, unlike a search for the position.
     if raw.contains(&0) {
         let at = raw.iter().take_while(|&&byte| byte != 0).count();
-        let text = "it holds binary data (a zero byte on this line)".to_owned();
+        let text = "it contains binary data (a zero byte on this line)".to_owned();
         return Err((Some(line_of(raw, at)), ObjProblem::NotObj(text)));
     }
     let parsed = Parsed { offsets: vec![0], ..Parsed::default() };
@@ -111,13 +112,14 @@ pub(super) fn parse(raw: &[u8]) -> Result<Parsed, At<ObjProblem>> {
         Parser { raw, parsed, groups: GroupBuilder::default(), forward: Vec::new(), face: Vec::new() };
     let mut statements = Statements::new(raw);
     for statement in statements.by_ref() {
-        parser.statement(&statement).map_err(|problem| parser.blame(statement.line, problem))?;
+        parser.statement(&statement).map_err(|problem| parser.locate(statement.line, problem))?;
     }
     let lines = statements.lines();
     parser.finish(lines)
 }
 
 impl Parser<'_> {
+    /// Parses one statement.
     fn statement(&mut self, statement: &Statement) -> Result<(), ObjProblem> {
         let raw = self.raw;
         let mut words = Words::new(raw, &statement.bytes);
@@ -143,13 +145,14 @@ impl Parser<'_> {
                 self.groups.start_groups(names, text, faces);
             }
             b"mtllib" => self.parsed.libraries.push(words.rest()),
-            // How surfaces look, not where they are.
+            // These change the appearance of faces, not the geometry.
             b"usemtl" | b"s" => {}
             _ => self.ignore(&raw[keyword], statement.line),
         }
         Ok(())
     }
 
+    /// Parses the corners of an `f` statement.
     fn face(&mut self, line: usize, words: Words<'_>) -> Result<(), ObjProblem> {
         let face = self.parsed.face_count() + self.parsed.short_faces + 1;
         self.face.clear();
@@ -185,7 +188,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// An index as a position from 1. `count` elements came before this line; more may follow.
+    /// Resolves an index to a position from 1. `count` elements precede this line; more may follow it.
     #[inline]
     fn resolve(
         &mut self,
@@ -197,21 +200,22 @@ impl Parser<'_> {
     ) -> Result<u32, ObjProblem> {
         let position = if index < 0 { count as i64 + 1 + index } else { index };
         if position > count as i64 {
-            self.forward.push(Forward { line, face, what, index });
+            self.forward.push(ForwardReference { line, face, what, index });
         } else if position < 1 {
             return Err(ObjProblem::IndexOutOfRange { face, what, index, count });
         }
-        // One that does not fit is too large for any file, and found out at the end.
+        // A position beyond 32 bits is also a forward reference, which `finish` rejects.
         Ok(u32::try_from(position).unwrap_or(u32::MAX))
     }
 
+    /// Counts a statement that is not used.
     fn ignore(&mut self, keyword: &[u8], line: usize) {
-        /// More different words than this are not told apart.
-        const MOST: usize = 64;
+        /// Largest number of entries; further keywords are counted in the last one.
+        const MAX_KEYWORDS: usize = 64;
         let ignored = &mut self.parsed.ignored;
-        let full = ignored.len() >= MOST;
+        let full = ignored.len() >= MAX_KEYWORDS;
         let known = ignored.iter().position(|entry| entry.keyword.as_bytes() == keyword);
-        match known.or(full.then_some(MOST - 1)) {
+        match known.or(full.then_some(MAX_KEYWORDS - 1)) {
             Some(at) => ignored[at].count += 1,
             None => {
                 ignored.push(IgnoredStatement { keyword: decode(keyword), count: 1, first_line: line });
@@ -219,28 +223,29 @@ impl Parser<'_> {
         }
     }
 
-    /// Names the line of a problem; in a file that had no vertex before, but something else, says that it is no OBJ.
-    fn blame(&self, line: usize, problem: ObjProblem) -> At<ObjProblem> {
+    /// Adds the line to a problem. If no `v` but a foreign statement precedes it, returns the problem that
+    /// the file is not an OBJ file instead.
+    fn locate(&self, line: usize, problem: ObjProblem) -> Located<ObjProblem> {
         let maybe_foreign =
             self.parsed.vertices.is_empty() && !matches!(problem, ObjProblem::IndexOutOfRange { .. });
         maybe_foreign.then(|| self.foreign()).flatten().unwrap_or((Some(line), problem))
     }
 
-    /// The first statement that the format does not know.
-    fn foreign(&self) -> Option<At<ObjProblem>> {
-        let first = self.parsed.ignored.iter().find(|entry| !FORMAT.contains(&entry.keyword.as_str()))?;
-        let text =
-            format!("line starts with `{}`, and no vertices or faces come before or after", first.keyword);
+    /// Returns the problem of the first statement that is not part of the format, if there is one.
+    fn foreign(&self) -> Option<Located<ObjProblem>> {
+        let first = self.parsed.ignored.iter().find(|entry| !KEYWORDS.contains(&entry.keyword.as_str()))?;
+        let text = format!("line starts with `{}`, not an OBJ keyword, before any `v`", first.keyword);
         Some((Some(first.first_line), ObjProblem::NotObj(text)))
     }
 
-    fn finish(mut self, lines: usize) -> Result<Parsed, At<ObjProblem>> {
+    /// Checks the file as a whole and returns its contents.
+    fn finish(mut self, lines: usize) -> Result<Parsed, Located<ObjProblem>> {
         let faces = self.parsed.face_count();
         let empty = self.parsed.vertices.is_empty() && faces == 0;
         if let Some(foreign) = empty.then(|| self.foreign()).flatten() {
             return Err(foreign);
         }
-        for &Forward { line, face, what, index } in &self.forward {
+        for &ForwardReference { line, face, what, index } in &self.forward {
             let count = match what {
                 VERTEX => self.parsed.vertices.len(),
                 TEXTURE => self.parsed.textures,
@@ -264,15 +269,15 @@ impl Parser<'_> {
     }
 }
 
-/// Words of the format that are not used here: their presence does not speak against an OBJ file.
+/// Keywords of the format that are not used here. They do not indicate a file of another format.
 #[rustfmt::skip]
-const FORMAT: &[&str] = &[
-    "vp", "p", "l", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp",
-    "end", "con", "mg", "bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech", "stech",
-    "maplib", "usemap", "call", "csh",
+const KEYWORDS: &[&str] = &[
+    "vp", "p", "l", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv",
+    "sp", "end", "con", "mg", "bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech",
+    "stech", "maplib", "usemap", "call", "csh",
 ];
 
-/// The first three numbers of a statement, and where they stand.
+/// Parses the first three numbers of a statement; returns their byte ranges and values.
 fn three_numbers(
     statement: &'static str,
     raw: &[u8],
@@ -288,13 +293,13 @@ fn three_numbers(
     }
     let [x, y, z] = ranges;
     let start = x.start;
-    // A statement longer than 4 GiB is made of blanks; such a file does not fit the 32-bit indices elsewhere either.
+    // Fails only if the numbers span more than 4 GiB, almost all of it blanks.
     let ends = [x.end, y.start, y.end, z.start, z.end].map(|end| u32::try_from(end - start));
     let [Ok(a), Ok(b), Ok(c), Ok(d), Ok(e)] = ends else { return Err(ObjProblem::TooLarge) };
     Ok((Numbers { start, ends: [a, b, c, d, e] }, values))
 }
 
-/// The `f32` nearest to a number.
+/// Parses a number and rounds it to the nearest `f32`.
 #[inline]
 fn number(statement: &'static str, bytes: &[u8]) -> Result<f32, ObjProblem> {
     match std::str::from_utf8(bytes).ok().and_then(|text| text.parse::<f32>().ok()) {

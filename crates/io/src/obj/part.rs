@@ -1,4 +1,4 @@
-//! The faces of a file that one body is made of.
+//! The part of an OBJ file that makes up one body.
 
 use nalgebra::Point3;
 
@@ -7,29 +7,30 @@ use super::ObjError;
 use super::error::ObjProblem;
 use supple::Mesh;
 
-/// The mesh of a whole OBJ file or of one of its objects, and which `v` and faces of the file it is made of.
+/// The mesh of a whole OBJ file or of one of its objects, with the corresponding `v` and faces of the file.
 #[derive(Clone, Debug)]
 pub struct Part {
     mesh: Mesh,
-    /// For each vertex of the mesh its `v`, from 0; none if they are the same.
+    /// `v` of each mesh vertex, from 0; `None` if they have the same numbers.
     vertices: Option<Vec<u32>>,
-    /// The faces of the file, from 0, in order; none if they are all.
+    /// Faces of the file, from 0, in order; `None` if the part has all of them.
     faces: Option<Vec<u32>>,
 }
 
 const UNUSED: u32 = u32::MAX;
 
 impl Document {
-    /// The mesh of the whole file (its vertices are all `v` of the file, in order), or of one object or group (its
-    /// vertices are those that its faces use, in order).
+    /// Returns the mesh of the whole file, or of one object or group. The mesh of the whole file has all `v`
+    /// as vertices, in order; that of an object or group has the `v` that its faces use, in order.
     ///
     /// # Errors
-    /// A name that no `o` or `g` with faces has (the error lists those there are); a surface without extent.
+    /// If no `o` or `g` with faces has the name (the error lists the known names), or the surface has no
+    /// extent.
     pub fn mesh(&self, object: Option<&str>) -> Result<Mesh, ObjError> {
         Ok(self.part(object)?.into_mesh())
     }
 
-    /// As [`Document::mesh`], together with what is needed to write the file back.
+    /// As [`Document::mesh`], with the correspondence to the file that is needed to write it back.
     ///
     /// # Errors
     /// As [`Document::mesh`].
@@ -60,30 +61,30 @@ impl Part {
         Ok(Self { mesh, vertices: Some(vertices), faces: Some(faces) })
     }
 
-    /// The mesh.
+    /// Returns the mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// The mesh.
+    /// Returns the mesh and drops the rest.
     pub fn into_mesh(self) -> Mesh {
         self.mesh
     }
 
-    /// The `v`, from 0, that each vertex of the mesh was read from.
+    /// Returns the `v`, from 0, of each mesh vertex.
     pub fn vertices(&self) -> impl ExactSizeIterator<Item = u32> {
         let same = |vertex: usize| vertex as u32;
         (0..self.mesh.vertices().len())
             .map(move |vertex| self.vertices.as_ref().map_or_else(|| same(vertex), |map| map[vertex]))
     }
 
-    /// The faces of the file, from 0, that the faces of the mesh were read from.
+    /// Returns the face of the file, from 0, of each mesh face.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = u32> {
         (0..self.mesh.face_count()).map(move |face| self.faces.as_ref().map_or(face as u32, |map| map[face]))
     }
 }
 
-/// The faces under a name, whether `o` or `g` gave it, each once, in order.
+/// Returns the faces of an object or group by name, each once, in order.
 fn faces_of(document: &Document, name: &str) -> Result<Vec<u32>, ObjError> {
     let named = || document.all_groups().iter().filter(|group| group.name == name);
     if named().next().is_none() {
@@ -101,7 +102,8 @@ fn faces_of(document: &Document, name: &str) -> Result<Vec<u32>, ObjError> {
     Ok(faces)
 }
 
-/// A mesh of some faces of a file; `map` lists the used vertices, and for each vertex of the file its number in them.
+/// Builds a mesh of some faces of a file. `map` has the used vertices, and the index among them of each
+/// vertex of the file.
 fn build(
     document: &Document,
     faces: impl Iterator<Item = u32> + Clone,

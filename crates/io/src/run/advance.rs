@@ -1,4 +1,4 @@
-//! Frame after frame: steps, a display of each body, the files written, a checkpoint now and then.
+//! The frame loop: advances the simulation, evaluates and writes each body, saves checkpoints.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -13,26 +13,28 @@ use super::stats::{Row, Stats, Times};
 use crate::frames::FrameWriter;
 use supple::{Display, Simulation};
 
-/// A job under way.
+/// A running job.
 pub(super) struct Running<'a> {
     job: &'a Job,
-    /// Shared with the observer, and locked while a frame is worked on.
+    /// Shared with the observer; locked while a frame is computed.
     simulation: Arc<Mutex<Simulation>>,
     substeps: u32,
     inputs: Vec<Input>,
-    /// One for each body.
+    /// One per body.
     writers: Vec<FrameWriter>,
     stats: Option<Stats>,
     fingerprint: String,
-    /// The frame after which this run goes on.
-    after: Option<u32>,
-    /// Steps since the last row of statistics.
+    /// Frame of the checkpoint that this run resumes from; `None` if it starts at frame 0.
+    resumed_after: Option<u32>,
+    /// Time spent on steps since the last row of statistics.
     stepping: Duration,
+    /// Number of frames written so far; a frame of all bodies counts once.
     written: u32,
     /// One per body.
     displays: Vec<Display>,
-    /// One per mesh vertex of the body that is being written.
+    /// Positions of the body that is being written, one per mesh vertex.
     positions: Vec<[f32; 3]>,
+    /// Normals of that body, one per mesh vertex; empty if its writer does not need them.
     normals: Vec<[f32; 3]>,
 }
 
@@ -43,7 +45,7 @@ impl<'a> Running<'a> {
         writers: Vec<FrameWriter>,
         stats: Option<Stats>,
         fingerprint: String,
-        after: Option<u32>,
+        resumed_after: Option<u32>,
     ) -> Self {
         let Prepared { simulation, substeps, inputs } = prepared;
         Self {
@@ -54,7 +56,7 @@ impl<'a> Running<'a> {
             writers,
             stats,
             fingerprint,
-            after,
+            resumed_after,
             stepping: Duration::ZERO,
             written: 0,
             displays: Vec::new(),
@@ -63,10 +65,14 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// Runs to the last frame, or until the observer asks to stop.
-    pub(super) fn run(mut self, begun: Instant, observer: &mut dyn Observer) -> Result<RunReport, RunError> {
+    /// Runs to the last frame, or until the observer returns [`Flow::Stop`].
+    pub(super) fn run(
+        mut self,
+        job_start: Instant,
+        observer: &mut dyn Observer,
+    ) -> Result<RunReport, RunError> {
         let last = self.job.scene.simulation.frames;
-        let first = self.after.map_or(0, |frame| frame + 1);
+        let first = self.resumed_after.map_or(0, |frame| frame + 1);
         let shared = self.simulation.clone();
         observer.built(&shared, &self.inputs);
         observer.started(first, last);
@@ -79,7 +85,7 @@ impl<'a> Running<'a> {
                 simulation.steps(u64::from(self.substeps));
                 self.stepping += stepping.elapsed();
             }
-            if self.job.keeps(frame) {
+            if self.job.is_written(frame) {
                 self.write_frame(&simulation, frame)?;
             }
             let time = simulation.time();
@@ -91,18 +97,18 @@ impl<'a> Running<'a> {
                 std::mem::take(&mut self.writers).into_iter().try_for_each(FrameWriter::finish)?;
                 self.save(&simulation, frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
-                return Ok(self.report(&simulation, outcome, first, frame, begun));
+                return Ok(self.report(&simulation, outcome, first, frame, job_start));
             }
             if saved.elapsed() >= self.job.checkpoint_interval {
                 self.save(&simulation, frame)?;
                 saved = Instant::now();
             }
         }
-        // Only a job that goes on after its last frame comes here, and such a job is not begun.
-        Ok(self.report(&locked(&shared), Outcome::AlreadyFinished, first, last, begun))
+        // Reached only if a job resumes after its last frame; `Job::run` does not start such a job.
+        Ok(self.report(&locked(&shared), Outcome::AlreadyFinished, first, last, job_start))
     }
 
-    /// Writes a frame of every body, and its statistics.
+    /// Writes a frame of every body and the rows of its statistics.
     fn write_frame(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
         let stepping = std::mem::take(&mut self.stepping);
         let number = self.job.number(frame);
@@ -115,15 +121,15 @@ impl<'a> Running<'a> {
             self.positions.resize(vertices, [0.0; 3]);
             self.normals.resize(if needs_normals { vertices } else { 0 }, [0.0; 3]);
             let normals = needs_normals.then_some(&mut self.normals[..]);
-            let mut shown = display.evaluate(body);
-            shown.surface_into(&mut self.positions, normals);
+            let mut evaluated = display.evaluate(body);
+            evaluated.surface_into(&mut self.positions, normals);
             let writing = Instant::now();
             self.writers[index].write(number, &self.positions, &self.normals)?;
             if self.stats.is_some() {
                 let write = writing.elapsed();
                 let step = stepping.div_f64(simulation.bodies().len() as f64);
-                let times = Times { step, write, display: shown.times() };
-                rows.push(Row::of(number, simulation.time(), &body, &shown.volume_report(), times));
+                let times = Times { step, write, display: evaluated.times() };
+                rows.push(Row::of(number, simulation.time(), &body, &evaluated.volume_report(), times));
             }
         }
         self.written += 1;
@@ -133,6 +139,7 @@ impl<'a> Running<'a> {
         }
     }
 
+    /// Writes a checkpoint after `frame`.
     fn save(&self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
         let checkpoint = Checkpoint {
             fingerprint: self.fingerprint.clone(),
@@ -149,17 +156,17 @@ impl<'a> Running<'a> {
         outcome: Outcome,
         first: u32,
         last: u32,
-        begun: Instant,
+        job_start: Instant,
     ) -> RunReport {
         RunReport {
             directory: self.job.directory.clone(),
             outcome,
-            resumed_after: self.after,
+            resumed_after: self.resumed_after,
             last,
             simulated: (last + 1).saturating_sub(first),
             written: self.written,
             substeps: self.substeps,
-            elapsed: begun.elapsed(),
+            elapsed: job_start.elapsed(),
             bodies: (0..simulation.bodies().len())
                 .map(|body| BodyReport::of(simulation.body(body)))
                 .collect(),
@@ -167,8 +174,8 @@ impl<'a> Running<'a> {
     }
 }
 
-/// Ignores poisoning: a panic in a step ends the job, and the calls by which observers change a simulation each leave it
-/// whole.
+/// Locks the simulation and ignores poisoning. A panic in a step ends the job, and every call by which an
+/// observer can change the simulation leaves it in a valid state.
 fn locked(simulation: &Mutex<Simulation>) -> MutexGuard<'_, Simulation> {
     simulation.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,5 @@
-//! What a run needs to go on, beside its frames: a file that holds one value whole or is refused.
+//! Checkpoints, from which a run resumes: a file beside the frames, with a checksum. A damaged file is
+//! rejected.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,36 +12,36 @@ use super::fingerprint::{difference, fnv1a};
 use crate::file::write_whole;
 use supple::SimulationState;
 
-/// The name of the checkpoint in the folder of the frames.
+/// Name of the checkpoint file in the directory of the frames.
 pub const CHECKPOINT: &str = "supple.checkpoint";
 
-/// Says what the file is.
+/// First bytes of every checkpoint file.
 const MAGIC: [u8; 8] = *b"SUPPLECK";
-/// Counts the changes of what a checkpoint holds; older files are refused.
+/// Version of the format; files of other versions are rejected.
 const VERSION: u32 = 3;
-/// Magic, version, length and checksum.
+/// Size of the header, in bytes: magic, version, length and checksum.
 const HEADER: usize = 8 + 4 + 8 + 8;
 
 /// The state of a run after a frame.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
-    /// What the run must share with one that goes on from here.
+    /// Fingerprint of the scene; a run that resumes from here must have the same.
     pub(super) fingerprint: String,
-    /// The vector instructions that were used.
+    /// SIMD level that was used.
     pub(super) level: String,
-    /// The frame that was done, counted from 0.
+    /// Last completed frame, from 0.
     pub(super) frame: u32,
-    /// Everything that the next step depends on.
+    /// State of the simulation: all data that the next step depends on.
     pub(super) state: SimulationState,
 }
 
 impl Checkpoint {
-    /// Writes the checkpoint of a folder over the one that is there.
+    /// Writes the checkpoint to a directory and replaces an existing one.
     pub(super) fn write(&self, folder: &Path) -> Result<(), RunError> {
         write(&path(folder), self)
     }
 
-    /// Reads the checkpoint of a folder, if there is one, and checks that it is of this motion.
+    /// Reads the checkpoint of a directory, if there is one. Returns an error if its fingerprint differs.
     pub(super) fn read(folder: &Path, fingerprint: &str) -> Result<Option<Self>, RunError> {
         let path = path(folder);
         let Some(checkpoint) = read::<Self>(&path)? else { return Ok(None) };
@@ -50,7 +51,7 @@ impl Checkpoint {
         }
     }
 
-    /// Removes the checkpoint of a folder, if there is one: its frames are about to be replaced.
+    /// Removes the checkpoint of a directory, if there is one.
     pub(super) fn remove(folder: &Path) -> Result<(), RunError> {
         let path = path(folder);
         match std::fs::remove_file(&path) {
@@ -66,7 +67,7 @@ fn path(folder: &Path) -> PathBuf {
     folder.join(CHECKPOINT)
 }
 
-/// Writes a header, a length, a checksum and a value.
+/// Writes the header and the encoded value.
 fn write<T: Serialize>(path: &Path, value: &T) -> Result<(), RunError> {
     let save = |file: &mut std::fs::File| {
         let payload = postcard::to_stdvec(value)
@@ -80,7 +81,7 @@ fn write<T: Serialize>(path: &Path, value: &T) -> Result<(), RunError> {
     write_whole(path, save).map_err(|source| RunError::io("write", path, source))
 }
 
-/// Reads a value back; `None` if there is no file.
+/// Reads a value and checks the header; returns `None` if there is no file.
 fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, RunError> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
@@ -89,24 +90,24 @@ fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, RunError> {
     };
     let damaged = |what: &str| RunError::Checkpoint { path: path.to_owned(), what: what.to_owned() };
     if bytes.len() < HEADER || bytes[..8] != MAGIC {
-        return Err(damaged("it is not a checkpoint of supple, or only its beginning"));
+        return Err(damaged("it is not a checkpoint of supple, or is incomplete"));
     }
     let number = |range: std::ops::Range<usize>| {
         bytes[range].iter().rev().fold(0_u64, |number, &byte| number << 8 | u64::from(byte))
     };
     let version = number(8..12);
     if version != u64::from(VERSION) {
-        return Err(damaged(&format!("its format is version {version}, this program reads {VERSION}")));
+        return Err(damaged(&format!("its format has version {version}, this program reads {VERSION}")));
     }
     let payload = &bytes[HEADER..];
     if payload.len() as u64 != number(12..20) {
         let expected = number(12..20);
-        return Err(damaged(&format!("it holds {} bytes of {expected}", payload.len())));
+        return Err(damaged(&format!("it has {} of {expected} bytes", payload.len())));
     }
     if fnv1a(payload) != number(20..28) {
         return Err(damaged("its checksum does not match"));
     }
-    postcard::from_bytes(payload).map(Some).map_err(|error| damaged(&format!("it does not decode: {error}")))
+    postcard::from_bytes(payload).map(Some).map_err(|error| damaged(&format!("decoding failed: {error}")))
 }
 
 #[cfg(test)]
@@ -114,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_damaged_file_is_refused_wherever_it_is_damaged() {
+    fn truncation_and_bit_flips_at_any_byte_are_detected() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("supple.checkpoint");
         assert!(read::<Vec<f32>>(&path).unwrap().is_none());

@@ -1,4 +1,4 @@
-//! What can stop a job: before it began, for which the user's input is to blame, or while it ran.
+//! Errors of jobs: invalid input, found before a job starts, and failures while it runs.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,32 +7,32 @@ use crate::frames::OutputError;
 use crate::obj::ObjError;
 use crate::scene::SceneError;
 
-/// What can stop a job.
+/// Error of a job.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// The scene says what no scene can say.
+    /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A mesh cannot be read.
+    /// A mesh file cannot be read.
     #[error("`{key}`: cannot read {}: {source}; the path is relative to the scene file", path.display())]
     MeshFile {
-        /// The key that names it, `body.bust.mesh`.
+        /// Key of the file in the scene, such as `body.bust.mesh`.
         key: String,
-        /// The OBJ file.
+        /// OBJ file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: io::Error,
     },
-    /// A mesh is not usable.
+    /// A mesh file is invalid.
     #[error(transparent)]
     Mesh(#[from] ObjError),
-    /// A body cannot be built, or one of its pins or handles takes nothing.
+    /// A body cannot be built, or one of its pins or handles selects no vertices.
     #[error("{key}: {source}")]
     Body {
-        /// Its key in the scene: `body.bust`, `body.bust.pin.0`.
+        /// Key of the body, pin or handle in the scene: `body.bust`, `body.bust.pin.0`.
         key: String,
-        /// Why not.
+        /// Cause.
         source: supple::Error,
     },
     /// The simulation cannot be built.
@@ -41,41 +41,42 @@ pub enum RunError {
     /// An option of the job is out of range.
     #[error("`{option}` is {value}; it must be {range}")]
     Option {
-        /// The option.
+        /// Name of the option.
         option: &'static str,
-        /// What it is.
+        /// Value found.
         value: String,
-        /// What it must be.
+        /// Valid range.
         range: &'static str,
     },
     /// A frame cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A stats file whose extension says nothing.
-    #[error("the stats file {} must end in .csv or .json", path.display())]
+    /// The extension of a stats file is unknown.
+    #[error("the name of the stats file {} must end in .csv or .json", path.display())]
     StatsName {
-        /// The file.
+        /// Stats file.
         path: PathBuf,
     },
-    /// A file that is to be continued holds something else.
-    #[error("{} is not a stats file of supple, so it cannot be continued; name another", path.display())]
+    /// A file that is to be continued is not a stats file.
+    #[error("{} is not a stats file of supple and cannot be continued; choose another file", path.display())]
     NotStats {
         /// The file.
         path: PathBuf,
     },
-    /// The output folder is something else.
-    #[error("the output folder {} is a file; name a folder", path.display())]
+    /// The output directory is a file.
+    #[error("the output directory {} is a file; choose a directory", path.display())]
     NotAFolder {
-        /// Where it leads.
+        /// The file.
         path: PathBuf,
     },
-    /// Another run writes to the folder.
+    /// Another run writes to the output directory.
     #[error(
-        "another run holds {}; wait for it, or write to another folder (a run that was killed holds nothing)",
+        "another run has locked {}; wait until it ends, or choose another output directory (a killed run \
+         releases its lock)",
         path.display()
     )]
     Locked {
-        /// The lock file.
+        /// Lock file.
         path: PathBuf,
     },
     /// The checkpoint cannot be used.
@@ -84,36 +85,36 @@ pub enum RunError {
         path.display()
     )]
     Checkpoint {
-        /// The checkpoint.
+        /// Checkpoint file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Problem, a clause of the message.
         what: String,
     },
-    /// The checkpoint is that of another motion.
+    /// The checkpoint is of a scene with another motion.
     #[error(
         "cannot resume from {}: {difference}; undo the change, or run without resuming to start again",
         path.display()
     )]
     Differs {
-        /// The checkpoint.
+        /// Checkpoint file.
         path: PathBuf,
-        /// The first thing that differs.
+        /// First difference between the two scenes.
         difference: String,
     },
-    /// Something could not be read or written while the job ran.
+    /// A file operation failed while the job ran.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// What was tried.
+        /// Attempted operation: `"write"`, `"create"`, ...
         action: &'static str,
-        /// On which file.
+        /// File or directory of the operation.
         path: PathBuf,
-        /// Why it failed.
+        /// Cause.
         source: io::Error,
     },
 }
 
 impl RunError {
-    /// Whether arguments, scene or mesh are to blame, so that nothing was written.
+    /// Returns whether the cause is an invalid argument, scene or mesh, so that nothing was written.
     pub fn is_input(&self) -> bool {
         match self {
             Self::Output(error) => matches!(error, OutputError::OverwritesInput { .. }),
@@ -121,6 +122,7 @@ impl RunError {
         }
     }
 
+    /// Returns the error of a failed file operation.
     pub(super) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::Io { action, path: path.to_owned(), source }
     }

@@ -1,16 +1,17 @@
-//! Everything that changes the motion, as text: what a resumed run must share with its checkpoint.
+//! Fingerprint of a scene: all that affects the motion, as text. A run resumes only from a checkpoint with
+//! the same fingerprint.
 
 use std::path::PathBuf;
 
 use super::error::RunError;
 use crate::scene::{OutputData, Scene};
 
-/// The fingerprint of a scene: its text without what changes no bit of the motion (frames, threads,
-/// output, paths), with a hash of each mesh's bytes.
+/// Returns the fingerprint of a scene: its TOML text with a hash of the bytes of each mesh in place of the
+/// path, and without the settings that do not change the motion (frames, threads, output).
 ///
 /// # Errors
 ///
-/// A mesh file that cannot be read.
+/// If a mesh file cannot be read.
 pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     let mut scene = scene.clone();
     for index in 0..scene.bodies.len() {
@@ -27,7 +28,7 @@ pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     Ok(scene.to_toml())
 }
 
-/// The first thing in which two fingerprints differ, said to a user; `None` if they are equal.
+/// Describes the first difference between two fingerprints in words for a user; `None` if they are equal.
 pub fn difference(before: &str, now: &str) -> Option<String> {
     if before == now {
         return None;
@@ -39,8 +40,8 @@ pub fn difference(before: &str, now: &str) -> Option<String> {
         if old != new {
             return Some(match (key(old), key(new)) {
                 (Some("mesh"), Some("mesh")) => format!("{table}: the mesh file has changed"),
-                (Some(_), Some(_)) => format!("{table}: `{old}` became `{new}`"),
-                _ => format!("{table}: bodies, pins, handles or colliders are not the same"),
+                (Some(_), Some(_)) => format!("{table}: `{old}` changed to `{new}`"),
+                _ => format!("{table}: the bodies, pins, handles or colliders differ"),
             });
         }
         if let Some(name) = new.strip_prefix("name = ") {
@@ -55,7 +56,8 @@ fn key(line: &str) -> Option<&str> {
     line.split_once(" = ").map(|(key, _)| key)
 }
 
-/// FNV-1a, 64 bits: tells files apart that changed by accident or by editing, the same on every machine.
+/// Computes the 64-bit FNV-1a hash, which is the same on every machine. It detects accidental changes and
+/// edits, but not deliberate collisions.
 pub(super) fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
@@ -69,13 +71,13 @@ mod tests {
     const TEXT: &str = "[simulation]\nfps = 30.0\n\n[[body]]\nname = \"a\"\nmesh = \"00\"\nhalf_width = 2\n";
 
     #[test]
-    fn the_difference_is_named() {
+    fn difference_names_the_table_and_the_change() {
         assert_eq!(difference(TEXT, TEXT), None);
         for (from, to, words) in [
-            ("fps = 30.0", "fps = 25.0", "[simulation]: `fps = 30.0` became `fps = 25.0`"),
+            ("fps = 30.0", "fps = 25.0", "[simulation]: `fps = 30.0` changed to `fps = 25.0`"),
             ("\"00\"", "\"01\"", "[[body]] \"a\": the mesh file has changed"),
-            ("half_width = 2", "half_width = 3", "[[body]] \"a\": `half_width = 2` became `half_width = 3`"),
-            ("half_width = 2\n", "half_width = 2\n\n[[collider]]\n", "are not the same"),
+            ("half_width = 2", "half_width = 3", "\"a\": `half_width = 2` changed to `half_width = 3`"),
+            ("half_width = 2\n", "half_width = 2\n\n[[collider]]\n", "colliders differ"),
         ] {
             let difference = difference(TEXT, &TEXT.replace(from, to)).unwrap();
             assert!(difference.contains(words), "{difference}");
@@ -83,9 +85,9 @@ mod tests {
         assert!(difference(TEXT, "").is_some() && difference("", TEXT).is_some());
     }
 
-    /// Test vectors of Fowler, Noll and Vo.
+    /// Test vectors by Fowler, Noll and Vo.
     #[test]
-    fn matches_the_published_vectors() {
+    fn fnv1a_matches_the_published_vectors() {
         assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
         assert_eq!(fnv1a(b"a"), 0xaf63_dc4c_8601_ec8c);
         assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);

@@ -1,4 +1,4 @@
-//! A job: a scene, a folder, and how its frames are kept.
+//! A job: a scene, its output directory, and the options of the run.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -8,28 +8,28 @@ use super::stats;
 use crate::frames::Sequence;
 use crate::scene::{BodyData, Scene};
 
-/// A scene, the folder that its frames go to, and which of them are kept.
+/// A scene, its output directory, and the options of the run.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// What is simulated. Its `output.directory` is not looked at: see [`Job::directory`].
+    /// Scene to simulate. Its `output.directory` is ignored; see [`Job::directory`].
     pub scene: Scene,
-    /// The folder of the frames; made if it is not there.
+    /// Directory of the frames; it is created if it is missing.
     pub directory: PathBuf,
-    /// Every how many frames one is written, at least 1; default 1.
+    /// Interval between written frames, in frames, at least 1; default 1.
     pub every: u32,
-    /// The number that frame 0, the rest pose, goes by; default 0. Frame `k` is written as number
-    /// `start_frame + k`, as shots are numbered (1001, 1002, ...); its time stays `k / fps`.
+    /// Number of frame 0 (the rest pose) in file names; default 0. Frame `k` is written as number
+    /// `start_frame + k`, for shots that are numbered 1001, 1002, ...; its time remains `k / fps`.
     pub start_frame: u32,
-    /// A `.csv` or `.json` file for one [`Row`](super::Row) a frame and body; default none.
+    /// A `.csv` or `.json` file for one [`Row`](super::Row) per frame and body; default `None`.
     pub stats: Option<PathBuf>,
-    /// Whether to go on where an earlier run ended; by default an existing sequence is replaced.
+    /// Whether to continue an earlier run; default false, which replaces an existing sequence.
     pub resume: bool,
     /// Wall-clock time between checkpoints; default 10 s.
     pub checkpoint_interval: Duration,
 }
 
 impl Job {
-    /// A job that keeps every frame, without statistics, from the start.
+    /// Creates a job that starts at frame 0 and writes every frame, without statistics.
     pub fn new(scene: Scene, directory: impl Into<PathBuf>) -> Self {
         Self {
             scene,
@@ -42,7 +42,7 @@ impl Job {
         }
     }
 
-    /// The files of each body, in the order of the scene.
+    /// Returns the sequence of files of each body, in the order of the scene.
     pub fn sequences(&self) -> Vec<Sequence> {
         let sequence = |body: &BodyData| Sequence {
             directory: self.directory.clone(),
@@ -55,17 +55,17 @@ impl Job {
         self.scene.bodies.iter().map(sequence).collect()
     }
 
-    /// Whether a frame, counted from 0, is written.
-    pub(super) fn keeps(&self, frame: u32) -> bool {
+    /// Returns whether a frame, counted from 0, is written.
+    pub(super) fn is_written(&self, frame: u32) -> bool {
         frame.is_multiple_of(self.every)
     }
 
-    /// The number that a frame, counted from 0, goes by.
+    /// Returns the number of a frame, counted from 0, in file names.
     pub(super) fn number(&self, frame: u32) -> u64 {
         u64::from(self.start_frame) + u64::from(frame)
     }
 
-    /// Looks for what is wrong without reading a mesh.
+    /// Checks the options and the paths, without reading a mesh.
     pub(super) fn check(&self) -> Result<(), RunError> {
         if self.every == 0 {
             return Err(RunError::Option { option: "every", value: "0".into(), range: "at least 1" });
@@ -76,10 +76,10 @@ impl Job {
         if self.directory.exists() && !self.directory.is_dir() {
             return Err(RunError::NotAFolder { path: self.directory.clone() });
         }
-        // A mesh that lies in the folder of the frames must not look like one of them.
+        // A mesh in the directory of the frames must not have the name of a frame.
         for sequence in self.sequences() {
-            let spared = |body: &BodyData| sequence.spare(&self.scene.resolve(&body.mesh));
-            self.scene.bodies.iter().try_for_each(spared)?;
+            let check = |body: &BodyData| sequence.check_input(&self.scene.resolve(&body.mesh));
+            self.scene.bodies.iter().try_for_each(check)?;
         }
         Ok(())
     }

@@ -1,24 +1,24 @@
-//! One run at a time in a folder.
+//! Locks a directory, so that one run at a time writes to it.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use super::error::RunError;
 
-/// The name of the lock file in the folder of the frames.
+/// Name of the lock file in the directory of the frames.
 pub const LOCK: &str = "supple.lock";
 
-/// A folder held by this run; let go when dropped, and by the system when the program dies.
+/// Lock of a directory. It is released on drop, and by the operating system when the process ends.
 #[derive(Debug)]
 pub(super) struct Lock {
-    /// Keeps the lock: it lies on the open file.
+    /// Open lock file; the lock lasts as long as it is open.
     _file: File,
     path: PathBuf,
 }
 
 impl Lock {
-    /// Takes the lock of a folder.
-    pub(super) fn take(folder: &Path) -> Result<Self, RunError> {
+    /// Acquires the lock of a directory.
+    pub(super) fn acquire(folder: &Path) -> Result<Self, RunError> {
         let path = folder.join(LOCK);
         loop {
             let file = File::options()
@@ -29,11 +29,11 @@ impl Lock {
                 .map_err(|source| RunError::io("open the lock", &path, source))?;
             match file.try_lock() {
                 Ok(()) if is_at(&file, &path) => return Ok(Self { _file: file, path }),
-                // Another run ended and removed the file after it was opened here.
+                // Another run ended and removed the file after it was opened here: try again.
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Err(RunError::Locked { path }),
                 Err(TryLockError::Error(source)) => {
-                    return Err(RunError::io("take the lock", &path, source));
+                    return Err(RunError::io("acquire the lock", &path, source));
                 }
             }
         }
@@ -42,12 +42,13 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Removed while it is still held. Failing to is harmless: a file nobody holds locks nothing.
+        // Removes the file while it is still locked. A failure is harmless, because an unlocked file has no
+        // effect.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
-/// Whether an open file is still the one at a path.
+/// Returns whether an open file is still the file at `path`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -57,7 +58,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Whether an open file is still the one at a path: open files cannot be removed here.
+/// Returns true: the file at `path` is still the open one, because open files cannot be removed here.
 #[cfg(not(unix))]
 fn is_at(_file: &File, _path: &Path) -> bool {
     true
@@ -68,13 +69,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_second_run_is_refused_until_the_first_ends() {
+    fn second_lock_is_refused_until_the_first_is_dropped() {
         let folder = tempfile::tempdir().unwrap();
-        let first = Lock::take(folder.path()).unwrap();
-        let refused = Lock::take(folder.path()).unwrap_err();
+        let first = Lock::acquire(folder.path()).unwrap();
+        let refused = Lock::acquire(folder.path()).unwrap_err();
         assert!(refused.to_string().contains(LOCK), "{refused}");
         drop(first);
         assert!(!folder.path().join(LOCK).exists());
-        Lock::take(folder.path()).unwrap();
+        Lock::acquire(folder.path()).unwrap();
     }
 }

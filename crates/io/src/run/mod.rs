@@ -1,12 +1,14 @@
-//! Running a scene: from data to frames on disk, with checkpoints.
+//! Runs a scene: from scene data to frames on disk, with checkpoints.
 //!
 //! ```text
-//! Scene -> prepare (meshes, lattices, simulation; substeps) -> Job -> start (fresh, or after a checkpoint of the
-//! same fingerprint; one at a time by its lock) -> advance: steps, frames, stats, checkpoint -> report
+//! Job (Scene) -> prepare: meshes, lattices, simulation, substeps
+//!             -> start: at frame 0, or after a checkpoint with the same fingerprint; under a lock
+//!             -> advance: steps, frames, stats, checkpoints
+//!             -> report
 //! ```
 //!
-//! Both the command line and Python call [`Job::run`]; progress bars, Ctrl-C and callbacks sit outside,
-//! in an [`Observer`].
+//! Both the command line and Python call [`Job::run`]. They implement progress bars, Ctrl-C and callbacks in
+//! an [`Observer`].
 
 mod advance;
 mod checkpoint;

@@ -1,4 +1,4 @@
-//! What looks on while a job runs: progress bars, Ctrl-C and callbacks sit outside the library.
+//! Callbacks of a running job, through which callers implement progress bars, Ctrl-C and their own callbacks.
 
 use std::fmt;
 use std::sync::{Arc, Mutex};
@@ -7,69 +7,71 @@ use std::time::Duration;
 use super::prepare::Input;
 use supple::Simulation;
 
-/// Looks on while a job runs, and may ask it to stop. `()` looks away.
+/// Receives the events of a running job and can stop it. `()` ignores all events.
 pub trait Observer {
-    /// The simulation is built; it is at frame 0, or at the frame of the checkpoint that the job goes on after.
+    /// Called when the simulation is built, at frame 0 or at the frame of the checkpoint that the job resumes
+    /// from.
     ///
-    /// Whoever keeps it may look at it and change it between frames, for one in [`Observer::frame`]; while the job is
-    /// at work on a frame it is locked. What is changed is in the checkpoints as far as it is in a
-    /// [`SimulationState`](supple::SimulationState). `inputs` are the files of its bodies.
+    /// An implementation may keep the simulation, and read and change it between frames, for example in
+    /// [`Observer::frame`]. It is locked while the job computes a frame. Checkpoints contain the changes that
+    /// are part of a [`SimulationState`](supple::SimulationState). `inputs` are the files of the bodies.
     fn built(&mut self, _simulation: &Arc<Mutex<Simulation>>, _inputs: &[Input]) {}
 
-    /// The first frame is about to be simulated: frames `first` to `last` lie ahead.
+    /// Called before the first frame of this run. Frames `first` to `last` follow.
     fn started(&mut self, _first: u32, _last: u32) {}
 
-    /// A frame is done, and written if it is one that is kept.
+    /// Called when a frame is complete. It is then also written, if [`Job::every`](super::Job::every)
+    /// includes it.
     fn frame(&mut self, _progress: &Progress) -> Flow {
         Flow::Continue
     }
 
-    /// Something that a user should know, but that stops nothing.
+    /// Called with information for the user that does not stop the job.
     fn note(&mut self, _note: &Note) {}
 }
 
 impl Observer for () {}
 
-/// Whether a job goes on.
+/// Whether a job continues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
-    /// It goes on.
+    /// The job continues.
     Continue,
-    /// It ends after this frame; what is written is kept, and the job can be resumed.
+    /// The job ends after this frame. The written frames are kept, and the job can be resumed.
     Stop,
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
-    /// The frame that is done, counted from 0.
+    /// Completed frame, from 0.
     pub frame: u32,
-    /// The last frame.
+    /// Last frame of the job, from 0.
     pub last: u32,
-    /// The simulated time of the frame, s.
+    /// Simulated time of the frame, s.
     pub time: f64,
     /// Wall-clock time since this run began.
     pub elapsed: Duration,
 }
 
-/// Something that a user should know.
+/// Information for the user that does not stop a job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Note {
-    /// The job goes on after this frame.
+    /// The job resumes after this frame.
     Resumed {
-        /// The frame of the checkpoint.
+        /// Frame of the checkpoint, from 0.
         frame: u32,
     },
-    /// Frames before the checkpoint are not there, so that the job starts from frame 0.
+    /// Frames before the checkpoint are missing or do not match, so the job starts at frame 0.
     StartsAgain {
-        /// What was looked for.
+        /// Problem, such as a missing file.
         reason: String,
     },
-    /// The checkpoint was written with other vector instructions: the last bits may differ.
+    /// The checkpoint was written at another SIMD level: the last bits may differ.
     OtherLevel {
-        /// Those of the checkpoint.
+        /// SIMD level of the checkpoint.
         before: String,
-        /// Those of this machine.
+        /// SIMD level of this run.
         now: String,
     },
 }
@@ -77,11 +79,11 @@ pub enum Note {
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Resumed { frame } => write!(f, "going on after frame {frame}"),
+            Self::Resumed { frame } => write!(f, "resuming after frame {frame}"),
             Self::StartsAgain { reason } => write!(f, "{reason}; starting again from frame 0"),
             Self::OtherLevel { before, now } => write!(
                 f,
-                "the checkpoint was written with {before}, this machine uses {now}: \
+                "the checkpoint was written with {before}, and this run uses {now}: \
                  frames may differ in their last bits from an uninterrupted run"
             ),
         }

@@ -1,4 +1,4 @@
-//! From a scene to what runs: meshes read, lattices built, pins checked. Nothing is written.
+//! Builds the simulation of a scene: reads meshes, builds lattices, checks pins and handles. Writes no files.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,28 +13,28 @@ use crate::scene::{BodyData, Scene, Substeps};
 use supple::euler_degrees;
 use supple::{Body, Placement, Simulation};
 
-/// A scene, ready to run: the simulation at time zero, and the files that its bodies were read from.
+/// A scene that is ready to run: the simulation at time 0, and the files of its bodies.
 #[derive(Debug)]
 pub struct Prepared {
-    /// The bodies and the colliders, at time zero.
+    /// Simulation with all bodies and colliders, at time 0.
     pub simulation: Simulation,
-    /// Steps in a frame, at least 1.
+    /// Steps per frame, at least 1.
     pub substeps: u32,
-    /// Where each body was read from.
+    /// Input of each body.
     pub inputs: Vec<Input>,
 }
 
-/// Where a body was read from.
+/// Input of a body.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// The OBJ file; bodies of one file share it.
+    /// OBJ file; bodies from the same file share it.
     pub document: Arc<Document>,
-    /// What of it makes up the body.
+    /// Part of the file that makes up the body.
     pub part: Part,
 }
 
 impl Input {
-    /// What a frame writer needs to know of it.
+    /// Returns the input as the source for a frame writer.
     pub fn source(&self) -> Source<'_> {
         Source::Document(&self.document, &self.part)
     }
@@ -44,8 +44,8 @@ impl Input {
 ///
 /// # Errors
 ///
-/// A mesh that cannot be read or is not usable, a lattice that does not fit in memory, a pin or a
-/// handle that takes nothing, a correction that a mesh cannot have.
+/// If a mesh cannot be read or is invalid, a lattice does not fit in memory, a pin or a handle selects no
+/// vertices, or the volume measure does not apply to a mesh.
 pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     let mut documents: Vec<(PathBuf, Arc<Document>)> = Vec::new();
     let mut bodies = Vec::new();
@@ -78,7 +78,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     Ok(Prepared { simulation, substeps, inputs })
 }
 
-/// Reads a file once, however many bodies are made of it.
+/// Reads a file, or returns it from `documents` if it was read before.
 fn read(documents: &mut Vec<(PathBuf, Arc<Document>)>, path: &Path) -> Result<Arc<Document>, RunError> {
     if let Some((_, document)) = documents.iter().find(|(known, _)| known == path) {
         return Ok(document.clone());
@@ -88,6 +88,7 @@ fn read(documents: &mut Vec<(PathBuf, Arc<Document>)>, path: &Path) -> Result<Ar
     Ok(document)
 }
 
+/// Builds a body with its pins and handles.
 fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
@@ -112,13 +113,14 @@ fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
     Ok(body)
 }
 
-/// The box around a placed body: that of its turned mesh's box.
+/// Returns the bounding box of a placed body, which encloses the rotated bounding box of its mesh, and the
+/// cell size.
 fn place(data: &BodyData, body: &Body) -> Placed {
     let Placement { rotate, translate, .. } = data.placement;
     let rotation = Rotation3::from_matrix_unchecked(euler_degrees(rotate));
     let (low, high) = body.mesh().map_or_else(Default::default, |mesh| mesh.bounds());
     let half = (high - low) / 2.0;
-    let reach: Vector3<f64> = rotation.matrix().abs() * half;
+    let extent: Vector3<f64> = rotation.matrix().abs() * half;
     let center: Point3<f64> = rotation * nalgebra::center(&low, &high) + Vector3::from(translate);
-    Placed { low: center - reach, high: center + reach, cell_size: body.lattice().cell_size() }
+    Placed { low: center - extent, high: center + extent, cell_size: body.lattice().cell_size() }
 }

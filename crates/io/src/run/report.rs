@@ -1,52 +1,52 @@
-//! How a job ended, as plain data.
+//! Report of a job, as plain data.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use supple::{BodyRef, VolumeReport};
 
-/// How a job ended.
+/// Report of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunReport {
-    /// The folder of the frames.
+    /// Directory of the frames.
     pub directory: PathBuf,
-    /// Whether it is finished.
+    /// Whether the job is finished.
     pub outcome: Outcome,
-    /// The frame after which this run went on, counted from 0; `None` if it started from frame 0.
+    /// Frame after which this run resumed, from 0; `None` if it started at frame 0.
     pub resumed_after: Option<u32>,
-    /// The last frame that is done, counted from 0.
+    /// Last completed frame, from 0.
     pub last: u32,
-    /// Frames that this run simulated, frame 0 included.
+    /// Number of frames that this run simulated, including frame 0.
     pub simulated: u32,
-    /// Frames that this run wrote, of all bodies together.
+    /// Number of frames that this run wrote; a frame of all bodies counts once.
     pub written: u32,
-    /// Steps in a frame.
+    /// Steps per frame; 0 if the job was already finished.
     pub substeps: u32,
-    /// Wall-clock time of this run, from reading the meshes on.
+    /// Wall-clock time of this run, including reading the meshes.
     pub elapsed: Duration,
-    /// One for each body; none if nothing was done.
+    /// One report per body; empty if the job was already finished.
     pub bodies: Vec<BodyReport>,
 }
 
 /// Whether a job is finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// All its frames are there.
+    /// All frames are complete.
     Finished,
-    /// It was asked to stop, and can be resumed.
+    /// The observer stopped the job; it can be resumed.
     Stopped,
-    /// All its frames were there before; nothing was written.
+    /// All frames existed before this run, which wrote nothing.
     AlreadyFinished,
 }
 
-/// What became of a body.
+/// Report of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyReport {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
-    /// Lattice vertices.
+    /// Number of lattice vertices.
     pub lattice_vertices: usize,
-    /// Its volume at the last frame.
+    /// Volume at the last frame.
     pub volume: VolumeReport,
 }
 

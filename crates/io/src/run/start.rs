@@ -1,4 +1,4 @@
-//! Where a job starts: at frame 0, after a checkpoint, or not at all; and its files, opened for that.
+//! Starts a job: decides whether it starts at frame 0, after a checkpoint or not at all, and opens its files.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -13,94 +13,96 @@ use super::observer::{Note, Observer};
 use super::prepare::{Input, Prepared, prepare};
 use super::report::{Outcome, RunReport};
 use super::stats::Stats;
-use crate::file::part_of;
+use crate::file::part_path;
 use crate::frames::{Format, FrameWriter, OutputError, Sequence, Source};
 
-/// Where a job starts.
+/// Starting point of a job.
 #[derive(Debug)]
 pub(super) enum Start {
-    /// At frame 0, over whatever is there.
+    /// At frame 0; existing frames are replaced.
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Checkpoint>),
-    /// All frames are there.
+    /// Nothing to do: all frames exist.
     Finished,
 }
 
 impl Job {
-    /// Runs the job: everything that can be wrong with it is looked for before anything is written.
+    /// Runs the job. All input is checked before any file is written.
     ///
-    /// Frames appear under their names only when they are whole. With [`Job::resume`]: nothing there
-    /// starts at frame 0; a finished sequence is left alone; a sequence that ended early, or is now to
-    /// be longer, goes on after its checkpoint, with the bits of an uninterrupted run.
+    /// Frames appear under their final names only when they are complete. [`Job::resume`] has three cases.
+    /// Without earlier frames, the job starts at frame 0. A finished sequence is left unchanged. A sequence
+    /// that ended early, or that is now longer, continues after its checkpoint and is bit-identical to an
+    /// uninterrupted run.
     ///
     /// # Errors
     ///
-    /// [`RunError::is_input`] tells what the user's input is to blame for from what failed while running.
+    /// If the input is invalid or the run fails; [`RunError::is_input`] distinguishes the two.
     pub fn run(&self, observer: &mut dyn Observer) -> Result<RunReport, RunError> {
-        let begun = Instant::now();
+        let job_start = Instant::now();
         self.check()?;
         let fingerprint = fingerprint(&self.scene)?;
 
         let mut lock = None;
         let mut start = Start::Fresh;
         if self.resume && self.directory.is_dir() {
-            lock = Some(Lock::take(&self.directory)?);
-            start = self.decide(&fingerprint, observer)?;
+            lock = Some(Lock::acquire(&self.directory)?);
+            start = self.choose_start(&fingerprint, observer)?;
         }
         if matches!(start, Start::Finished) {
-            return Ok(self.already_finished(begun));
+            return Ok(self.already_finished(job_start));
         }
 
         let prepared = prepare(&self.scene)?;
         let _lock = match lock {
             Some(lock) => lock,
-            None => self.open_folder()?,
+            None => self.create_directory()?,
         };
         let running = match start {
             Start::After(checkpoint) => self.reopen(prepared, *checkpoint, fingerprint, observer)?,
             _ => self.open(prepared, fingerprint)?,
         };
-        running.run(begun, observer)
+        running.run(job_start, observer)
     }
 
-    /// Decides where a resumed job starts, from what its folder holds.
-    fn decide(&self, fingerprint: &str, observer: &mut dyn Observer) -> Result<Start, RunError> {
+    /// Returns the starting point of a resumed job, from the contents of its directory.
+    fn choose_start(&self, fingerprint: &str, observer: &mut dyn Observer) -> Result<Start, RunError> {
         let Some(checkpoint) = Checkpoint::read(&self.directory, fingerprint)? else {
             return Ok(Start::Fresh);
         };
         let last = self.scene.simulation.frames;
-        if let Some(file) = self.missing(checkpoint.frame.min(last)) {
-            observer.note(&Note::StartsAgain { reason: format!("{} is not there", file.display()) });
+        if let Some(file) = self.missing_file(checkpoint.frame.min(last)) {
+            observer.note(&Note::StartsAgain { reason: format!("{} is missing", file.display()) });
             return Ok(Start::Fresh);
         }
         if checkpoint.frame >= last { Ok(Start::Finished) } else { Ok(Start::After(Box::new(checkpoint))) }
     }
 
-    /// The first file that should be there after frame `done`, and is not.
-    fn missing(&self, done: u32) -> Option<PathBuf> {
+    /// Returns the first missing file of the frames up to `done`.
+    fn missing_file(&self, done: u32) -> Option<PathBuf> {
         self.sequences().into_iter().find_map(|sequence| {
             let file = |frame: u32| sequence.path(self.number(frame));
-            let kept = (0..=done).filter(|&frame| self.keeps(frame));
+            let written = (0..=done).filter(|&frame| self.is_written(frame));
             match sequence.format {
                 Format::Pc2 => {
-                    // A sequence that is done has its own name.
-                    let under_way = done < self.scene.simulation.frames;
-                    let there = |path: &PathBuf| path.is_file() || under_way && part_of(path).is_file();
-                    Some(file(0)).filter(|path| !there(path))
+                    // A finished point cache has its final name.
+                    let unfinished = done < self.scene.simulation.frames;
+                    let exists = |path: &PathBuf| path.is_file() || unfinished && part_path(path).is_file();
+                    Some(file(0)).filter(|path| !exists(path))
                 }
-                _ => kept.map(file).find(|path| !path.is_file()),
+                _ => written.map(file).find(|path| !path.is_file()),
             }
         })
     }
 
-    fn open_folder(&self) -> Result<Lock, RunError> {
+    /// Creates the output directory and acquires its lock.
+    fn create_directory(&self) -> Result<Lock, RunError> {
         std::fs::create_dir_all(&self.directory)
-            .map_err(|source| RunError::io("create the folder", &self.directory, source))?;
-        Lock::take(&self.directory)
+            .map_err(|source| RunError::io("create the directory", &self.directory, source))?;
+        Lock::acquire(&self.directory)
     }
 
-    /// Replaces whatever sequence is there.
+    /// Opens the files of a run from frame 0 and removes an existing sequence.
     fn open(&self, prepared: Prepared, fingerprint: String) -> Result<Running<'_>, RunError> {
         let stats = self.stats.as_deref().map(Stats::create).transpose()?;
         Checkpoint::remove(&self.directory)?;
@@ -108,7 +110,7 @@ impl Job {
         Ok(Running::new(self, prepared, writers, stats, fingerprint, None))
     }
 
-    /// Goes on after a checkpoint.
+    /// Opens the files of a run that continues after a checkpoint.
     fn reopen(
         &self,
         mut prepared: Prepared,
@@ -120,7 +122,7 @@ impl Job {
         let next = self.number(frame) + 1;
         let open = |sequence, source: Source<'_>| FrameWriter::resume(sequence, source, next);
         let writers = match self.writers(&prepared, open) {
-            // A cache of other frames of the same motion.
+            // The point cache has other frames of the same motion.
             Err(error @ OutputError::Cache { .. }) => {
                 observer.note(&Note::StartsAgain { reason: error.to_string() });
                 return self.open(prepared, fingerprint);
@@ -141,7 +143,7 @@ impl Job {
         Ok(Running::new(self, prepared, writers, stats, fingerprint, Some(frame)))
     }
 
-    /// A frame writer for each body.
+    /// Opens a frame writer for each body.
     fn writers(
         &self,
         prepared: &Prepared,
@@ -149,13 +151,14 @@ impl Job {
     ) -> Result<Vec<FrameWriter>, OutputError> {
         let open = |(sequence, input): (Sequence, &Input)| {
             let mut writer = open(sequence, input.source())?;
-            writer.share(prepared.simulation.executor());
+            writer.set_executor(prepared.simulation.executor());
             Ok(writer)
         };
         self.sequences().into_iter().zip(&prepared.inputs).map(open).collect()
     }
 
-    fn already_finished(&self, begun: Instant) -> RunReport {
+    /// Returns the report of a job whose frames all exist.
+    fn already_finished(&self, job_start: Instant) -> RunReport {
         RunReport {
             directory: self.directory.clone(),
             outcome: Outcome::AlreadyFinished,
@@ -164,7 +167,7 @@ impl Job {
             simulated: 0,
             written: 0,
             substeps: 0,
-            elapsed: begun.elapsed(),
+            elapsed: job_start.elapsed(),
             bodies: Vec::new(),
         }
     }

@@ -1,4 +1,4 @@
-//! One row a frame and body, as CSV or JSON: whole after every frame, continued on resume.
+//! Statistics as CSV or JSON, one row per frame and body. The file is complete after every frame.
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
@@ -10,35 +10,35 @@ use serde::{Deserialize, Serialize};
 use super::error::RunError;
 use supple::{Body, DisplayTimes, VolumeReport};
 
-/// What one frame of one body took and came to: a row of the statistics, whose columns are the fields in their order.
-/// Times are milliseconds of wall clock for the frame, volumes cubic lengths.
+/// Times and results of one frame of one body: a row of the statistics. The columns are the fields, in order.
+/// Times are wall-clock milliseconds for the frame; volumes are cubic lengths.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Row {
-    /// The number of the frame, as in its file's name.
+    /// Number of the frame, as in its file name.
     pub frame: u64,
     /// Simulated time, s.
     pub time: f64,
     /// Name of the body.
     pub body: String,
-    /// The steps since the frame before.
+    /// Steps since the previous row of the body, divided by the number of bodies.
     pub ms_step: f64,
     /// Volume correction.
     pub ms_volume: f64,
-    /// The mesh update with its normals.
+    /// Mesh update, including normals.
     pub ms_embed: f64,
     /// Writing the frame.
     pub ms_write: f64,
-    /// The volume that is kept, by the body's measure.
+    /// Rest volume, by the measure of the body.
     pub volume_rest: f64,
-    /// Its volume before correction.
+    /// Volume before the correction.
     pub volume_before: f64,
-    /// Its volume after correction.
+    /// Volume after the correction.
     pub volume_after: f64,
-    /// Length by which the correction moves along the field.
+    /// Displacement of the correction along its field, a length.
     pub lambda: f64,
-    /// What the correction left over, as a fraction of the rest volume.
+    /// Remaining volume error after the correction, as a fraction of the rest volume.
     pub residual: f64,
-    /// Whether lambda met its cap.
+    /// Whether lambda reached its cap.
     pub capped: bool,
     /// Kinetic energy of the lattice, kg length^2/s^2.
     pub energy_kinetic: f64,
@@ -46,19 +46,19 @@ pub struct Row {
     pub max_speed: f64,
 }
 
-/// What a frame of a body took.
+/// Wall-clock times of one frame of one body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Times {
-    /// The steps since the frame before.
+    /// Steps since the previous row, divided by the number of bodies.
     pub(super) step: Duration,
     /// Volume correction and mesh update.
     pub(super) display: DisplayTimes,
-    /// Writing.
+    /// Writing the frame.
     pub(super) write: Duration,
 }
 
 impl Row {
-    /// The row of a body as it is now.
+    /// Returns the row of a body in its current state.
     pub(super) fn of(frame: u64, time: f64, body: &Body, volume: &VolumeReport, times: Times) -> Self {
         let milliseconds = |duration: Duration| duration.as_secs_f64() * 1e3;
         let masses = body.masses();
@@ -83,7 +83,7 @@ impl Row {
     }
 }
 
-/// The formats of a stats file, told by its extension.
+/// Format of a stats file, given by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Csv,
@@ -99,7 +99,7 @@ impl Kind {
         }
     }
 
-    /// What stands before the rows.
+    /// Returns the text before the rows.
     fn head(self) -> std::io::Result<Vec<u8>> {
         match self {
             Self::Csv => {
@@ -111,7 +111,7 @@ impl Kind {
         }
     }
 
-    /// Rows, and what goes between them, after others or as the first.
+    /// Returns the text of rows with their separators; `is_first` means that no row precedes them.
     fn rows(self, rows: &[Row], is_first: bool) -> std::io::Result<Vec<u8>> {
         match self {
             Self::Csv => csv_lines(rows, false),
@@ -123,7 +123,7 @@ impl Kind {
         }
     }
 
-    /// What stands after the rows.
+    /// Returns the text after the rows.
     fn tail(self, is_empty: bool) -> &'static [u8] {
         match (self, is_empty) {
             (Self::Csv, _) => b"",
@@ -132,9 +132,9 @@ impl Kind {
         }
     }
 
-    /// The frame of a whole line.
+    /// Returns the frame number of a row; `None` if the line is incomplete or not a row.
     fn frame_of(self, line: &str) -> Option<u64> {
-        /// The part of a [`Row`] that is needed to go on.
+        /// The part of a [`Row`] that is needed to resume.
         #[derive(Deserialize)]
         struct Numbered {
             frame: u64,
@@ -150,13 +150,14 @@ impl Kind {
     }
 }
 
+/// Formats rows as CSV, with or without the header line.
 fn csv_lines(rows: &[Row], with_header: bool) -> std::io::Result<Vec<u8>> {
     let mut writer = csv::WriterBuilder::new().has_headers(with_header).from_writer(Vec::new());
     rows.iter().try_for_each(|row| writer.serialize(row))?;
     writer.into_inner().map_err(|error| error.into_error())
 }
 
-/// Checks that a stats file's extension says what it is.
+/// Checks that the extension of a stats file is known.
 pub(super) fn check_name(path: &Path) -> Result<(), RunError> {
     Kind::of(path).map(drop)
 }
@@ -167,14 +168,14 @@ pub(super) struct Stats {
     file: File,
     path: PathBuf,
     kind: Kind,
-    /// Where the next row goes: in JSON the closing bracket stands there.
+    /// Byte offset of the next row. In JSON the closing bracket is at this offset.
     end: u64,
-    /// Whether no row stands before it.
+    /// Whether the file has no rows yet.
     is_empty: bool,
 }
 
 impl Stats {
-    /// A new file, over an existing one.
+    /// Creates a file and replaces an existing one.
     pub(super) fn create(path: &Path) -> Result<Self, RunError> {
         let kind = Kind::of(path)?;
         let file = File::create(path).map_err(|source| RunError::io("create", path, source))?;
@@ -183,7 +184,8 @@ impl Stats {
         Ok(stats)
     }
 
-    /// An existing file, cut off after the rows up to frame `last`; a new one if there is none.
+    /// Opens an existing file and cuts it off after the rows up to frame number `last`. Creates the file if
+    /// it is missing.
     pub(super) fn resume(path: &Path, last: u64) -> Result<Self, RunError> {
         if !path.exists() {
             return Self::create(path);
@@ -200,7 +202,7 @@ impl Stats {
         let kept: usize = rows.split_inclusive('\n').take_while(is_kept).map(str::len).sum();
         let kept = match kind {
             Kind::Csv => &rows[..kept],
-            // The last row kept ends as `},\n` or `}\n`: what follows its brace is written anew.
+            // The last row kept ends in `},\n` or `}\n`; the text after its brace is written again.
             Kind::Json => rows[..kept].trim_end_matches(['\n', ',']),
         };
         let end = (head.len() + kept.len()) as u64;
@@ -211,19 +213,20 @@ impl Stats {
         Ok(stats)
     }
 
-    /// Adds rows; the file is whole when this returns.
+    /// Appends rows. The file is complete when this returns.
     pub(super) fn push(&mut self, rows: &[Row]) -> Result<(), RunError> {
         let text = self.kind.rows(rows, self.is_empty);
         self.is_empty &= rows.is_empty();
         self.append(text)
     }
 
+    /// Writes text at the end of the rows, followed by the text after the rows.
     fn append(&mut self, text: std::io::Result<Vec<u8>>) -> Result<(), RunError> {
         let write = |mut text: Vec<u8>| {
             let length = text.len() as u64;
             text.extend_from_slice(self.kind.tail(self.is_empty));
             self.file.seek(SeekFrom::Start(self.end))?;
-            // One write, so that a kill between two rows leaves a whole file.
+            // A single write, so that a kill between two rows leaves a complete file.
             self.file.write_all(&text)?;
             self.end += length;
             Ok(())

@@ -1,6 +1,6 @@
-//! What a scene says, as plain data: one field for each key, defaults filled in. serde reads and writes it.
+//! Scene data: one field for each key, with defaults filled in. serde reads and writes it.
 //!
-//! A field called `@...` has keys of its own among those beside it: see [`super::keys`].
+//! A field named `@...` stands for several keys of the same table: see [`super::keys`].
 
 use std::path::PathBuf;
 
@@ -10,25 +10,25 @@ use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys}
 use crate::frames::Format;
 use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, VolumeOptions};
 
-/// The most frames of a run: almost four days at 30 a second.
+/// Largest number of frames: almost four days at 30 per second.
 const MAX_FRAMES: u32 = 10_000_000;
-/// The most steps of a frame.
+/// Largest number of steps per frame.
 const MAX_SUBSTEPS: u32 = 100_000;
-/// The most threads: more than machines have, and less than systems refuse.
+/// Largest number of threads: more than machines have, and fewer than operating systems refuse.
 const MAX_THREADS: u32 = 1024;
 
-/// A scene: what is simulated, and how its frames are written.
+/// A scene: bodies and colliders, simulation settings and output settings.
 ///
-/// Lengths are in whatever unit the meshes use, times in seconds, masses in kilograms.
+/// Lengths are in the unit of the meshes, times in seconds, masses in kilograms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// The folder that `mesh` and `output.directory` are relative to: that of the scene file.
+    /// Directory that `mesh` and `output.directory` are relative to: that of the scene file.
     #[serde(skip)]
     pub base: PathBuf,
-    /// `[simulation]`: time and gravity.
+    /// `[simulation]`: time, gravity and threads.
     #[serde(default)]
     pub simulation: SimulationData,
-    /// `[output]`: where the frames go.
+    /// `[output]`: directory and format of the frames.
     #[serde(default)]
     pub output: OutputData,
     /// `[[body]]`, in the order of the file; at least one.
@@ -51,9 +51,9 @@ pub struct SimulationData {
     pub fps: f64,
     /// Steps per frame; default 2.
     pub substeps: Substeps,
-    /// Acceleration of every body, length/s^2; default `[0, -9.81, 0]`.
+    /// Gravitational acceleration of every body, length/s^2; default `[0, -9.81, 0]`.
     pub gravity: [f64; 3],
-    /// Threads; 0, the default, takes all.
+    /// Number of threads; 0, the default, uses all.
     #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_THREADS>")]
     pub threads: usize,
 }
@@ -62,24 +62,24 @@ pub struct SimulationData {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "toml::Value", try_from = "toml::Value")]
 pub enum Substeps {
-    /// This many, at least 1.
+    /// A fixed number, at least 1.
     Fixed(u32),
-    /// As many as the stiffest body and the fastest motion need; see `run::substeps`.
+    /// The number that the stiffest body and the fastest motion need; see `run::substeps`.
     Auto,
 }
 
-/// `[output]`: where the frames go and what they look like.
+/// `[output]`: directory and format of the frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct OutputData {
-    /// Folder of the frames, relative to the scene file; default `frames`.
-    #[serde(deserialize_with = "keys::folder")]
+    /// Directory of the frames, relative to the scene file; default `frames`.
+    #[serde(deserialize_with = "keys::directory")]
     pub directory: PathBuf,
     /// File format; default OBJ.
     pub format: Format,
 }
 
-/// `[[body]]`: a mesh, how it is placed, and what it is made of.
+/// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct BodyData {
@@ -89,24 +89,25 @@ pub struct BodyData {
     /// OBJ file, relative to the scene file.
     #[serde(deserialize_with = "keys::mesh")]
     pub mesh: PathBuf,
-    /// Only this `o` or `g` of the file.
+    /// The `o` or `g` of the file that is the body; `None` for the whole file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
     /// Factor on the mesh, applied first; above 0, default 1.
     #[serde(deserialize_with = "keys::positive")]
     pub scale: f64,
-    /// `rotate`, then `translate`, applied after the scale; `velocity` and `spin` at the start.
+    /// `rotate`, then `translate`, applied after the scale; initial `velocity` and `spin`.
     #[serde(rename = "@placement", with = "PlacementKeys")]
     pub placement: Placement,
-    /// How fine the lattice is; default 1,000 lattice vertices.
+    /// Resolution of the lattice; default 1,000 lattice vertices.
     #[serde(rename = "@resolution", with = "ResolutionKeys")]
     pub resolution: Resolution,
-    /// Whether parts that float apart are bridged to the largest; default true.
+    /// Whether floating parts are connected to the largest part; default true.
     pub join: bool,
-    /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `region_damping` or `region_damping_rate`, `density`.
+    /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `region_damping` or
+    /// `region_damping_rate`, `density`.
     #[serde(rename = "@material", with = "MaterialKeys")]
     pub material: Material,
-    /// How the volume is kept; default automatic.
+    /// Volume preservation; default automatic.
     #[serde(with = "VolumeKeys")]
     pub volume: VolumeOptions,
     /// `[[body.pin]]`, in the order of the file.
@@ -118,7 +119,7 @@ pub struct BodyData {
 }
 
 impl BodyData {
-    /// A body of this name and mesh, with every default.
+    /// Creates a body of this name and mesh, with defaults for all other keys.
     pub fn new(name: impl Into<String>, mesh: impl Into<PathBuf>) -> Self {
         let LatticeOptions { resolution, join, .. } = LatticeOptions::default();
         Self {
@@ -137,7 +138,8 @@ impl BodyData {
     }
 }
 
-/// What a file leaves out of a body; reading fills in its mesh and name.
+/// Defaults for keys that a scene file leaves out. `mesh` and `name` are empty; reading a scene fills them
+/// in.
 impl Default for BodyData {
     fn default() -> Self {
         Self::new("", "")
@@ -178,7 +180,7 @@ impl TryFrom<toml::Value> for Substeps {
     }
 }
 
-/// The keys of `[[body]]`.
+/// Returns the keys of `[[body]]`.
 pub fn body_keys() -> Vec<String> {
     let body = BodyData { object: Some(String::new()), ..BodyData::default() };
     let fields = toml::Table::try_from(body).unwrap_or_default();

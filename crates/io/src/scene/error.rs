@@ -1,4 +1,4 @@
-//! What can be wrong with a scene: where, which key, what came, and the way out.
+//! Errors of reading scenes. Each names the place, the key, the value and the valid input.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,17 +6,17 @@ use std::sync::Arc;
 
 use crate::obj::ObjError;
 
-/// Where a value was written.
+/// Place where a value was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// In a file, or a text that goes by such a name.
+    /// A line of a file, or of a text with the name of a file.
     Line {
-        /// The name of the file.
+        /// Name of the file.
         file: Arc<str>,
-        /// Counted from 1.
+        /// Line, from 1.
         line: usize,
     },
-    /// In an override, `KEY=VALUE` as it was given.
+    /// An override, `KEY=VALUE` as given.
     Override(Arc<str>),
 }
 
@@ -29,105 +29,103 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a scene.
+/// Error of reading a scene.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
     /// The file cannot be read.
     #[error("{}: cannot read the scene: {source}", path.display())]
     Read {
-        /// The scene file.
+        /// Scene file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: std::io::Error,
     },
-    /// Neither a scene nor a model.
-    #[error("{}: is neither a scene (.toml) nor a model (.obj)", path.display())]
+    /// The file is neither a scene nor a model, by its extension.
+    #[error("{}: is neither a scene nor a model; the extension must be .toml or .obj", path.display())]
     Kind {
-        /// The file.
+        /// Input file.
         path: PathBuf,
     },
-    /// A model alone cannot be read.
+    /// A model without a scene cannot be read.
     #[error(transparent)]
     Mesh(#[from] ObjError),
-    /// The text is not TOML.
+    /// The text is not valid TOML.
     #[error("{place}: {message}")]
     Syntax {
-        /// Where.
+        /// Place of the error.
         place: Place,
-        /// What the parser expected.
+        /// Message of the parser.
         message: String,
     },
-    /// A key that nothing reads.
+    /// A key is unknown.
     #[error("{place}: unknown key `{key}`; the nearest known one is `{nearest}`")]
     UnknownKey {
-        /// Where.
+        /// Place of the key.
         place: Place,
-        /// The whole key, `body.bust.half_widht`.
+        /// Full key, such as `body.bust.half_widht`.
         key: String,
-        /// The known key that is spelled most like it.
+        /// Known key with the most similar spelling.
         nearest: String,
     },
-    /// A key that must be there.
+    /// A required key is missing.
     #[error("{place}: `{key}` is missing: {hint}")]
     Missing {
-        /// Where its table begins.
+        /// Start of the table that needs the key.
         place: Place,
-        /// The whole key.
+        /// Full key.
         key: String,
-        /// What to write.
+        /// Description of a valid value.
         hint: String,
     },
-    /// A value of another type.
+    /// A value has the wrong type.
     #[error("{place}: `{key}` must be {expected}, not {found}")]
     WrongType {
-        /// Where.
+        /// Place of the value.
         place: Place,
-        /// The whole key.
+        /// Full key.
         key: String,
-        /// What it must be.
+        /// Expected type.
         expected: String,
-        /// What it is.
+        /// Value found.
         found: String,
     },
-    /// A number outside its range, or a word that is not a choice.
+    /// A number is out of range, or a string is none of the choices.
     #[error("{place}: `{key}` is {value}; it must be {range}")]
     OutOfRange {
-        /// Where.
+        /// Place of the value.
         place: Place,
-        /// The whole key.
+        /// Full key.
         key: String,
-        /// What it is.
+        /// Value found.
         value: String,
-        /// What it must be.
+        /// Valid range or choices.
         range: String,
     },
-    /// Two ways to say one thing.
-    #[error("{place}: `{key}` and `{other}` say the same thing in two ways; leave one of them out")]
+    /// Two mutually exclusive keys are given.
+    #[error("{place}: `{key}` and `{other}` exclude each other; leave one of them out")]
     Exclusive {
-        /// Where the second is.
+        /// Place of the second key.
         place: Place,
-        /// The whole key of the second.
+        /// Full key of the second.
         key: String,
-        /// The first.
+        /// First key.
         other: String,
     },
-    /// Two bodies with one name.
-    #[error(
-        "{place}: a second body is called `{name}`; names must differ, because files are named after them"
-    )]
+    /// Two bodies have the same name.
+    #[error("{place}: a second body is called `{name}`; names must differ, because they name the files")]
     DuplicateName {
-        /// Where the second is.
+        /// Place of the second body.
         place: Place,
-        /// The name.
+        /// Name of both.
         name: String,
     },
-    /// An override that is no `KEY=VALUE`, or whose key leads nowhere.
+    /// An override does not have the form `KEY=VALUE`, or its key does not exist.
     #[error("--set {text}: {message}")]
     Override {
-        /// The override as it was given.
+        /// The override as given.
         text: String,
-        /// What is wrong, and the way out.
+        /// The problem, and a valid form.
         message: String,
     },
 }

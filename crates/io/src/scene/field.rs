@@ -1,8 +1,8 @@
-//! The deserializer of a scene: a value of the document and its whole key, which errors name.
+//! Deserializer of a scene: a value of the document with its full key, which errors name.
 //!
-//! It knows two things that TOML's own does not. A field called `@...` is read from the table itself, as serde's
-//! `flatten` does, but its errors keep their key and line. And an enum that is read from a table is the one of its
-//! variants that the table has as a key; two of them are an error.
+//! It differs from the deserializer of the `toml` crate in two ways. A field named `@...` is read from the
+//! table itself, like serde's `flatten`, but its errors keep their key and line. An enum that is read from a
+//! table is the variant whose name is a key of the table; two such keys are an error.
 
 use std::vec::IntoIter;
 
@@ -14,34 +14,34 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 
 use super::error::SceneError;
-use super::keys::{expand, is_name, meaning};
+use super::keys::{expand, hint_for, is_name};
 use super::value::{Data, Table, Value};
 
-/// A value and its whole key, `body.bust.half_width`; that of the document is empty.
+/// A value and its full key, such as `body.bust.half_width`. The key of the document is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Field<'a> {
     value: &'a Value,
     name: String,
-    /// Whether it stands for a part of its table: other keys are none of its business.
+    /// Whether the field stands for some keys (`@...`) of its table. It then ignores the other keys.
     is_part: bool,
 }
 
 impl<'a> Field<'a> {
-    /// The whole document.
+    /// Returns the field of the whole document.
     pub(super) fn root(value: &'a Value) -> Self {
         Self { value, name: String::new(), is_part: false }
     }
 
-    /// Reads the value.
+    /// Deserializes the value.
     pub(super) fn read<T: Deserialize<'a>>(&self) -> Result<T, SceneError> {
         T::deserialize(self.clone()).map_err(|fault| match self.locate(fault) {
             Fault::Known(error) => error,
-            // `locate` leaves no other.
+            // Unreachable: `locate` returns `Known` only.
             fault => SceneError::Syntax { place: self.value.place.clone(), message: format!("{fault:?}") },
         })
     }
 
-    /// What a path of keys and numbers leads to; the last that is there.
+    /// Returns the field at a path of keys and indices. Parts of the path that do not exist are skipped.
     pub(super) fn at(&self, path: &str) -> Self {
         path.split('.').fold(self.clone(), |field, part| {
             let next = match &field.value.data {
@@ -56,12 +56,13 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Another value under this key.
+    /// Returns the field of `value`, which is under `key` in this one.
     fn child(&self, key: &str, value: &'a Value) -> Self {
-        Self { value, name: self.full(key), is_part: false }
+        Self { value, name: self.key_of(key), is_part: false }
     }
 
-    /// An element of a list: a body goes by its own name, not by its number.
+    /// Returns the field of a list element. Its key is its name if it has a valid one (bodies), otherwise its
+    /// index.
     fn item(&self, index: usize, value: &'a Value) -> Self {
         match value.text("name").filter(|name| is_name(name)) {
             Some(name) => self.child(name, value),
@@ -69,16 +70,17 @@ impl<'a> Field<'a> {
         }
     }
 
-    fn full(&self, key: &str) -> String {
+    /// Returns the full key of `key` in this table.
+    fn key_of(&self, key: &str) -> String {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
 
-    /// The error of a key of this table that is not given.
+    /// Returns the error of a missing key of this table.
     pub(super) fn missing(&self, key: &str, hint: &str) -> SceneError {
-        SceneError::Missing { place: self.value.place.clone(), key: self.full(key), hint: hint.to_owned() }
+        SceneError::Missing { place: self.value.place.clone(), key: self.key_of(key), hint: hint.to_owned() }
     }
 
-    /// The error of a value that is not what it must be.
+    /// Returns the error of a value out of range.
     pub(super) fn out_of_range(&self, range: &str) -> SceneError {
         SceneError::OutOfRange {
             place: self.value.place.clone(),
@@ -88,22 +90,22 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// The error of a second body of this name.
+    /// Returns the error of a second body of this name.
     pub(super) fn duplicate(&self, name: &str) -> SceneError {
         SceneError::DuplicateName { place: self.value.place.clone(), name: name.to_owned() }
     }
 
-    /// Says where a fault is, if that is not known yet.
+    /// Adds the place and the full key to a fault that does not have them yet.
     fn locate(&self, fault: Fault) -> Fault {
         Fault::Known(match fault {
             Fault::Known(error) => error,
             Fault::Range(range) => self.out_of_range(&range),
             Fault::Unknown(key, nearest) => {
                 let place = self.at(&key).value.place.clone();
-                SceneError::UnknownKey { place, key: self.full(&key), nearest }
+                SceneError::UnknownKey { place, key: self.key_of(&key), nearest }
             }
             Fault::Missing(field) => match expand(&[field])[..] {
-                [key] => self.missing(key, meaning(key)),
+                [key] => self.missing(key, hint_for(key)),
                 ref keys => self.missing(keys[0], &format!("give one of `{}`", keys.join("`, `"))),
             },
             Fault::Type(expected) => {
@@ -118,14 +120,14 @@ impl<'a> Field<'a> {
                     }
                     ("u32", _) => "a whole number".to_owned(),
                     ("a boolean", _) => "true or false".to_owned(),
-                    ("a string" | "path string", _) => "a text in quotes".to_owned(),
+                    ("a string" | "path string", _) => "a string in quotes".to_owned(),
                     ("a sequence", Data::Table(_)) if !matches!(key, "keys" | "vertices") => {
                         "one table".clone_into(&mut found);
-                        // Only bodies hold tables of their own.
+                        // Only bodies contain lists of tables.
                         let parent = if self.name.contains('.') { "body." } else { "" };
                         format!("a list of tables; write [[{parent}{key}]] in double brackets")
                     }
-                    ("a sequence", _) => meaning(key).to_owned(),
+                    ("a sequence", _) => hint_for(key).to_owned(),
                     (other, _) if other.starts_with("struct") => "a table".to_owned(),
                     (other, _) => other.to_owned(),
                 };
@@ -135,7 +137,7 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// The parts of a struct of these fields. An unknown key is found before any value is looked at.
+    /// Returns the entries of a struct with these fields. Unknown keys are reported before any value is read.
     fn entries(&self, fields: &[&'static str]) -> Result<Entries<'a>, Fault> {
         let Data::Table(table) = &self.value.data else { return Err(Fault::Type("struct".to_owned())) };
         let known = expand(fields);
@@ -154,7 +156,7 @@ impl<'a> Field<'a> {
         Ok(Entries::new(fields.iter().filter_map(entry).collect()))
     }
 
-    /// The one of several keys that the table has.
+    /// Returns the one of several keys that the table has.
     fn one_of(&self, table: &'a Table, keys: &'static [&'static str]) -> Result<Entries<'a>, Fault> {
         let mut given = keys.iter().filter_map(|&key| Some((key, self.child(key, table.get(key)?))));
         let first = given.next().ok_or(Fault::Missing(keys[0]))?;
@@ -166,18 +168,18 @@ impl<'a> Field<'a> {
     }
 }
 
-/// What is wrong with a value, before it is known which one.
+/// A problem with a value, before its place and key are known.
 #[derive(Debug)]
 pub(super) enum Fault {
-    /// It must be of this type.
+    /// The value must have this type.
     Type(String),
-    /// It must be this.
+    /// The value must be in this range.
     Range(String),
-    /// It lacks this field.
+    /// This field is missing.
     Missing(&'static str),
-    /// It has this key, and not the nearest known one.
+    /// An unknown key, and the nearest known one.
     Unknown(String, String),
-    /// All is known.
+    /// The complete error.
     Known(SceneError),
 }
 
@@ -254,7 +256,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
         visitor.visit_newtype_struct(self)
     }
 
-    /// A vector: its numbers must be finite.
+    /// Deserializes a vector, whose numbers must be finite.
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Fault> {
         let list = match &self.value.data {
             Data::Array(values) if values.len() == length => values,
@@ -267,7 +269,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
         self.deserialize_any(visitor)
     }
 
-    /// A text stands for the first field of volume options.
+    /// Deserializes a struct. A string in place of volume options sets their first field.
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         name: &'static str,
@@ -276,7 +278,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
     ) -> Result<V::Value, Fault> {
         if name == "VolumeOptions" && !matches!(self.value.data, Data::Table(_)) {
             if !matches!(self.value.data, Data::Text(_)) {
-                let expected = "a text, as \"auto\", or a table, as { measure = \"mesh\" }";
+                let expected = "a string like \"auto\", or a table like { measure = \"mesh\" }";
                 return Err(Fault::Type(expected.to_owned()));
             }
             return visitor.visit_map(Entries::new(vec![(fields[0], self)]));
@@ -305,7 +307,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
     }
 }
 
-/// The entries of a table.
+/// Iterator over the entries of a table.
 struct Entries<'a> {
     rest: IntoIter<(&'a str, Field<'a>)>,
     value: Option<Field<'a>>,
@@ -332,7 +334,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
     }
 }
 
-/// The elements of a list.
+/// Iterator over the elements of a list.
 struct Items<'a>(IntoIter<Field<'a>>);
 
 impl<'de> SeqAccess<'de> for Items<'de> {
@@ -344,7 +346,8 @@ impl<'de> SeqAccess<'de> for Items<'de> {
     }
 }
 
-/// The candidate that is spelled most like `word`; ties go to the first.
+/// Returns the candidate with the smallest edit distance (Damerau-Levenshtein) to `word`; of equals the
+/// first.
 pub fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     candidates.iter().copied().min_by_key(|candidate| strsim::damerau_levenshtein(word, candidate))
 }

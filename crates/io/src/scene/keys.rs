@@ -1,6 +1,7 @@
-//! The keys of what the method's own types say: their names, ranges, and which of them exclude each other.
+//! Scene keys of the types of [`supple`]: names, ranges and mutual exclusions.
 //!
-//! Each `...Keys` tells serde how a scene spells a type of [`supple`]; their defaults are those types' own.
+//! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults are
+//! those of the types themselves.
 
 use std::path::{Path, PathBuf};
 
@@ -13,12 +14,12 @@ use supple::{
     Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions, VolumeScope,
 };
 
-/// The most lattice vertices that may be asked for: their indices fit in 32 bits.
+/// Largest number of lattice vertices: their indices fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
-/// The widest region, in cells: wider than any lattice.
+/// Largest half-width of a region, in cells: wider than any lattice.
 const MAX_HALF_WIDTH: u32 = 1_000_000;
 
-/// Keys of a body that say one thing in two ways: each excludes the other.
+/// Pairs of mutually exclusive keys of a body, which set the same quantity.
 pub const ALTERNATIVES: [[&str; 2]; 4] = [
     ["lattice_vertices", "cell_size"],
     ["half_width", "stiffness_radius"],
@@ -26,7 +27,7 @@ pub const ALTERNATIVES: [[&str; 2]; 4] = [
     ["region_damping", "region_damping_rate"],
 ];
 
-/// The keys that some fields stand for: `@...` for those of a part of the table, the others for themselves.
+/// Returns the keys that some fields stand for: several for a field named `@...`, otherwise the field itself.
 pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     let keys = |field: &&'a str| -> Vec<&'a str> {
         match *field {
@@ -45,16 +46,16 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     fields.iter().flat_map(keys).collect()
 }
 
-/// What is to be written for a key that is missing, or is no list.
-pub(super) fn meaning(key: &str) -> &'static str {
+/// Returns the description of a valid value, for a key that is missing or not a list.
+pub(super) fn hint_for(key: &str) -> &'static str {
     match key {
         "mesh" => "the path of an OBJ file, relative to the scene",
-        "keys" => "a list of poses, as [{ time = 1, translate = [0, 1, 0] }]",
-        "vertices" => "a list of lattice vertices, as [0, 5]",
+        "keys" => "a list of poses like [{ time = 1, translate = [0, 1, 0] }]",
+        "vertices" => "a list of lattice vertices like [0, 5]",
         "time" => "seconds",
         "radius" => "a length",
-        "min" => "the least corner, three numbers",
-        "max" => "the greatest corner, three numbers",
+        "min" => "the corner with the smallest coordinates, three numbers",
+        "max" => "the corner with the largest coordinates, three numbers",
         "a" | "b" => "an end of the axis, three numbers",
         "half_extents" => "half of each edge, three lengths",
         "normal" => "a direction, three numbers",
@@ -107,7 +108,7 @@ enum RegionSizeKeys {
 #[serde(remote = "Stiffness")]
 enum StiffnessKeys {
     #[serde(rename = "stiffness")]
-    PerStep(#[serde(deserialize_with = "share")] f64),
+    PerStep(#[serde(deserialize_with = "positive_fraction")] f64),
     #[serde(rename = "frequency")]
     Frequency(#[serde(deserialize_with = "positive")] f64),
 }
@@ -116,7 +117,7 @@ enum StiffnessKeys {
 #[serde(remote = "RegionDamping")]
 enum RegionDampingKeys {
     #[serde(rename = "region_damping")]
-    PerStep(#[serde(deserialize_with = "unit")] f64),
+    PerStep(#[serde(deserialize_with = "fraction")] f64),
     #[serde(rename = "region_damping_rate")]
     Rate(#[serde(deserialize_with = "not_negative")] f64),
 }
@@ -201,7 +202,7 @@ struct ColliderKeys {
     shape: Shape,
     #[serde(default = "friction", deserialize_with = "not_negative")]
     friction: f64,
-    #[serde(default, deserialize_with = "unit")]
+    #[serde(default, deserialize_with = "fraction")]
     restitution: f64,
     #[serde(default, with = "poses", skip_serializing_if = "Vec::is_empty")]
     keys: Vec<Key>,
@@ -239,7 +240,7 @@ enum ShapeKeys {
     },
 }
 
-/// Lists of types that are spelled by their `...Keys`.
+/// Modules that serialize lists of types through their `...Keys`.
 macro_rules! lists {
     ($($module:ident: $of:ident by $keys:literal, $check:expr;)*) => {$(
         pub(super) mod $module {
@@ -247,14 +248,14 @@ macro_rules! lists {
 
             #[derive(Serialize, Deserialize)]
             #[serde(transparent)]
-            struct One(#[serde(with = $keys)] $of);
+            struct Item(#[serde(with = $keys)] $of);
 
             pub(in crate::scene) fn serialize<S: Serializer>(list: &[$of], serializer: S) -> Result<S::Ok, S::Error> {
-                serializer.collect_seq(list.iter().cloned().map(One))
+                serializer.collect_seq(list.iter().cloned().map(Item))
             }
 
             pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Vec<$of>, D::Error> {
-                let list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|One(one)| one).collect();
+                let list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|Item(one)| one).collect();
                 let check: fn(&[$of]) -> Result<(), &str> = $check;
                 check(&list).map_err(D::Error::custom)?;
                 Ok(list)
@@ -268,12 +269,12 @@ lists! {
     handles: Handle by "HandleKeys", |_| Ok(());
     colliders: Collider by "ColliderKeys", |_| Ok(());
     poses: Key by "KeyKeys", |list| match list.is_empty() {
-        true => Err("at least one pose, as { time = 1, translate = [0, 1, 0] }"),
+        true => Err("at least one pose like { time = 1, translate = [0, 1, 0] }"),
         false => Ok(()),
     };
 }
 
-/// Words that stand for values.
+/// Modules that serialize values by their names.
 macro_rules! words {
     ($($module:ident: $of:ident;)*) => {$(
         mod $module {
@@ -301,12 +302,12 @@ words! {
     field: FieldKind;
 }
 
-/// Numbers, vectors and texts with a range.
+/// Functions that deserialize numbers, vectors and strings within a range.
 macro_rules! ranges {
-    ($($name:ident($of:ty, $value:ident): $holds:expr, $range:expr;)*) => {$(
+    ($($name:ident($of:ty, $value:ident): $is_valid:expr, $range:expr;)*) => {$(
         pub(super) fn $name<'de, D: Deserializer<'de>, T: From<$of>>(value: D) -> Result<T, D::Error> {
             let $value = <$of>::deserialize(value)?;
-            if $holds { Ok($value.into()) } else { Err(D::Error::custom($range)) }
+            if $is_valid { Ok($value.into()) } else { Err(D::Error::custom($range)) }
         }
     )*};
 }
@@ -315,17 +316,17 @@ ranges! {
     finite(f64, x): x.is_finite(), "a finite number";
     positive(f64, x): x.is_finite() && x > 0.0, "a number above 0";
     not_negative(f64, x): x.is_finite() && x >= 0.0, "a number of at least 0";
-    share(f64, x): x > 0.0 && x <= 1.0, "in (0, 1]";
-    unit(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
-    direction([f64; 3], v): v != [0.0; 3], "a direction of any length but zero";
+    positive_fraction(f64, x): x > 0.0 && x <= 1.0, "in (0, 1]";
+    fraction(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
+    direction([f64; 3], v): v != [0.0; 3], "a vector of any length but zero";
     extents([f64; 3], v): v.iter().all(|&half| half > 0.0), "three numbers above 0";
     name(String, name): is_name(&name),
-        "made of letters, digits, `-`, `_` and `.` only, because files are named after it";
+        "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, because it names files";
     mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of an OBJ file";
-    folder(PathBuf, path): !path.as_os_str().is_empty(), "a folder; write \".\" for that of the scene";
+    directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; write \".\" for that of the scene";
 }
 
-/// A whole number within closed bounds.
+/// Deserializes a whole number from `LOW` to `HIGH`.
 pub(super) fn count<'de, D, T, const LOW: u32, const HIGH: u32>(value: D) -> Result<T, D::Error>
 where
     D: Deserializer<'de>,
@@ -342,9 +343,9 @@ fn is_infinite(number: &f64) -> bool {
     number.is_infinite()
 }
 
-/// Whether a body can have this name.
+/// Returns whether a body can have this name.
 pub(super) fn is_name(name: &str) -> bool {
-    // A leading point would hide the frames.
+    // A leading point would make the frames hidden files.
     !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character)
 }
 
@@ -352,7 +353,8 @@ fn is_name_character(character: char) -> bool {
     character.is_ascii_alphanumeric() || matches!(character, '-' | '_' | '.')
 }
 
-/// The name of a body that has none: its file's, with `_` for what a name cannot hold.
+/// Returns the default name of a body: the file name without extension, with `_` for characters that are not
+/// allowed.
 pub(super) fn name_from(mesh: &Path) -> String {
     let stem = mesh.file_stem().unwrap_or_default().to_string_lossy();
     let name: String =

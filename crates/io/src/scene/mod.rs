@@ -1,11 +1,11 @@
-//! Scenes: what a user describes, read from TOML or made for a model alone.
+//! Scenes, read from TOML or generated for a model without a scene.
 //!
 //! ```text
-//! scene.toml -> value (with its lines) -> overrides -> field, by the keys of data and keys -> Scene (plain data)
-//! model.obj  -> Scene -> its TOML text -> the same way
+//! scene.toml -> value (with lines) -> overrides -> field (keys from data and keys) -> Scene (plain data)
+//! model.obj  -> Scene -> its TOML text -> the same steps
 //! ```
 //!
-//! [`Scene`] holds every default, so that what runs never asks again; [`Scene::to_toml`] writes it back.
+//! [`Scene`] contains every default, so that a run needs no others. [`Scene::to_toml`] writes it back.
 
 mod data;
 mod error;

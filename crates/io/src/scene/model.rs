@@ -1,4 +1,4 @@
-//! The scene that a model alone means: dropped on a ground just below it.
+//! Generates the scene of a model without a scene: the model is dropped onto a ground just below it.
 
 use std::path::Path;
 
@@ -7,28 +7,28 @@ use super::error::SceneError;
 use super::keys::name_from;
 use supple::{Collider, RegionDamping};
 
-/// Which axis of a model points up.
+/// Axis of a model that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Up {
-    /// y, as most programs for characters have it.
+    /// y, the convention of most character animation programs.
     #[default]
     Y,
-    /// z, as most programs for engineering have it.
+    /// z, the convention of most engineering programs.
     Z,
 }
 
-/// The ground lies this fraction of the height below the model.
+/// Distance from the ground to the model, as a fraction of its height.
 const GAP: f64 = 0.1;
-/// Seconds in which a model falls its own height.
-const FALL: f64 = 0.5;
+/// Time in which a model falls its own height, s.
+const FALL_TIME: f64 = 0.5;
 
 impl Scene {
-    /// Opens an input: a scene file (`.toml`), or a model (`.obj`) as the scene that it means alone. Both are
-    /// changed by overrides, as in [`Scene::read_with`].
+    /// Opens an input: a scene file (`.toml`), or a model (`.obj`) as the scene of [`Scene::of_model`].
+    /// Overrides apply to both, as in [`Scene::read_with`].
     ///
     /// # Errors
     ///
-    /// As [`Scene::read_with`]; a model that cannot be read; a file that is neither.
+    /// As [`Scene::read_with`], and if a model cannot be read or the file is neither.
     pub fn open(path: impl AsRef<Path>, up: Up, overrides: &[String]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
@@ -44,12 +44,12 @@ impl Scene {
         }
     }
 
-    /// The scene of a model alone, whose bounds are `low` and `high` in the unit of the file: it is
-    /// dropped on a ground a tenth of its height below it, under a gravity that makes it fall its own
-    /// height in half a second (g = 2 h / t^2), and its volume is kept.
+    /// Returns the scene of a model with bounds `low` and `high` in the unit of the file. The model is
+    /// dropped onto a ground a tenth of its height below it. Gravity is chosen so that it falls its own
+    /// height h in a time t of half a second (g = 2 h / t^2). Its volume is preserved.
     ///
-    /// Paths are relative to the current folder, so that the scene's text can be saved there.
-    /// A model without height, a flat sheet, counts as high as it is wide.
+    /// Paths are relative to the current directory, so that the scene can be saved there as text. A model
+    /// without height, such as a flat sheet, counts as high as it is wide.
     pub fn of_model(path: &Path, low: [f64; 3], high: [f64; 3], up: Up) -> Self {
         let axis = match up {
             Up::Y => 1,
@@ -57,10 +57,10 @@ impl Scene {
         };
         let extent = |axis: usize| high[axis] - low[axis];
         let widest = (0..3).map(extent).fold(0.0, f64::max);
-        // Below a thousandth of its width a height says nothing about how large a model is.
+        // A height below a thousandth of the width does not represent the size of the model.
         let height = if extent(axis) > 1e-3 * widest { extent(axis) } else { widest };
         let mut gravity = [0.0; 3];
-        gravity[axis] = rounded(-2.0 * height / (FALL * FALL), height);
+        gravity[axis] = rounded(-2.0 * height / (FALL_TIME * FALL_TIME), height);
         let mut normal = [0.0; 3];
         normal[axis] = 1.0;
         let mut point = [0.0; 3];
@@ -83,10 +83,10 @@ impl Scene {
     }
 }
 
-/// A number to six digits of a length that it is measured against, for a text that people read.
+/// Rounds `value` at the sixth digit of the length `against`, for readable text.
 fn rounded(value: f64, against: f64) -> f64 {
     let digits = 5 - against.log10().floor() as i32;
-    // Through decimal text: a product of powers of ten would bring back digits that nobody wrote.
+    // Rounds through decimal text: multiplying by powers of ten would add digits from rounding errors.
     let decimals = digits.clamp(0, 300) as usize;
     format!("{value:.decimals$}").parse().unwrap_or(value)
 }

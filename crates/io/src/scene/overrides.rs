@@ -8,12 +8,12 @@ use super::field::nearest;
 use super::keys::{ALTERNATIVES, name_from};
 use super::value::{Data, Table, Value, parse_value};
 
-/// Applies overrides in their order.
+/// Applies overrides in order.
 pub(super) fn apply(root: &mut Value, overrides: &[String]) -> Result<(), SceneError> {
     for text in overrides {
         let invalid = |message: String| SceneError::Override { text: text.clone(), message };
         let Some((path, value)) = text.split_once('=') else {
-            return Err(invalid("must be KEY=VALUE, as body.bust.half_width=3".to_owned()));
+            return Err(invalid("must be KEY=VALUE, such as body.bust.half_width=3".to_owned()));
         };
         let place = Place::Override(Arc::from(text.as_str()));
         let value = value.trim();
@@ -24,13 +24,13 @@ pub(super) fn apply(root: &mut Value, overrides: &[String]) -> Result<(), SceneE
     Ok(())
 }
 
-/// Sets the value at a path below `node`, making the tables that lead there.
+/// Sets the value at a path below `node` and creates the missing tables on the path.
 fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), String> {
     match &mut node.data {
         Data::Table(table) => {
             let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
             if key.is_empty() {
-                return Err("a part of the key is empty".to_owned());
+                return Err("the key has an empty part; write one like body.bust.half_width".to_owned());
             }
             let Some(rest) = rest else {
                 replace(table, key, value, place);
@@ -47,22 +47,22 @@ fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), 
             };
             set(&mut values[index], rest, value, place)
         }
-        _ => Err(format!("`{path}` leads into {}, which has no keys", node.describe())),
+        _ => Err(format!("`{path}` is below {}, which has no keys; shorten the key", node.describe())),
     }
 }
 
-/// Sets a key and removes the other way to say the same thing, unless an override said it too.
+/// Sets a key and removes the key that excludes it, unless an override set that one too.
 fn replace(table: &mut Table, key: &str, value: Value, place: &Place) {
-    if let Some(ways) = ALTERNATIVES.iter().find(|ways| ways.contains(&key)) {
+    if let Some(pair) = ALTERNATIVES.iter().find(|pair| pair.contains(&key)) {
         table.retain(|other, value| {
-            !ways.contains(&other.as_str()) || matches!(value.place, Place::Override(_))
+            !pair.contains(&other.as_str()) || matches!(value.place, Place::Override(_))
         });
     }
     table.insert(key.to_owned(), Value { place: place.clone(), ..value });
 }
 
-/// The element that the first part of `path` names, by its `name` (which may hold dots) or its
-/// number, and what is left of the path.
+/// Returns the index of the element that the first part of `path` names, and the rest of the path. The part
+/// is the `name` of the element (which may contain dots) or its index.
 fn find<'a>(values: &[Value], path: &'a str) -> Result<(usize, Option<&'a str>), String> {
     let names: Vec<Option<String>> = values.iter().map(name).collect();
     let matching = |(index, name): (usize, &Option<String>)| {
@@ -78,23 +78,23 @@ fn find<'a>(values: &[Value], path: &'a str) -> Result<(usize, Option<&'a str>),
         return if index < values.len() {
             Ok((index, rest))
         } else {
-            Err(format!("there is no number {index}: the list has {}, counted from 0", values.len()))
+            Err(format!("there is no element {index}: the list has {}, counted from 0", values.len()))
         };
     }
     let known: Vec<&str> = names.iter().flatten().map(String::as_str).collect();
     Err(match nearest(part, &known) {
-        Some(near) => format!("nothing is called `{part}`; the nearest known name is `{near}`"),
+        Some(near) => format!("no element is called `{part}`; the nearest known name is `{near}`"),
         None => format!("`{part}` must be a number from 0 to {}", values.len().saturating_sub(1)),
     })
 }
 
-/// The name that an element goes by: a body without one is called after its mesh.
+/// Returns the name of an element. A body without a `name` is named after its mesh.
 fn name(value: &Value) -> Option<String> {
     let name = value.text("name").map(str::to_owned);
     name.or_else(|| value.text("mesh").map(|mesh| name_from(Path::new(mesh))))
 }
 
-/// What is left of a path after a name; `None` if the path does not begin with it.
+/// Returns the rest of a path after a name; `None` if the path does not start with the name.
 fn strip<'a>(path: &'a str, name: &str) -> Option<Option<&'a str>> {
     let rest = path.strip_prefix(name)?;
     if rest.is_empty() { Some(None) } else { rest.strip_prefix('.').map(Some) }

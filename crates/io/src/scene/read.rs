@@ -1,4 +1,5 @@
-//! From a text to a scene: parsed, changed by overrides, read, and checked where keys depend on each other.
+//! Reads a scene: parses the text, applies overrides, deserializes, and checks keys that depend on each
+//! other.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use std::sync::Arc;
 use super::data::{BodyData, Scene};
 use super::error::{Place, SceneError};
 use super::field::Field;
-use super::keys::{meaning, name_from};
+use super::keys::{hint_for, name_from};
 use super::{overrides, value};
 use supple::{Key, Selection, TimeWindow};
 
@@ -16,20 +17,21 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// If the file cannot be read, is not TOML, or says what no scene can say; see [`SceneError`].
+    /// If the file cannot be read, is not TOML, or is not a valid scene; see [`SceneError`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::read_with(path, &[])
     }
 
-    /// Reads a scene file and changes it by overrides, `KEY=VALUE`, before it is checked.
+    /// Reads a scene file and applies overrides, `KEY=VALUE`, before the scene is checked.
     ///
-    /// `KEY` is a path of keys: `simulation.frames`, `body.bust.half_width`, `collider.0.friction`
-    /// (bodies by name, all other lists by number from 0). `VALUE` is TOML; a word that is no TOML
-    /// value is a text. An override takes the place of the other way to say the same thing.
+    /// `KEY` is a path of keys: `simulation.frames`, `body.bust.half_width`, `collider.0.friction` (elements
+    /// of lists by name where they have one, otherwise by index from 0). `VALUE` is TOML; other text is taken
+    /// as a string. An override removes the key that excludes its own (see
+    /// [`ALTERNATIVES`](super::ALTERNATIVES)).
     ///
     /// # Errors
     ///
-    /// As [`Scene::read`], and if a key leads nowhere.
+    /// As [`Scene::read`], and if a key does not exist.
     pub fn read_with(path: impl AsRef<Path>, overrides: &[String]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let read = |source| SceneError::Read { path: path.to_owned(), source };
@@ -44,8 +46,8 @@ impl Scene {
         Self::parse(&text, &file, base, overrides)
     }
 
-    /// Reads a scene from a text. `file` is the name that messages give it, `base` the folder that
-    /// its paths are relative to; overrides as in [`Scene::read_with`].
+    /// Reads a scene from text. `file` is its name in messages, and `base` the directory that its paths are
+    /// relative to. Overrides are as in [`Scene::read_with`].
     ///
     /// # Errors
     ///
@@ -64,7 +66,7 @@ impl Scene {
         for (index, body) in scene.bodies.iter_mut().enumerate() {
             let field = root.at(&format!("body.{index}"));
             if body.mesh.as_os_str().is_empty() {
-                return Err(field.missing("mesh", meaning("mesh")));
+                return Err(field.missing("mesh", hint_for("mesh")));
             }
             if body.name.is_empty() {
                 body.name = name_from(&body.mesh);
@@ -72,7 +74,7 @@ impl Scene {
             if !names.insert(body.name.clone()) {
                 return Err(field.duplicate(&body.name));
             }
-            check_holds(body, &field)?;
+            check_constraints(body, &field)?;
         }
         for (index, collider) in scene.colliders.iter().enumerate() {
             check_times(&collider.keys, &root.at(&format!("collider.{index}")))?;
@@ -80,42 +82,42 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Where a path of the scene leads: absolute as it is, relative to the scene file otherwise.
+    /// Returns a path of the scene joined to [`Scene::base`]; an absolute path is unchanged.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.base.join(path)
     }
 
-    /// Where the frames go by `output.directory`.
+    /// Returns the directory of the frames from `output.directory`.
     pub fn output_folder(&self) -> PathBuf {
         self.resolve(&self.output.directory)
     }
 }
 
-/// Checks boxes, windows and poses of pins and handles.
-fn check_holds(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
+/// Checks the boxes, time windows and poses of pins and handles.
+fn check_constraints(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
     let pins = body.pins.iter().enumerate().map(|(index, pin)| {
-        let none: &[Key] = &[];
-        (format!("pin.{index}"), &pin.selection, pin.window, none)
+        let no_keys: &[Key] = &[];
+        (format!("pin.{index}"), &pin.selection, pin.window, no_keys)
     });
     let handles = body.handles.iter().enumerate().map(|(index, handle)| {
         (format!("handle.{index}"), &handle.selection, handle.window, &handle.keys[..])
     });
     for (path, selection, TimeWindow { start, end }, keys) in pins.chain(handles) {
-        let hold = field.at(&path);
+        let constraint = field.at(&path);
         if let Selection::Box { min, max } = selection
             && (0..3).any(|axis| min[axis] > max[axis])
         {
-            return Err(hold.at("box.max").out_of_range("at least `min` on every axis"));
+            return Err(constraint.at("box.max").out_of_range("at least `min` on every axis"));
         }
         if end <= start {
-            return Err(hold.at("end").out_of_range(&format!("a number above {start}")));
+            return Err(constraint.at("end").out_of_range(&format!("a number above {start}")));
         }
-        check_times(keys, &hold)?;
+        check_times(keys, &constraint)?;
     }
     Ok(())
 }
 
-/// Two poses at one time would be a jump, which no speed can follow.
+/// Checks that the times of poses increase: two poses at one time would be a jump at infinite speed.
 fn check_times(keys: &[Key], field: &Field<'_>) -> Result<(), SceneError> {
     match keys.windows(2).position(|pair| pair[1].time <= pair[0].time) {
         None => Ok(()),

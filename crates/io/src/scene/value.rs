@@ -1,4 +1,4 @@
-//! A parsed TOML text whose every value knows where it was written.
+//! Parsed TOML in which every value has the place where it was written.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,14 +8,14 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Place, SceneError};
 
-/// A value and where it stands.
+/// A value and its place.
 #[derive(Clone, Debug)]
 pub(super) struct Value {
     pub(super) data: Data,
     pub(super) place: Place,
 }
 
-/// The values of TOML.
+/// A TOML value.
 #[derive(Clone, Debug)]
 pub(super) enum Data {
     Boolean(bool),
@@ -31,23 +31,23 @@ pub(super) enum Data {
 pub(super) type Table = BTreeMap<String, Value>;
 
 impl Value {
-    /// What the value is, for a message: `"fast"`, `12`, `a table`.
+    /// Describes the value for a message: `12`, `the string "fast"`, `[0, 1, 2]`, `a table`.
     pub(super) fn describe(&self) -> String {
         match &self.data {
             Data::Boolean(value) => value.to_string(),
             Data::Integer(value) => value.to_string(),
             Data::Float(value) => value.to_string(),
-            Data::Text(value) => format!("the text {value:?}"),
+            Data::Text(value) => format!("the string {value:?}"),
             Data::Date(value) => format!("the date {value}"),
-            Data::Array(values) => match values.len() {
-                1 => "a list of 1 value".to_owned(),
-                n => format!("a list of {n} values"),
-            },
+            Data::Array(values) if values.len() <= 3 => {
+                format!("[{}]", values.iter().map(Self::describe).collect::<Vec<_>>().join(", "))
+            }
+            Data::Array(values) => format!("a list of {} values", values.len()),
             Data::Table(_) => "a table".to_owned(),
         }
     }
 
-    /// The text under a key, if the value is a table that has one there.
+    /// Returns the string under a key, if the value is a table that has one there.
     pub(super) fn text(&self, key: &str) -> Option<&str> {
         let Data::Table(table) = &self.data else { return None };
         match &table.get(key)?.data {
@@ -57,7 +57,7 @@ impl Value {
     }
 }
 
-/// Parses a whole text; `file` is the name that messages give it.
+/// Parses a TOML document; `file` is its name in messages.
 pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Value, SceneError> {
     let place = |offset: usize| Place::Line { file: file.clone(), line: line_of(text.as_bytes(), offset) };
     let table = DeTable::parse(text).map_err(|error| SceneError::Syntax {
@@ -68,7 +68,7 @@ pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Value, SceneError> {
     Ok(Value { data: Data::Table(convert_table(table.into_inner(), &place)?), place: at })
 }
 
-/// Parses one value, as it stands right of an override's `=`. `None` if it is no TOML value.
+/// Parses one value, the text after the `=` of an override. Returns `None` if it is not a TOML value.
 pub(super) fn parse_value(text: &str, place: &Place) -> Option<Value> {
     let value = DeValue::parse(text.trim()).ok()?;
     convert(value, &|_| place.clone()).ok()
@@ -76,7 +76,7 @@ pub(super) fn parse_value(text: &str, place: &Place) -> Option<Value> {
 
 fn convert_table(table: DeTable<'_>, place: &dyn Fn(usize) -> Place) -> Result<Table, SceneError> {
     let entry = |(key, value): (Spanned<_>, _)| {
-        // The line of the key: a table's own span may begin at its header or its first key.
+        // Uses the line of the key: the span of a table may begin at its header or at its first key.
         let at = place(key.span().start);
         Ok((String::from(key.into_inner()), Value { place: at, ..convert(value, place)? }))
     };
@@ -106,7 +106,7 @@ fn convert(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> Place) -> Resul
     Ok(Value { data, place: at })
 }
 
-/// The line of a byte offset, counted from 1.
+/// Returns the line, from 1, of a byte offset.
 pub(super) fn line_of(text: &[u8], offset: usize) -> usize {
     1 + text[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
 }

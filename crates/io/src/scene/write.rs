@@ -1,4 +1,4 @@
-//! A scene as TOML: what [`Scene::parse`] reads back as the same scene.
+//! Writes a scene as TOML that [`Scene::parse`] reads back as the same scene.
 
 use std::fmt::Write;
 
@@ -7,17 +7,19 @@ use toml::{Table, Value};
 use super::data::Scene;
 
 impl Scene {
-    /// The scene as TOML, with every key that has a value, defaults too. [`Scene::base`] is not in it.
+    /// Returns the scene as TOML, with every key that has a value, including defaults, but without
+    /// [`Scene::base`].
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
-        // Numbers, texts, lists and tables by name: TOML has them all.
+        // Cannot fail: TOML can represent every type in a scene.
         let table = Table::try_from(self).unwrap_or_default();
         write_table(&mut text, "", &table);
         text
     }
 }
 
-/// Writes the keys of a table, then the tables below it. A part `@...` of it writes its keys among them.
+/// Writes the keys of a table, then its subtables. The keys of an entry `@...` are written as keys of the
+/// table.
 fn write_table(text: &mut String, path: &str, table: &Table) {
     let header = |text: &mut String, header: String| {
         text.push_str(if text.is_empty() { "" } else { "\n" });
@@ -48,7 +50,8 @@ fn write_table(text: &mut String, path: &str, table: &Table) {
     }
 }
 
-/// A value within a line. Floats as Rust writes them: the shortest text that reads back as the same number.
+/// Formats a value on one line. Floats have Rust's format, the shortest text that reads back as the same
+/// number.
 fn inline(value: &Value) -> String {
     match value {
         Value::Float(number) => format!("{number:?}"),

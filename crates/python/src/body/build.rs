@@ -1,4 +1,4 @@
-//! From keyword arguments to a body.
+//! Builds a body from keyword arguments.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -15,24 +15,26 @@ use crate::error;
 use crate::lattice::{Lattice, resolution};
 use crate::mesh::mesh_like;
 
-/// The keyword arguments: the keys of a scene's `[[body]]`, but for its file and what methods add; and the memory limit.
+/// Return the names of the keyword arguments of Body.
+///
+/// They are the keys of a scene's `[[body]]` except mesh, pin and handle, and memory_limit.
 #[pyfunction]
 pub(crate) fn body_keys() -> Vec<String> {
     let keys = supple_io::scene::body_keys().into_iter();
-    let of_scene = keys.filter(|key| !["mesh", "pin", "handle"].contains(&key.as_str()));
-    of_scene.chain(["memory_limit".to_owned()]).collect()
+    let scene_keys = keys.filter(|key| !["mesh", "pin", "handle"].contains(&key.as_str()));
+    scene_keys.chain(["memory_limit".to_owned()]).collect()
 }
 
-/// Those that may be `None`: not asked for, or said in another way.
+/// Keyword arguments that may be `None`: optional ones, and alternatives that exclude each other.
 pub(super) const OPTIONAL: [&str; 10] = {
     let [[a, b], [c, d], [e, f], [g, h]] = ALTERNATIVES;
     [a, b, c, d, e, f, g, h, "object", "memory_limit"]
 };
 
-/// Arguments about the lattice of a mesh, which a lattice does not need any more.
-const OF_MESH: [&str; 5] = ["object", "lattice_vertices", "cell_size", "join", "memory_limit"];
+/// Keyword arguments for building the lattice of a mesh. They are errors with a `Lattice`.
+const MESH_ONLY: [&str; 5] = ["object", "lattice_vertices", "cell_size", "join", "memory_limit"];
 
-/// The mesh or lattice as an object of ours, and the body.
+/// Builds a body. Returns its shape, as a `Mesh` or a `Lattice`, and the body.
 pub(super) fn body<'py>(
     shape: &Bound<'py, PyAny>,
     settings: &Settings<'py>,
@@ -49,18 +51,21 @@ pub(super) fn body<'py>(
         .material(material(settings)?)
         .placement(placement(settings)?)
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default());
-    let body = py.detach(|| builder.build()).map_err(error::of)?;
+    let body = py.detach(|| builder.build()).map_err(error::from_core)?;
     Ok((shape, body))
 }
 
+/// Creates the builder, with the options of the lattice.
 fn builder<'py>(
     shape: &Bound<'py, PyAny>,
     settings: &Settings<'py>,
 ) -> PyResult<(Bound<'py, PyAny>, BodyBuilder)> {
     if let Ok(lattice) = shape.cast::<Lattice>() {
-        for key in OF_MESH {
+        for key in MESH_ONLY {
             if settings.get(key)?.is_some() {
-                return Err(PyValueError::new_err(format!("{key} is for a mesh; a Lattice is as it is")));
+                return Err(PyValueError::new_err(format!(
+                    "{key} is for a mesh and has no effect on a Lattice; leave it out"
+                )));
             }
         }
         let builder = supple::Body::from_lattice(lattice.get().lattice.clone());
@@ -106,15 +111,15 @@ fn placement(settings: &Settings<'_>) -> PyResult<Placement> {
     })
 }
 
-/// A word for the measure, or a dict with the measure and more.
+/// Reads volume options: the name of a measure, "off", or a dict.
 pub(super) fn read_volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
     if value.extract::<String>().is_ok() {
         return argument::choice(value, "volume", &Preservation::NAMED).map(VolumeOptions::from);
     }
     let dict = value
         .cast::<PyDict>()
-        .map_err(|_| wrong_type(value, "volume", "a string (\"off\" for none) or a dict"))?;
-    let settings = Settings::of_dict(dict, "volume", &["measure", "scope", "field", "max_correction"])?;
+        .map_err(|_| wrong_type(value, "volume", "a string (\"off\" for no correction) or a dict"))?;
+    let settings = Settings::from_dict(dict, "volume", &["measure", "scope", "field", "max_correction"])?;
     let default = VolumeOptions::default();
     let measure =
         settings.read("measure", |v, _| argument::choice(v, "volume measure", &Preservation::NAMED))?;
@@ -128,7 +133,7 @@ pub(super) fn read_volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
     })
 }
 
-/// Volume options as the dict that makes them.
+/// Converts volume options to the equivalent dict.
 pub(crate) fn volume_settings<'py>(py: Python<'py>, options: &VolumeOptions) -> PyResult<Bound<'py, PyDict>> {
     let VolumeOptions { measure, scope, field, max_correction } = *options;
     let words = [("measure", measure.name()), ("scope", scope.name()), ("field", field.name())];

@@ -1,4 +1,4 @@
-//! Pins and handles, and the `Hold` that each gives.
+//! Pins, handles and forces of a body, and the class `Hold` of a pin or handle.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -9,45 +9,54 @@ use super::Body;
 use crate::argument::Settings;
 use crate::{arrays, constraint, error};
 
-/// The arguments of handle; those of pin but for the first.
+/// Keyword arguments of handle. Those of pin are the same without the first.
 const ARGUMENTS: [&str; 7] = ["keys", "box", "sphere", "plane", "vertices", "start", "end"];
 
 #[pymethods]
 impl Body {
-    /// Holds a part of the body as it is at `start`. Returns a Hold.
+    /// Pin a part of the body: fix it in the pose that it has at `start`. Returns a Hold.
     ///
-    /// box : ((3,), (3,)), least and greatest corner; sphere : (center, radius); plane : (point, normal), the side that
-    /// the normal points to; or vertices : (k,) int or (n,) bool, lattice vertices
-    ///     What is held. Shapes are in world space at frame 0: the mesh vertices inside, and with them the lattice
-    ///     vertices of their cells; for a bare lattice the vertices inside.
-    /// start, end : float, seconds
-    ///     Default: from the start, for ever.
+    /// Exactly one of box, sphere, plane and vertices selects the part. Shapes are in world space at frame 0.
+    /// They select the mesh vertices inside and the lattice vertices of their cells; on a bare lattice, the
+    /// lattice vertices inside.
     ///
-    /// ValueError if nothing is inside, with the nearest distance.
+    /// box : ((3,), (3,))
+    ///     Least and greatest corner.
+    /// sphere : ((3,), float)
+    ///     Center and radius.
+    /// plane : ((3,), (3,))
+    ///     Point and normal: selects the side that the normal points to.
+    /// vertices : (k,) int or (n,) bool
+    ///     Lattice vertices: indices, or a mask.
+    /// start, end : float, default 0 and None
+    ///     Seconds. Without end the pin stays active.
+    ///
+    /// Raises ValueError for an empty selection; the message gives the distance to the nearest vertex.
     #[pyo3(
         signature = (**options),
         text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let settings = Settings::of_call(options, "pin()", &ARGUMENTS[1..], &constraint::OPTIONAL)?;
+        let settings = Settings::from_call(options, "pin()", &ARGUMENTS[1..], &constraint::OPTIONAL)?;
         let selection = constraint::selection(&settings, "pin()", slf.get().count(slf.py())?)?;
         let pin = Pin { selection, window: constraint::window(&settings)? };
         Hold::add(slf, |body| body.pin(&pin))
     }
 
-    /// Moves a part of the body along keys, relative to the pose that it has at `start`. Returns a Hold.
+    /// Move a part of the body along keys, relative to the pose that it has at `start`. Returns a Hold.
     ///
-    /// keys : list of (time, translate, rotate)
-    ///     Seconds, strictly increasing; (3,) length; (3,) degrees about the fixed axes x, then y, then z through the
-    ///     center of what is held. Linear in time, angles too. A dict with these names is taken as well.
+    /// keys : list of (time, translate, rotate), or of dicts with these names
+    ///     time: seconds, strictly increasing. translate: (3,) length, default 0. rotate: (3,) degrees about
+    ///     the fixed axes x, then y, then z through the center of the selection, default 0. Translations and
+    ///     angles are interpolated linearly.
     ///
-    /// The other arguments are those of pin.
+    /// The other arguments and errors are the same as for pin.
     #[pyo3(
         signature = (**options),
         text_signature = "($self, *, keys, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let settings = Settings::of_call(options, "handle()", &ARGUMENTS, &constraint::OPTIONAL)?;
+        let settings = Settings::from_call(options, "handle()", &ARGUMENTS, &constraint::OPTIONAL)?;
         let selection = constraint::selection(&settings, "handle()", slf.get().count(slf.py())?)?;
         let keys = settings.get("keys")?.ok_or_else(|| PyTypeError::new_err("handle() needs keys="))?;
         let window = constraint::window(&settings)?;
@@ -55,12 +64,15 @@ impl Body {
         Hold::add(slf, |body| body.handle(&handle))
     }
 
-    /// Pulls at a part of the body in the next step. Forces add up.
+    /// Apply a force to a part of the body in the next step. Several forces add up.
     ///
-    /// force : (3,) float, kg length/s^2
-    ///     The whole force, shared by the lattice vertices of the part by mass.
+    /// force : (3,) float
+    ///     Total force in kg length/s^2. The lattice vertices of the part share it in proportion to their
+    ///     masses.
     /// box, sphere, plane, vertices
-    ///     The part, as for pin.
+    ///     Selection of the part, as for pin.
+    ///
+    /// Raises ValueError for an empty selection or a force that accelerates by more than 1e15 cells/s^2.
     #[pyo3(
         signature = (force, **options),
         text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None)"
@@ -71,14 +83,15 @@ impl Body {
         force: &Bound<'_, PyAny>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let settings = Settings::of_call(options, "apply_force()", &constraint::SHAPES, &constraint::SHAPES)?;
+        let settings =
+            Settings::from_call(options, "apply_force()", &constraint::SHAPES, &constraint::SHAPES)?;
         let selection = constraint::selection(&settings, "apply_force()", self.count(py)?)?;
         let force = arrays::vector(force, "force")?;
-        self.with(py, |body| body.apply_force(force, &selection))?.map_err(error::of)
+        self.with(py, |body| body.apply_force(force, &selection))?.map_err(error::from_core)
     }
 }
 
-/// A pin or a handle of a body, as pin and handle return it.
+/// A pin or a handle of a body. Body.pin and Body.handle return it.
 #[pyclass(frozen, module = "supple")]
 pub(crate) struct Hold {
     body: Py<Body>,
@@ -86,31 +99,33 @@ pub(crate) struct Hold {
 }
 
 impl Hold {
+    /// Adds a pin or handle to the body with `add`.
     fn add(
         body: &Bound<'_, Body>,
         add: impl FnOnce(&mut supple::Body) -> Result<(), supple::Error> + Send,
     ) -> PyResult<Self> {
         let index = body.get().with(body.py(), |body| add(body).map(|()| body.constraint_count() - 1))?;
-        Ok(Self { body: body.clone().unbind(), index: index.map_err(error::of)? })
+        Ok(Self { body: body.clone().unbind(), index: index.map_err(error::from_core)? })
     }
 }
 
 #[pymethods]
 impl Hold {
-    /// The body that is held.
+    /// Body of the pin or handle.
     #[getter]
     fn body(&self, py: Python<'_>) -> Py<Body> {
         self.body.clone_ref(py)
     }
 
-    /// Lets go for good, from the next step on.
+    /// Release the part permanently, from the next step on.
     fn release(&self, py: Python<'_>) -> PyResult<()> {
         self.body.get().with(py, |body| body.release(self.index))?.map_err(error::value)
     }
 
-    /// Gives other keys, from the next step on, relative to the pose that was captured when the hold began.
+    /// Replace the keys, from the next step on.
     ///
     /// keys : list of (time, translate, rotate), as for Body.handle
+    ///     Relative to the pose that was captured when the pin or handle became active.
     fn set_keys(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<()> {
         let keys = constraint::keys(keys)?;
         self.body.get().with(py, |body| body.set_keys(self.index, &keys))?.map_err(error::value)

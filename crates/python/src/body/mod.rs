@@ -1,4 +1,4 @@
-//! `supple.Body`: a soft body, alone or in a simulation.
+//! `supple.Body`: a soft body, outside or in a simulation.
 
 mod build;
 mod holds;
@@ -7,7 +7,7 @@ mod values;
 
 pub(crate) use build::{body_keys, volume_settings};
 pub(crate) use holds::Hold;
-pub(crate) use storage::{Storage, World};
+pub(crate) use storage::{SharedSimulation, Storage};
 
 use std::sync::Mutex;
 
@@ -23,46 +23,53 @@ use crate::forked::Owner;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 
-/// A soft body: a lattice, what it is made of, and the mesh that is displayed.
+/// A soft body: a lattice, its material and state, and the mesh that it deforms.
 ///
-/// shape : Mesh, Lattice, path of an OBJ file, or anything with vertices and faces (trimesh.Trimesh)
-///     A Lattice is a body without a mesh to show.
+/// shape : Mesh, Lattice, path of an OBJ file, or an object with vertices and faces (trimesh.Trimesh)
+///     A body from a Lattice has no mesh to display.
 /// name : str, default "body"
 /// object : str
-///     With a path: only the `o` or `g` of this name.
-/// scale, rotate, translate : float; (3,) degrees about the fixed axes x, then y, then z; (3,) length
-///     Where the model is placed, in this order. Default 1, 0, 0.
+///     With a path: reads only the object (`o`) or group (`g`) with this name.
+/// scale : float, default 1
+///     Scale factor of the shape, > 0, applied first.
+/// rotate : (3,) float, default 0
+///     Degrees about the fixed axes x, then y, then z.
+/// translate : (3,) float, default 0
+///     Offset in scene units, applied last.
 /// lattice_vertices : int, default 1000; or cell_size : float
-///     How fine the lattice of a mesh is: a wished number of vertices, at least 8, or the edge of a cell, > 0.
+///     Resolution of the lattice of a mesh: target number of vertices, at least 8, or edge of a cell, > 0.
 /// join : bool, default True
-///     Parts of a mesh that float apart ride along.
+///     Bridges of cells join separate parts of a mesh. If False, each part is a component of its own.
 /// memory_limit : int, default half of the machine's memory
-///     Bytes that the body may take; LatticeError if it would take more.
+///     Limit in bytes of the memory of the body.
 /// half_width : int, default 2; or stiffness_radius : float
-///     Of the regions: in cells, at least 1, or as a length, > 0. Larger is stiffer.
+///     Half-width of the regions: in cells, at least 1, or as a length, > 0. Larger is stiffer.
 /// stiffness : float, default 1; or frequency : float
 ///     alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
 /// region_damping : float, default 0; or region_damping_rate : float
-///     Region damping: the share per step, in [0, 1], or a rate in 1/s, >= 0.
+///     Region damping: a fraction per step, in [0, 1], or a rate in 1/s, >= 0.
 /// density : float, default 1000
 ///     Mass per volume, > 0.
 /// volume : str or dict, default "auto"
-///     "off", or the measure that is kept: "auto", "mesh", "cells" or "lattice"; or a dict with measure, scope
-///     ("global" or "regional": where the volume was lost), field (the way in which the correction moves: "surface",
-///     "cells" or "paper") and max_correction (>= 0, as a share of the body's thickness).
-/// velocity, spin : (3,) length/s; (3,) rad/s about the center of mass
-///     At the start. Default 0.
+///     Volume correction: "off", or the measure "auto", "mesh", "cells" or "lattice"; or a dict with the keys
+///     measure, scope ("global", or "regional" to correct where the volume changed), field (deformation field
+///     of the correction: "surface", "cells" or "paper") and max_correction (cap >= 0, as a fraction of the
+///     body's thickness).
+/// velocity : (3,) float, default 0
+///     Initial velocity in length/s.
+/// spin : (3,) float, default 0
+///     Initial angular velocity in rad/s about the center of mass.
 ///
-/// Arrays that are "one per vertex" have the order of lattice.indices. A body belongs to at most one Simulation, and
-/// stays live in it. Raises ValueError for a value out of range, MeshError and LatticeError for what cannot be built,
-/// TypeError for a wrong type.
+/// Arrays with one row per vertex have the order of lattice.indices. A body belongs to at most one
+/// Simulation, and stays usable in it. Raises ValueError for a value out of range, MeshError and LatticeError
+/// for an invalid mesh or lattice, and TypeError for a wrong type.
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Body {
     storage: Mutex<Storage>,
-    /// Locked by whoever has locked the storage or the world.
+    /// Locked only while the storage or the simulation is locked.
     display: Mutex<supple::Display>,
     owner: Owner,
-    /// What the body was made of: a `Mesh` or a `Lattice`.
+    /// The shape that the body was built from: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
     /// A copy of the keyword arguments, for pickles.
     settings: Py<PyDict>,
@@ -71,8 +78,8 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// A body that lives here, and how it was made.
-    pub(crate) fn of(storage: Storage, (shape, settings): Recipe<'_>) -> Self {
+    /// Creates the Python object of a body, with the arguments that it was built with.
+    pub(crate) fn from_storage(storage: Storage, (shape, settings): Recipe<'_>) -> Self {
         Self {
             storage: Mutex::new(storage),
             display: Mutex::default(),
@@ -84,13 +91,13 @@ impl Body {
         }
     }
 
-    /// How the body was made.
+    /// Returns the arguments that the body was built with.
     pub(crate) fn recipe<'py>(&self, py: Python<'py>) -> Recipe<'py> {
         (self.shape.bind(py).clone(), self.settings.bind(py).clone())
     }
 }
 
-/// How a body is made anew: its shape and its keyword arguments.
+/// The arguments for building an equal body: shape and keyword arguments.
 pub(crate) type Recipe<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
 #[pymethods]
@@ -105,25 +112,25 @@ impl Body {
         let keys = body_keys();
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let (shape, body) =
-            build::body(shape, &Settings::of_call(settings, "Body()", &keys, &build::OPTIONAL)?)?;
+            build::body(shape, &Settings::from_call(settings, "Body()", &keys, &build::OPTIONAL)?)?;
         let settings = match settings {
             Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
             None => PyDict::new(py),
         };
-        // It has been read; the mesh knows it by its faces.
+        // The mesh contains only the faces of the object, so a pickle does not need its name.
         if settings.contains("object")? {
             settings.del_item("object")?;
         }
-        Ok(Self::of(Storage::Alone(Box::new(body)), (shape, settings)))
+        Ok(Self::from_storage(Storage::Alone(Box::new(body)), (shape, settings)))
     }
 
-    /// The name, as in reports and file names.
+    /// Name of the body, used in reports and file names.
     #[getter]
     fn name(&self, py: Python<'_>) -> PyResult<String> {
         self.read(py, |body| body.name().to_owned())
     }
 
-    /// The mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice.
+    /// Mesh in the model's frame: after scale, before rotate and translate. None for a bare lattice.
     #[getter]
     fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Option<&Bound<'py, Mesh>>> {
         let mesh = self.mesh.get_or_try_init(py, || -> PyResult<_> {
@@ -133,7 +140,7 @@ impl Body {
         Ok(mesh.as_ref().map(|mesh| mesh.bind(py)))
     }
 
-    /// The lattice in the model's frame: after scale, before rotate and translate.
+    /// Lattice in the model's frame: after scale, before rotate and translate.
     #[getter]
     fn lattice<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, Lattice>> {
         let lattice = self.lattice.get_or_try_init(py, || -> PyResult<_> {
@@ -143,10 +150,11 @@ impl Body {
         Ok(lattice.bind(py))
     }
 
-    /// The simulation that the body lives in; None for a body by itself, or if nobody holds the Simulation any more.
+    /// Simulation of the body. None outside a simulation, or if the Simulation object does not exist any
+    /// more.
     #[getter]
     fn simulation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        Ok(self.world(py)?.and_then(|(world, _)| world.python(py)))
+        Ok(self.shared_simulation(py)?.and_then(|(shared, _)| shared.python_object(py)))
     }
 
     /// Number of lattice vertices.
@@ -176,9 +184,9 @@ impl Body {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
         let class = py.get_type::<Self>();
-        // A body of a living simulation goes where that goes, as one of its bodies.
-        if let Some((world, index)) = slf.get().world(py)?
-            && let Some(simulation) = world.python(py)
+        // A body in a simulation is pickled as an index into the pickled simulation.
+        if let Some((shared, index)) = slf.get().shared_simulation(py)?
+            && let Some(simulation) = shared.python_object(py)
         {
             return (class.getattr("_of")?, (simulation, index)).into_pyobject(py);
         }
@@ -188,13 +196,13 @@ impl Body {
         (class.getattr("_restore")?, (shape, settings, state)).into_pyobject(py)
     }
 
-    /// The body of a simulation that has this index.
+    /// Return the body with an index in a simulation. For pickles.
     #[staticmethod]
     fn _of<'py>(simulation: &Bound<'py, PyAny>, index: usize) -> PyResult<Bound<'py, PyAny>> {
         simulation.getattr("bodies")?.get_item(index)
     }
 
-    /// A body made anew, in the state that another was in.
+    /// Build a body and restore a state. For pickles.
     #[staticmethod]
     fn _restore(
         py: Python<'_>,
@@ -204,19 +212,19 @@ impl Body {
     ) -> PyResult<Self> {
         let snapshot: BodySnapshot = decode(state)?;
         let body = Self::new(shape, Some(settings))?;
-        body.with(py, |body| body.restore(&snapshot))?.map_err(error::of)?;
+        body.with(py, |body| body.restore(&snapshot))?.map_err(error::from_core)?;
         Ok(body)
     }
 }
 
-/// The bytes of a state.
+/// Serializes a state.
 pub(crate) fn encode(state: &impl serde::Serialize) -> PyResult<Vec<u8>> {
     postcard::to_stdvec(state).map_err(error::value)
 }
 
-/// The state of bytes that `encode` made.
+/// Deserializes a state.
 pub(crate) fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> PyResult<T> {
     postcard::from_bytes(bytes).map_err(|error| {
-        PyValueError::new_err(format!("the pickle is not of this version of supple: {error}"))
+        PyValueError::new_err(format!("the pickle was made by a different version of supple: {error}"))
     })
 }

@@ -1,4 +1,4 @@
-//! Where a body lives: alone, or in a simulation that all its bodies share.
+//! Storage of a body: its own, or a simulation that it shares with other bodies.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,67 +9,67 @@ use pyo3::types::{PyWeakrefMethods, PyWeakrefReference};
 use super::Body;
 use crate::forked::{Forked, Owner};
 
-/// Where a body lives. A body moves into a simulation once and stays.
+/// The storage of a body. A body moves into a simulation at most once and stays there.
 pub(crate) enum Storage {
-    /// By itself, with no time.
+    /// Outside a simulation.
     Alone(Box<supple::Body>),
-    /// In a simulation, by its index.
-    In(Arc<World>, usize),
-    /// On its way into one.
+    /// In a simulation, at this index.
+    In(Arc<SharedSimulation>, usize),
+    /// Being moved into a simulation, under the lock.
     Moving,
 }
 
-/// A simulation that its own Python object and those of its bodies share.
+/// A simulation that its Python object and the Python objects of its bodies share.
 ///
-/// Whoever works on it holds the lock and not the GIL; nobody waits for the lock with the GIL in hand, so neither can
-/// wait for the other.
+/// A thread releases the GIL before it waits for the lock, and works without the GIL. The lock and the GIL
+/// therefore cannot deadlock.
 ///
-/// A process that was forked has no threads but one: the first who works on it there takes new ones.
-pub(crate) struct World {
-    /// A job that steps it holds it as well.
+/// A forked process has only one thread. The first access in this process starts a new thread pool.
+pub(crate) struct SharedSimulation {
+    /// A job that runs the simulation shares it.
     simulation: Arc<Mutex<supple::Simulation>>,
     threads: usize,
     owner: Owner,
-    /// The Python object of the simulation, as long as it lives.
+    /// Weak reference to the Python object of the simulation.
     python: PyOnceLock<Py<PyWeakrefReference>>,
 }
 
-impl World {
+impl SharedSimulation {
     pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
         Self { simulation, threads, owner: Owner::new(), python: PyOnceLock::new() }
     }
 
-    /// Threads as asked for; 0 = one for each processor.
+    /// Returns the requested number of threads; 0 = one per processor.
     pub(crate) fn threads(&self) -> usize {
         self.threads
     }
 
-    /// Tells the world which Python object is its simulation.
-    pub(crate) fn set_python(&self, simulation: &Bound<'_, PyAny>) -> PyResult<()> {
+    /// Sets the Python object of the simulation.
+    pub(crate) fn set_python_object(&self, simulation: &Bound<'_, PyAny>) -> PyResult<()> {
         let reference = PyWeakrefReference::new(simulation)?;
         // A second `__init__` of the same object changes nothing.
         self.python.get_or_init(simulation.py(), || reference.unbind());
         Ok(())
     }
 
-    /// The Python object of the simulation, if it still lives.
-    pub(crate) fn python<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
+    /// Returns the Python object of the simulation, if it still exists.
+    pub(crate) fn python_object<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
         self.python.get(py).and_then(|reference| reference.bind(py).upgrade())
     }
 
-    /// The simulation. To be called without the GIL.
+    /// Locks the simulation. Call it without the GIL.
     ///
     /// # Errors
     ///
-    /// If another thread was at work on it when the process was forked.
+    /// If another thread used the simulation when the process was forked.
     pub(crate) fn lock(&self) -> Result<MutexGuard<'_, supple::Simulation>, Forked> {
         self.owner.lock(&self.simulation, |simulation| {
             simulation.abandon_threads();
-            simulation.set_threads(self.threads).expect("as it was built with");
+            simulation.set_threads(self.threads).expect("checked when the simulation was built");
         })
     }
 
-    /// Lets `work` have the simulation, without the GIL.
+    /// Calls `work` with the simulation, without the GIL.
     pub(crate) fn with<R: Send>(
         &self,
         py: Python<'_>,
@@ -79,14 +79,14 @@ impl World {
     }
 }
 
-/// Where a body lives, locked.
+/// The storage of a body, locked.
 enum Place<'a> {
     Alone(&'a mut supple::Body),
     In(&'a mut supple::Simulation, usize),
 }
 
 impl Body {
-    /// Lets `work` have the body, without the GIL.
+    /// Calls `work` with the body, without the GIL.
     pub(crate) fn with<R: Send>(
         &self,
         py: Python<'_>,
@@ -98,7 +98,7 @@ impl Body {
         })
     }
 
-    /// Lets `work` have the body as it is shown, without the GIL.
+    /// Calls `work` with the body evaluated for display, without the GIL.
     pub(crate) fn displayed<R: Send>(
         &self,
         py: Python<'_>,
@@ -114,22 +114,22 @@ impl Body {
         })
     }
 
-    /// Lets `work` go to where the body lives, under its lock and without the GIL.
+    /// Calls `work` with the storage of the body, under its lock and without the GIL.
     fn visit<R: Send>(&self, py: Python<'_>, work: impl FnOnce(Place<'_>) -> R + Send) -> PyResult<R> {
         let done = py.detach(|| {
             let mut storage = self.storage()?;
-            let (world, index) = match &mut *storage {
+            let (shared, index) = match &mut *storage {
                 Storage::Alone(body) => return Ok(work(Place::Alone(body))),
-                Storage::In(world, index) => (world.clone(), *index),
-                Storage::Moving => unreachable!("a body moves under its lock"),
+                Storage::In(shared, index) => (shared.clone(), *index),
+                Storage::Moving => unreachable!("a body is moved under its lock"),
             };
             drop(storage);
-            world.lock().map(|mut simulation| work(Place::In(&mut simulation, index)))
+            shared.lock().map(|mut simulation| work(Place::In(&mut simulation, index)))
         });
         Ok(done?)
     }
 
-    /// As [`Body::with`], to read.
+    /// Calls `read` with the body, without the GIL.
     pub(crate) fn read<R: Send>(
         &self,
         py: Python<'_>,
@@ -138,20 +138,23 @@ impl Body {
         self.with(py, |body| read(body))
     }
 
-    /// The simulation that the body lives in, and its index there.
-    pub(crate) fn world(&self, py: Python<'_>) -> PyResult<Option<(Arc<World>, usize)>> {
-        let world = py.detach(|| {
+    /// Returns the simulation of the body, and the index of the body in it.
+    pub(crate) fn shared_simulation(
+        &self,
+        py: Python<'_>,
+    ) -> PyResult<Option<(Arc<SharedSimulation>, usize)>> {
+        let shared = py.detach(|| {
             self.storage().map(|storage| match &*storage {
-                Storage::In(world, index) => Some((world.clone(), *index)),
+                Storage::In(shared, index) => Some((shared.clone(), *index)),
                 Storage::Alone(_) | Storage::Moving => None,
             })
         });
-        Ok(world?)
+        Ok(shared?)
     }
 
-    /// The lock on where the body lives. To be called without the GIL.
+    /// Locks the storage of the body. Call it without the GIL.
     pub(crate) fn storage(&self) -> Result<MutexGuard<'_, Storage>, Forked> {
-        // A body by itself has no threads.
+        // A body outside a simulation has no threads.
         self.owner.lock(&self.storage, |_| {})
     }
 }

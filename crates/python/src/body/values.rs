@@ -1,5 +1,5 @@
-//! Properties of a body: the running state (copies out, whole arrays in), what is shown of it, and what of its material may
-//! change between steps.
+//! Properties of a body: the state (getters copy, setters replace whole arrays), the displayed surface, and
+//! the settings that can change between steps.
 
 use nalgebra::{Point3, Vector3};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
@@ -11,118 +11,125 @@ use supple::{Coordinate, RegionDamping, RegionSize, Stiffness};
 use super::Body;
 use super::build::{read_volume, volume_settings};
 use crate::argument::{count, number};
-use crate::arrays::{self, Side};
+use crate::arrays::{self, Axis};
 use crate::{error, report};
 
 #[pymethods]
 impl Body {
-    /// (n, 3) float64: a copy of the positions of the lattice vertices.
+    /// Positions of the lattice vertices: (n, 3) float64, a copy.
     ///
-    /// Set all of them with `body.positions = array`; velocities, pins and the rest stay as they are.
+    /// Assign a whole array to set them. Velocities, pins and all other state are unchanged.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(arrays::of_points(py, self.read(py, supple::Body::positions)?))
+        Ok(arrays::from_points(py, self.read(py, supple::Body::positions)?))
     }
 
     #[setter]
     fn set_positions(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<()> {
-        let positions = arrays::vectors(positions, "positions", Side::Is(self.count(py)?))?;
+        let positions = arrays::vectors(positions, "positions", Axis::Is(self.count(py)?))?;
         let positions = || positions.into_iter().map(Point3::from).collect::<Vec<_>>();
         self.with(py, |body| body.set_positions(&positions()))?.map_err(error::value)
     }
 
-    /// (n, 3) float64: a copy of the velocities of the lattice vertices, length/s.
+    /// Velocities of the lattice vertices in length/s: (n, 3) float64, a copy.
     ///
-    /// Set all of them with `body.velocities = array`; positions, pins and the rest stay as they are.
+    /// Assign a whole array to set them. Positions, pins and all other state are unchanged.
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let velocities = self.read(py, |body| body.velocities().into_iter().map(Into::into).collect())?;
-        Ok(arrays::of_vectors(py, velocities))
+        Ok(arrays::from_vectors(py, velocities))
     }
 
     #[setter]
     fn set_velocities(&self, py: Python<'_>, velocities: &Bound<'_, PyAny>) -> PyResult<()> {
-        let velocities = arrays::vectors(velocities, "velocities", Side::Is(self.count(py)?))?;
+        let velocities = arrays::vectors(velocities, "velocities", Axis::Is(self.count(py)?))?;
         let velocities = || velocities.into_iter().map(Vector3::from).collect::<Vec<_>>();
         self.with(py, |body| body.set_velocities(&velocities()))?.map_err(error::value)
     }
 
-    /// (n, 3, 3) float64: the rotation of the region around each vertex from the rest pose, as of the last step.
+    /// Rotation of the region around each vertex, from the rest pose, as of the last step: (n, 3, 3) float64.
     #[getter]
     fn rotations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        Ok(arrays::of_matrices(py, &self.read(py, supple::Body::rotations)?))
+        Ok(arrays::from_matrices(py, &self.read(py, supple::Body::rotations)?))
     }
 
-    /// (n,) float64: density x cell_size^3 x occupied cells / 8.
+    /// Masses of the lattice vertices, density x cell_size^3 x occupied cells / 8: (n,) float64.
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_vec(py, self.read(py, supple::Body::masses)?))
     }
 
-    /// (n, 3) float64: the goal positions of the current positions. No time passes.
+    /// Compute the goal positions of the current positions, without advancing time: (n, 3) float64.
     fn goals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(arrays::of_points(py, self.read(py, supple::Body::goals)?))
+        Ok(arrays::from_points(py, self.read(py, supple::Body::goals)?))
     }
 
-    /// (n, 3) float64: the lattice after the volume correction, in the precision that is shown (float32,
-    /// from the body's own origin); without a correction the positions.
+    /// Compute the lattice positions after the volume correction: (n, 3) float64.
+    ///
+    /// Without a correction these are the positions. They have the precision of the display: float32 relative
+    /// to the origin of the body.
     fn corrected_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let positions = self.displayed(py, |displayed| displayed.positions().collect::<Vec<_>>())?;
-        Ok(arrays::of_points(py, positions))
+        Ok(arrays::from_points(py, positions))
     }
 
-    /// The mesh as it is shown, its vertices in input order: moved by the lattice after the volume correction.
+    /// Evaluate the displayed surface, after the volume correction: (k, 3), mesh vertices in input order.
     ///
     /// out : (k, 3) float32 or float64, optional
-    ///     Written to, and returned, in place of a new float64 array.
+    ///     Array to write to and return. Default: a new float64 array.
     ///
-    /// ValueError for a bare lattice, which has no mesh.
+    /// Raises ValueError for a bare lattice, which has no mesh.
     #[pyo3(signature = (out=None))]
     fn surface<'py>(&self, py: Python<'py>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        self.show_rows(py, out, Rows::Positions)
+        self.surface_rows(py, out, Rows::Positions)
     }
 
-    /// Unit normals of the mesh as it is shown, one per vertex; zero where no face has area.
+    /// Evaluate the unit normals of the displayed surface: (k, 3).
+    ///
+    /// A normal is zero if all faces of its vertex are degenerate.
     ///
     /// out : (k, 3) float32 or float64, optional
-    ///     Written to, and returned, in place of a new float64 array.
+    ///     Array to write to and return. Default: a new float64 array.
     ///
-    /// ValueError for a bare lattice, which has no mesh.
+    /// Raises ValueError for a bare lattice, which has no mesh.
     #[pyo3(signature = (out=None))]
     fn surface_normals<'py>(
         &self,
         py: Python<'py>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.show_rows(py, out, Rows::Normals)
+        self.surface_rows(py, out, Rows::Normals)
     }
 
-    /// The volume as it is shown, in cubed scene units: by the measure that is kept, or with the correction off by the best
-    /// measure of the body. Never negative.
+    /// Volume after the correction, in cubed scene units, never negative.
+    ///
+    /// The measure is the one of the correction; with volume "off", the one that "auto" would choose.
     #[getter]
     fn volume(&self, py: Python<'_>) -> PyResult<f64> {
         self.displayed(py, |displayed| displayed.volume_report().after)
     }
 
-    /// The volume by each measure at rest, now, and after the correction: a VolumeReport.
+    /// Return a VolumeReport: the volume by each measure at rest, before and after the correction.
     fn volume_report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        report::of_volume(py, &self.displayed(py, |displayed| displayed.volume_report())?)
+        report::volume_report(py, &self.displayed(py, |displayed| displayed.volume_report())?)
     }
 
-    /// The mesh as it is shown, as a trimesh.Trimesh: vertices in input order, larger faces fanned into triangles.
+    /// Return the displayed surface as a trimesh.Trimesh.
     ///
-    /// Needs trimesh (`pip install "supple[trimesh]"`). ValueError for a bare lattice, which has no mesh.
+    /// Vertices are in input order. Larger faces are fanned into triangles. Needs trimesh
+    /// (`pip install "supple[trimesh]"`). Raises ValueError for a bare lattice, which has no mesh.
     fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf,))
     }
 
-    /// Opens a window on the body, with its simulation if it lives in one: see supple.view.
+    /// Open a viewer window with the simulation of the body, or with the body alone: see supple.view.
     fn show<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("supple.viewer")?.call_method1("view", (slf,))
     }
 
-    /// Half-width of the regions in cells: as given, at most the extent of the lattice. Can be set, which replaces a
-    /// stiffness_radius and takes as long as building the regions does.
+    /// Half-width of the regions in cells: the value that was set, at most the extent of the lattice.
+    ///
+    /// Settable. Setting it replaces stiffness_radius and rebuilds the regions.
     #[getter]
     fn half_width(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, supple::Body::half_width)
@@ -134,8 +141,9 @@ impl Body {
         self.with(py, |body| body.set_region_size(RegionSize::Cells(cells)))?.map_err(error::value)
     }
 
-    /// How the volume is kept in what is shown: a dict with measure, scope, field, max_correction. Can be set to such a
-    /// dict, or to the name of a measure, or to "off"; takes as long as building the correction does.
+    /// Options of the volume correction: a dict with measure, scope, field and max_correction.
+    ///
+    /// Settable to such a dict, the name of a measure, or "off". Setting it rebuilds the correction.
     #[getter]
     fn volume_options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let options = self.read(py, supple::Body::volume_options)?;
@@ -155,7 +163,8 @@ impl Body {
     }
 }
 
-/// Properties of a material that two keys can give: each reads None where the other one is set, and replaces it.
+/// Defines properties for material settings that have two alternative keys. A property is None if its
+/// alternative is set. Setting it replaces the alternative.
 macro_rules! alternatives {
     ($($(#[$doc:meta])* $key:ident, $set:ident: $material:ident is $kind:ident::$variant:ident by $change:ident;)*) => {
         #[pymethods]
@@ -179,19 +188,19 @@ macro_rules! alternatives {
 }
 
 alternatives! {
-    /// Half-width of the regions as a length, > 0; None where it is set in cells. Can be set, which replaces that.
+    /// Half-width of the regions as a length, > 0; None if it is set in cells. Settable; replaces half_width.
     stiffness_radius, set_stiffness_radius: region_size is RegionSize::Radius by set_region_size;
-    /// alpha per step, in (0, 1]; None where a frequency is set. Can be set, which replaces a frequency.
+    /// Stiffness alpha per step, in (0, 1]; None if a frequency is set. Settable; replaces frequency.
     stiffness, set_stiffness: stiffness is Stiffness::PerStep by set_stiffness;
-    /// Frequency of a vertex about its goal in Hz, > 0; None where alpha is set. Can be set, which replaces alpha.
+    /// Frequency of a vertex about its goal in Hz, > 0; None if alpha is set. Settable; replaces stiffness.
     frequency, set_frequency: stiffness is Stiffness::Frequency by set_stiffness;
-    /// Region damping per step, in [0, 1]; None where a rate is set. Can be set, which replaces a rate.
+    /// Region damping per step, in [0, 1]; None if a rate is set. Settable; replaces region_damping_rate.
     region_damping, set_region_damping: region_damping is RegionDamping::PerStep by set_region_damping;
-    /// Region damping as a rate in 1/s, >= 0; None where it is set per step. Can be set, which replaces that.
+    /// Region damping as a rate in 1/s, >= 0; None if it is set per step. Settable; replaces region_damping.
     region_damping_rate, set_region_damping_rate: region_damping is RegionDamping::Rate by set_region_damping;
 }
 
-/// Rows of the mesh as it is shown, one per vertex.
+/// The rows of the displayed surface to evaluate, one per mesh vertex.
 #[derive(Clone, Copy)]
 enum Rows {
     Positions,
@@ -199,13 +208,13 @@ enum Rows {
 }
 
 impl Body {
-    /// Number of lattice vertices.
+    /// Returns the number of lattice vertices.
     pub(super) fn count(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, |body| body.lattice().len())
     }
 
-    /// The rows in the caller's array, or in a new one.
-    fn show_rows<'py>(
+    /// Evaluates rows of the displayed surface into the caller's array, or into a new one.
+    fn surface_rows<'py>(
         &self,
         py: Python<'py>,
         out: Option<&Bound<'py, PyAny>>,
@@ -213,7 +222,7 @@ impl Body {
     ) -> PyResult<Bound<'py, PyAny>> {
         let Some(count) = self.read(py, |body| body.mesh().map(|mesh| mesh.vertices().len()))? else {
             return Err(PyValueError::new_err(
-                "the body is a bare lattice and has no mesh to show; look at corrected_positions()",
+                "the body is a bare lattice without a mesh; use corrected_positions()",
             ));
         };
         let out = match out {

@@ -1,4 +1,4 @@
-//! Bodies move into a simulation.
+//! Builds a simulation from Python bodies, which move into it.
 
 use std::mem;
 use std::sync::{Arc, Mutex};
@@ -10,10 +10,10 @@ use supple::SimulationBuilder;
 
 use super::Simulation;
 use crate::argument::wrong_type;
-use crate::body::{Body, Storage, World};
+use crate::body::{Body, SharedSimulation, Storage};
 use crate::error;
 
-/// The simulation of `bodies`, all of which move in, or none.
+/// Builds the simulation of `bodies`. Either all bodies move into it, or, with an error, none.
 pub(super) fn simulation(
     bodies: &Bound<'_, PyAny>,
     colliders: &Bound<'_, PyTuple>,
@@ -21,24 +21,29 @@ pub(super) fn simulation(
     threads: usize,
 ) -> PyResult<Simulation> {
     let py = bodies.py();
-    let bodies = list(bodies)?;
-    builder.validate().map_err(error::of)?;
+    let bodies = read_bodies(bodies)?;
+    builder.validate().map_err(error::from_core)?;
     if bodies.is_empty() {
-        return Err(error::of(supple::Error::NoBody));
+        return Err(error::from_core(supple::Error::NoBody));
     }
-    if let Some((first, second)) = twice(&bodies) {
-        let message = format!("bodies[{second}] is bodies[{first}]; build a body for each");
+    if let Some((first, second)) = find_duplicate(&bodies) {
+        let message =
+            format!("bodies[{second}] is the same Body as bodies[{first}]; build a separate Body for each");
         return Err(PyValueError::new_err(message));
     }
-    let shared: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
-    let world = py.detach(|| move_in(&shared, builder, threads))?;
+    let references: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
+    let shared = py.detach(|| move_in(&references, builder, threads))?;
     let bodies = bodies.iter().map(|body| body.clone().unbind()).collect();
-    Ok(Simulation::of(world, bodies, colliders))
+    Ok(Simulation::from_parts(shared, bodies, colliders))
 }
 
-/// Takes the bodies out of their storages, all or none, into a world.
-fn move_in(bodies: &[&Body], mut builder: SimulationBuilder, threads: usize) -> PyResult<Arc<World>> {
-    // In the order of their addresses, so that two threads that want the same bodies do not wait for each other.
+/// Moves the bodies from their storages to a shared simulation: all of them, or, with an error, none.
+fn move_in(
+    bodies: &[&Body],
+    mut builder: SimulationBuilder,
+    threads: usize,
+) -> PyResult<Arc<SharedSimulation>> {
+    // Locks in the order of addresses, so that two threads that need the same bodies cannot deadlock.
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
     let storage = |&index: &usize| bodies[index].storage().map(|storage| (index, storage));
@@ -54,22 +59,23 @@ fn move_in(bodies: &[&Body], mut builder: SimulationBuilder, threads: usize) -> 
             builder = builder.body(*body);
         }
     }
-    let simulation = builder.build().map_err(error::of)?;
-    let world = Arc::new(World::new(Arc::new(Mutex::new(simulation)), threads));
+    let simulation = builder.build().map_err(error::from_core)?;
+    let shared = Arc::new(SharedSimulation::new(Arc::new(Mutex::new(simulation)), threads));
     for (index, storage) in &mut storages {
-        **storage = Storage::In(world.clone(), *index);
+        **storage = Storage::In(shared.clone(), *index);
     }
-    Ok(world)
+    Ok(shared)
 }
 
-/// Two places of one body.
-fn twice(bodies: &[Bound<'_, Body>]) -> Option<(usize, usize)> {
+/// Returns the indices of two entries that are the same body.
+fn find_duplicate(bodies: &[Bound<'_, Body>]) -> Option<(usize, usize)> {
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by_key(|&index| (bodies[index].as_ptr(), index));
     order.windows(2).find(|pair| bodies[pair[0]].is(&bodies[pair[1]])).map(|pair| (pair[0], pair[1]))
 }
 
-fn list<'py>(bodies: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Body>>> {
+/// Reads the `bodies` argument.
+fn read_bodies<'py>(bodies: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Body>>> {
     let items = match bodies.is_instance_of::<Body>() {
         true => None,
         false => bodies.try_iter().ok(),

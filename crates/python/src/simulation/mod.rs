@@ -1,4 +1,4 @@
-//! `supple.Simulation`: bodies and time.
+//! `supple.Simulation`: bodies, colliders and time.
 
 mod build;
 
@@ -11,42 +11,49 @@ use pyo3::types::{PyBytes, PyDict, PyList, PyTuple, PyType};
 use supple::SimulationState;
 
 use crate::argument::{self, Settings};
-use crate::body::{Body, Recipe, World, decode, encode};
+use crate::body::{Body, Recipe, SharedSimulation, decode, encode};
 use crate::{arrays, collider, error};
 
-/// How long steps go on before signals get their chance.
+/// Target time of the steps between two checks for signals such as Ctrl-C.
 const CHUNK: Duration = Duration::from_millis(10);
 
-/// Bodies that move through time, each by itself, among colliders.
+/// A simulation of bodies that collide with colliders. Contact between bodies is not simulated.
 ///
 /// bodies : list of Body
-///     They stay live, and belong to this simulation from now on. Contact between bodies is not simulated.
+///     The bodies move into this simulation and stay usable. A body belongs to at most one simulation.
 /// dt : float, default 1/60
-///     Length of a step in seconds, > 0.
+///     Length of a step in seconds, from 1e-12 to 1e6.
 /// gravity : (3,) float, default (0, -9.81, 0)
+///     In scene units per second squared, each component at most 1e12 in magnitude.
 /// colliders : list of Plane, Sphere, Box, Capsule
+///     Default: no colliders.
 /// threads : int, default 0
-///     0 takes one for each processor. The results have the same bits for any number.
+///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number.
 /// substeps : int, default 1
-///     Steps that make a frame: contacts of all steps since a frame began count in the volume correction displayed.
+///     Steps per frame, at least 1. The volume correction of the displayed surface uses the contacts of all
+///     steps since the frame began.
 ///
-/// ValueError for a number out of range, or a body that belongs to another simulation.
+/// Raises ValueError for a number out of range or a body that belongs to another simulation.
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Simulation {
-    world: Arc<World>,
+    shared: Arc<SharedSimulation>,
     bodies: Vec<Py<Body>>,
-    /// The Python objects, as they were given.
+    /// The colliders as Python objects.
     colliders: Mutex<Py<PyTuple>>,
 }
 
 impl Simulation {
-    pub(crate) fn of(world: Arc<World>, bodies: Vec<Py<Body>>, colliders: &Bound<'_, PyTuple>) -> Self {
-        Self { world, bodies, colliders: Mutex::new(colliders.clone().unbind()) }
+    pub(crate) fn from_parts(
+        shared: Arc<SharedSimulation>,
+        bodies: Vec<Py<Body>>,
+        colliders: &Bound<'_, PyTuple>,
+    ) -> Self {
+        Self { shared, bodies, colliders: Mutex::new(colliders.clone().unbind()) }
     }
 
-    /// Tells the world, and with it the bodies, which Python object is their simulation.
-    pub(crate) fn introduce(&self, object: &Bound<'_, Self>) -> PyResult<()> {
-        self.world.set_python(object.as_any())
+    /// Registers the Python object of the simulation, which `Body.simulation` returns.
+    pub(crate) fn register_python_object(&self, object: &Bound<'_, Self>) -> PyResult<()> {
+        self.shared.set_python_object(object.as_any())
     }
 }
 
@@ -59,7 +66,7 @@ impl Simulation {
     )]
     fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let known = ["dt", "gravity", "colliders", "threads", "substeps"];
-        let settings = Settings::of_call(settings, "Simulation()", &known, &[])?;
+        let settings = Settings::from_call(settings, "Simulation()", &known, &[])?;
         let mut builder = supple::Simulation::builder();
         if let Some(dt) = settings.number("dt")? {
             builder = builder.dt(dt);
@@ -84,52 +91,52 @@ impl Simulation {
         _args: &Bound<'_, PyTuple>,
         _settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        slf.get().introduce(slf)
+        slf.get().register_python_object(slf)
     }
 
-    /// The bodies, in the order given.
+    /// Bodies, in the given order: tuple of Body.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, &self.bodies)
     }
 
-    /// Length of a step in seconds, > 0. Can be set; time stays.
+    /// Length of a step in seconds, from 1e-12 to 1e6. Settable; the time stays the same.
     #[getter]
     fn dt(&self, py: Python<'_>) -> PyResult<f64> {
-        self.world.with(py, |simulation| simulation.dt())
+        self.shared.with(py, |simulation| simulation.dt())
     }
 
     #[setter]
     fn set_dt(&self, py: Python<'_>, dt: &Bound<'_, PyAny>) -> PyResult<()> {
         let dt = argument::number(dt, "dt")?;
-        self.world.with(py, |simulation| simulation.set_dt(dt))?.map_err(error::of)
+        self.shared.with(py, |simulation| simulation.set_dt(dt))?.map_err(error::from_core)
     }
 
-    /// Time in seconds. Can be set: pins, handles and moving colliders follow.
+    /// Time in seconds. Settable; pins, handles and moving colliders follow it.
     #[getter]
     fn time(&self, py: Python<'_>) -> PyResult<f64> {
-        self.world.with(py, |simulation| simulation.time())
+        self.shared.with(py, |simulation| simulation.time())
     }
 
     #[setter]
     fn set_time(&self, py: Python<'_>, time: &Bound<'_, PyAny>) -> PyResult<()> {
         let time = argument::number(time, "time")?;
-        self.world.with(py, |simulation| simulation.set_time(time))?.map_err(error::of)
+        self.shared.with(py, |simulation| simulation.set_time(time))?.map_err(error::from_core)
     }
 
-    /// (3,) float64, length/s^2. Can be set.
+    /// Gravity in scene units per second squared: (3,) float64. Settable.
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(PyArray1::from_slice(py, &self.world.with(py, |simulation| simulation.gravity())?))
+        Ok(PyArray1::from_slice(py, &self.shared.with(py, |simulation| simulation.gravity())?))
     }
 
     #[setter]
     fn set_gravity(&self, py: Python<'_>, gravity: &Bound<'_, PyAny>) -> PyResult<()> {
         let gravity = arrays::vector(gravity, "gravity")?;
-        self.world.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::of)
+        self.shared.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::from_core)
     }
 
-    /// The colliders. Can be set, from the next step on.
+    /// Colliders: tuple of Plane, Sphere, Box, Capsule. Settable; effective from the next step on.
     #[getter]
     fn colliders(&self, py: Python<'_>) -> Py<PyTuple> {
         self.colliders.lock().unwrap_or_else(PoisonError::into_inner).clone_ref(py)
@@ -139,36 +146,41 @@ impl Simulation {
     fn set_colliders(&self, py: Python<'_>, colliders: &Bound<'_, PyAny>) -> PyResult<()> {
         let colliders = collider::tuple(colliders)?;
         let read = collider::read_all(&colliders)?;
-        self.world.with(py, |simulation| simulation.set_colliders(&read))?.map_err(error::of)?;
+        self.shared.with(py, |simulation| simulation.set_colliders(&read))?.map_err(error::from_core)?;
         *self.colliders.lock().unwrap_or_else(PoisonError::into_inner) = colliders.unbind();
         Ok(())
     }
 
-    /// Steps that make a frame.
+    /// Number of steps per frame.
     #[getter]
     fn steps_per_frame(&self, py: Python<'_>) -> PyResult<u64> {
-        self.world.with(py, |simulation| simulation.substeps())
+        self.shared.with(py, |simulation| simulation.substeps())
     }
 
-    /// The stages of a step and of a look, with what each takes: a text to print.
+    /// Return the stages of a step and of a display, with parameters and memory, as printable text.
     fn plan(&self, py: Python<'_>) -> PyResult<String> {
-        self.world.with(py, |simulation| simulation.plan().to_string())
+        self.shared.with(py, |simulation| simulation.plan().to_string())
     }
 
-    /// Threads that work.
+    /// Number of threads.
     #[getter]
     fn threads(&self, py: Python<'_>) -> PyResult<usize> {
-        self.world.with(py, |simulation| simulation.threads())
+        self.shared.with(py, |simulation| simulation.threads())
     }
 
-    /// n steps of length dt. Other Python threads run meanwhile; Ctrl-C ends it between two steps.
+    /// Advance the simulation by n steps of length dt.
+    ///
+    /// n : int, default 1
+    ///     Number of steps, at least 0.
+    ///
+    /// Other Python threads continue to run. Ctrl-C interrupts between two steps.
     #[pyo3(signature = (n=None), text_signature = "($self, n=1)")]
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let mut left = n.map_or(Ok(1), |n| argument::count(n, "n", 0))? as u64;
         let mut chunk = 1;
         while left > 0 {
             let steps = left.min(chunk);
-            let took = self.world.with(py, |simulation| {
+            let took = self.shared.with(py, |simulation| {
                 let start = Instant::now();
                 simulation.steps(steps);
                 start.elapsed()
@@ -181,7 +193,7 @@ impl Simulation {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        self.world.with(py, |simulation| {
+        self.shared.with(py, |simulation| {
             let bodies = simulation.bodies();
             let vertices: usize = bodies.iter().map(|body| body.lattice().len()).sum();
             let megabytes = bodies.iter().map(supple::Body::memory).sum::<usize>() as f64 / 1e6;
@@ -197,18 +209,18 @@ impl Simulation {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, this) = (slf.py(), slf.get());
-        let state = this.world.with(py, |simulation| simulation.state())?;
+        let state = this.shared.with(py, |simulation| simulation.state())?;
         let state = PyBytes::new(py, &encode(&state)?);
         let bodies = PyList::new(py, this.bodies.iter().map(|body| body.get().recipe(py)))?;
         let settings = PyDict::new(py);
         settings.set_item("dt", this.dt(py)?)?;
         settings.set_item("colliders", this.colliders(py))?;
-        settings.set_item("threads", this.world.threads())?;
+        settings.set_item("threads", this.shared.threads())?;
         settings.set_item("substeps", this.steps_per_frame(py)?)?;
         (py.get_type::<Self>().getattr("_restore")?, (bodies, settings, state)).into_pyobject(py)
     }
 
-    /// A simulation made anew, in the state that another was in.
+    /// Build a simulation and restore a state. For pickles.
     #[classmethod]
     fn _restore<'py>(
         class: &Bound<'py, PyType>,
@@ -221,18 +233,18 @@ impl Simulation {
         let body = |(shape, settings): &Recipe<'py>| py.get_type::<Body>().call((shape,), Some(settings));
         let bodies: Vec<_> = bodies.iter().map(body).collect::<PyResult<_>>()?;
         let simulation = class.call((bodies,), Some(settings))?;
-        let world = &simulation.cast::<Self>()?.get().world;
-        world.with(py, |simulation| simulation.restore(&state))?.map_err(error::of)?;
+        let shared = &simulation.cast::<Self>()?.get().shared;
+        shared.with(py, |simulation| simulation.restore(&state))?.map_err(error::from_core)?;
         Ok(simulation)
     }
 }
 
-/// "1 body", "2 bodies".
+/// Formats a count, such as "1 body" or "2 bodies".
 fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-/// The vector instructions that run here, as a checkpoint records them: "avx2", "neon", ...
+/// Return the SIMD level of this process, such as "avx2" or "neon". Checkpoints record it.
 #[pyfunction]
 pub(crate) fn simd_level() -> &'static str {
     supple::simd_level()

@@ -1,4 +1,4 @@
-//! What is displayed of a point: run times, volumes, and the surface beside the finest.
+//! Evaluation of a point: run times, volumes, and the distance from the surface of the finest lattice.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use supple::{Body, BodyRef, Display, VolumeMeasure};
 use supple_io::run::Prepared;
 
-use super::motion::{Motion, is_moment};
+use super::motion::{Motion, is_sampled};
 use super::physical::Physical;
 use super::point::Errors;
 use super::setting::Setting;
@@ -15,34 +15,35 @@ use crate::error::Halt;
 use crate::observer::Meter;
 use crate::timing::Sample;
 
-/// Moments at which surfaces and the volumes of the cells are looked at, evenly spread, the last frame among them.
-const MOMENTS: u32 = 12;
+/// Number of sampled frames for surfaces and cell volumes; evenly distributed, including the last frame.
+const SAMPLES: u32 = 12;
 
-/// The surfaces of all bodies at each moment.
+/// Surfaces of all bodies at each sampled frame.
 pub(super) type Surfaces = Vec<Vec<Vec<Point3<f64>>>>;
 
-/// What one run of a point displays.
-pub(super) struct Shown {
+/// Measurements of one run of a point.
+pub(super) struct Measured {
     pub(super) sample: Sample,
-    /// Those of the volumes, and the frames in which a correction met its cap.
+    /// Errors of the volumes, and the number of frames in which a correction reached its cap.
     pub(super) errors: Errors,
     pub(super) surfaces: Surfaces,
 }
 
-/// Runs a point once, through `frames` frames, and measures all that it displays. `model` is the point without a correction.
+/// Runs a point once for `frames` frames and measures run times, volumes and surfaces. `model` is the point
+/// without a correction.
 pub(super) fn run(
     physical: &Physical,
     setting: &Setting,
     model: &Prepared,
     frames: u32,
     meter: &mut Meter<'_>,
-) -> Result<Shown, Halt> {
+) -> Result<Measured, Halt> {
     let sums = setting.dynamics.sums;
     let mut motion = Motion::new(physical.prepare(setting)?, model, physical.scene(), sums)?;
     let (mut cells_volume, mut mesh_volume, mut capped) = (0.0_f64, Some(0.0_f64), 0);
-    let (mut watch, mut surfaces, mut count, mut squares) = (Watch::new(model), Vec::new(), 0, 0.0);
+    let (mut timer, mut surfaces, mut count, mut squares) = (Timer::new(model), Vec::new(), 0, 0.0);
     for frame in 1..=frames {
-        watch.frame(&mut motion)?;
+        timer.frame(&mut motion)?;
         let simulation = &motion.simulation;
         let bodies = || (0..simulation.bodies().len()).map(|index| simulation.body(index));
         let reports: Vec<_> = bodies().map(|body| body.volume_report()).collect();
@@ -53,7 +54,7 @@ pub(super) fn run(
             mesh_volume = mesh_volume.zip(error(VolumeMeasure::Mesh)).map(|(a, b)| a.max(b));
         }
         capped += u32::from(reports.iter().any(|report| report.capped));
-        if is_moment(frame, frames, MOMENTS) {
+        if is_sampled(frame, frames, SAMPLES) {
             surfaces.push(bodies().map(|body| body.surface().positions).collect());
             for body in bodies() {
                 squares += cell_errors(body).map(|error| error * error).sum::<f64>();
@@ -69,10 +70,10 @@ pub(super) fn run(
         capped,
         ..Errors::default()
     };
-    Ok(Shown { sample: watch.sample(frames), errors, surfaces })
+    Ok(Measured { sample: timer.sample(frames), errors, surfaces })
 }
 
-/// Runs a point of the fast sums so many times, and does nothing but what a run of the program does.
+/// Times `repeats` runs of a point with fast sums. A run does only what a run of the program does.
 pub(super) fn time(
     physical: &Physical,
     setting: &Setting,
@@ -81,31 +82,31 @@ pub(super) fn time(
 ) -> Result<Vec<Sample>, Halt> {
     let frames = physical.scene().simulation.frames;
     let prepared = physical.prepare(setting)?;
-    let mut watch = Watch::new(&prepared);
+    let mut timer = Timer::new(&prepared);
     let start = prepared.simulation.state();
     let mut motion = Motion::fast(prepared);
     let mut samples = Vec::new();
     for _ in 0..repeats {
         motion.simulation.restore(&start)?;
-        watch.times = [Duration::ZERO; 3];
+        timer.times = [Duration::ZERO; 3];
         for _ in 0..frames {
-            watch.frame(&mut motion)?;
+            timer.frame(&mut motion)?;
             meter.tick()?;
         }
-        samples.push(watch.sample(frames));
+        samples.push(timer.sample(frames));
     }
     Ok(samples)
 }
 
-/// Adds up the times of frames.
-struct Watch {
-    /// One for each body: positions and normals as a frame writer takes them.
+/// Sums the times of frames.
+struct Timer {
+    /// For each body: the display, and buffers for positions and normals in the format of the frame writers.
     buffers: Vec<(Display, [Vec<[f32; 3]>; 2])>,
-    /// Of the steps, the correction and the update.
+    /// Times of the steps, the correction and the update.
     times: [Duration; 3],
 }
 
-impl Watch {
+impl Timer {
     fn new(prepared: &Prepared) -> Self {
         let vertices = |body: &Body| body.mesh().map_or(0, |mesh| mesh.vertices().len());
         let buffer = |body| (Display::new(), [(); 2].map(|()| vec![[0.0; 3]; vertices(body)]));
@@ -113,19 +114,20 @@ impl Watch {
         Self { buffers, times: [Duration::ZERO; 3] }
     }
 
-    /// Steps a frame and shows it.
+    /// Steps one frame and evaluates the surfaces.
     fn frame(&mut self, motion: &mut Motion<'_>) -> Result<(), Halt> {
         self.times[0] += motion.frame()?;
         for (index, (display, [positions, normals])) in self.buffers.iter_mut().enumerate() {
-            let mut shown = display.evaluate(motion.simulation.body(index));
-            shown.surface_into(positions, Some(normals));
-            let times = shown.times();
+            let mut evaluated = display.evaluate(motion.simulation.body(index));
+            evaluated.surface_into(positions, Some(normals));
+            let times = evaluated.times();
             self.times[1] += times.volume;
             self.times[2] += times.embed;
         }
         Ok(())
     }
 
+    /// Returns the mean times per frame.
     fn sample(&self, frames: u32) -> Sample {
         let each = |time: Duration| time.as_secs_f64() * 1e3 / f64::from(frames);
         let [step, correction, update] = self.times.map(each);
@@ -133,8 +135,9 @@ impl Watch {
     }
 }
 
-/// How far surfaces are from others: root mean square and Hausdorff distance, over the diagonals of the bodies at rest.
-pub(super) fn beside(bodies: &[Body], a: &Surfaces, b: &Surfaces) -> (f64, f64) {
+/// Returns the root mean square and the Hausdorff distance of surfaces `a` from surfaces `b`, relative to the
+/// diagonals of the bodies at rest.
+pub(super) fn surface_distance(bodies: &[Body], a: &Surfaces, b: &Surfaces) -> (f64, f64) {
     let (mut squares, mut count, mut hausdorff) = (0.0, 0, 0.0_f64);
     for (a, b) in a.iter().zip(b) {
         for ((a, b), body) in a.iter().zip(b).zip(bodies) {
@@ -150,7 +153,7 @@ pub(super) fn beside(bodies: &[Body], a: &Surfaces, b: &Surfaces) -> (f64, f64) 
     ((squares / count as f64).sqrt(), hausdorff)
 }
 
-/// The relative error of the volume of each cell, as it is shown.
+/// Returns the relative volume error of each cell of the corrected lattice.
 fn cell_errors(body: BodyRef<'_>) -> impl Iterator<Item = f64> {
     let (lattice, positions) = (body.lattice(), body.corrected_positions());
     let rest = lattice.cell_size().powi(3);
@@ -160,12 +163,12 @@ fn cell_errors(body: BodyRef<'_>) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The faces of a cell, seen from outside.
+/// Corners of the faces of a cell, counter-clockwise seen from outside.
 const FACES: [[usize; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
-/// The volume of a trilinear cell: under each of its bilinear faces lies the mean of what lies under its two
-/// triangulations.
+/// Returns the volume of a trilinear cell. The volume under a bilinear face is the mean of the volumes under
+/// its two triangulations.
 fn volume(corners: &[Vector3<f64>; 8]) -> f64 {
     let under = |face: &[usize; 4]| {
         let [a, b, c, d] = face.map(|corner| corners[corner] - corners[0]);
@@ -188,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn affine_cells_have_the_volume_of_the_determinant() {
+    fn the_volume_of_an_affine_cell_is_the_determinant() {
         let map = Matrix3::new(1.0, 0.3, 0.0, -0.2, 2.0, 0.1, 0.4, 0.0, 1.5);
         let cell = corners(|x| map * x + Vector3::repeat(7.0));
         assert!((volume(&cell) - map.determinant()).abs() < 1e-13);
@@ -196,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn all_cells_together_have_the_volume_that_the_core_measures() {
+    fn the_sum_of_cell_volumes_equals_the_volume_of_the_core() {
         let cells: Vec<[i32; 3]> = (0..24).map(|i| [i % 2, i / 2 % 3, i / 6]).collect();
         let lattice = Lattice::from_cells(&cells, 0.5, Point3::origin(), true).unwrap();
         let mut body = Body::from_lattice(lattice).volume(Preservation::Off).build().unwrap();

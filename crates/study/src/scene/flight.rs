@@ -1,38 +1,39 @@
-//! Free flight: the changes of momenta and energy, which should be none.
+//! Free flight: the changes of momenta and energy, which should be zero.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use supple::reference::{Mass, Momenta, Naive, Regions};
 use supple::{Body, Simulation};
 
-use super::motion::{is_moment, visits};
+use super::motion::{is_sampled, visits};
 use super::physical::Physical;
 use super::setting::Dynamics;
 use crate::error::Halt;
 use crate::observer::Meter;
 
-/// How much a body is longer than at rest when it is let go.
+/// Initial length of a body relative to its rest length.
 const STRETCH: f64 = 1.1;
-/// Moments at which the energy is measured.
-const ENERGIES: u32 = 12;
+/// Number of frames at which the energy is measured, besides frame 0.
+const ENERGY_SAMPLES: u32 = 12;
 
-/// The bodies of a scene in free flight, undamped, for as long as the scene: let go a tenth longer than at rest, with a
-/// spin of one turn and a speed of one diagonal in that time.
+/// Conservation errors of the bodies of a scene in undamped free flight over the duration of the scene. The
+/// bodies start stretched by a tenth, with a spin of one turn and a speed of one diagonal per duration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Free {
-    /// Greatest change of the linear momentum, over the sum of mass times speed at the start.
+    /// Maximum change of the linear momentum, relative to the initial sum of mass times speed.
     pub linear_momentum: f64,
-    /// Greatest change of the angular momentum about the center of mass, over that at the start.
+    /// Maximum change of the angular momentum about the center of mass, relative to its initial value.
     pub angular_momentum: f64,
-    /// Greatest energy over that at the start, less 1. `None` where measuring it takes too long.
+    /// Maximum energy relative to the initial energy, minus 1. `None` if the measurement takes too long.
     pub energy_gain: Option<f64>,
-    /// 1 less the least energy over that at the start.
+    /// 1 minus the minimum energy relative to the initial energy.
     pub energy_loss: Option<f64>,
-    /// Time in seconds, kinetic and elastic energy.
+    /// Samples of time in seconds, kinetic energy and elastic energy.
     pub energy: Vec<[f64; 3]>,
 }
 
-/// Lets the bodies of a scene fly. `budget` limits the visits of the naive sums that the energy takes.
+/// Simulates the free flight of the bodies of a scene. The energy is measured if one evaluation of the naive
+/// sums takes at most `budget` visits.
 pub(super) fn fly(
     physical: &Physical,
     dynamics: Dynamics,
@@ -60,10 +61,10 @@ pub(super) fn fly(
             linear = linear.max((now.linear - start.linear).norm() / quantity);
             angular = angular.max((now.angular - start.angular).norm() / start.angular.norm());
         }
-        // Also at the start: what is measured is compared with it.
-        let looked_at = frame == 0 || is_moment(frame, frames, ENERGIES);
+        // The initial energy is the reference.
+        let sampled = frame == 0 || is_sampled(frame, frames, ENERGY_SAMPLES);
         let mut left = u64::from(dynamics.substeps);
-        if looked_at && measured {
+        if sampled && measured {
             let before: Vec<_> =
                 simulation.bodies().iter().map(|body| (body.positions(), body.velocities())).collect();
             let (time, dt) = (simulation.time(), simulation.dt());
@@ -90,7 +91,8 @@ pub(super) fn fly(
     })
 }
 
-/// Stretches a body along its longest axis, and sets it flying and spinning about an oblique axis.
+/// Stretches a body along its longest axis and sets the velocities of a translation and a spin about an
+/// oblique axis.
 fn launch(body: &mut Body, time: f64) -> Result<(), supple::Error> {
     let positions = body.positions();
     let center = momenta(body).center;
@@ -116,6 +118,7 @@ fn launch(body: &mut Body, time: f64) -> Result<(), supple::Error> {
     Ok(())
 }
 
+/// Returns the momenta of a body.
 fn momenta(body: &Body) -> Momenta {
     let (masses, positions, velocities) = (body.masses(), body.positions(), body.velocities());
     let points = masses.iter().zip(&positions).zip(&velocities);
@@ -127,11 +130,12 @@ fn momenta(body: &Body) -> Momenta {
 }
 
 /// Positions and velocities of a body.
-type Moment = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
+type State = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
-/// Kinetic and elastic energy of all bodies at the positions before a step. The kinetic energy is that of the velocities
-/// before and after it, multiplied: with it the sum is exactly kept by an oscillator under these steps.
-fn energies(simulation: &Simulation, before: &[Moment], dt: f64) -> [f64; 2] {
+/// Returns the kinetic and elastic energy of all bodies at the positions before a step. The kinetic energy is
+/// the product of the velocities before and after the step times m/2: with it, these steps conserve the
+/// energy of a harmonic oscillator exactly.
+fn energies(simulation: &Simulation, before: &[State], dt: f64) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (body, (positions, velocities)) in simulation.bodies().iter().zip(before) {
         let masses = body.masses();

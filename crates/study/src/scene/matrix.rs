@@ -1,30 +1,30 @@
 //! The points of a study.
 //!
-//! Not the full product: every method on every lattice, and around the scene as it is, one at a time, the steps, the
-//! half-width and the sums.
+//! The points are not the full product of the axes: all methods are combined with the lattices; steps,
+//! half-width and sums each vary alone around the unchanged scene.
 
 use supple::reference::Regions;
 
 use super::physical::Physical;
 use super::setting::{Axis, Dynamics, Method, Setting, Sums};
 
-/// The points of a study, in the order in which they are run.
+/// The points of a study in the order in which they are run.
 #[derive(Clone, Debug)]
 pub(super) struct Matrix {
     pub(super) points: Vec<(Axis, Setting)>,
-    /// The finest lattice, whose surface the others are compared with.
+    /// Setting with the finest lattice, whose surface is the reference.
     pub(super) finest: Setting,
 }
 
-/// Which values the axes take. Of values that come to the same half-widths the first is kept: those come first that are
-/// right with every half-width.
+/// Values of the axes. Of values that give the same half-widths, only the first is used; values that are
+/// exact for every half-width come first.
 struct Axes {
     refinements: &'static [f64],
     substeps: &'static [f64],
     region_factors: &'static [f64],
-    /// The refinements at which the sums are compared.
+    /// Refinements at which the sums are compared.
     sums: &'static [f64],
-    /// The greatest refinement at which methods other than the scene's are run.
+    /// Maximum refinement for methods other than the scene's.
     all_methods: f64,
 }
 
@@ -45,7 +45,8 @@ const QUICK: Axes = Axes {
 };
 
 impl Matrix {
-    /// The points around a scene that keeps its volume by `method`, one of `methods`, those that its bodies can have.
+    /// Creates the points around a scene that uses `method`. `methods` are the methods that its bodies
+    /// support.
     pub(super) fn new(physical: &Physical, method: Method, methods: &[Method], quick: bool) -> Self {
         let axes = if quick { QUICK } else { FULL };
         let base =
@@ -95,7 +96,7 @@ impl Matrix {
     }
 }
 
-/// Values in ascending order; of those that come to the same half-widths the first.
+/// Returns the values in ascending order; of values that give the same half-widths, only the first.
 fn distinct(values: &[f64], widths: impl Fn(f64) -> Vec<usize>) -> Vec<f64> {
     let mut kept: Vec<f64> = Vec::new();
     for &value in values {
@@ -112,7 +113,8 @@ mod tests {
     use super::*;
     use crate::scene::tests as block;
 
-    /// The refinements and reaches of the points of a scene, ascending, and the name of each point.
+    /// Returns the refinements and region factors of the points of a scene, ascending, and the names of the
+    /// points.
     fn axes(half_widths: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<String>) {
         let (_folder, physical) = block::physical(1, half_widths);
         let matrix = Matrix::new(&physical, Method::off(), &[Method::off()], false);
@@ -128,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn no_lattice_is_measured_twice() {
+    fn lattices_are_distinct() {
         let (refinements, region_factors, names) = axes(&[1]);
         assert_eq!((refinements, region_factors), (vec![1.0, 2.0, 3.0], vec![1.0, 2.0]));
         assert_eq!(names[0], "off, 1.00 x the cells, 2 steps");
@@ -139,8 +141,8 @@ mod tests {
     }
 
     #[test]
-    fn names_say_what_lattices_come_to() {
-        // A half of 3 cells is 2, a half of 1 is 1.
+    fn point_names_are_unique_and_contain_the_effective_refinement() {
+        // Half of 3 cells rounds to 2, half of 1 to 1.
         let (_, _, names) = axes(&[3]);
         assert!(names.contains(&"off, 0.67 x the cells, 2 steps".to_owned()), "{names:?}");
         for half_widths in [&[1, 3, 1][..], &[1, 2, 3, 4]] {

@@ -1,10 +1,12 @@
 //! The study of a scene: error against run time.
 //!
 //! ```text
-//! Scene -> physical (materials in lengths and seconds) -> matrix of settings -> points -> report, table, plot
+//! Scene -> physical (materials in lengths and seconds) -> matrix of settings -> points -> report, table,
+//! plot
 //!
-//! points: one setting -> display      run times, volumes, and the surface beside the finest (surface)
-//!                     -> motion_errors goals, path and free flight (flight), beside the naive sums (naive, motion)
+//! points: one setting -> display       run times, volumes, distance from the finest surface (surface)
+//!                     -> motion_errors goals and path against the naive sums (naive, motion), free flight
+//!                     (flight)
 //! ```
 
 mod display;
@@ -47,15 +49,15 @@ pub use setting::Axis;
 /// A study of a scene.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// What is studied.
+    /// Scene to study.
     pub scene: Scene,
-    /// What it is called.
+    /// Name of the scene in the report.
     pub name: String,
-    /// Where `study.csv`, `study.json` and `study.svg` go; made if it is not there.
+    /// Output folder of `study.csv`, `study.json` and `study.svg`; created if it does not exist.
     pub directory: PathBuf,
-    /// A few points, fewer runs of each.
+    /// Whether to measure fewer points, each with fewer runs.
     pub quick: bool,
-    /// Whether to go on where an earlier study ended.
+    /// Whether to continue an earlier study.
     pub resume: bool,
 }
 
@@ -64,7 +66,7 @@ impl Study {
     ///
     /// # Errors
     ///
-    /// A scene that cannot be run, a study that cannot be resumed, a folder that cannot be written.
+    /// The scene cannot be run, the study cannot be resumed, or the folder cannot be written.
     pub fn run(&self, observer: &mut dyn Observer) -> Result<(Report, Outcome), StudyError> {
         if self.scene.simulation.frames == 0 {
             return Err(StudyError::NoFrames);
@@ -97,21 +99,21 @@ impl Study {
         let outcome = match points.run(&mut report, &self.directory, observer) {
             Ok(()) => Outcome::Finished,
             Err(Halt::Stopped) => Outcome::Stopped,
-            Err(Halt::Failed(error)) => return Err(error.later(Report::path(&self.directory))),
+            Err(Halt::Failed(error)) => return Err(error.after_writing(Report::path(&self.directory))),
         };
         report.complete = outcome == Outcome::Finished;
         self.write(&report)?;
         Ok((report, outcome))
     }
 
-    /// Writes all files.
+    /// Writes all output files.
     fn write(&self, report: &Report) -> Result<(), StudyError> {
         report.save(&self.directory)?;
         write_csv(&self.directory.join("study.csv"), &report.records())?;
         plot::write(report, &self.directory.join("study.svg"))
     }
 
-    /// What an earlier study must share with this one.
+    /// Returns the text that must be equal for a study to be resumed: scene and options.
     fn fingerprint(&self) -> Result<String, StudyError> {
         let text = fingerprint(&self.scene)?;
         let (frames, threads) = (self.scene.simulation.frames, self.scene.simulation.threads);
@@ -119,7 +121,7 @@ impl Study {
         Ok(options + &text)
     }
 
-    /// The study to go on with.
+    /// Reads the earlier study to resume, if there is one.
     fn earlier(&self, fingerprint: &str, threads: usize) -> Result<Option<Report>, StudyError> {
         if !self.resume {
             return Ok(None);
@@ -128,7 +130,7 @@ impl Study {
         let machine = Machine::here(threads);
         let other_machine = || {
             (report.machine != machine)
-                .then(|| format!("it was measured on {}, this is {}", report.machine.line(), machine.line()))
+                .then(|| format!("it was measured on {}, not on {}", report.machine.line(), machine.line()))
         };
         match difference(&report.fingerprint, fingerprint).or_else(other_machine) {
             Some(what) => Err(StudyError::Resume { path: Report::path(&self.directory), what }),
@@ -137,7 +139,7 @@ impl Study {
     }
 }
 
-/// The methods that all bodies can have.
+/// Returns the methods that all bodies support.
 fn usable(bodies: &[Body]) -> Vec<Method> {
     let closed = bodies.iter().all(|body| body.alone().volume_report().by(VolumeMeasure::Mesh).is_some());
     let needs_mesh = |method: &Method| method.measure == Preservation::By(VolumeMeasure::Mesh);

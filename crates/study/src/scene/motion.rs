@@ -1,4 +1,4 @@
-//! A point of the study in motion, by the core or by the naive sums.
+//! The motion of a point of the study, computed by the core or by the naive sums.
 
 use std::time::{Duration, Instant};
 
@@ -10,29 +10,29 @@ use supple_io::scene::Scene;
 use super::naive::NaiveBody;
 use super::setting::Sums;
 
-/// A point in motion.
+/// The motion of a point.
 pub(super) struct Motion<'a> {
-    /// What is looked at. Beside the naive sums it makes the same frames, so that it knows what is held and what is
-    /// pushed, and is then put where these are.
+    /// The evaluated simulation. With naive sums it steps the same frames to update constraints and contacts,
+    /// and then receives the positions and velocities of the naive bodies.
     pub(super) simulation: Simulation,
     substeps: u64,
-    /// One for each body; none where the core steps.
+    /// One naive body per body; empty if the core computes the motion.
     naive: Vec<NaiveBody<'a>>,
 }
 
 impl<'a> Motion<'a> {
-    /// A point in motion by the core, from time 0.
+    /// Starts a motion computed by the core.
     pub(super) fn fast(prepared: Prepared) -> Self {
         let Prepared { simulation, substeps, .. } = prepared;
         Self { simulation, substeps: substeps.into(), naive: Vec::new() }
     }
 
-    /// The same by the sums that are asked for. `model` is the point once more: the naive sums look their lattices up
-    /// in it.
+    /// Starts a motion computed by `sums`. `model` is the same point prepared again; the naive bodies borrow
+    /// its lattices.
     ///
     /// # Errors
     ///
-    /// Pins, handles or colliders that cannot be.
+    /// Invalid pins, handles or colliders.
     pub(super) fn new(
         prepared: Prepared,
         model: &'a Prepared,
@@ -49,11 +49,11 @@ impl<'a> Motion<'a> {
         Ok(motion)
     }
 
-    /// Steps a frame; says how long the steps took.
+    /// Steps one frame and returns the time of the steps.
     ///
     /// # Errors
     ///
-    /// Positions that are no longer finite.
+    /// The positions are not finite.
     pub(super) fn frame(&mut self) -> Result<Duration, Error> {
         let start = Instant::now();
         if self.naive.is_empty() {
@@ -73,7 +73,7 @@ impl<'a> Motion<'a> {
         Ok(elapsed)
     }
 
-    /// Where the vertices of a body are.
+    /// Returns the positions of the lattice vertices of a body.
     pub(super) fn positions(&self, body: usize) -> Vec<Vector3<f64>> {
         match self.naive.get(body) {
             Some(naive) => naive.positions.clone(),
@@ -81,7 +81,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// The goal positions that its sums give where it is now.
+    /// Returns the goal positions at the current positions.
     pub(super) fn goals(&self, body: usize) -> Vec<Vector3<f64>> {
         match self.naive.get(body) {
             Some(naive) => naive.goals(),
@@ -90,16 +90,17 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Visits of a vertex by a region in one evaluation of the naive sums.
+/// Returns an upper bound of the visits (pairs of a region and a vertex in it) in one evaluation of the naive
+/// sums.
 pub(super) fn visits(simulation: &Simulation) -> f64 {
     let of_body = |body: &Body| body.lattice().len() as f64 * (2.0 * body.half_width() as f64 + 1.0).powi(3);
     simulation.bodies().iter().map(of_body).sum()
 }
 
-/// Whether a frame, from 1 on, is one of so many moments, spread evenly over all frames, the last among them. Of fewer
-/// frames than moments each is one.
-pub(super) fn is_moment(frame: u32, frames: u32, moments: u32) -> bool {
-    let before = |frame: u32| u64::from(frame) * u64::from(moments) / u64::from(frames);
+/// Returns whether a frame (counted from 1) is one of `count` sampled frames, which are evenly distributed
+/// over all frames and include the last. If there are fewer frames than samples, every frame is sampled.
+pub(super) fn is_sampled(frame: u32, frames: u32, count: u32) -> bool {
+    let before = |frame: u32| u64::from(frame) * u64::from(count) / u64::from(frames);
     before(frame) != before(frame - 1)
 }
 
@@ -108,13 +109,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn moments_are_spread_evenly() {
-        let of = |frames, moments| -> Vec<u32> {
-            (1..=frames).filter(|&frame| is_moment(frame, frames, moments)).collect()
+    fn sampled_frames_are_evenly_distributed() {
+        let of = |frames, count| -> Vec<u32> {
+            (1..=frames).filter(|&frame| is_sampled(frame, frames, count)).collect()
         };
         assert_eq!(of(12, 4), [3, 6, 9, 12]);
         assert_eq!(of(10, 4), [3, 5, 8, 10]);
         assert_eq!(of(3, 12), [1, 2, 3]);
-        assert!(is_moment(u32::MAX, u32::MAX, 12) && !is_moment(1, u32::MAX, 12));
+        assert!(is_sampled(u32::MAX, u32::MAX, 12) && !is_sampled(1, u32::MAX, 12));
     }
 }

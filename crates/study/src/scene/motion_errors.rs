@@ -1,31 +1,31 @@
-//! The errors of the motion, which points that differ in the correction alone share.
+//! Errors of the motion. Points that differ only in the volume correction share them.
 
 use nalgebra::Vector3;
 use supple::reference::{Naive, Regions};
 
 use super::flight::{self, Free};
-use super::motion::{Motion, is_moment, visits};
+use super::motion::{Motion, is_sampled, visits};
 use super::physical::Physical;
 use super::point::{Distances, Path};
 use super::setting::{Dynamics, Method, Setting, Sums};
 use crate::error::Halt;
 use crate::observer::Meter;
 
-/// How much work the naive sums may take, in visits of a vertex by a region.
+/// Limits of the work of the naive sums, in visits (pairs of a region and a vertex in it).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
-    /// For the path of a body through a motion.
+    /// Limit for the paths of all bodies through the motion.
     pub(super) path: f64,
-    /// For the goal positions at one moment.
+    /// Limit for the goal positions at one frame.
     pub(super) goals: f64,
 }
 
-/// A path is not worth comparing with over less than this share of the frames.
+/// Minimum fraction of the frames for which a path is compared.
 const LEAST_SHARE: f64 = 0.25;
-/// Moments at which goal positions are compared.
-const GOALS: u32 = 4;
+/// Number of frames at which goal positions are compared.
+const GOAL_SAMPLES: u32 = 4;
 
-/// The errors of the motion.
+/// Errors of a motion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Errors {
     pub(super) goals: Option<Distances>,
@@ -33,32 +33,32 @@ pub(super) struct Errors {
     pub(super) free: Option<Free>,
 }
 
-/// For each body, its vertices.
-type Moment = Vec<Vec<Vector3<f64>>>;
-/// Where the naive sums, over staircase regions, take the bodies: for each frame from 1 on.
-type NaivePath = Vec<Moment>;
+/// Vertex positions of each body.
+type Positions = Vec<Vec<Vector3<f64>>>;
+/// Positions by the naive sums over staircase regions, for each frame from 1 on.
+type NaivePath = Vec<Positions>;
 
-/// Works out the errors of motions; keeps the paths of the naive sums.
+/// Computes the errors of motions and caches the paths of the naive sums.
 #[derive(Debug)]
-pub(super) struct Judge {
+pub(super) struct ErrorEvaluator {
     budget: Budget,
     paths: Vec<(Dynamics, NaivePath)>,
 }
 
-impl Judge {
+impl ErrorEvaluator {
     pub(super) fn new(budget: Budget) -> Self {
         Self { budget, paths: Vec::new() }
     }
 
-    /// The frames through which the naive sums can be followed; 0 if these are too few.
+    /// Returns the number of frames for which the budget allows naive sums; 0 if it is below [`LEAST_SHARE`].
     pub(super) fn frames(&self, physical: &Physical, visits: f64, substeps: u32) -> u32 {
         let frames = physical.scene().simulation.frames;
         let affordable = self.budget.path / (visits * f64::from(substeps));
-        let followed = affordable.min(f64::from(frames)).floor();
-        if followed < LEAST_SHARE * f64::from(frames) { 0 } else { followed as u32 }
+        let compared = affordable.min(f64::from(frames)).floor();
+        if compared < LEAST_SHARE * f64::from(frames) { 0 } else { compared as u32 }
     }
 
-    /// The errors of a motion.
+    /// Computes the errors of a motion.
     pub(super) fn errors(
         &mut self,
         physical: &Physical,
@@ -68,17 +68,17 @@ impl Judge {
         let setting = Setting { dynamics, method: Method::off() };
         let model = physical.prepare(&setting)?;
         let visits = visits(&model.simulation);
-        let followed = self.frames(physical, visits, dynamics.substeps);
+        let compared = self.frames(physical, visits, dynamics.substeps);
         let frames = physical.scene().simulation.frames;
-        // The naive sums are followed no farther than they are compared.
-        let last = if dynamics.sums == Sums::Fast { frames } else { followed };
+        // A naive motion stops at the last compared frame.
+        let last = if dynamics.sums == Sums::Fast { frames } else { compared };
         if last == 0 {
             return Ok(Errors::default());
         }
         let budget = self.budget;
-        let path = self.path(physical, dynamics, followed, meter)?;
+        let path = self.path(physical, dynamics, compared, meter)?;
         let mut motion = Motion::new(physical.prepare(&setting)?, &model, physical.scene(), dynamics.sums)?;
-        let (mut goals, mut beside) = (DistanceSums::default(), DistanceSums::default());
+        let (mut goals, mut path_sums) = (DistanceSums::default(), DistanceSums::default());
         for frame in 1..=last {
             motion.frame()?;
             meter.tick()?;
@@ -86,16 +86,16 @@ impl Judge {
             for (body, model) in model.simulation.bodies().iter().enumerate() {
                 let cell_size = model.lattice().cell_size();
                 if let Some(at) = path.get(frame as usize - 1) {
-                    beside.add(&positions(body), &at[body], cell_size);
+                    path_sums.add(&positions(body), &at[body], cell_size);
                 }
-                if is_moment(frame, frames, GOALS) && visits <= budget.goals {
+                if is_sampled(frame, frames, GOAL_SAMPLES) && visits <= budget.goals {
                     let naive = Naive::new(model.lattice(), model.half_width(), Regions::Staircase);
                     let motions = naive.motions(&positions(body));
                     goals.add(&motion.goals(body), &naive.goals(&motions), cell_size);
                 }
             }
         }
-        let path = beside.distances().map(|distances| Path { frames: followed, distances });
+        let path = path_sums.distances().map(|distances| Path { frames: compared, distances });
         let free = match dynamics.sums {
             Sums::Fast => Some(flight::fly(physical, dynamics, budget.goals, meter)?),
             Sums::Naive(_) => None,
@@ -103,22 +103,22 @@ impl Judge {
         Ok(Errors { goals: goals.distances(), path, free })
     }
 
-    /// The path of the naive sums beside a motion, through `frames` frames. Without any nothing is built: the lists of the
-    /// regions alone can be larger than the memory.
+    /// Returns the path of the naive sums through `frames` frames, cached if possible. For 0 frames nothing
+    /// is built, because the lists of the regions can exceed the memory.
     fn path(
         &mut self,
         physical: &Physical,
         dynamics: Dynamics,
         frames: u32,
         meter: &mut Meter<'_>,
-    ) -> Result<&[Moment], Halt> {
+    ) -> Result<&[Positions], Halt> {
         if frames == 0 {
             return Ok(&[]);
         }
         let dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..dynamics };
-        let known =
+        let cached =
             self.paths.iter().position(|(other, path)| *other == dynamics && path.len() == frames as usize);
-        let at = match known {
+        let at = match cached {
             Some(at) => at,
             None => {
                 let setting = Setting { dynamics, method: Method::off() };
@@ -141,7 +141,7 @@ impl Judge {
     }
 }
 
-/// Distances being gathered.
+/// Accumulates distances.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DistanceSums {
     squares: f64,
@@ -152,7 +152,7 @@ pub(super) struct DistanceSums {
 }
 
 impl DistanceSums {
-    /// Adds those of a body with cells of this edge.
+    /// Adds the distances of corresponding points of a body with cells of edge `cell_size`.
     pub(super) fn add(&mut self, a: &[Vector3<f64>], b: &[Vector3<f64>], cell_size: f64) {
         for (a, b) in a.iter().zip(b) {
             let square = (a - b).norm_squared();
@@ -164,7 +164,7 @@ impl DistanceSums {
         self.count += a.len();
     }
 
-    /// What they come to; `None` of nothing.
+    /// Returns the statistics, or `None` if no distances were added.
     pub(super) fn distances(&self) -> Option<Distances> {
         let mean = |squares: f64| (squares / self.count as f64).sqrt();
         (self.count > 0).then(|| Distances {
@@ -182,12 +182,12 @@ mod tests {
     use crate::scene::tests as block;
 
     #[test]
-    fn naive_sums_that_take_too_long_are_not_even_built() {
+    fn naive_sums_over_budget_are_not_built() {
         let (_folder, physical) = block::physical(4, &[1]);
         let errors = |path, dynamics| {
-            let mut judge = Judge::new(Budget { path, goals: f64::INFINITY });
-            let errors = judge.errors(&physical, dynamics, &mut Meter::new(&mut (), 1.0)).unwrap();
-            (errors, judge.paths.len())
+            let mut evaluator = ErrorEvaluator::new(Budget { path, goals: f64::INFINITY });
+            let errors = evaluator.errors(&physical, dynamics, &mut Meter::new(&mut (), 1.0)).unwrap();
+            (errors, evaluator.paths.len())
         };
         let (none, built) = errors(0.0, block::FAST);
         assert_eq!((none.path, built), (None, 0));

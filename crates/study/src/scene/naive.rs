@@ -1,6 +1,6 @@
 //! A body stepped by the naive method: positions and velocities in f64, explicit sums over each region.
 //!
-//! Pins, handles and contacts are the core's own stages, and act on both alike.
+//! Pins, handles and contacts use the stages of the core.
 
 use nalgebra::{Point3, Vector3};
 use supple::internals::{
@@ -13,13 +13,13 @@ use supple_io::scene::{BodyData, Scene};
 /// A body stepped by the naive method.
 pub(super) struct NaiveBody<'a> {
     naive: Naive<'a>,
-    /// The component of the lattice that each vertex belongs to.
+    /// Connected components of the lattice.
     components: &'a supple::Components,
-    /// Those of the step before: damping takes the rotations from them, as the core does.
+    /// Region motions of the previous step. Damping uses their rotations, as the core does.
     motions: Vec<RegionMotion>,
-    /// In scene units.
+    /// Positions, in scene units.
     pub(super) positions: Vec<Vector3<f64>>,
-    /// In scene units per second.
+    /// Velocities, in scene units per second.
     pub(super) velocities: Vec<Vector3<f64>>,
     /// alpha/dt, in 1/s.
     stiffness_rate: f64,
@@ -31,11 +31,11 @@ pub(super) struct NaiveBody<'a> {
 }
 
 impl<'a> NaiveBody<'a> {
-    /// A body as it is now, at time 0, in a scene whose steps take `dt` seconds.
+    /// Creates a naive body from the state of a body at time 0, for steps of `dt` seconds.
     ///
     /// # Errors
     ///
-    /// Colliders, pins or handles that cannot be; the core would have refused the same.
+    /// Invalid colliders, pins or handles; the core refuses the same ones.
     pub(super) fn new(
         body: &'a Body,
         data: &BodyData,
@@ -61,12 +61,12 @@ impl<'a> NaiveBody<'a> {
         })
     }
 
-    /// The goal positions that its sums give where it is now.
+    /// Returns the goal positions at the current positions.
     pub(super) fn goals(&self) -> Vec<Vector3<f64>> {
         self.naive.goals(&self.naive.motions(&self.positions))
     }
 
-    /// One step, stage for stage as the core's.
+    /// Makes one step, with the stages of the core in the same order.
     pub(super) fn step(&mut self) {
         let interval = Interval::of_step(self.steps, self.dt);
         if let Some(stages) = &mut self.stages {
@@ -77,14 +77,14 @@ impl<'a> NaiveBody<'a> {
             self.velocities = self.naive.damped_velocities(&self.motions, &self.velocities, self.damping);
         }
         if let Some(stages) = &mut self.stages {
-            stages.before(&self.velocities);
+            stages.begin_contacts(&self.velocities);
         }
         self.motions = self.naive.motions(&self.positions);
         let goals = self.naive.goals(&self.motions);
         for ((x, v), goal) in self.positions.iter().zip(&mut self.velocities).zip(&goals) {
             *v += (goal - x) * self.stiffness_rate + self.gravity * self.dt;
         }
-        self.keep(&before);
+        self.restore_momenta(&before);
         for (x, v) in self.positions.iter_mut().zip(&self.velocities) {
             *x += v * self.dt;
         }
@@ -94,7 +94,7 @@ impl<'a> NaiveBody<'a> {
         self.steps += 1;
     }
 
-    /// The vertices of a component of the lattice.
+    /// Returns the point masses of a component of the lattice.
     fn masses(&self, component: usize) -> impl Iterator<Item = Mass> + Clone {
         let of_vertex = self.components.of_vertex.iter().enumerate();
         of_vertex.filter(move |(_, of)| **of as usize == component).map(|(v, _)| Mass {
@@ -104,11 +104,12 @@ impl<'a> NaiveBody<'a> {
         })
     }
 
-    /// The momenta of each component of which nothing is held.
+    /// Returns the momenta of each component; `None` for components with constrained vertices.
     fn momenta(&self) -> Vec<Option<Momenta>> {
         let mut held = vec![false; self.components.count];
         for (vertex, &component) in self.components.of_vertex.iter().enumerate() {
-            held[component as usize] |= self.stages.as_ref().is_some_and(|stages| stages.holds(vertex));
+            held[component as usize] |=
+                self.stages.as_ref().is_some_and(|stages| stages.is_constrained(vertex));
         }
         (0..)
             .zip(held)
@@ -116,14 +117,16 @@ impl<'a> NaiveBody<'a> {
             .collect()
     }
 
-    /// Gives the momenta back that a step before contacts must not change but by gravity. Without the core's books of them,
-    /// the damping of a deformed body, whose lever arms are those of the rest shape, would slow its spin.
-    fn keep(&mut self, before: &[Option<Momenta>]) {
+    /// Restores the momenta, which before contacts only gravity may change. The damping of a deformed body
+    /// uses the lever arms of the rest shape, so without this correction (the core's momentum tracker) it
+    /// would slow the spin.
+    fn restore_momenta(&mut self, before: &[Option<Momenta>]) {
         for (component, before) in before.iter().enumerate() {
             let Some(before) = before else { continue };
-            let aim = Momenta { linear: before.linear + self.gravity * (self.dt * before.mass), ..*before };
+            let target =
+                Momenta { linear: before.linear + self.gravity * (self.dt * before.mass), ..*before };
             let now = Momenta::of(self.masses(component));
-            let (velocity, spin) = now.missing(&aim, self.masses(component));
+            let (velocity, spin) = now.missing(&target, self.masses(component));
             for (vertex, v) in self.velocities.iter_mut().enumerate() {
                 if self.components.of_vertex[vertex] as usize == component {
                     *v += velocity + spin.cross(&(self.positions[vertex] - now.center));
@@ -133,7 +136,7 @@ impl<'a> NaiveBody<'a> {
     }
 }
 
-/// Slots in a block of [`Lanes`].
+/// Number of slots in a block of [`Lanes`].
 const SLOTS: usize = 8;
 
 /// Pins, handles and contacts of the core.
@@ -144,7 +147,7 @@ struct Stages {
     state: SingleState,
 }
 
-/// The state as the core's stages take it: f32 with a compensation, 48 bits of the positions.
+/// The state in the format of the core's stages: f32 with compensation, which gives positions of 48 bits.
 struct SingleState {
     frame: BodyFrame,
     positions: Lanes<3>,
@@ -166,15 +169,15 @@ impl SingleState {
         }
     }
 
-    fn view(&mut self) -> BodyState<'_> {
+    fn body_state(&mut self) -> BodyState<'_> {
         let Self { frame, positions, compensation, velocities } = self;
         BodyState { positions, compensation: Some(compensation), velocities, frame: *frame }
     }
 
-    /// Copies positions and velocities in; returns the state.
+    /// Sets positions and velocities and returns the state.
     fn set(&mut self, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> BodyState<'_> {
         let frame = self.frame;
-        let mut state = self.view();
+        let mut state = self.body_state();
         for (slot, (&x, v)) in (0..).zip(positions.iter().zip(velocities)) {
             state.set_position(slot, frame.to_local(&x.into()));
             state.set_velocity(slot, v / frame.cell_size);
@@ -184,7 +187,7 @@ impl SingleState {
 }
 
 impl Stages {
-    /// `None` if nothing holds the body and nothing can touch it.
+    /// Creates the stages; `None` if there are no constraints and no colliders.
     fn new(body: &Body, data: &BodyData, scene: &Scene) -> Result<Option<Self>, Error> {
         let lattice = body.lattice();
         let mut constraints = Vec::new();
@@ -215,17 +218,18 @@ impl Stages {
         }))
     }
 
+    /// Begins the constraints of a step.
     fn begin(&mut self, interval: Interval, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) {
         self.constraints.begin(interval, &self.state.set(positions, velocities), &self.slots);
     }
 
-    /// Whether a pin or a handle holds a vertex in the step that was begun last.
-    fn holds(&self, vertex: usize) -> bool {
+    /// Returns whether a vertex is constrained in the current step.
+    fn is_constrained(&self, vertex: usize) -> bool {
         self.constraints.held()[vertex]
     }
 
-    /// Contacts note the velocities before the step.
-    fn before(&mut self, velocities: &[Vector3<f64>]) {
+    /// Stores the velocities before the step for the contacts.
+    fn begin_contacts(&mut self, velocities: &[Vector3<f64>]) {
         let Some((contacts, _)) = &mut self.contacts else { return };
         for (slot, v) in (0..).zip(velocities) {
             self.state.velocities.set(slot, (v / self.state.frame.cell_size).map(|v| v as f32).into());
@@ -233,7 +237,8 @@ impl Stages {
         contacts.begin(&self.state.velocities);
     }
 
-    /// Contacts, pins and handles act; vertices that they leave alone keep their bits.
+    /// Applies contacts, pins and handles. Only the vertices that they act on are converted from f32 and
+    /// change.
     fn end(
         &mut self,
         interval: Interval,

@@ -1,4 +1,4 @@
-//! A scene in physical terms, so that lattice and steps can change and the material stays.
+//! A scene with materials in physical units, which do not change with the lattice and the steps.
 
 use supple::{
     Body, Material, Preservation, RegionDamping, RegionSize, Resolution, Stiffness, VolumeMeasure,
@@ -9,20 +9,20 @@ use supple_io::scene::{Scene, Substeps};
 
 use super::setting::{Dynamics, Method, Setting, Sums};
 
-/// A scene whose materials are given by lengths and seconds.
+/// A scene whose materials are given in lengths and seconds.
 #[derive(Clone, Debug)]
 pub(super) struct Physical {
     scene: Scene,
-    /// Half-width and cell size of each body as the scene has them.
+    /// Half-width, cell size and lattice vertices of each body in the original scene.
     grids: Vec<Grid>,
-    /// Steps a frame as the scene has them.
+    /// Steps per frame in the original scene.
     pub(super) substeps: u32,
 }
 
 /// The regions and the lattice of a body.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
-    /// In cells.
+    /// Half-width in cells.
     half_width: usize,
     cell_size: f64,
     vertices: usize,
@@ -34,23 +34,24 @@ impl Grid {
         Self { half_width: body.half_width(), cell_size: lattice.cell_size(), vertices: lattice.len() }
     }
 
-    /// The half-width of the same radius on a lattice with `refinement` times the cells per length.
+    /// Returns the half-width that gives the same radius on a lattice with `refinement` times the cells per
+    /// length.
     fn refined(self, refinement: f64) -> usize {
         ((self.half_width as f64 * refinement).round() as usize).max(1)
     }
 
-    /// What a refinement comes to.
-    fn finer(self, refinement: f64) -> f64 {
+    /// Returns the effective refinement, for which the radius is a whole number of cells.
+    fn effective_refinement(self, refinement: f64) -> f64 {
         self.refined(refinement) as f64 / self.half_width as f64
     }
 }
 
 impl Physical {
-    /// Builds a scene once, to learn what its resolution and steps come to.
+    /// Builds a scene to determine its cell sizes and steps, and converts its materials.
     ///
     /// # Errors
     ///
-    /// A scene that cannot be built.
+    /// The scene cannot be built.
     pub(super) fn new(mut scene: Scene) -> Result<Self, RunError> {
         let Prepared { simulation, substeps, .. } = prepare(&scene)?;
         let dt = simulation.dt();
@@ -60,14 +61,14 @@ impl Physical {
         Ok(Self { scene, grids: simulation.bodies().iter().map(Grid::of).collect(), substeps })
     }
 
-    /// The half-widths of all bodies at a refinement, in cells.
+    /// Returns the half-widths of all bodies, in cells.
     pub(super) fn half_widths(&self, refinement: f64, region_factor: f64) -> Vec<usize> {
         let width = |grid: &Grid| (grid.refined(refinement) as f64 * region_factor).round() as usize;
         self.grids.iter().map(|grid| width(grid).max(1)).collect()
     }
 
-    /// The name of a point, one of a kind in a study: with the refinement that its half-widths come to. Bodies of which these
-    /// differ are named one after another, those of one half-width once.
+    /// Returns the name of a point, unique in a study. It contains the effective refinement, once per
+    /// distinct original half-width, or once if all are equal.
     pub(super) fn name(&self, setting: &Setting) -> String {
         let Dynamics { refinement, region_factor, substeps, sums } = setting.dynamics;
         let mut grids: Vec<Grid> = Vec::new();
@@ -76,8 +77,8 @@ impl Physical {
                 grids.push(*grid);
             }
         }
-        let finer = |grid: &Grid| format!("{:.2}", grid.finer(refinement));
-        let mut cells: Vec<String> = grids.iter().map(finer).collect();
+        let effective_refinement = |grid: &Grid| format!("{:.2}", grid.effective_refinement(refinement));
+        let mut cells: Vec<String> = grids.iter().map(effective_refinement).collect();
         if cells.iter().all(|other| *other == cells[0]) {
             cells.truncate(1);
         }
@@ -92,12 +93,13 @@ impl Physical {
         name
     }
 
-    /// How the scene itself keeps the volume of its first body; by the cells, where not all bodies can do the same.
+    /// Returns the scene's volume preservation of its first body, by `cells` if not all bodies support its
+    /// measure.
     pub(super) fn method(&self, body: &Body, usable: &[Method]) -> Method {
         let VolumeOptions { measure, scope, .. } = self.scene.bodies[0].volume;
         let measure = match measure {
             Preservation::Off => return Method::off(),
-            // What `auto` has become.
+            // The measure that `auto` resolves to.
             Preservation::Auto => Preservation::By(body.alone().volume_report().measure),
             measure => measure,
         };
@@ -106,21 +108,22 @@ impl Physical {
         if usable.contains(&method) { method } else { cells }
     }
 
-    /// The scene as it is described, in physical terms.
+    /// Returns the scene with physical materials.
     pub(super) fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// About how many lattice vertices a motion has, and how many visits of these by regions the naive sums take.
+    /// Estimates the number of lattice vertices and of visits in one evaluation of the naive sums.
     pub(super) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
         let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
         self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
-            let own = grid.vertices as f64 * grid.finer(dynamics.refinement).powi(3);
+            let own = grid.vertices as f64 * grid.effective_refinement(dynamics.refinement).powi(3);
             (vertices + own, visits + own * (2.0 * width as f64 + 1.0).powi(3))
         })
     }
 
-    /// Whether steps of `dt` seconds are longer than a sixth of a body's period, so that it is softer than asked.
+    /// Returns whether steps of `dt` seconds exceed a sixth of a body's period, so that the body is softer
+    /// than specified.
     pub(super) fn softened(&self, dt: f64) -> bool {
         let too_fast = |stiffness| match stiffness {
             Stiffness::Frequency(frequency) => frequency * dt > (1.0 + 1e-9) / 6.0,
@@ -129,11 +132,11 @@ impl Physical {
         self.scene.bodies.iter().any(|body| too_fast(body.material.stiffness))
     }
 
-    /// Builds a point.
+    /// Builds a point of the study.
     ///
     /// # Errors
     ///
-    /// A lattice that does not fit in memory, a handle that takes nothing on this lattice.
+    /// The lattice does not fit in memory, or a selection is empty on this lattice.
     pub(super) fn prepare(&self, setting: &Setting) -> Result<Prepared, RunError> {
         let Setting { dynamics, method } = *setting;
         let mut scene = self.scene.clone();
@@ -142,7 +145,8 @@ impl Physical {
         for ((data, grid), width) in scene.bodies.iter_mut().zip(&self.grids).zip(widths) {
             let refined = grid.refined(dynamics.refinement);
             if refined != grid.half_width {
-                // The radius is a whole number of cells on every lattice, so that rounding changes no material.
+                // The radius is a whole number of cells on every lattice, so rounding does not change the
+                // material.
                 let cell_size = grid.cell_size * grid.half_width as f64 / refined as f64;
                 data.resolution = Resolution::CellSize(cell_size);
             }
@@ -152,11 +156,11 @@ impl Physical {
         prepare(&scene)
     }
 
-    /// The same bodies in free flight: held by nothing, among nothing, without gravity, undamped.
+    /// Builds the same bodies for free flight: without constraints, colliders, gravity and damping.
     ///
     /// # Errors
     ///
-    /// As [`Physical::prepare`].
+    /// See [`Physical::prepare`].
     pub(super) fn prepare_free(&self, dynamics: Dynamics) -> Result<Prepared, RunError> {
         let mut free = self.clone();
         free.scene.simulation.gravity = [0.0; 3];
@@ -170,7 +174,7 @@ impl Physical {
     }
 }
 
-/// The same material in terms that do not change with the step.
+/// Converts a material to units that do not depend on the step.
 fn physical(material: Material, dt: f64) -> Material {
     let stiffness = match material.stiffness {
         // alpha = 4 sin²(pi f dt).
@@ -180,7 +184,7 @@ fn physical(material: Material, dt: f64) -> Material {
         frequency @ Stiffness::Frequency(_) => frequency,
     };
     let region_damping = match material.region_damping {
-        // All at once is no rate.
+        // A share of 1 has no finite rate.
         RegionDamping::PerStep(share) if share < 1.0 => RegionDamping::Rate(-(-share).ln_1p() / dt),
         region_damping => region_damping,
     };
@@ -192,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn at_the_step_of_the_scene_the_material_is_the_same() {
+    fn conversion_preserves_the_material_at_the_original_step() {
         for (alpha, share) in [(1.0, 0.0), (0.25, 0.5), (1e-6, 1e-9), (0.9, 1.0)] {
             let before = Material {
                 stiffness: Stiffness::PerStep(alpha),

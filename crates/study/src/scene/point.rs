@@ -1,4 +1,4 @@
-//! One measured point of a study, as the files have it, and the fronts that it may be on.
+//! A measured point of a study, and the Pareto fronts.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,108 +6,110 @@ use super::flight::Free;
 use super::setting::Axis;
 use crate::timing::Timing;
 
-/// One measured point of a study. Where a scene has several bodies, `half_width`, `cell_size` and `alpha` are those of the
-/// first; errors are those of all.
+/// A measured point of a study. In a scene of several bodies, `half_width`, `cell_size` and `alpha` are
+/// values of the first body; errors are over all bodies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Its name, one of a kind in the study.
+    /// Name, unique in the study.
     pub name: String,
-    /// The axis of the matrix that it is on.
+    /// Axis of the matrix.
     pub axis: Axis,
-    /// How the volume is kept: `off`, `mesh global`.
+    /// Volume preservation, e.g. `off` or `mesh global`.
     pub method: String,
-    /// How the goal positions are summed: `fast`, `naive`, `breadth-first`.
+    /// Summation of the goal positions: `fast`, `naive` or `breadth-first`.
     pub sums: String,
-    /// Lattice vertices of all bodies.
+    /// Number of lattice vertices of all bodies.
     pub lattice_vertices: usize,
     /// Edge of a cell, in scene units.
     pub cell_size: f64,
     /// Half-width of the regions, in cells.
     pub half_width: usize,
-    /// Radius of the regions over that of the scene; another one than 1 is another material.
+    /// Radius of the regions relative to the scene's; a value other than 1 is another material.
     pub region_factor: f64,
-    /// Steps a frame.
+    /// Steps per frame.
     pub substeps: u32,
-    /// Stiffness in a step.
+    /// Stiffness per step.
     pub alpha: f64,
-    /// Whether a body is softer than asked, because steps are longer than a sixth of its period.
+    /// Whether a body is softer than specified because a step exceeds a sixth of its period.
     pub softened: bool,
-    /// Whether this is the finest lattice, whose surface the others are compared with.
+    /// Whether this point has the finest lattice, whose surface is the reference.
     pub finest: bool,
-    /// What a frame takes.
+    /// Run time of a frame.
     pub timing: Timing,
-    /// How wrong it is.
+    /// Errors.
     pub errors: Errors,
-    /// What free flight keeps; of the fast sums.
+    /// Conservation errors in free flight; only for the fast sums.
     pub free: Option<Free>,
-    /// The errors by which nothing in the study is both faster and better.
+    /// Fronts that contain this point: no other point of the study is both faster and better by these errors.
     pub front: Vec<Front>,
 }
 
-/// How wrong a point is. What is not known is `None`: its naive sums take too long, a mesh encloses no volume. So are volumes
-/// and surfaces of naive sums that are not followed through the whole motion: its first frames deform a body little.
+/// Errors of a point. An error is `None` if it is unknown: if the naive sums take too long or a mesh encloses
+/// no volume. Errors of volumes and surfaces are also `None` for naive sums that do not cover the whole
+/// motion, because a body deforms little in its first frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Goal positions from those of the naive sums over staircase regions, at the same positions.
+    /// Distance of the goal positions from the naive sums over staircase regions, at the same positions.
     pub goals: Option<Distances>,
-    /// Lattice vertices from where these sums take them.
+    /// Distance of the lattice vertices from the motion of these naive sums.
     pub path: Option<Path>,
-    /// Greatest relative error of the volume that the meshes enclose, over all frames.
+    /// Maximum relative error of the volume enclosed by the meshes, over all frames.
     pub mesh_volume: Option<f64>,
-    /// Greatest relative error of the volume of the cells together, over all frames.
+    /// Maximum relative error of the total volume of the cells, over all frames.
     pub cells_volume: Option<f64>,
-    /// Root mean square of the relative errors of the volumes of single cells.
+    /// Root mean square of the relative errors of the volumes of the individual cells.
     pub cell_volumes: Option<f64>,
-    /// Root mean square distance of mesh vertices from those of the finest lattice, over the diagonal.
+    /// Root mean square distance of the mesh vertices from those of the finest lattice, relative to the
+    /// diagonal.
     pub surface_rms: Option<f64>,
-    /// Hausdorff distance of the surfaces, over the diagonal.
+    /// Hausdorff distance of the surfaces, relative to the diagonal.
     pub surface_hausdorff: Option<f64>,
-    /// Frames in which the correction of any body met its cap, each once.
+    /// Number of frames in which the correction of at least one body reached its cap.
     pub capped: u32,
 }
 
-/// How far vertices are from a path.
+/// Distance of vertices from a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Path {
-    /// Through so many frames from the start.
+    /// Number of compared frames from the start.
     pub frames: u32,
-    /// The distances, over all of them.
+    /// Distances over all these frames.
     #[serde(flatten)]
     pub distances: Distances,
 }
 
-/// Distances of lattice vertices from where they should be.
+/// Distances of lattice vertices from their reference positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Distances {
     /// Root mean square, in cells.
     pub rms_cells: f64,
-    /// Greatest, in cells.
+    /// Maximum, in cells.
     pub max_cells: f64,
     /// Root mean square, in scene units.
     pub rms: f64,
-    /// Greatest, in scene units.
+    /// Maximum, in scene units.
     pub max: f64,
 }
 
-/// The errors that have a front.
+/// The errors that have a Pareto front against run time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Front {
     /// `surface_rms`.
     Surface,
-    /// `mesh_volume`, or `cells_volume` where a mesh encloses none.
+    /// `mesh_volume`, or `cells_volume` if a mesh encloses no volume.
     Volume,
     /// `cell_volumes`.
     Cells,
-    /// The root mean square of the path, in cells.
+    /// Root mean square of the path, in cells.
     Path,
 }
 
 impl Front {
-    /// All of them, in the order of the table.
+    /// All fronts, in the order of the table.
     pub const ALL: [Self; 4] = [Self::Surface, Self::Volume, Self::Cells, Self::Path];
 
-    /// Its letter in the table.
+    /// Returns the letter of the front in the table.
     pub fn letter(self) -> char {
         match self {
             Self::Surface => 's',
@@ -117,9 +119,9 @@ impl Front {
         }
     }
 
-    /// The error of a point. `None` where it is not known, and for the surface of the finest lattice, which the others are
-    /// compared with. The path of the naive sums over staircase regions is the truth too, but takes part, with an error of
-    /// 0: it is what being right costs.
+    /// Returns the error of a point. `None` if it is unknown, and for the surface of the finest lattice,
+    /// which is the reference. The path of the naive sums over staircase regions is a reference too, but is
+    /// included with an error of 0 to show the cost of the exact sums.
     pub fn error(self, point: &Point) -> Option<f64> {
         let errors = &point.errors;
         match self {
@@ -131,21 +133,22 @@ impl Front {
         .filter(|error| error.is_finite())
     }
 
-    /// Whether the error of a point says something new where the scene itself keeps its volume by `method`: the path does
-    /// not know of the correction.
-    pub(super) fn tells(self, point: &Point, method: &str) -> bool {
+    /// Returns whether the error of a point is plotted, for a scene that uses `method`. The path does not
+    /// depend on the correction, so only points with `method` are used for it.
+    pub(super) fn applies_to(self, point: &Point, method: &str) -> bool {
         self != Self::Path || point.method == method
     }
 
-    /// The cost of a point that may be on the front: what is another material answers another question.
+    /// Returns run time and error of a point that can be on the front. Points with another material are
+    /// excluded.
     fn cost(self, point: &Point, method: &str) -> Option<[f64; 2]> {
-        let takes_part = point.region_factor == 1.0 && !point.softened && self.tells(point, method);
-        let error = self.error(point).filter(|_| takes_part)?;
+        let included = point.region_factor == 1.0 && !point.softened && self.applies_to(point, method);
+        let error = self.error(point).filter(|_| included)?;
         Some([point.timing.total.median, error])
     }
 }
 
-/// Marks the fronts of a scene that itself keeps its volume by `method`.
+/// Marks the points on the fronts, for a scene that uses `method`.
 pub(super) fn mark(points: &mut [Point], method: &str) {
     for point in &mut *points {
         point.front.clear();
@@ -161,7 +164,7 @@ pub(super) fn mark(points: &mut [Point], method: &str) {
     }
 }
 
-/// Whether a point is nowhere worse than another, and somewhere better.
+/// Returns whether `a` is no worse than `b` in both numbers and better in at least one.
 fn dominates(a: &[f64; 2], b: &[f64; 2]) -> bool {
     a[0] <= b[0] && a[1] <= b[1] && a != b
 }

@@ -1,4 +1,4 @@
-//! The points of a study under way.
+//! Measures the points of a study.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use supple_io::run::Prepared;
 use super::display::{self, Surfaces};
 use super::matrix::Matrix;
 use super::motion::visits;
-use super::motion_errors::{Budget, Errors as Motion, Judge};
+use super::motion_errors::{Budget, ErrorEvaluator, Errors as Motion};
 use super::physical::Physical;
 use super::point::{Errors, Point};
 use super::report::Report;
@@ -16,7 +16,7 @@ use crate::error::Halt;
 use crate::observer::{Meter, Observer};
 use crate::timing::Timing;
 
-/// How often things are done, and how much the naive sums may take.
+/// Number of timed runs, and the budget of the naive sums.
 struct Suite {
     repeats: u32,
     budget: Budget,
@@ -31,27 +31,29 @@ impl Suite {
     }
 }
 
-/// A visit of a vertex by a region, and a step and a look at a vertex, in seconds: for the time left, no more.
+/// Approximate seconds per visit of the naive sums, for the estimate of the remaining time.
 const VISIT: f64 = 2e-8;
+/// Approximate seconds per step and lattice vertex.
 const STEP: f64 = 5e-8;
-const LOOK: f64 = 1e-7;
+/// Approximate seconds per evaluated frame and lattice vertex.
+const EVALUATION: f64 = 1e-7;
 
-/// The points of a study under way.
+/// Measures the points of a study.
 pub(super) struct Points {
     physical: Physical,
     matrix: Matrix,
     suite: Suite,
-    /// The surfaces of the finest lattice.
+    /// Surfaces of the finest lattice, once computed.
     finest: Option<Surfaces>,
 }
 
 impl Points {
-    /// None of them measured.
+    /// Creates the measurement of all points of a matrix.
     pub(super) fn new(physical: Physical, matrix: Matrix, quick: bool) -> Self {
         Self { physical, matrix, suite: Suite::new(quick), finest: None }
     }
 
-    /// Measures what is not there yet.
+    /// Measures the points that the report does not contain yet.
     pub(super) fn run(
         &mut self,
         report: &mut Report,
@@ -61,10 +63,10 @@ impl Points {
         let left: Vec<(Axis, Setting)> = self.matrix.points.clone();
         let left: Vec<_> =
             left.into_iter().filter(|(_, setting)| !report.has(&self.physical.name(setting))).collect();
-        let mut known: Vec<(Dynamics, Motion)> = Vec::new();
+        let mut computed: Vec<(Dynamics, Motion)> = Vec::new();
         let weights: f64 = left.iter().map(|(_, setting)| self.weight(setting)).sum();
         let mut meter = Meter::new(observer, weights + self.weight(&self.matrix.finest));
-        let mut judge = Judge::new(self.suite.budget);
+        let mut evaluator = ErrorEvaluator::new(self.suite.budget);
         for (axis, setting) in left {
             if self.finest.is_none() {
                 self.finest = Some(self.reference(&mut meter)?);
@@ -75,25 +77,25 @@ impl Points {
                 self.weight(&setting),
                 runs * f64::from(report.frames),
             )?;
-            let motion = match known.iter().find(|(dynamics, _)| *dynamics == setting.dynamics) {
+            let motion = match computed.iter().find(|(dynamics, _)| *dynamics == setting.dynamics) {
                 Some((_, motion)) => motion.clone(),
                 None => {
-                    let motion = judge.errors(&self.physical, setting.dynamics, &mut meter)?;
-                    known.push((setting.dynamics, motion.clone()));
+                    let motion = evaluator.errors(&self.physical, setting.dynamics, &mut meter)?;
+                    computed.push((setting.dynamics, motion.clone()));
                     motion
                 }
             };
-            let point = self.measure(axis, &setting, motion, &judge, &mut meter)?;
+            let point = self.measure(axis, &setting, motion, &evaluator, &mut meter)?;
             report.add(point, directory)?;
         }
         Ok(())
     }
 
-    /// The surfaces of the finest lattice.
+    /// Computes the surfaces of the finest lattice.
     fn reference(&self, meter: &mut Meter<'_>) -> Result<Surfaces, Halt> {
         let (finest, frames) = (self.matrix.finest, self.physical.scene().simulation.frames);
         meter.begin(
-            format!("{}, to compare with", self.physical.name(&finest)),
+            format!("{}, reference surface", self.physical.name(&finest)),
             self.weight(&finest),
             f64::from(frames),
         )?;
@@ -101,53 +103,55 @@ impl Points {
         Ok(display::run(&self.physical, &finest, &model, frames, meter)?.surfaces)
     }
 
-    /// A point without a correction: its lattices, where they are at the start.
+    /// Builds a point without a correction.
     fn model(&self, setting: &Setting) -> Result<Prepared, Halt> {
         Ok(self.physical.prepare(&Setting { method: Method::off(), ..*setting })?)
     }
 
-    /// About how long a point takes.
+    /// Estimates the run time of a point, in seconds.
     fn weight(&self, setting: &Setting) -> f64 {
         let Setting { dynamics, .. } = *setting;
         let frames = f64::from(self.physical.scene().simulation.frames);
         let (vertices, visits) = self.physical.estimate(dynamics);
         let runs = f64::from(self.suite.repeats + 3);
-        let fast = vertices * frames * runs * (STEP * f64::from(dynamics.substeps) + LOOK);
+        let fast = vertices * frames * runs * (STEP * f64::from(dynamics.substeps) + EVALUATION);
         let naive = (visits * f64::from(dynamics.substeps) * frames).min(self.suite.budget.path);
         let shared = setting.method != self.matrix.finest.method;
         fast + if shared { 0.0 } else { VISIT * naive }
     }
 
+    /// Measures one point.
     fn measure(
         &self,
         axis: Axis,
         setting: &Setting,
         motion: Motion,
-        judge: &Judge,
+        evaluator: &ErrorEvaluator,
         meter: &mut Meter<'_>,
     ) -> Result<Point, Halt> {
         let prepared = self.model(setting)?;
         let (dt, frames) = (prepared.simulation.dt(), self.physical.scene().simulation.frames);
-        let followed = judge.frames(&self.physical, visits(&prepared.simulation), setting.dynamics.substeps);
+        let allowed =
+            evaluator.frames(&self.physical, visits(&prepared.simulation), setting.dynamics.substeps);
         let first = prepared.simulation.body(0);
-        // The naive sums make one run, as far as they are followed.
+        // Naive sums make one run, through the frames that the budget allows.
         let naive = setting.dynamics.sums != Sums::Fast;
-        let frames = if naive { followed.max(1) } else { frames };
-        let shown = display::run(&self.physical, setting, &prepared, frames, meter)?;
+        let frames = if naive { allowed.max(1) } else { frames };
+        let measured = display::run(&self.physical, setting, &prepared, frames, meter)?;
         let timing = match naive {
-            true => Timing::new(None, vec![shown.sample]),
+            true => Timing::new(None, vec![measured.sample]),
             false => Timing::new(
-                Some(shown.sample),
+                Some(measured.sample),
                 display::time(&self.physical, setting, self.suite.repeats, meter)?,
             ),
         };
         let whole = frames == self.physical.scene().simulation.frames;
         let finest = self.finest.as_ref().filter(|_| whole);
         let bodies = prepared.simulation.bodies();
-        let beside = finest.map(|finest| display::beside(bodies, &shown.surfaces, finest));
+        let distances = finest.map(|finest| display::surface_distance(bodies, &measured.surfaces, finest));
         let volumes = match whole {
-            true => shown.errors,
-            false => Errors { capped: shown.errors.capped, ..Errors::default() },
+            true => measured.errors,
+            false => Errors { capped: measured.errors.capped, ..Errors::default() },
         };
         let finite = |x: f64| Some(x).filter(|x| x.is_finite());
         Ok(Point {
@@ -167,8 +171,8 @@ impl Points {
             errors: Errors {
                 goals: motion.goals,
                 path: motion.path,
-                surface_rms: beside.and_then(|(rms, _)| finite(rms)),
-                surface_hausdorff: beside.and_then(|(_, hausdorff)| finite(hausdorff)),
+                surface_rms: distances.and_then(|(rms, _)| finite(rms)),
+                surface_hausdorff: distances.and_then(|(_, hausdorff)| finite(hausdorff)),
                 ..volumes
             },
             free: motion.free,
@@ -184,7 +188,7 @@ mod tests {
     use crate::scene::tests as block;
 
     #[test]
-    fn part_of_a_motion_is_on_no_front_of_the_whole() {
+    fn naive_sums_over_part_of_the_motion_are_on_no_front() {
         let (_folder, physical) = block::physical(4, &[1]);
         let finest = Setting { dynamics: block::FAST, method: Method::off() };
         let setting = Setting { dynamics: block::NAIVE, method: Method::off() };
@@ -193,12 +197,12 @@ mod tests {
             let matrix = Matrix { points: Vec::new(), finest };
             let mut points = Points::new(physical.clone(), matrix, true);
             points.suite.budget = Budget { path: frames * frame, goals: 0.0 };
-            let mut nobody = ();
-            let mut meter = Meter::new(&mut nobody, 1.0);
+            let mut observer = ();
+            let mut meter = Meter::new(&mut observer, 1.0);
             points.finest = Some(points.reference(&mut meter).unwrap());
-            let mut judge = Judge::new(points.suite.budget);
-            let motion = judge.errors(&physical, block::NAIVE, &mut meter).unwrap();
-            points.measure(Axis::Sums, &setting, motion, &judge, &mut meter).unwrap()
+            let mut evaluator = ErrorEvaluator::new(points.suite.budget);
+            let motion = evaluator.errors(&physical, block::NAIVE, &mut meter).unwrap();
+            points.measure(Axis::Sums, &setting, motion, &evaluator, &mut meter).unwrap()
         };
         let fronts = [Front::Surface, Front::Volume, Front::Cells];
         let whole = measured(4.5);

@@ -1,4 +1,4 @@
-//! The report of a study: JSON with all of it, CSV, and the plot.
+//! The report of a study, as JSON and CSV.
 
 use std::fs;
 use std::io;
@@ -12,36 +12,36 @@ use crate::error::StudyError;
 use crate::machine::Machine;
 use crate::output::{open_folder, write_json};
 
-/// A study as it is written.
+/// Report of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// What is studied.
+    /// Name of the scene.
     pub scene: String,
-    /// Whether all points are there.
+    /// Whether all points are measured.
     pub complete: bool,
-    /// Whether it is the quick one.
+    /// Whether it is a quick study.
     pub quick: bool,
-    /// Where it was run.
+    /// Machine that ran the study.
     pub machine: Machine,
-    /// Frames of the motion.
+    /// Number of frames of the motion.
     pub frames: u32,
     /// Frames per second.
     pub fps: f64,
-    /// How the scene itself keeps the volume of its first body.
+    /// The scene's own volume preservation of its first body.
     pub method: String,
-    /// The points.
+    /// The measured points.
     pub points: Vec<Point>,
-    /// What a study that goes on must share: the scene and the options as text.
+    /// Scene and options as text; a resumed study must have the same text.
     pub fingerprint: String,
 }
 
 impl Report {
-    /// Where the report lies in a folder.
+    /// Returns the path of the report in a folder.
     pub(super) fn path(directory: &Path) -> PathBuf {
         directory.join("study.json")
     }
 
-    /// The report in a folder, if there is one.
+    /// Reads the report in a folder, if there is one.
     pub(super) fn read(directory: &Path) -> Result<Option<Self>, StudyError> {
         let path = Self::path(directory);
         let text = match fs::read_to_string(&path) {
@@ -51,29 +51,30 @@ impl Report {
         };
         match serde_json::from_str(&text) {
             Ok(report) => Ok(Some(report)),
-            Err(error) => Err(StudyError::Resume { path, what: format!("it is no study: {error}") }),
+            Err(error) => Err(StudyError::Resume { path, what: format!("it is not a study: {error}") }),
         }
     }
 
-    /// Whether a point is there.
+    /// Returns whether a point is measured.
     pub(super) fn has(&self, name: &str) -> bool {
         self.points.iter().any(|point| point.name == name)
     }
 
-    /// Makes the folder and writes what is there, so that a folder that cannot be written is found before the work.
+    /// Creates the folder and writes the report, so that an unwritable folder is an error before any
+    /// measurement.
     pub(super) fn open(&self, directory: &Path) -> Result<(), StudyError> {
         open_folder(directory)?;
         self.save(directory)
     }
 
-    /// Adds a point, and keeps it.
+    /// Adds a point, updates the fronts and writes the report.
     pub(super) fn add(&mut self, point: Point, directory: &Path) -> Result<(), StudyError> {
         self.points.push(point);
         point::mark(&mut self.points, &self.method);
         self.save(directory)
     }
 
-    /// The rows of `study.csv`: the names of the columns, and a row a point.
+    /// Returns the rows of `study.csv`: the column names, then one row per point.
     pub(super) fn records(&self) -> Vec<Vec<String>> {
         let mut records = Vec::new();
         for point in &self.points {
@@ -86,16 +87,16 @@ impl Report {
         records
     }
 
-    /// Writes `study.json`: under its name only when it is whole.
+    /// Writes `study.json` to a temporary file and renames it.
     pub(super) fn save(&self, directory: &Path) -> Result<(), StudyError> {
         write_json(&Self::path(directory), self)
     }
 }
 
-/// The columns of a point in `study.csv`: names and values. Unknown values are empty.
+/// Returns column names and values of a point in `study.csv`. Unknown values are empty.
 fn columns(point: &Point) -> Vec<(&'static str, String)> {
     let Point { timing, errors, free, .. } = point;
-    // The shortest text that reads back.
+    // The shortest text that parses to the same number.
     let number = |value: f64| format!("{value:?}");
     let known = |value: Option<f64>| value.map_or_else(String::new, number);
     let goals = |part: fn(&Distances) -> f64| known(errors.goals.as_ref().map(part));

@@ -1,20 +1,20 @@
-//! One point of the matrix: what is varied, and what it is called.
+//! One point of the matrix: the varied parameters and their names.
 
 use serde::{Deserialize, Serialize};
 use supple::reference::Regions;
 use supple::{Preservation, VolumeScope};
 
-/// How the volume is kept.
+/// Method of volume preservation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Method {
-    /// Whether, and by which measure.
+    /// Whether the volume is preserved, and by which measure.
     pub measure: Preservation,
-    /// Where it is given back.
+    /// Scope of the correction.
     pub scope: VolumeScope,
 }
 
 impl Method {
-    /// As scenes have it: `off`, `mesh global`.
+    /// Returns the name, e.g. `off` or `mesh global`.
     pub(super) fn name(self) -> String {
         match self.measure {
             Preservation::Off => "off".to_owned(),
@@ -22,32 +22,32 @@ impl Method {
         }
     }
 
-    /// No correction.
+    /// Returns the method without a correction.
     pub(super) fn off() -> Self {
         Self { measure: Preservation::Off, scope: VolumeScope::Global }
     }
 
-    /// All of them: off, and each measure with each scope.
+    /// Returns all methods: off, and each measure with each scope.
     pub(super) fn all() -> Vec<Self> {
-        let kept = Preservation::NAMED.iter().map(|&(_, measure)| measure);
-        let kept = kept.filter(|measure| matches!(measure, Preservation::By(_)));
+        let measures = Preservation::NAMED.iter().map(|&(_, measure)| measure);
+        let measures = measures.filter(|measure| matches!(measure, Preservation::By(_)));
         let scopes = VolumeScope::NAMED.map(|(_, scope)| scope);
-        let both = kept.flat_map(|measure| scopes.map(|scope| Self { measure, scope }));
+        let both = measures.flat_map(|measure| scopes.map(|scope| Self { measure, scope }));
         std::iter::once(Self::off()).chain(both).collect()
     }
 }
 
-/// How the goal positions are summed.
+/// Summation of the goal positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sums {
-    /// As the core does: window sums in f32 over staircase regions.
+    /// The sums of the core: window sums in f32 over staircase regions.
     Fast,
-    /// Explicit sums in f64, over regions of either kind.
+    /// Explicit sums in f64 over regions of the given kind.
     Naive(Regions),
 }
 
 impl Sums {
-    /// What it is called in tables.
+    /// Returns the name in tables.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Fast => "fast",
@@ -60,43 +60,44 @@ impl Sums {
 /// One point of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Setting {
-    /// Dynamics, which points that differ in the method alone share.
+    /// Parameters of the motion; points that differ only in the method share them.
     pub dynamics: Dynamics,
-    /// How the volume is kept.
+    /// Volume preservation.
     pub method: Method,
 }
 
-/// What of a setting changes the motion.
+/// The parameters of a setting that affect the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Dynamics {
-    /// Cells per length, over those of the scene: the regions keep their radius, so that half-widths grow with it.
+    /// Cells per length relative to the scene. The regions keep their radius, so half-widths grow in
+    /// proportion.
     pub refinement: f64,
-    /// Radius of the regions over that of the scene: another one than 1 is another material.
+    /// Radius of the regions relative to the scene; a value other than 1 is another material.
     pub region_factor: f64,
-    /// Steps a frame, at least 1.
+    /// Steps per frame, at least 1.
     pub substeps: u32,
-    /// How the goal positions are summed.
+    /// Summation of the goal positions.
     pub sums: Sums,
 }
 
-/// Which axis of the matrix a point is on.
+/// Axis of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
-    /// The scene as it is.
+    /// The unchanged scene.
     Base,
     /// Finer or coarser lattices, with every method.
     Resolution,
-    /// More or fewer steps.
+    /// More or fewer steps per frame.
     Substeps,
     /// Wider or narrower regions on the same lattice: another material.
     HalfWidth,
-    /// The naive sums, and the regions of another kind.
+    /// Naive sums over regions of both kinds.
     Sums,
 }
 
 impl Axis {
-    /// Its name in files.
+    /// Returns the name in files.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Base => "base",

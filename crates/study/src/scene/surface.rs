@@ -1,21 +1,21 @@
-//! How far a surface is from another that has the same faces.
+//! Distance of two surfaces with the same faces.
 
 use nalgebra::{Point3, Vector3};
 
-/// How far a surface is from another.
+/// Distance of two surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Distance {
-    /// Sum of the squared distances of vertices with the same number.
+    /// Sum of the squared distances of corresponding vertices.
     pub(super) squares: f64,
-    /// The Hausdorff distance: the greatest of the distances of either's vertices from the other surface.
+    /// Hausdorff distance: the maximum distance of a vertex of either surface from the other surface.
     pub(super) hausdorff: f64,
 }
 
-/// The distance of two surfaces with the same triangles.
+/// Computes the distance of two surfaces with the same triangles.
 pub(super) fn distance(a: &[Point3<f64>], b: &[Point3<f64>], triangles: &[[u32; 3]]) -> Distance {
     let squares: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).collect();
-    // No vertex is farther from the other surface than from the vertex of its own number: from the farthest on, once
-    // these are nearer than the greatest distance found, no other can be greater.
+    // The distance to the corresponding vertex bounds the distance to the other surface. In descending order
+    // of this bound, the search ends at the first bound that is not above the maximum found so far.
     let mut order: Vec<usize> = (0..squares.len()).collect();
     order.sort_by(|&i, &j| squares[j].total_cmp(&squares[i]));
     let mut greatest = 0.0_f64;
@@ -31,17 +31,17 @@ pub(super) fn distance(a: &[Point3<f64>], b: &[Point3<f64>], triangles: &[[u32; 
     Distance { squares: squares.iter().sum(), hausdorff: greatest.sqrt() }
 }
 
-/// Triangles in a block: those that follow each other in a mesh mostly lie together.
+/// Number of triangles in a block. Consecutive triangles of a mesh are mostly close together.
 const BLOCK: usize = 24;
 
-/// A surface in blocks of triangles, so that what is far away need not be looked at one by one.
+/// A surface in blocks of triangles with bounding boxes, so that distant triangles are skipped in blocks.
 struct Blocks<'a> {
     points: &'a [Point3<f64>],
     triangles: &'a [[u32; 3]],
     boxes: Vec<Bounds>,
 }
 
-/// The box around some points.
+/// Axis-aligned bounding box.
 #[derive(Clone, Copy)]
 struct Bounds {
     low: Point3<f64>,
@@ -57,7 +57,7 @@ impl Bounds {
         })
     }
 
-    /// The squared distance of a point; 0 inside.
+    /// Returns the squared distance of a point; 0 inside the box.
     fn distance(&self, point: &Point3<f64>) -> f64 {
         (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros()).norm_squared()
     }
@@ -70,8 +70,9 @@ impl<'a> Blocks<'a> {
         Self { points, triangles, boxes: triangles.chunks(BLOCK).map(corners).collect() }
     }
 
-    /// The squared distance of a point from the surface, which is at most `known` away; or any number below `enough` if
-    /// the surface is nearer than that.
+    /// Returns the squared distance of a point from the surface. `known` is an upper bound. If the distance
+    /// is below
+    /// `enough`, the result is some number below `enough`.
     fn nearest(&self, point: &Point3<f64>, known: f64, enough: f64) -> f64 {
         let mut least = known;
         for (block, bounds) in self.triangles.chunks(BLOCK).zip(&self.boxes) {
@@ -90,7 +91,8 @@ impl<'a> Blocks<'a> {
     }
 }
 
-/// The point of a triangle that is closest to a point (Ericson: Real-Time Collision Detection, 2005, 5.1.5).
+/// Returns the point of a triangle that is closest to `p` (Ericson 2005, Real-Time Collision Detection,
+/// 5.1.5).
 fn closest(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>) -> Point3<f64> {
     let (ab, ac): (Vector3<f64>, Vector3<f64>) = (b - a, c - a);
     let along = |from: &Point3<f64>| (ab.dot(&(p - from)), ac.dot(&(p - from)));
@@ -127,7 +129,7 @@ fn closest(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>) -
 mod tests {
     use super::*;
 
-    /// A square of two triangles, `size` long, at a height.
+    /// Returns the corners of a square of edge `size` at a height.
     fn square(size: f64, height: f64) -> Vec<Point3<f64>> {
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
             .map(|[x, y]| Point3::new(size * x, size * y, height))
@@ -137,7 +139,7 @@ mod tests {
     const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
     #[test]
-    fn the_closest_point_is_found_from_all_sides() {
+    fn the_closest_point_of_a_triangle_is_correct_in_all_voronoi_regions() {
         let [a, b, c] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]].map(Point3::from);
         for (point, expected) in [
             ([0.5, 0.5, 3.0], [0.5, 0.5, 0.0]),
@@ -150,22 +152,23 @@ mod tests {
         ] {
             assert_eq!(closest(&point.into(), &a, &b, &c), expected.into(), "{point:?}");
         }
-        // A triangle without area.
+        // A degenerate triangle.
         let flat = closest(&Point3::new(1.0, 1.0, 0.0), &a, &b, &Point3::new(4.0, 0.0, 0.0));
         assert!((flat - Point3::new(1.0, 0.0, 0.0)).norm() < 1e-12 && a == closest(&c, &a, &a, &a));
     }
 
     #[test]
-    fn the_hausdorff_distance_is_of_surfaces_and_not_of_vertices() {
+    fn the_hausdorff_distance_is_between_surfaces_not_vertices() {
         let distance = |a: &[Point3<f64>], b: &[Point3<f64>]| distance(a, b, &TRIANGLES);
         let (low, high) = (square(2.0, 0.0), square(2.0, 0.5));
         assert_eq!(distance(&low, &low), Distance::default());
         assert_eq!(distance(&low, &high), Distance { squares: 4.0 * 0.25, hausdorff: 0.5 });
-        // A smaller square lies in the larger, whose far corner is the farthest; and the same the other way round.
+        // The smaller square is inside the larger one, whose far corner has the maximum distance, in both
+        // orders.
         let inner = square(1.0, 0.0);
         assert_eq!(distance(&low, &inner).hausdorff, 2.0_f64.sqrt());
         assert_eq!(distance(&inner, &low).hausdorff, 2.0_f64.sqrt());
-        // Vertices of other numbers, the same surface.
+        // The same surface with permuted vertices.
         let turned = [low[1], low[2], low[3], low[0]];
         assert!(distance(&low, &turned).squares > 1.0);
         assert_eq!(distance(&low, &turned).hausdorff, 0.0);

@@ -1,13 +1,13 @@
-//! The tables for the terminal: at most 80 columns.
+//! Tables for the terminal, of at most 80 columns.
 
 use std::fmt::Write as _;
 
 use super::point::{Front, Point};
 use super::report::Report;
 use super::setting::Axis;
-use crate::output::small;
+use crate::output::compact;
 
-/// A column: heading, width, and the cell of a point.
+/// A column: heading, width, and the cell text of a point.
 type Column = (&'static str, usize, fn(&Point) -> String);
 
 const MAIN: [Column; 12] = [
@@ -18,10 +18,10 @@ const MAIN: [Column; 12] = [
     ("step", 5, |point| milliseconds(point.timing.step.median)),
     ("corr", 5, |point| milliseconds(point.timing.correction.median)),
     ("mesh", 5, |point| milliseconds(point.timing.update.median)),
-    ("surf", 6, |point| if point.finest { "=".to_owned() } else { small(point.errors.surface_rms) }),
-    ("volume", 6, |point| small(Front::Volume.error(point))),
-    ("cells", 6, |point| small(Front::Cells.error(point))),
-    ("path", 6, |point| small(Front::Path.error(point))),
+    ("surf", 6, |point| if point.finest { "=".to_owned() } else { compact(point.errors.surface_rms) }),
+    ("volume", 6, |point| compact(Front::Volume.error(point))),
+    ("cells", 6, |point| compact(Front::Cells.error(point))),
+    ("path", 6, |point| compact(Front::Path.error(point))),
     ("best", 4, best),
 ];
 
@@ -30,44 +30,44 @@ const MOTION: [Column; 12] = [
     VERTICES,
     HALF_WIDTH,
     SUBSTEPS,
-    ("goals", 6, |point| small(point.errors.goals.map(|goals| goals.rms_cells))),
-    ("most", 6, |point| small(point.errors.goals.map(|goals| goals.max_cells))),
-    ("path", 6, |point| small(point.errors.path.map(|path| path.distances.rms_cells))),
-    ("most", 6, |point| small(point.errors.path.map(|path| path.distances.max_cells))),
-    ("linear", 6, |point| small(point.free.as_ref().map(|free| free.linear_momentum))),
-    ("spin", 6, |point| small(point.free.as_ref().map(|free| free.angular_momentum))),
-    ("gain", 6, |point| small(point.free.as_ref().and_then(|free| free.energy_gain))),
-    ("loss", 6, |point| small(point.free.as_ref().and_then(|free| free.energy_loss))),
+    ("goals", 6, |point| compact(point.errors.goals.map(|goals| goals.rms_cells))),
+    ("most", 6, |point| compact(point.errors.goals.map(|goals| goals.max_cells))),
+    ("path", 6, |point| compact(point.errors.path.map(|path| path.distances.rms_cells))),
+    ("most", 6, |point| compact(point.errors.path.map(|path| path.distances.max_cells))),
+    ("linear", 6, |point| compact(point.free.as_ref().map(|free| free.linear_momentum))),
+    ("spin", 6, |point| compact(point.free.as_ref().map(|free| free.angular_momentum))),
+    ("gain", 6, |point| compact(point.free.as_ref().and_then(|free| free.energy_gain))),
+    ("loss", 6, |point| compact(point.free.as_ref().and_then(|free| free.energy_loss))),
 ];
 
 const VERTICES: Column = ("n", 6, |point| point.lattice_vertices.to_string());
 const HALF_WIDTH: Column = ("w", 2, |point| point.half_width.to_string());
 const SUBSTEPS: Column = ("k", 2, |point| point.substeps.to_string());
 
-/// The parts of the main table.
+/// Parts of the main table.
 const PARTS: [(&[Axis], &str); 4] = [
-    (&[Axis::Base, Axis::Resolution], "lattices and methods; the radius of the regions stays"),
-    (&[Axis::Substeps], "steps a frame; frequency and damping rate stay"),
+    (&[Axis::Base, Axis::Resolution], "lattices and methods; the radius of the regions is constant"),
+    (&[Axis::Substeps], "steps per frame; frequency and damping rate are constant"),
     (&[Axis::HalfWidth], "half-width on the lattice of the scene: another material"),
     (&[Axis::Sums], "naive sums in f64, on one thread"),
 ];
 
 const MAIN_LEGEND: &str = "\
-n lattice vertices, w half-width in cells, k steps a frame; step, correction and
-mesh update in ms a frame. surf: rms distance from the surface of the finest
-lattice (=), over the diagonal. volume: greatest relative error, of the mesh;
+n lattice vertices, w half-width in cells, k steps per frame; step, correction,
+mesh update in ms per frame. surf: rms distance from the surface of the finest
+lattice (=), over the diagonal. volume: maximum relative error, of the mesh;
 cells: rms, of single cells. path: rms distance from the naive sums, in cells.
-best: nothing is both faster and better by s surface, v volume, c cells, p path.
-~ steps too long: softer than asked. ! a correction met its cap in some frame.
+best: no point is faster and better by s surface, v volume, c cells, p path.
+~ steps too long: softer than specified. ! a correction reached its cap.
 ";
 
 const MOTION_LEGEND: &str = "\
-goals and path: rms and greatest distance from the naive sums, in cells. In free
+goals and path: rms and maximum distance from the naive sums, in cells. In free
 flight, undamped: change of linear and angular momentum (spin), energy gained
 and lost.";
 
 impl Report {
-    /// A table of at most 80 columns.
+    /// Formats tables of at most 80 columns.
     pub fn table(&self) -> String {
         let mut text = format!("{}\n{}\n\n{}", self.scene, self.machine.line(), headings(&MAIN));
         for (axes, heading) in PARTS {
@@ -85,14 +85,14 @@ impl Report {
     }
 }
 
-/// Some points, from coarse to fine.
+/// Returns the selected points, from coarse to fine.
 fn sorted(report: &Report, which: impl Fn(&&Point) -> bool) -> Vec<&Point> {
     let mut points: Vec<&Point> = report.points.iter().filter(which).collect();
     points.sort_by_key(|point| (point.lattice_vertices, point.half_width, point.substeps));
     points
 }
 
-/// The letters of the fronts that a point is on, and its warnings.
+/// Returns the letters of a point's fronts and its warnings.
 fn best(point: &Point) -> String {
     let mut best: String = point.front.iter().map(|front| front.letter()).collect();
     best.extend(point.softened.then_some('~'));
@@ -108,7 +108,7 @@ fn row(columns: &[Column], point: &Point) -> String {
     line(columns, |(.., cell)| cell(point))
 }
 
-/// The first column and the last of the main table to the left, the others to the right.
+/// Formats a line. The first column and the column `best` are left-aligned, the others right-aligned.
 fn line(columns: &[Column], cell: impl Fn(&Column) -> String) -> String {
     let mut line = String::new();
     for (index, column @ (heading, width, _)) in columns.iter().enumerate() {
@@ -121,7 +121,7 @@ fn line(columns: &[Column], cell: impl Fn(&Column) -> String) -> String {
     line.trim_end().to_owned() + "\n"
 }
 
-/// About three digits in at most five columns.
+/// Formats milliseconds with about three digits in at most five columns.
 fn milliseconds(value: f64) -> String {
     let decimals = match value {
         _ if !value.is_finite() => return "-".to_owned(),

@@ -1,4 +1,4 @@
-//! A small scene for unit tests: a closed block hangs by its side and swings.
+//! A small scene for unit tests: a closed block swings from a pin at its side.
 
 use std::fs;
 
@@ -12,12 +12,13 @@ use super::setting::{Dynamics, Sums};
 /// A block of 2 x 3 x 1.
 const BLOCK: &str = include_str!("../../tests/block.obj");
 
-/// How the scene itself moves, by the core and by the naive sums.
+/// Parameters of the unchanged scene, with the sums of the core.
 pub(super) const FAST: Dynamics =
     Dynamics { refinement: 1.0, region_factor: 1.0, substeps: 2, sums: Sums::Fast };
+/// The same parameters with naive sums.
 pub(super) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..FAST };
 
-/// The scene, with blocks of these half-widths, in a folder that goes with the first of what is returned.
+/// Creates the scene with one block per half-width, and the temporary folder of its mesh.
 pub(super) fn physical(frames: u32, half_widths: &[usize]) -> (TempDir, Physical) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("block.obj"), BLOCK).unwrap();

@@ -1,27 +1,27 @@
-//! The bodies of the cases, made of cells.
+//! Bodies of the cases, built from cells.
 
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Mass, Momenta};
 use supple::{Body, BodyBuilder, Collider, Error, Key, Lattice, Selection, Simulation};
 
-/// The cells of a block.
+/// Returns the cells of a block.
 pub(super) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     let [nx, ny, nz] = size;
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
 }
 
-/// Two blocks of 4 x 4 x 4 cells whose nearest corners are `apart` cells away from one another.
+/// Returns two blocks of 4 x 4 x 4 cells; the second is translated by `apart` cells.
 pub(super) fn two_blocks(apart: [i32; 3]) -> Vec<[i32; 3]> {
     let other = block([4; 3]).into_iter().map(|cell| [0, 1, 2].map(|c| cell[c] + apart[c]));
     block([4; 3]).into_iter().chain(other).collect()
 }
 
-/// A body of cells of edge 1 with regions of half-width `half_width`.
+/// Creates a builder for a body of cells of edge 1 with regions of half-width `half_width`.
 pub(super) fn of_cells(cells: &[[i32; 3]], half_width: usize) -> Result<BodyBuilder, Error> {
     of_sized_cells(cells, 1.0, half_width)
 }
 
-/// A body of cells of edge `cell_size`.
+/// Creates a builder for a body of cells of edge `cell_size`.
 pub(super) fn of_sized_cells(
     cells: &[[i32; 3]],
     cell_size: f64,
@@ -31,13 +31,13 @@ pub(super) fn of_sized_cells(
     Ok(Body::from_lattice(lattice).half_width(half_width))
 }
 
-/// A simulation of one body on which nothing acts, on one thread.
+/// Builds a simulation of one isolated body on one thread.
 pub(super) fn alone(body: Body) -> Result<Simulation, Error> {
     Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()
 }
 
-/// Gives each vertex a random velocity, each component up to `size` cells a step of 1/60 s, less the rigid motion that
-/// carries their linear and angular momentum.
+/// Sets random velocities, with components up to `size` cells per step of 1/60 s, and subtracts the rigid
+/// motion so that linear and angular momentum are zero.
 pub(super) fn shake(body: &mut Body, size: f64) -> Result<(), Error> {
     let mut random = fastrand::Rng::with_seed(3);
     let unit = 60.0 * size * body.lattice().cell_size();
@@ -53,12 +53,12 @@ pub(super) fn shake(body: &mut Body, size: f64) -> Result<(), Error> {
         .collect();
     let momenta = Momenta::of(points.iter().copied());
     let (drift, spin) = momenta.missing(&Momenta::default(), points.iter().copied());
-    let still = points.iter().map(|p| p.velocity + drift + spin.cross(&(p.position - momenta.center)));
-    body.set_velocities(&still.collect::<Vec<_>>())?;
+    let velocities = points.iter().map(|p| p.velocity + drift + spin.cross(&(p.position - momenta.center)));
+    body.set_velocities(&velocities.collect::<Vec<_>>())?;
     Ok(())
 }
 
-/// Sets the positions to what `deform` makes of those about their mean.
+/// Applies `deform` to the positions relative to their mean.
 pub(super) fn deform(
     body: &mut Body,
     deform: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
@@ -71,16 +71,17 @@ pub(super) fn deform(
     Ok(())
 }
 
-/// All vertices of a block of cells whose index along x is `at`, as a pin or a handle takes them.
+/// Selects the vertices of a block of cells whose index along x is `at`.
 pub(super) fn layer(block: [i32; 3], at: i32) -> Selection {
     let [nx, ny, nz] = block.map(|cells| cells + 1);
     // Lattice vertices are sorted by z, then y, then x.
     Selection::Vertices((0..ny * nz).map(|row| (row * nx + at) as u32).collect())
 }
 
-/// A plate at the height `y` that moves by `way` within a second, stays for a second and goes back.
-pub(super) fn plate(y: f64, normal: f64, way: f64) -> Collider {
-    let key = |(time, way)| Key { time, translate: [0.0, way, 0.0], rotate: [0.0; 3] };
-    let keys = [(0.0, 0.0), (1.0, way), (2.0, way), (2.5, 0.0)].map(key).to_vec();
+/// Creates a plate at the height `y` that moves by `travel` within 1 s, rests for 1 s and returns within 0.5
+/// s.
+pub(super) fn plate(y: f64, normal: f64, travel: f64) -> Collider {
+    let key = |(time, travel)| Key { time, translate: [0.0, travel, 0.0], rotate: [0.0; 3] };
+    let keys = [(0.0, 0.0), (1.0, travel), (2.0, travel), (2.5, 0.0)].map(key).to_vec();
     Collider { keys, ..Collider::plane([0.0, y, 0.0], [0.0, normal, 0.0]) }
 }

@@ -1,4 +1,4 @@
-//! A case: what it shows, how it is run, what is measured of it and what bounds that.
+//! A case: its expectation, its run, the measured figures and their bounds.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -8,21 +8,21 @@ use std::time::Instant;
 use serde::Serialize;
 use supple::Error;
 
-/// How long a case takes.
+/// Run-time class of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suite {
-    /// A second or less: part of every test run.
+    /// At most about a second: part of every test run.
     Quick,
-    /// Longer.
+    /// More than a second.
     Long,
 }
 
-/// The largest value of a figure that a case may have.
+/// Upper bound of a figure of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bound {
-    /// Of what.
+    /// The bounded figure.
     pub measure: Measure,
-    /// The largest value that passes.
+    /// The largest passing value.
     pub limit: f64,
 }
 
@@ -30,39 +30,39 @@ type Run = Box<dyn Fn() -> Result<Figures, Error> + Send + Sync>;
 
 /// One stiff or extreme case.
 pub struct Case {
-    /// Which cases it belongs to.
+    /// Family of the case.
     pub family: &'static str,
-    /// What is done, unique.
+    /// Unique name: what is done to the body.
     pub name: String,
-    /// What is expected, and why, in plain words.
+    /// Expected behaviour.
     pub shows: &'static str,
-    /// What it passes by; every case is bound to be without NaN.
+    /// Bounds that the figures must satisfy; every case has the bound of zero non-finite numbers.
     pub bounds: Vec<Bound>,
-    /// How long it takes.
+    /// Run-time class.
     pub suite: Suite,
     run: Run,
 }
 
-/// A case that was run, as the report has it.
+/// Result of a case in the report.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// Which cases it belongs to.
+    /// Family of the case.
     pub family: &'static str,
-    /// What was done.
+    /// Name of the case.
     pub case: String,
-    /// What was expected.
+    /// Expected behaviour.
     pub expected: &'static str,
-    /// Whether all bounds hold.
+    /// Whether all bounds are satisfied.
     pub passed: bool,
-    /// What it was held to.
+    /// All bounds of the case.
     pub bounds: Vec<Bound>,
-    /// The bounds that do not hold.
+    /// The violated bounds.
     pub broken: Vec<Bound>,
-    /// What was measured.
+    /// Measured figures.
     pub figures: Figures,
-    /// Why it could not be run to its end.
+    /// Error or panic that ended the case.
     pub error: Option<String>,
-    /// How long it took on one thread, in seconds.
+    /// Run time on one thread, in seconds.
     pub seconds: f64,
 }
 
@@ -81,7 +81,7 @@ impl Case {
         self
     }
 
-    /// Bounds both momenta by the rounding of single precision.
+    /// Bounds the errors of linear and angular momentum by the rounding of single precision.
     pub(super) fn keeps_momenta(self) -> Self {
         self.bound(Measure::Linear, 1e-6).bound(Measure::Angular, 1e-6)
     }
@@ -94,10 +94,10 @@ impl Case {
         Self { suite, ..self }
     }
 
-    /// Runs the case on the calling thread. A panic is an error of the case, so that the others are still run.
+    /// Runs the case on the calling thread. A panic is reported as an error of the case.
     pub fn run(&self) -> Row {
         let start = Instant::now();
-        // A case builds its bodies anew: no state that a panic left half changed is used again.
+        // A case builds its own bodies, so state that a panic left inconsistent is not used again.
         let ran = catch_unwind(AssertUnwindSafe(|| (self.run)().map_err(|error| error.to_string())));
         let ran = ran.unwrap_or_else(|panic| Err(format!("panicked: {}", message(&*panic))));
         let seconds = start.elapsed().as_secs_f64();
@@ -122,26 +122,26 @@ impl Case {
     }
 }
 
-/// The message of a panic.
+/// Returns the message of a panic.
 fn message(panic: &(dyn Any + Send)) -> &str {
     let literal = panic.downcast_ref::<&str>().copied();
-    literal.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a message")
+    literal.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
 }
 
-/// The figures of one case.
+/// Figures of one case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
-    /// Steps that were made.
+    /// Number of steps.
     pub steps: u64,
-    /// What was measured.
+    /// Measured values.
     pub values: BTreeMap<Measure, f64>,
-    /// Step and energy at each look, of a case whose energy is known: kinetic, of deformation and of gravity, in masses
-    /// of a full cell times (cells per step)².
+    /// Step and energy (kinetic and elastic) at each evaluation; empty unless the energy is measured. The
+    /// unit is the mass of a full cell times (cells per step)².
     pub energy: Vec<(u64, f64)>,
 }
 
 impl Figures {
-    /// One figure.
+    /// Returns a figure, if it was measured.
     pub fn get(&self, measure: Measure) -> Option<f64> {
         self.values.get(&measure).copied()
     }
@@ -150,7 +150,7 @@ impl Figures {
         self.values.insert(measure, value);
     }
 
-    /// Keeps the larger one; NaN is larger than any.
+    /// Sets a figure to the larger of its value and `value`; NaN counts as the largest number.
     pub(super) fn raise(&mut self, measure: Measure, value: f64) {
         let kept = self.values.entry(measure).or_insert(value);
         *kept = largest(*kept, value);
@@ -161,49 +161,51 @@ impl Figures {
     }
 }
 
-/// The larger one; NaN is larger than any.
+/// Returns the larger number; NaN counts as the largest number.
 pub(super) fn largest(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 
-/// A figure of a case. All are the smaller the better; where a case looks several times it is the largest that counts,
-/// unless it says "at the end".
+/// A figure of a case. Smaller is better for all figures. Counts are sums over all
+/// evaluations; other figures are maxima, unless their descriptions say "at the end".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// Numbers that are NaN or infinite: of positions, velocities, rotations, the corrected lattice, volumes.
+    /// Count of NaN and infinite numbers in positions, velocities, rotations, the corrected lattice, the
+    /// evaluated surface and volumes.
     NotNumbers,
-    /// The largest speed of a vertex, in cells a step.
+    /// Maximum speed of a vertex, in cells per step.
     LargestSpeed,
-    /// The largest speed of a vertex at the end, in cells a step.
+    /// Maximum speed of a vertex at the end, in cells per step.
     FinalSpeed,
-    /// What the energy rose to above that of the start, as a share of it and of that of motion by a thousandth of a cell a
-    /// step.
+    /// Increase of the energy over the initial energy, divided by the sum of the initial energy and
+    /// m v² for the mass of the bodies and v = 0.001 cells per step.
     EnergyGain,
-    /// The energy at the end, as a share of that of the start.
+    /// Energy at the end, divided like [`Measure::EnergyGain`].
     EnergyLeft,
     /// Root mean square distance from the rest shape at the end, up to a rigid motion, in cells.
     Shape,
-    /// Steps until the distance from the rest shape was a tenth of that at the start, or below a thousandth of a cell.
+    /// Steps until the distance from the rest shape is a tenth of the initial distance, or below a thousandth
+    /// of a cell.
     StepsToTenth,
-    /// Distance of the vertices from where they are expected at the end, root mean square, in cells.
+    /// Root mean square distance of the vertices from their expected positions at the end, in cells.
     Place,
-    /// Error of the linear momentum, as a share of the sum of the magnitudes of what makes it up.
+    /// Error of the linear momentum, relative to the sum of the magnitudes of the vertices' momenta.
     Linear,
-    /// Error of the angular momentum about the center of mass, as a share of the sum of the magnitudes.
+    /// Error of the angular momentum about the center of mass, relative to the sum of the magnitudes.
     Angular,
-    /// How deep the surface lies in a collider at the end, in cells.
+    /// Penetration depth of the boundary vertices in a collider at the end, in cells.
     Depth,
-    /// Error of the volume after its correction at the end, as a share of the volume at rest.
+    /// Relative error of the corrected volume at the end.
     Volume,
-    /// Looks at which no correction within its cap kept the volume.
+    /// Number of evaluations in which the volume correction reached its cap.
     Capped,
-    /// Rotations that Newton's method left to the robust path.
+    /// Number of rotations for which Newton's method did not converge, so that the robust path computed them.
     Unsettled,
 }
 
 impl Measure {
-    /// In a few words, with the unit.
+    /// Returns a short label with the unit.
     pub fn label(self) -> &'static str {
         match self {
             Self::NotNumbers => "NaN",
@@ -218,7 +220,7 @@ impl Measure {
             Self::Angular => "angular momentum",
             Self::Depth => "depth, cells",
             Self::Volume => "volume",
-            Self::Capped => "capped looks",
+            Self::Capped => "capped evaluations",
             Self::Unsettled => "robust rotations",
         }
     }
@@ -229,7 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_larger_one_is_nan_whichever_is_nan() {
+    fn largest_returns_nan_if_either_is_nan() {
         for (a, b, expected) in [(1.0, 2.0, 2.0), (2.0, 1.0, 2.0), (1.0, f64::INFINITY, f64::INFINITY)] {
             assert_eq!(largest(a, b), expected);
         }

@@ -1,10 +1,10 @@
-//! Stiff and extreme cases: each is run, measured, and held to bounds that it states.
+//! Stiff and extreme cases. Each case is run, measured and checked against its bounds.
 //!
 //! ```text
-//! cases (bodies, made of cells) -> trial (a simulation that is watched) -> a Row for each case -> Report
+//! cases (bodies built from cells) -> trial (a measured simulation) -> a Row for each case -> report
 //! ```
 //!
-//! Each simulation has one thread, and random numbers are the same in each run.
+//! Each simulation uses one thread. Random numbers have fixed seeds.
 
 mod bodies;
 mod case;

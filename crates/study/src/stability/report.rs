@@ -1,4 +1,4 @@
-//! All cases on several threads, and the report on them: a table for people, JSON for programs.
+//! Runs the cases on several threads and reports the results as a table and as JSON.
 
 use std::fmt::Write;
 use std::fs;
@@ -20,34 +20,34 @@ use crate::output::{open_folder, write_json};
 /// The study of stiff and extreme cases.
 #[derive(Clone, Debug)]
 pub struct StabilityStudy {
-    /// Where `stability.json` goes; made if it is not there.
+    /// Output folder of `stability.json`; created if it does not exist.
     pub directory: PathBuf,
-    /// The quick cases alone.
+    /// Whether to run only the quick cases.
     pub quick: bool,
 }
 
-/// The cases that were run.
+/// Results of the cases that were run.
 #[derive(Clone, Debug, Serialize)]
 pub struct StabilityReport {
-    /// Where they were run.
+    /// Machine that ran the cases.
     pub machine: Machine,
-    /// Whether all cases were run that were asked for.
+    /// Whether all requested cases were run.
     pub complete: bool,
-    /// Whether all bounds hold of all cases.
+    /// Whether all cases passed.
     pub passed: bool,
-    /// One for each case that was run, in the order of the cases.
+    /// One row per case that was run, in the order of the cases.
     pub rows: Vec<Row>,
-    /// How many cases were asked for.
+    /// Number of requested cases.
     #[serde(skip)]
     pub asked: usize,
 }
 
 impl StabilityStudy {
-    /// Runs the cases on all processors. An earlier report stays until there is a new one.
+    /// Runs the cases on all processors. An earlier report is kept until the new one is complete.
     ///
     /// # Errors
     ///
-    /// A folder that cannot be written; that is found before any case is run.
+    /// The folder cannot be written; this is checked before any case runs.
     pub fn run(&self, observer: &mut (dyn Observer + Send)) -> Result<StabilityReport, StudyError> {
         open_folder(&self.directory)?;
         let (path, part) = (self.path(), self.path().with_extension("part"));
@@ -59,13 +59,13 @@ impl StabilityStudy {
         Ok(report)
     }
 
-    /// The report.
+    /// Returns the path of the report.
     pub fn path(&self) -> PathBuf {
         self.directory.join("stability.json")
     }
 }
 
-/// The columns of figures of the table.
+/// The figures in the columns of the table.
 const COLUMNS: [(&str, Measure); 8] = [
     ("NaN", Measure::NotNumbers),
     ("speed", Measure::LargestSpeed),
@@ -78,7 +78,8 @@ const COLUMNS: [(&str, Measure); 8] = [
 ];
 
 impl StabilityReport {
-    /// Runs cases on all processors, long ones first. Once the observer asks to stop, no further case is begun.
+    /// Runs cases on all processors, long ones first. After the observer requests a stop, no further case
+    /// starts.
     pub fn of(cases: &[Case], observer: &mut (dyn Observer + Send)) -> Self {
         let threads = available_parallelism().map_or(1, usize::from);
         let rows: Vec<Row> = run_all(cases, threads, observer).into_iter().flatten().collect();
@@ -91,8 +92,8 @@ impl StabilityReport {
         }
     }
 
-    /// A row for each case, under the name of its family, with the bounds that it breaks below it. Ends without a line
-    /// break.
+    /// Formats one row per case, grouped by family, with the violated bounds below the row. The text has no
+    /// final line break.
     pub fn table(&self) -> String {
         let width = self.rows.iter().map(|row| row.case.chars().count()).max().unwrap_or(0);
         let mut text = format!("      {:width$}", "");
@@ -113,7 +114,7 @@ impl StabilityReport {
             }
             let _ = write!(text, " {:>8.1}", row.seconds);
             for Bound { measure, limit } in &row.broken {
-                let value = row.figures.get(*measure).map_or_else(|| "not reached".into(), short);
+                let value = row.figures.get(*measure).map_or_else(|| "not measured".into(), short);
                 let _ = write!(text, "\n      {}: {value}, the bound is {}", measure.label(), short(*limit));
             }
             if let Some(error) = &row.error {
@@ -124,7 +125,7 @@ impl StabilityReport {
     }
 }
 
-/// A number in at most eight characters.
+/// Formats a number in at most eight characters.
 fn short(value: f64) -> String {
     if value == 0.0 || (value.fract() == 0.0 && value.abs() < 1e5) {
         format!("{value}")
@@ -133,8 +134,8 @@ fn short(value: f64) -> String {
     }
 }
 
-/// Runs cases on `threads` threads, each simulation on one of them. `None` for cases that were not begun when the observer
-/// asked to stop.
+/// Runs cases on `threads` threads, one case per thread at a time. The result is `None` for cases that did
+/// not start before the observer requested a stop.
 fn run_all(cases: &[Case], threads: usize, observer: &mut (dyn Observer + Send)) -> Vec<Option<Row>> {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by_key(|&index| cases[index].suite == Suite::Quick);
@@ -166,7 +167,7 @@ mod tests {
     use crate::stability::case::Figures;
 
     #[test]
-    fn a_case_fails_by_a_bound_by_a_figure_that_is_not_there_by_an_error_and_by_a_panic() {
+    fn violated_bounds_missing_figures_errors_and_panics_fail_a_case() {
         let figures = || {
             let mut figures = Figures::default();
             figures.set(Measure::NotNumbers, 0.0);
@@ -192,23 +193,23 @@ mod tests {
         assert!(!report.passed);
         let table = report.table();
         assert!(table.contains("largest speed, cells/step: 2, the bound is 1.5e0"), "{table}");
-        assert!(table.contains("place, cells: not reached"), "{table}");
+        assert!(table.contains("place, cells: not measured"), "{table}");
         assert_eq!(table.lines().filter(|line| line.starts_with("FAIL")).count(), 6, "{table}");
         assert!(table.contains("panicked: at 2") && table.contains("panicked: never"), "{table}");
         assert!(report.rows.iter().all(|row| row.seconds < 1.0));
     }
 
-    struct Stops;
+    struct StopsImmediately;
 
-    impl Observer for Stops {
+    impl Observer for StopsImmediately {
         fn progress(&mut self, _progress: &Progress<'_>) -> Flow {
             Flow::Stop
         }
     }
 
     #[test]
-    fn cases_after_a_stop_are_not_run() {
+    fn no_case_starts_after_a_stop() {
         let cases = ["a", "b", "c"].map(|name| Case::new(name, "", || Ok(Figures::default())));
-        assert_eq!(run_all(&cases, 1, &mut Stops).iter().flatten().count(), 1);
+        assert_eq!(run_all(&cases, 1, &mut StopsImmediately).iter().flatten().count(), 1);
     }
 }

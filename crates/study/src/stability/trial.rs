@@ -1,4 +1,4 @@
-//! A simulation that is watched: takes the figures of a case.
+//! A measured simulation, which yields the figures of a case.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::reference::{self, Naive, Regions};
@@ -6,32 +6,29 @@ use supple::{Body, BodyRef, Lattice, Simulation};
 
 use super::case::{Figures, Measure, largest};
 
-/// Entries of the lists of regions up to which the energy is summed.
-const SUMMED: usize = 30_000_000;
+/// Maximum number of entries in the region lists for which the energy is measured; limits run time and
+/// memory.
+const MAX_LIST_ENTRIES: usize = 30_000_000;
 
-/// A speed that counts as rest where energies are compared, in cells a step.
-const STILL: f64 = 1e-3;
+/// Speed that counts as rest when energies are compared, in cells per step.
+const REST_SPEED: f64 = 1e-3;
 
-/// A distance from the rest shape that counts as none, in cells.
-const AT_REST: f64 = 1e-3;
+/// Distance from the rest shape that counts as zero, in cells.
+const REST_DISTANCE: f64 = 1e-3;
 
-/// Whether momenta and energy are the bodies' own.
+/// Whether external forces can change momenta and energy.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Surroundings {
-    /// Nothing acts on the bodies.
-    Empty,
-    /// They fall, are held, or touch something.
-    Acting,
+pub(super) enum System {
+    /// Nothing acts on the bodies: momenta and energy are measured.
+    Isolated,
+    /// Gravity, constraints or contacts act on the bodies: momenta and energy are not measured.
+    Driven,
 }
 
-/// Runs a script on a simulation and takes its figures.
-pub(super) fn watch(
-    simulation: Simulation,
-    surroundings: Surroundings,
-    script: impl FnOnce(&mut Trial),
-) -> Figures {
+/// Runs a script on a simulation and returns the figures.
+pub(super) fn measure(simulation: Simulation, system: System, script: impl FnOnce(&mut Trial)) -> Figures {
     let lattices: Vec<Lattice> = simulation.bodies().iter().map(|body| body.lattice().clone()).collect();
-    let mut trial = Trial::new(simulation, &lattices, surroundings);
+    let mut trial = Trial::new(simulation, &lattices, system);
     script(&mut trial);
     trial.finish()
 }
@@ -40,23 +37,24 @@ pub(super) fn watch(
 pub(super) struct Trial<'a> {
     pub(super) simulation: Simulation,
     figures: Figures,
-    starts: Vec<Start<'a>>,
-    surroundings: Surroundings,
+    initials: Vec<Initial<'a>>,
+    system: System,
 }
 
-/// How a body began.
-struct Start<'a> {
+/// Rest shape and initial state of a body.
+struct Initial<'a> {
     rest: Vec<Vector3<f64>>,
     masses: Vec<f64>,
+    /// Initial linear and angular momentum.
     momenta: [Vector3<f64>; 2],
-    /// Largest sums of magnitudes so far: of linear and of angular momentum.
+    /// Maximum sums of magnitudes so far, of linear and of angular momentum.
     magnitudes: [f64; 2],
-    /// Distance from the rest shape.
+    /// Initial distance from the rest shape, in cells.
     shape: f64,
     energy: Option<Energy<'a>>,
 }
 
-/// The energy of a body on which nothing acts, by the naive method in f64.
+/// The energy of an isolated body, computed by the naive method in f64.
 struct Energy<'a> {
     naive: Naive<'a>,
     cell_size: f64,
@@ -64,13 +62,13 @@ struct Energy<'a> {
     start: f64,
 }
 
-/// Positions and velocities of a body in cells and steps.
-struct Now {
+/// Positions in cells and velocities in cells per step of a body.
+struct Snapshot {
     x: Vec<Vector3<f64>>,
     v: Vec<Vector3<f64>>,
 }
 
-impl Now {
+impl Snapshot {
     fn of(body: &Body, dt: f64) -> Self {
         let cell = body.lattice().cell_size();
         let x = body.positions().iter().map(|p| p.coords / cell).collect();
@@ -78,27 +76,28 @@ impl Now {
         Self { x, v }
     }
 
-    /// Linear and angular momentum, and the sums of the magnitudes of what makes them up.
+    /// Returns linear and angular momentum, and the sums of the magnitudes of the vertices' contributions.
     fn momenta(&self, masses: &[f64]) -> ([Vector3<f64>; 2], [f64; 2]) {
         let (center, drift) = (mean(masses, &self.x), mean(masses, &self.v));
         let (mut momenta, mut magnitudes) = ([Vector3::zeros(); 2], [0.0; 2]);
         for ((x, v), m) in self.x.iter().zip(&self.v).zip(masses) {
-            let (arm, beside) = (x - center, v - drift);
+            let (arm, relative) = (x - center, v - drift);
             momenta[0] += v * *m;
-            momenta[1] += arm.cross(&beside) * *m;
+            momenta[1] += arm.cross(&relative) * *m;
             magnitudes[0] += v.norm() * m;
-            magnitudes[1] += arm.norm() * beside.norm() * m;
+            magnitudes[1] += arm.norm() * relative.norm() * m;
         }
         (momenta, magnitudes)
     }
 
+    /// Returns the maximum speed of a vertex.
     fn speed(&self) -> f64 {
         self.v.iter().map(Vector3::norm).fold(0.0, largest)
     }
 }
 
 impl<'a> Energy<'a> {
-    fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Now) -> Self {
+    fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Snapshot) -> Self {
         let naive = Naive::new(lattice, body.half_width(), Regions::Staircase).listed();
         let alpha = body.material().alpha(dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
@@ -106,58 +105,58 @@ impl<'a> Energy<'a> {
         energy
     }
 
-    /// In masses of a full cell times (cells per step)².
-    fn of(&self, now: &Now) -> f64 {
+    /// Returns the energy in units of the mass of a full cell times (cells per step)².
+    fn of(&self, now: &Snapshot) -> f64 {
         let scaled =
             |cells: &[Vector3<f64>]| -> Vec<_> { cells.iter().map(|x| x * self.cell_size).collect() };
         self.naive.energy(&scaled(&now.x), &scaled(&now.v), self.alpha) / self.cell_size.powi(2)
     }
 }
 
-impl<'a> Start<'a> {
-    fn new(body: &Body, lattice: &'a Lattice, dt: f64, surroundings: Surroundings) -> Self {
-        let now = Now::of(body, dt);
+impl<'a> Initial<'a> {
+    fn new(body: &Body, lattice: &'a Lattice, dt: f64, system: System) -> Self {
+        let now = Snapshot::of(body, dt);
         let masses: Vec<f64> = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
         let rest: Vec<_> =
             lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
         let (momenta, magnitudes) = now.momenta(&masses);
         let shape = shape_distance(&masses, &rest, &now.x);
         let listed = lattice.len() * lattice.len().min((2 * body.half_width() + 1).pow(3));
-        let energy = (surroundings == Surroundings::Empty && listed <= SUMMED)
+        let energy = (system == System::Isolated && listed <= MAX_LIST_ENTRIES)
             .then(|| Energy::new(body, lattice, dt, &now));
         Self { rest, masses, momenta, magnitudes, shape, energy }
     }
 
-    /// What linear and angular momentum miss, as shares of the largest magnitudes.
-    fn missed(&mut self, now: &Now) -> [f64; 2] {
+    /// Returns the errors of linear and angular momentum, relative to the maximum magnitudes.
+    fn momentum_errors(&mut self, now: &Snapshot) -> [f64; 2] {
         let (momenta, magnitudes) = now.momenta(&self.masses);
         std::array::from_fn(|k| {
             self.magnitudes[k] = largest(self.magnitudes[k], magnitudes[k]);
-            let missed = (momenta[k] - self.momenta[k]).norm();
-            if missed == 0.0 { 0.0 } else { missed / self.magnitudes[k] }
+            let error = (momenta[k] - self.momenta[k]).norm();
+            if error == 0.0 { 0.0 } else { error / self.magnitudes[k] }
         })
     }
 }
 
 impl<'a> Trial<'a> {
-    fn new(simulation: Simulation, lattices: &'a [Lattice], surroundings: Surroundings) -> Self {
+    fn new(simulation: Simulation, lattices: &'a [Lattice], system: System) -> Self {
         let bodies = simulation.bodies().iter().zip(lattices);
-        let starts =
-            bodies.map(|(body, lattice)| Start::new(body, lattice, simulation.dt(), surroundings)).collect();
-        let mut trial = Self { simulation, figures: Figures::default(), starts, surroundings };
-        trial.look();
+        let initials =
+            bodies.map(|(body, lattice)| Initial::new(body, lattice, simulation.dt(), system)).collect();
+        let mut trial = Self { simulation, figures: Figures::default(), initials, system };
+        trial.evaluate();
         trial
     }
 
-    /// Makes `steps` steps, and looks after each `every`.
+    /// Makes `steps` steps and evaluates the figures after every `every` steps.
     pub(super) fn run(&mut self, steps: u64, every: u64) {
         for _ in 0..steps / every {
             self.simulation.steps(every);
-            self.look();
+            self.evaluate();
         }
     }
 
-    /// Takes how deep the boundary vertices of the lattices lie in something, by `depth` in scene units.
+    /// Measures the penetration of the boundary vertices of the lattices; `depth` returns scene units.
     pub(super) fn depth(&mut self, depth: impl Fn(&Point3<f64>) -> f64) {
         for body in self.simulation.bodies() {
             let positions = body.positions();
@@ -168,7 +167,7 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Takes how far the points are from where they are expected, both in cells.
+    /// Measures the distance of the points `now` from the points `expected`, both in cells.
     pub(super) fn place(&mut self, expected: &[Point3<f64>], now: &[Point3<f64>]) {
         let [expected, now] =
             [expected, now].map(|points| points.iter().map(|p| p.coords).collect::<Vec<_>>());
@@ -182,29 +181,30 @@ impl<'a> Trial<'a> {
         self.figures
     }
 
-    fn look(&mut self) {
-        let Self { simulation, figures, starts, surroundings } = self;
+    /// Evaluates the bodies and updates the figures.
+    fn evaluate(&mut self) {
+        let Self { simulation, figures, initials, system } = self;
         let [mut speed, mut shape, mut shape_at_start, mut volume] = [0.0_f64; 4];
-        let (mut energy, mut energy_at_start, mut still) = (Some(0.0), 0.0, 0.0);
-        for (index, start) in starts.iter_mut().enumerate() {
+        let (mut energy, mut energy_at_start, mut rest_energy) = (Some(0.0), 0.0, 0.0);
+        for (index, start) in initials.iter_mut().enumerate() {
             let body = simulation.body(index);
-            let now = Now::of(&body, simulation.dt());
+            let now = Snapshot::of(&body, simulation.dt());
             let report = body.volume_report();
             let volumes = [report.rest, report.before, report.after, report.lambda, report.residual];
-            figures.add(Measure::NotNumbers, not_numbers(body, &now, &volumes) as f64);
+            figures.add(Measure::NotNumbers, count_non_finite(body, &now, &volumes) as f64);
             figures.add(Measure::Capped, f64::from(u8::from(report.capped)));
             volume = largest(volume, report.residual.abs());
             speed = largest(speed, now.speed());
             shape = largest(shape, shape_distance(&start.masses, &start.rest, &now.x));
             shape_at_start = largest(shape_at_start, start.shape);
-            if *surroundings == Surroundings::Empty {
-                let [linear, angular] = start.missed(&now);
+            if *system == System::Isolated {
+                let [linear, angular] = start.momentum_errors(&now);
                 figures.raise(Measure::Linear, linear);
                 figures.raise(Measure::Angular, angular);
             }
             energy = energy.zip(start.energy.as_ref()).map(|(sum, energy)| {
                 energy_at_start += energy.start;
-                still += STILL * STILL * start.masses.iter().sum::<f64>();
+                rest_energy += REST_SPEED * REST_SPEED * start.masses.iter().sum::<f64>();
                 sum + energy.of(&now)
             });
         }
@@ -213,19 +213,20 @@ impl<'a> Trial<'a> {
         figures.set(Measure::FinalSpeed, speed);
         figures.set(Measure::Volume, volume);
         figures.set(Measure::Shape, shape);
-        let tenth = shape <= (0.1 * shape_at_start).max(AT_REST);
+        let tenth = shape <= (0.1 * shape_at_start).max(REST_DISTANCE);
         if tenth && steps > 0 && figures.get(Measure::StepsToTenth).is_none() {
             figures.set(Measure::StepsToTenth, steps as f64);
         }
         if let Some(energy) = energy {
             figures.energy.push((steps, energy));
-            figures.raise(Measure::EnergyGain, (energy - energy_at_start) / (energy_at_start + still));
-            figures.set(Measure::EnergyLeft, energy / (energy_at_start + still));
+            figures.raise(Measure::EnergyGain, (energy - energy_at_start) / (energy_at_start + rest_energy));
+            figures.set(Measure::EnergyLeft, energy / (energy_at_start + rest_energy));
         }
     }
 }
 
-/// Root mean square distance of a shape from where the rigid motion that fits best, by masses, puts the rest shape.
+/// Returns the root mean square distance of a shape from the rest shape after the best-fit rigid motion
+/// (weighted by mass).
 fn shape_distance(masses: &[f64], rest: &[Vector3<f64>], now: &[Vector3<f64>]) -> f64 {
     let (from, to) = (mean(masses, rest), mean(masses, now));
     let moments = rest.iter().zip(now).zip(masses);
@@ -235,20 +236,20 @@ fn shape_distance(masses: &[f64], rest: &[Vector3<f64>], now: &[Vector3<f64>]) -
     distance(&moved, now)
 }
 
-/// Root mean square distance.
+/// Returns the root mean square distance of corresponding points.
 fn distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     (a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// Mean by masses.
+/// Returns the mean weighted by mass.
 fn mean(masses: &[f64], x: &[Vector3<f64>]) -> Vector3<f64> {
     x.iter().zip(masses).map(|(x, m)| x * *m).sum::<Vector3<f64>>() / masses.iter().sum::<f64>()
 }
 
-/// Numbers of a body and of what is shown of it that are NaN or infinite.
-fn not_numbers(body: BodyRef<'_>, now: &Now, volumes: &[f64]) -> usize {
-    let shown: Vec<_> = body.corrected_positions().iter().map(|p| p.coords).collect();
-    let vectors = now.x.iter().chain(&now.v).chain(&shown).flatten();
+/// Counts the NaN and infinite numbers of a body, its corrected lattice and its evaluated surface.
+fn count_non_finite(body: BodyRef<'_>, now: &Snapshot, volumes: &[f64]) -> usize {
+    let corrected: Vec<_> = body.corrected_positions().iter().map(|p| p.coords).collect();
+    let vectors = now.x.iter().chain(&now.v).chain(&corrected).flatten();
     let rotations = body.rotations();
     let surface: Vec<_> = body.surface().positions.iter().map(|p| p.coords).collect();
     let numbers = vectors.chain(surface.iter().flatten()).chain(rotations.iter().flatten()).chain(volumes);

@@ -1,10 +1,10 @@
-//! A block of lattice vertices, and what of it does not change.
+//! A block of lattice vertices and the constants of its regions.
 
 use nalgebra::Vector3;
 
 use super::windows::{Summing, Windows};
 
-/// Distances of the blocks' corners from the origin along each axis, in cells.
+/// Distances of the block's corner from the origin along each axis, in cells.
 pub(super) const DISTANCES: [f64; 4] = [0.0, 1e2, 1e4, 1e6];
 
 /// A block of `side` vertices along each edge, x fastest, with cells of edge 1.
@@ -12,31 +12,35 @@ pub(super) const DISTANCES: [f64; 4] = [0.0, 1e2, 1e4, 1e6];
 pub(super) struct Block {
     pub(super) side: usize,
     pub(super) half_width: usize,
-    /// m_i / n_i of each vertex.
+    /// Weight m_i / n_i of each vertex.
     pub(super) weights: Vec<f64>,
-    /// 1 / n_i.
-    pub(super) shares: Vec<f64>,
-    /// Of each region: the sum of the weights.
+    /// 1 / n_i of each vertex, where n_i is the number of regions that contain it.
+    pub(super) inverse_counts: Vec<f64>,
+    /// Sum of the weights of each region.
     pub(super) masses: Vec<f64>,
-    /// Of each region: the rest centroid from its center vertex.
+    /// Rest centroid of each region, relative to its center vertex.
     pub(super) centroids: Vec<Vector3<f64>>,
 }
 
 impl Block {
+    /// Creates a block and computes the constants of its regions.
     pub(super) fn new(side: usize, half_width: usize) -> Self {
-        // Vertices in the window around i, which in a block are also the windows that i is in.
-        let reach = |i: usize| ((i + half_width).min(side - 1) - i.saturating_sub(half_width) + 1) as f64;
-        // Cells beside a vertex.
+        // Number of vertices in the window around i. In a block it equals the number of windows that contain
+        // i.
+        let window_size =
+            |i: usize| ((i + half_width).min(side - 1) - i.saturating_sub(half_width) + 1) as f64;
+        // Number of cells at a vertex along one axis.
         let cells = |i: usize| if i == 0 || i + 1 == side { 1.0 } else { 2.0 };
         let count = side.pow(3);
         let at = |vertex: usize| [vertex % side, vertex / side % side, vertex / (side * side)];
         let product =
             |vertex: usize, of: &dyn Fn(usize) -> f64| -> f64 { at(vertex).into_iter().map(of).product() };
-        let shares: Vec<f64> = (0..count).map(|vertex| 1.0 / product(vertex, &reach)).collect();
-        let weights: Vec<f64> = (0..count).map(|v| product(v, &cells) / 8.0 * shares[v]).collect();
-        let mut block = Self { side, half_width, weights, shares, masses: Vec::new(), centroids: Vec::new() };
+        let inverse_counts: Vec<f64> = (0..count).map(|vertex| 1.0 / product(vertex, &window_size)).collect();
+        let weights: Vec<f64> = (0..count).map(|v| product(v, &cells) / 8.0 * inverse_counts[v]).collect();
+        let mut block =
+            Self { side, half_width, weights, inverse_counts, masses: Vec::new(), centroids: Vec::new() };
         let windows = block.windows(Summing::Direct);
-        // Plain and weighted sums of the weights, axis after axis.
+        // Plain and weighted sums of the weights, one axis after the other.
         let mut sums = vec![block.weights.clone()];
         for axis in 0..3 {
             let mut next = Vec::new();
@@ -56,26 +60,26 @@ impl Block {
         block
     }
 
-    /// Lattice vertices.
+    /// Returns the number of lattice vertices.
     pub(super) fn len(&self) -> usize {
         self.weights.len()
     }
 
-    /// Rest position of a vertex from the block's corner.
+    /// Returns the rest position of a vertex, relative to the block's corner.
     pub(super) fn rest(&self, vertex: usize) -> Vector3<f64> {
         let side = self.side;
         Vector3::new((vertex % side) as f64, (vertex / side % side) as f64, (vertex / (side * side)) as f64)
     }
 
-    /// The windows of its regions.
+    /// Returns the windows of the regions.
     pub(super) fn windows(&self, summing: Summing) -> Windows {
         Windows { side: self.side, half_width: self.half_width, summing }
     }
 
-    /// The block bent, stretched and shaken by up to a tenth of a cell, the same each time.
-    pub(super) fn bent(&self) -> Vec<Vector3<f64>> {
+    /// Returns deformed positions: bent, stretched, with a deterministic noise of up to a tenth of a cell.
+    pub(super) fn deformed(&self) -> Vec<Vector3<f64>> {
         let long = self.side as f64;
-        let shake = |vertex: usize, axis: usize| (12.9898 * vertex as f64 + 78.233 * axis as f64).sin() * 0.1;
+        let noise = |vertex: usize, axis: usize| (12.9898 * vertex as f64 + 78.233 * axis as f64).sin() * 0.1;
         (0..self.len())
             .map(|vertex| {
                 let x = self.rest(vertex);
@@ -84,7 +88,7 @@ impl Block {
                     1.1 * x.y,
                     x.z + 0.08 * long * (3.0 * x.x / long).cos(),
                 );
-                bent + Vector3::from_fn(|axis, _| shake(vertex, axis))
+                bent + Vector3::from_fn(|axis, _| noise(vertex, axis))
             })
             .collect()
     }

@@ -1,7 +1,8 @@
-//! The summation alone: local and global moments, by windows summed anew or run on, in f32 and f64.
+//! The summation alone: local and global moments, direct and running sums, in f32 and f64.
 //!
-//! The rivals are the same plain code, scalar and on one thread, so that they can be compared with each other; the core
-//! stands beside them. The truth is local moments summed anew in f64, which a test holds to the naive sums.
+//! All variants use the same scalar code on one thread, so that they are comparable with each other. The core
+//! is measured too. The reference is direct sums of local moments in f64; a test compares them with the naive
+//! sums.
 
 mod block;
 mod moments;
@@ -18,34 +19,34 @@ use crate::error::{Halt, StudyError};
 use crate::machine::Machine;
 use crate::observer::{Meter, Observer, Outcome};
 use block::{Block, DISTANCES};
-use moments::{Moments, Rival};
+use moments::{Moments, Summation};
 pub use report::{SumsError, SumsReport, SumsRow};
 use windows::{Number, Summing};
 
 /// The study of the summation.
 #[derive(Clone, Debug)]
 pub struct SumsStudy {
-    /// Where `sums.csv` and `sums.json` go; made if it is not there.
+    /// Output folder of `sums.csv` and `sums.json`; created if it does not exist.
     pub directory: PathBuf,
-    /// Smaller blocks.
+    /// Whether to use fewer and smaller blocks.
     pub quick: bool,
 }
 
-/// Vertices along each edge of the blocks, and half-widths: one varies while the other stays.
+/// Vertices along each edge of the blocks, and half-widths: one varies while the other is constant.
 const FULL: [(usize, usize); 5] = [(22, 1), (22, 3), (22, 8), (10, 3), (47, 3)];
-/// Those of a quick study.
+/// Blocks and half-widths of a quick study.
 const QUICK: [(usize, usize); 3] = [(10, 1), (10, 3), (22, 3)];
-/// Times that each sum is timed; the median counts.
+/// Number of timed repetitions; the median is reported.
 const REPEATS: usize = 7;
-/// Steps of the core that are timed together.
+/// Steps of the core in one timed repetition.
 const STEPS: u64 = 20;
 
 impl SumsStudy {
-    /// Runs the study. What is done when the observer asks to stop is in the report, and written.
+    /// Runs the study. If the observer requests a stop, the completed blocks are reported and written.
     ///
     /// # Errors
     ///
-    /// A folder that cannot be written.
+    /// The folder cannot be written.
     pub fn run(&self, observer: &mut dyn Observer) -> Result<(SumsReport, Outcome), StudyError> {
         let cases: &[(usize, usize)] = if self.quick { &QUICK } else { &FULL };
         let mut report = SumsReport { complete: false, machine: Machine::here(1), rows: Vec::new() };
@@ -73,27 +74,27 @@ impl SumsStudy {
     }
 }
 
-/// All rivals on one block.
+/// Measures all variants on one block.
 fn case(side: usize, half_width: usize, meter: &mut Meter<'_>) -> Result<Vec<SumsRow>, Halt> {
     let block = Block::new(side, half_width);
     let mut rows = Vec::new();
     for moments in [Moments::Local, Moments::Global] {
         for summing in [Summing::Direct, Summing::Running] {
-            rows.push(rival::<f32>(&block, moments, summing, meter)?);
-            rows.push(rival::<f64>(&block, moments, summing, meter)?);
+            rows.push(measure_variant::<f32>(&block, moments, summing, meter)?);
+            rows.push(measure_variant::<f64>(&block, moments, summing, meter)?);
         }
     }
-    rows.push(core(&block, meter)?);
+    rows.push(measure_core(&block, meter)?);
     Ok(rows)
 }
 
-/// The truth: the goal positions of positions from the block's corner.
-fn truth(block: &Block, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-    Rival::new(block, Moments::Local, Summing::Direct, 0.0).goals(positions).0
+/// Computes the reference goal positions of `positions`, relative to the block's corner.
+fn reference_goals(block: &Block, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    Summation::new(block, Moments::Local, Summing::Direct, 0.0).goals(positions).0
 }
 
-/// One way to sum at all distances.
-fn rival<T: Number>(
+/// Measures one variant at all distances.
+fn measure_variant<T: Number>(
     block: &Block,
     moments: Moments,
     summing: Summing,
@@ -102,34 +103,34 @@ fn rival<T: Number>(
     let mut row = SumsRow::new(block, format!("{} {} {}", moments.name(), summing.name(), T::NAME));
     for distance in DISTANCES {
         let shift = Vector3::repeat(distance);
-        let positions: Vec<Vector3<T>> = block.bent().iter().map(|x| (x + shift).map(T::of)).collect();
-        // As they were rounded: how well far places can be told apart at all is not the sums' doing.
+        let positions: Vec<Vector3<T>> = block.deformed().iter().map(|x| (x + shift).map(T::of)).collect();
+        // Rounded like the input: rounding of the positions themselves is not an error of the sums.
         let from_corner: Vec<_> = positions.iter().map(|x| x.map(Into::<f64>::into) - shift).collect();
-        let mut rival = Rival::<T>::new(block, moments, summing, distance);
-        let (mut goals, _) = rival.goals(&positions);
+        let mut variant = Summation::<T>::new(block, moments, summing, distance);
+        let (mut goals, _) = variant.goals(&positions);
         if distance == 0.0 {
-            let timed = (0..REPEATS).map(|_| rival.goals(&positions).1.as_secs_f64());
+            let timed = (0..REPEATS).map(|_| variant.goals(&positions).1.as_secs_f64());
             row.time(&timed.collect::<Vec<_>>(), block.len());
         }
         goals.iter_mut().for_each(|goal| *goal -= shift);
-        row.error(distance, &goals, &truth(block, &from_corner));
+        row.error(distance, &goals, &reference_goals(block, &from_corner));
         meter.tick()?;
     }
     Ok(row)
 }
 
-/// The core: its goal positions, and the time of a whole step on one thread.
-fn core(block: &Block, meter: &mut Meter<'_>) -> Result<SumsRow, Halt> {
+/// Measures the core: its goal positions, and the time of a whole step on one thread.
+fn measure_core(block: &Block, meter: &mut Meter<'_>) -> Result<SumsRow, Halt> {
     let lattice = lattice(block)?;
     let mut row = SumsRow::new(block, "supple, f32".to_owned());
     for distance in DISTANCES {
         let shift = Vector3::repeat(distance);
         let mut body = Body::from_lattice(lattice.clone()).half_width(block.half_width).build()?;
-        let placed: Vec<Point3<f64>> = block.bent().iter().map(|x| (x + shift).into()).collect();
+        let placed: Vec<Point3<f64>> = block.deformed().iter().map(|x| (x + shift).into()).collect();
         body.set_positions(&placed).map_err(supple::Error::from)?;
         let from_corner: Vec<_> = body.positions().iter().map(|x| x.coords - shift).collect();
         let goals: Vec<_> = body.goals().iter().map(|goal| goal.coords - shift).collect();
-        row.error(distance, &goals, &truth(block, &from_corner));
+        row.error(distance, &goals, &reference_goals(block, &from_corner));
         if distance == 0.0 {
             let mut simulation = Simulation::builder().gravity([0.0; 3]).threads(1).body(body).build()?;
             simulation.steps(STEPS);
@@ -145,7 +146,7 @@ fn core(block: &Block, meter: &mut Meter<'_>) -> Result<SumsRow, Halt> {
     Ok(row)
 }
 
-/// The block as a lattice.
+/// Builds the block as a lattice.
 fn lattice(block: &Block) -> Result<Lattice, supple::Error> {
     let edge = block.side as i32 - 1;
     let cells: Vec<_> = (0..edge.pow(3)).map(|i| [i % edge, i / edge % edge, i / (edge * edge)]).collect();
@@ -159,14 +160,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_rival_gives_the_goals_of_the_naive_sums() {
+    fn all_variants_agree_with_the_naive_goals() {
         for (side, half_width) in [(2, 1), (5, 2), (6, 1), (4, 9)] {
             let block = Block::new(side, half_width);
             let lattice = lattice(&block).unwrap();
-            let naive = goals(&lattice, &block.bent(), half_width, Regions::Staircase);
+            let naive = goals(&lattice, &block.deformed(), half_width, Regions::Staircase);
             for moments in [Moments::Local, Moments::Global] {
                 for summing in [Summing::Direct, Summing::Running] {
-                    let (fast, _) = Rival::<f64>::new(&block, moments, summing, 0.0).goals(&block.bent());
+                    let mut variant = Summation::<f64>::new(&block, moments, summing, 0.0);
+                    let (fast, _) = variant.goals(&block.deformed());
                     let worst = fast.iter().zip(&naive).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
                     assert!(worst < 1e-12, "{side}, {half_width}, {moments:?}, {summing:?}: {worst:e}");
                 }

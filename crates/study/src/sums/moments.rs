@@ -1,4 +1,4 @@
-//! Goal positions by local or by global moments, in plain code that is alike for all, so that they can be compared.
+//! Goal positions by local or global moments, in scalar code that all variants share for comparability.
 
 use std::time::{Duration, Instant};
 
@@ -8,17 +8,17 @@ use supple::reference::rotation;
 use super::block::Block;
 use super::windows::{Number, Summing, Windows};
 
-/// About what the moments of a region are taken.
+/// Origin of the moments of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Moments {
-    /// About the center vertex of each region: offsets are small whole numbers.
+    /// Moments about the center vertex of each region; offsets are small integers.
     Local,
-    /// About the origin: sums of m x and m x x0ᵀ, and then of [R t] (Rivers and James 2007, section 4).
+    /// Moments about the origin: sums of m x and m x x0ᵀ, then of [R t] (Rivers & James 2007, Section 4).
     Global,
 }
 
 impl Moments {
-    /// What it is called.
+    /// Returns the name in tables.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Local => "local",
@@ -27,23 +27,23 @@ impl Moments {
     }
 }
 
-/// Fields, one number a vertex each.
+/// Scalar fields, each with one number per vertex.
 type Fields<T> = Vec<Vec<T>>;
 
-/// One way to sum, and its buffers.
-pub(super) struct Rival<'a, T> {
+/// One variant of the summation, with its buffers.
+pub(super) struct Summation<'a, T> {
     block: &'a Block,
     windows: Windows,
     moments: Moments,
-    /// Rest positions: global moments are sums over them.
+    /// Rest positions, one field per axis; used by global moments.
     rest: Fields<T>,
     fields: Fields<T>,
     out: Fields<T>,
     spare: Vec<T>,
 }
 
-impl<'a, T: Number> Rival<'a, T> {
-    /// For a block whose corner is at rest at `(distance, distance, distance)`.
+impl<'a, T: Number> Summation<'a, T> {
+    /// Creates a variant for a block whose corner has the rest position `(distance, distance, distance)`.
     pub(super) fn new(block: &'a Block, moments: Moments, summing: Summing, distance: f64) -> Self {
         let along = |axis: usize| (0..block.len()).map(|v| T::of(block.rest(v)[axis] + distance)).collect();
         let fields = || vec![vec![T::of(0.0); block.len()]; 12];
@@ -59,33 +59,35 @@ impl<'a, T: Number> Rival<'a, T> {
         }
     }
 
-    /// The goal positions, and how long the sums took: not the rotations, which are the same for all, in f64.
+    /// Computes the goal positions and the time of the sums. The time excludes the rotations, which are
+    /// computed in f64 in all variants.
     pub(super) fn goals(&mut self, positions: &[Vector3<T>]) -> (Vec<Vector3<f64>>, Duration) {
         let start = Instant::now();
         match self.moments {
-            Moments::Local => self.gather_local(positions),
-            Moments::Global => self.gather_global(positions),
+            Moments::Local => self.forward_local(positions),
+            Moments::Global => self.forward_global(positions),
         }
-        let adjoint_time = start.elapsed();
+        let forward_time = start.elapsed();
         self.fit();
         let start = Instant::now();
         match self.moments {
-            Moments::Local => self.scatter_local(),
+            Moments::Local => self.adjoint_local(),
             Moments::Global => self.all_axes(),
         }
         let goals = (0..self.block.len()).map(|v| self.goal(v)).collect();
-        (goals, adjoint_time + start.elapsed())
+        (goals, forward_time + start.elapsed())
     }
 
-    /// Plain windows of all fields of `of`, along an axis.
+    /// Computes plain window sums of the fields in the range `of` along an axis.
     fn plain(&mut self, axis: usize, of: std::ops::Range<usize>) {
         for field in of {
             self.windows.plain(axis, &self.fields[field], &mut self.out[field]);
         }
     }
 
-    /// x: S, Sx; y: S, Sx, Sy; z: S, Sx, Sy, Sz, each of three numbers.
-    fn gather_local(&mut self, positions: &[Vector3<T>]) {
+    /// Forward sums of local moments. The results are S, Sx after x; S, Sx, Sy after y; S, Sx, Sy, Sz after
+    /// z, of three numbers each.
+    fn forward_local(&mut self, positions: &[Vector3<T>]) {
         for c in 0..3 {
             let weights = self.block.weights.iter();
             for ((field, x), weight) in self.fields[c].iter_mut().zip(positions).zip(weights) {
@@ -93,18 +95,18 @@ impl<'a, T: Number> Rival<'a, T> {
             }
         }
         for axis in 0..3 {
-            let known = 3 * (axis + 1);
-            self.plain(axis, 0..known);
+            let count = 3 * (axis + 1);
+            self.plain(axis, 0..count);
             for c in 0..3 {
-                let (sums, new) = self.out.split_at_mut(known);
+                let (sums, new) = self.out.split_at_mut(count);
                 self.windows.weighted(axis, &self.fields[c], &sums[c], &mut new[c]);
             }
             std::mem::swap(&mut self.fields, &mut self.out);
         }
     }
 
-    /// m x and m x x0ᵀ.
-    fn gather_global(&mut self, positions: &[Vector3<T>]) {
+    /// Forward sums of global moments m x and m x x0ᵀ.
+    fn forward_global(&mut self, positions: &[Vector3<T>]) {
         for v in 0..positions.len() {
             let weighted = positions[v].map(|x| x * T::of(self.block.weights[v]));
             for c in 0..3 {
@@ -117,7 +119,7 @@ impl<'a, T: Number> Rival<'a, T> {
         self.all_axes();
     }
 
-    /// Twelve fields along three axes.
+    /// Computes plain window sums of all twelve fields along all three axes.
     fn all_axes(&mut self) {
         for axis in 0..3 {
             self.plain(axis, 0..12);
@@ -125,12 +127,12 @@ impl<'a, T: Number> Rival<'a, T> {
         }
     }
 
-    /// The motion of each region: t or b, and the columns of R.
+    /// Replaces the moments of each region by its motion: t (global) or b (local), and the columns of R.
     fn fit(&mut self) {
         for v in 0..self.block.len() {
             let (mass, d) = (T::of(1.0 / self.block.masses[v]), self.block.centroids[v]);
             let mean = Vector3::from_fn(|c, _| self.fields[c][v] * mass);
-            // What the moments are taken about: the rest centroid from the region's center, or from the origin.
+            // The rest centroid, relative to the origin of the moments.
             let centroid = match self.moments {
                 Moments::Local => d.map(T::of),
                 Moments::Global => Vector3::from_fn(|k, _| self.rest[k][v] + T::of(d[k])),
@@ -149,8 +151,9 @@ impl<'a, T: Number> Rival<'a, T> {
         }
     }
 
-    /// The adjoint, z, y, x: B = W(b) - W'(column of the axis), and the columns that are left.
-    fn scatter_local(&mut self) {
+    /// Adjoint sums of local moments along z, y, x: B = W(b) - W'(column of the axis), and the remaining
+    /// columns.
+    fn adjoint_local(&mut self) {
         for axis in (0..3).rev() {
             let column = 3 * (axis + 1);
             self.plain(axis, 0..column + 3);
@@ -165,9 +168,9 @@ impl<'a, T: Number> Rival<'a, T> {
         }
     }
 
-    /// The goal of a vertex, from what was scattered.
+    /// Computes the goal of a vertex from the adjoint sums.
     fn goal(&self, v: usize) -> Vector3<f64> {
-        let share = T::of(self.block.shares[v]);
+        let inverse_count = T::of(self.block.inverse_counts[v]);
         let goal = |c: usize| match self.moments {
             Moments::Local => self.fields[c][v],
             Moments::Global => {
@@ -175,6 +178,6 @@ impl<'a, T: Number> Rival<'a, T> {
                 self.fields[c][v] + (turned(0) + turned(1) + turned(2))
             }
         };
-        Vector3::from_fn(|c, _| (goal(c) * share).into())
+        Vector3::from_fn(|c, _| (goal(c) * inverse_count).into())
     }
 }

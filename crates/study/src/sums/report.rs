@@ -1,4 +1,4 @@
-//! The study of the summation as it is written: JSON, CSV, a table for the terminal.
+//! Report of the summation study: JSON, CSV, and a table for the terminal.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,45 +9,45 @@ use serde::Serialize;
 use super::block::{Block, DISTANCES};
 use crate::error::StudyError;
 use crate::machine::Machine;
-use crate::output::{open_folder, small, write_csv, write_json};
+use crate::output::{compact, open_folder, write_csv, write_json};
 use crate::timing::Spread;
 
-/// The study of the summation.
+/// Report of the summation study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SumsReport {
-    /// Whether all rows are there.
+    /// Whether all rows are measured.
     pub complete: bool,
-    /// Where it was run.
+    /// Machine that ran the study.
     pub machine: Machine,
-    /// A row a way to sum and block.
+    /// One row per variant and block.
     pub rows: Vec<SumsRow>,
 }
 
-/// One way to sum on one block.
+/// Result of one variant on one block.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SumsRow {
-    /// How it sums.
+    /// Name of the variant.
     pub sums: String,
-    /// Lattice vertices of the block.
+    /// Number of lattice vertices of the block.
     pub lattice_vertices: usize,
     /// Half-width of the regions, in cells.
     pub half_width: usize,
-    /// Errors of the goal positions, an entry a distance.
+    /// Errors of the goal positions, one entry per distance.
     pub errors: Vec<SumsError>,
-    /// Nanoseconds a vertex: of the sums, without rotations; of the core a whole step.
+    /// Nanoseconds per vertex: of the sums without rotations; for the core, of a whole step.
     pub ns_per_vertex: Option<Spread>,
-    /// All of them.
+    /// All time samples, in nanoseconds per vertex.
     pub samples: Vec<f64>,
 }
 
 /// Errors of goal positions, in cells.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SumsError {
-    /// How far the block's corner is from the origin along each axis, in cells.
+    /// Distance of the block's corner from the origin along each axis, in cells.
     pub distance: f64,
-    /// Root mean square.
+    /// Root mean square error.
     pub rms: f64,
-    /// Greatest.
+    /// Maximum error.
     pub max: f64,
 }
 
@@ -64,24 +64,25 @@ impl SumsRow {
         }
     }
 
-    /// Notes how long it took, in seconds for so many vertices.
+    /// Sets the run time from samples in seconds, each for `vertices` vertices.
     pub(super) fn time(&mut self, seconds: &[f64], vertices: usize) {
         self.samples = seconds.iter().map(|seconds| seconds * 1e9 / vertices as f64).collect();
         self.ns_per_vertex = Some(Spread::of(self.samples.iter().copied()));
     }
 
-    /// Notes how far goal positions are from the true ones.
-    pub(super) fn error(&mut self, distance: f64, goals: &[Vector3<f64>], truth: &[Vector3<f64>]) {
-        let squares = || goals.iter().zip(truth).map(|(a, b)| (a - b).norm_squared());
+    /// Adds the error of goal positions against the reference.
+    pub(super) fn error(&mut self, distance: f64, goals: &[Vector3<f64>], reference: &[Vector3<f64>]) {
+        let squares = || goals.iter().zip(reference).map(|(a, b)| (a - b).norm_squared());
         let rms = (squares().sum::<f64>() / goals.len() as f64).sqrt();
         self.errors.push(SumsError { distance, rms, max: squares().fold(0.0, f64::max).sqrt() });
     }
 }
 
 const LEGEND: &str = "\
-rms error of the goal positions in cells, a block of lattice vertices with its
-corner so many cells from the origin along each axis. ns a vertex: of the sums in
-plain code on one thread, without rotations; of supple a whole step on one thread.";
+rms error of the goal positions, in cells, of a block of lattice vertices, by the
+distance of its corner from the origin along each axis, in cells. ns: time per
+vertex on one thread, of the sums in scalar code without rotations; of supple, of
+a whole step.";
 
 impl SumsReport {
     /// Writes `sums.json` and `sums.csv`.
@@ -91,7 +92,7 @@ impl SumsReport {
         write_csv(&directory.join("sums.csv"), &self.records())
     }
 
-    /// A row a way to sum, block and distance.
+    /// Returns the rows of `sums.csv`: one per variant, block and distance.
     fn records(&self) -> Vec<Vec<String>> {
         let names =
             ["sums", "lattice_vertices", "half_width", "distance", "rms_cells", "max_cells", "ns_per_vertex"];
@@ -110,7 +111,7 @@ impl SumsReport {
         records
     }
 
-    /// A table of at most 80 columns.
+    /// Formats a table of at most 80 columns.
     pub fn table(&self) -> String {
         let mut text = format!("{}\n", self.machine.line());
         let mut last = None;
@@ -127,7 +128,7 @@ impl SumsReport {
             }
             let _ = write!(text, "{:<33}", row.sums);
             for error in &row.errors {
-                let _ = write!(text, " {:>8}", small(Some(error.rms)));
+                let _ = write!(text, " {:>8}", compact(Some(error.rms)));
             }
             let time = row.ns_per_vertex.map_or_else(String::new, |spread| format!("{:.1}", spread.median));
             let _ = writeln!(text, " {time:>9}");

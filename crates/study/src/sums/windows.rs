@@ -1,13 +1,13 @@
-//! TimeWindow sums along one axis of a block, one number a vertex: plain and weighted by the offset.
+//! Window sums along one axis of a block, one number per vertex: plain, and weighted by the offset.
 
 use nalgebra::RealField;
 
-/// f32 or f64.
+/// Floating-point type: f32 or f64.
 pub(super) trait Number: RealField + Copy + Into<f64> {
-    /// Its name in tables.
+    /// Name in tables.
     const NAME: &'static str;
 
-    /// The nearest one.
+    /// Converts to the nearest number.
     fn of(value: f64) -> Self {
         nalgebra::convert(value)
     }
@@ -21,18 +21,18 @@ impl Number for f64 {
     const NAME: &'static str = "f64";
 }
 
-/// How a window is summed.
+/// Method of summing windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Summing {
-    /// Each window anew.
+    /// Each window is summed independently.
     Direct,
-    /// Each window from the one before it: what comes in is added, what goes out subtracted. Rounding stays in the sum
-    /// to the end of the line.
+    /// Each window is computed from the previous one: the entering number is added, the leaving number
+    /// subtracted. Rounding errors remain in the sum until the end of the line.
     Running,
 }
 
 impl Summing {
-    /// What it is called.
+    /// Returns the name in tables.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Direct => "direct",
@@ -41,7 +41,8 @@ impl Summing {
     }
 }
 
-/// Windows of half-width `half_width` along one axis of a block of `side` vertices along each edge, x fastest.
+/// Windows of half-width `half_width` along one axis of a block of `side` vertices along each edge, x
+/// fastest.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Windows {
     pub(super) side: usize,
@@ -50,7 +51,7 @@ pub(super) struct Windows {
 }
 
 impl Windows {
-    /// For each vertex i the sum of f over the window around it.
+    /// Computes for each vertex i the sum of f over the window around it.
     pub(super) fn plain<T: Number>(&self, axis: usize, f: &[T], out: &mut [T]) {
         let line = Line::along(self, axis);
         for (f, out) in f.chunks_exact(line.len()).zip(out.chunks_exact_mut(line.len())) {
@@ -58,7 +59,8 @@ impl Windows {
         }
     }
 
-    /// For each vertex i the sum of (j - i) f over the window around it. `sums` are the plain ones of the same f.
+    /// Computes for each vertex i the sum of (j - i) f over the window around it. `sums` are the plain sums
+    /// of f.
     pub(super) fn weighted<T: Number>(&self, axis: usize, f: &[T], sums: &[T], out: &mut [T]) {
         let line = Line::along(self, axis);
         let sums = sums.chunks_exact(line.len());
@@ -68,22 +70,22 @@ impl Windows {
     }
 }
 
-/// A line of rows along an axis; the numbers of a row do not meet.
+/// A line of rows along an axis. Numbers in different columns of the rows are independent.
 struct Line<'a> {
     windows: &'a Windows,
-    /// Numbers in a row.
-    rows: usize,
+    /// Number of elements in a row.
+    row_len: usize,
 }
 
 impl<'a> Line<'a> {
-    /// One along an axis: 0, 1, 2 are x, y, z.
+    /// Returns the line along an axis: 0, 1, 2 are x, y, z.
     fn along(windows: &'a Windows, axis: usize) -> Self {
-        Self { windows, rows: windows.side.pow(axis as u32) }
+        Self { windows, row_len: windows.side.pow(axis as u32) }
     }
 
-    /// Numbers in the line.
+    /// Returns the number of elements in the line.
     fn len(&self) -> usize {
-        self.rows * self.windows.side
+        self.row_len * self.windows.side
     }
 
     fn plain<T: Number>(&self, f: &[T], out: &mut [T]) {
@@ -91,7 +93,7 @@ impl<'a> Line<'a> {
         for i in 0..side {
             let (before, own) = self.split(out, i);
             if summing == Summing::Direct || i == 0 {
-                self.anew(f, i, own, |sum, f, _| sum + f);
+                self.sum_window(f, i, own, |sum, f, _| sum + f);
                 continue;
             }
             own.copy_from_slice(before);
@@ -109,10 +111,10 @@ impl<'a> Line<'a> {
         for i in 0..side {
             let (before, own) = self.split(out, i);
             if summing == Summing::Direct || i == 0 {
-                self.anew(f, i, own, |sum, f, offset| sum + offset * f);
+                self.sum_window(f, i, own, |sum, f, offset| sum + offset * f);
                 continue;
             }
-            // All offsets of the window before are one less now.
+            // Relative to i, the offsets in the previous window are smaller by 1.
             own.copy_from_slice(before);
             add(own, self.row(sums, i - 1), |sum, plain| sum - plain);
             let (entering, leaving) = (T::of(w as f64), T::of(w as f64 + 1.0));
@@ -125,8 +127,9 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Sums the window around i from nothing: `fold` takes the sum so far, a number and its offset.
-    fn anew<T: Number>(&self, f: &[T], i: usize, own: &mut [T], fold: impl Fn(T, T, T) -> T) {
+    /// Sums the window around i directly. The arguments of `fold` are the sum so far, a number and its
+    /// offset.
+    fn sum_window<T: Number>(&self, f: &[T], i: usize, own: &mut [T], fold: impl Fn(T, T, T) -> T) {
         let Windows { side, half_width: w, .. } = *self.windows;
         own.fill(T::of(0.0));
         for j in i.saturating_sub(w)..=(i + w).min(side - 1) {
@@ -136,17 +139,17 @@ impl<'a> Line<'a> {
     }
 
     fn row<'t, T>(&self, f: &'t [T], i: usize) -> &'t [T] {
-        &f[i * self.rows..(i + 1) * self.rows]
+        &f[i * self.row_len..(i + 1) * self.row_len]
     }
 
-    /// The row before the i-th, empty before the first, and the i-th.
+    /// Returns the row before row i (empty for row 0), and row i.
     fn split<'t, T>(&self, out: &'t mut [T], i: usize) -> (&'t [T], &'t mut [T]) {
-        let (before, from) = out.split_at_mut(i * self.rows);
-        (&before[before.len().saturating_sub(self.rows)..], &mut from[..self.rows])
+        let (before, from) = out.split_at_mut(i * self.row_len);
+        (&before[before.len().saturating_sub(self.row_len)..], &mut from[..self.row_len])
     }
 }
 
-/// Folds a row into another.
+/// Folds `row` into `sums`, element by element.
 fn add<T: Number>(sums: &mut [T], row: &[T], fold: impl Fn(T, T) -> T) {
     for (sum, &f) in sums.iter_mut().zip(row) {
         *sum = fold(*sum, f);

@@ -1,9 +1,9 @@
-//! The momentum tracker: keeps the momenta of free components, which f32 alone loses.
+//! The momentum tracker: conserves the momenta of free components against f32 rounding.
 //!
-//! The rounding of g - x is a constant force that is integrated twice: an uncorrected body drifts, and one whose
-//! drift alone is removed begins to spin. So for each component without constraints and contacts, linear and angular
-//! momentum are kept in f64 and changed by known external impulses only, and each step adds the rigid velocity that
-//! the velocities lack.
+//! The rounding error of g - x acts as a constant force that is integrated twice. An uncorrected body drifts,
+//! and a body with only its drift removed starts to spin. So the linear and angular momentum of each
+//! component without constraints and contacts are kept in f64 and changed by external impulses only. Each
+//! step adds the rigid velocity that restores them.
 
 mod sums;
 
@@ -19,12 +19,12 @@ use crate::simd::level;
 use crate::state::Momentum;
 use sums::RigidState;
 
-/// Which component each lattice vertex belongs to.
+/// The connected component of each lattice vertex.
 #[derive(Clone, Debug)]
 pub(crate) enum Components {
-    /// All to the only one.
+    /// One component, which contains all vertices.
     One,
-    /// By slot.
+    /// The component of each slot.
     Several(Vec<u32>),
 }
 
@@ -39,21 +39,23 @@ impl Components {
     }
 }
 
-/// The stage: sums the momenta of the components, and owns the buffers of these sums.
+/// The momentum tracker of a body, with the buffers of its sums.
 #[derive(Clone, Debug)]
 pub(crate) struct MomentumTracker {
     components: Components,
-    /// Of each component, in full cells.
+    /// Mass of each component, in units of a full cell's mass.
     masses: Vec<f64>,
+    /// Sums of each component of each task, task by task.
     partial: Vec<Sums>,
+    /// The last measurement of each component.
     states: Vec<RigidState>,
     corrections: Vec<RigidVelocity>,
-    /// The components with a held vertex, whose momenta are not conserved.
+    /// Whether each component has a constrained vertex; its momenta are then not conserved.
     constrained: Vec<bool>,
 }
 
 impl MomentumTracker {
-    /// For a lattice stored by `layout`, with `tasks` tasks in a step.
+    /// Creates the tracker for a lattice stored by `layout`, with `tasks` tasks in a step.
     pub(crate) fn new(lattice: &Lattice, layout: &Layout, tasks: usize) -> Self {
         let count = lattice.components().count;
         let mut masses = vec![0.0; count];
@@ -79,7 +81,9 @@ impl MomentumTracker {
         }
     }
 
-    /// Invalidates the momenta of the components with a held vertex; `held` by lattice vertex.
+    /// Invalidates the momenta of the components with a constrained vertex.
+    ///
+    /// `held` is whether each lattice vertex is constrained.
     pub(crate) fn constrain(&mut self, slots: &[u32], held: &[bool], momenta: &mut [Option<Momentum>]) {
         self.constrained.fill(false);
         for (&slot, _) in slots.iter().zip(held).filter(|(_, held)| **held) {
@@ -92,12 +96,12 @@ impl MomentumTracker {
         }
     }
 
-    /// No vertex is held any more.
+    /// Marks all components as unconstrained.
     pub(crate) fn release(&mut self) {
         self.constrained.fill(false);
     }
 
-    /// Whether the momenta of a free component are unknown.
+    /// Whether the momenta of any unconstrained component are invalid.
     pub(crate) fn any_unknown(&self, momenta: &[Option<Momentum>]) -> bool {
         momenta
             .iter()
@@ -105,7 +109,7 @@ impl MomentumTracker {
             .any(|(momentum, constrained)| momentum.is_none() && !constrained)
     }
 
-    /// Takes the unknown momenta of free components from the last measurement.
+    /// Sets the invalid momenta of unconstrained components from the last measurement.
     pub(crate) fn adopt(&self, momenta: &mut [Option<Momentum>]) {
         for ((momentum, state), constrained) in momenta.iter_mut().zip(&self.states).zip(&self.constrained) {
             if momentum.is_none() && !constrained {
@@ -114,7 +118,9 @@ impl MomentumTracker {
         }
     }
 
-    /// Measures mass, center and momenta of each component; `bounds` are the first blocks of the tasks, and the end.
+    /// Measures mass, center and momenta of each component.
+    ///
+    /// `bounds` is the first block of each task, then the number of blocks.
     pub(crate) fn measure(
         &mut self,
         executor: &Executor,
@@ -136,13 +142,13 @@ impl MomentumTracker {
         self.finish_sums();
     }
 
-    /// The sums of all tasks, one for each component of each task, set to zero.
+    /// Sets the sums to zero and returns them: one for each component of each task.
     pub(crate) fn begin_sums(&mut self) -> (&Components, &mut [Sums]) {
         self.partial.fill(Sums::default());
         (&self.components, &mut self.partial)
     }
 
-    /// Mass, center and momenta of each component, from the sums of the tasks.
+    /// Computes mass, center and momenta of each component from the sums of the tasks.
     pub(crate) fn finish_sums(&mut self) {
         let count = self.states.len();
         for (component, state) in self.states.iter_mut().enumerate() {
@@ -154,7 +160,7 @@ impl MomentumTracker {
         }
     }
 
-    /// Adds the impulse of a velocity `gain`, in cells/s, that all vertices receive.
+    /// Adds the impulse of a velocity change `gain` of all vertices, in cells/s.
     pub(crate) fn add_impulse(&self, momenta: &mut [Option<Momentum>], gain: Vector3<f64>) {
         for (momentum, mass) in momenta.iter_mut().zip(&self.masses) {
             if let Some(momentum) = momentum {
@@ -163,12 +169,13 @@ impl MomentumTracker {
         }
     }
 
-    /// The kinetic energy of rigid components with the momenta measured last, in full cells times (cells/s)².
+    /// The kinetic energy of the rigid part of the motion at the last measurement, in full cells times
+    /// (cells/s)².
     pub(crate) fn rigid_energy(&self) -> f64 {
         self.states.iter().map(RigidState::rigid_energy).sum()
     }
 
-    /// Scales the momenta measured last with the velocities.
+    /// Scales the measured momenta after the velocities were scaled by `scale`.
     pub(crate) fn scale(&mut self, scale: f64) {
         for momentum in self.states.iter_mut().map(|state| &mut state.momentum) {
             momentum.linear = momentum.linear.map(|p| p * scale);
@@ -176,7 +183,7 @@ impl MomentumTracker {
         }
     }
 
-    /// Memory that the sums take.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let of_slots = match &self.components {
             Components::One => 0,
@@ -189,17 +196,17 @@ impl MomentumTracker {
         of_slots + size_of_val(self.partial.as_slice()) + of_components
     }
 
-    /// Whether any component is free.
+    /// Whether any component is unconstrained.
     pub(crate) fn any_free(&self) -> bool {
         self.constrained.contains(&false)
     }
 
-    /// The center of mass of the body in the last measurement, in cells.
+    /// The center of mass of the body at the last measurement, in cells from the body's origin.
     pub(crate) fn center(&self) -> Vector3<f64> {
         self.states.iter().map(|state| state.center * state.mass).sum::<Vector3<f64>>() / self.mass()
     }
 
-    /// The velocity of that center, in cells/s.
+    /// The velocity of the center of mass at the last measurement, in cells/s.
     pub(crate) fn velocity(&self) -> Vector3<f64> {
         self.states.iter().map(|state| Vector3::from(state.momentum.linear)).sum::<Vector3<f64>>()
             / self.mass()
@@ -209,11 +216,11 @@ impl MomentumTracker {
         self.states.iter().map(|state| state.mass).sum()
     }
 
-    /// The rigid velocity that each component lacks: from the momenta measured last to the known ones. Zero where
-    /// these are unknown.
+    /// Computes the rigid velocity of each component that changes its measured momenta to `momenta`. It is
+    /// zero where `momenta` has `None`.
     pub(crate) fn corrections(&mut self, momenta: &[Option<Momentum>]) -> (&Components, &[RigidVelocity]) {
         for ((state, momentum), correction) in self.states.iter().zip(momenta).zip(&mut self.corrections) {
-            *correction = momentum.map_or_else(RigidVelocity::default, |target| state.missing(target));
+            *correction = momentum.map_or_else(RigidVelocity::default, |target| state.correction_to(target));
         }
         (&self.components, &self.corrections)
     }

@@ -1,4 +1,5 @@
-//! Mass, momentum and inertia of a component in f64, summed in a fixed order, and the rigid velocity that it lacks.
+//! Mass, momenta and inertia of a component, summed in f64 in a fixed order, and the rigid velocity that
+//! corrects its momenta.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
@@ -20,7 +21,7 @@ impl Sums {
         }
     }
 
-    /// As a rigid body of mass `mass`.
+    /// Computes the rigid state of a component of mass `mass`.
     pub(super) fn rigid_state(&self, mass: f64) -> RigidState {
         let m = &self.0;
         let linear = Vector3::new(m[0], m[1], m[2]);
@@ -34,16 +35,16 @@ impl Sums {
     }
 }
 
-/// What is summed, by block.
+/// The fields that are summed, by block.
 #[derive(Clone, Copy)]
 pub(crate) struct Fields<'a> {
-    /// The first row: m.
+    /// m in the first row.
     pub(crate) weights: &'a [Block<2>],
     pub(crate) positions: &'a [Block<3>],
     pub(crate) velocities: &'a [Block<3>],
 }
 
-/// Adds the blocks from `first` on to the sums of each component.
+/// Adds some blocks to the sums of each component; `first` is the index of the first block.
 #[inline(always)]
 pub(crate) fn add<S: Simd>(
     simd: S,
@@ -64,7 +65,7 @@ pub(crate) fn add<S: Simd>(
     }
 }
 
-/// The sums of some blocks, four lanes at a time.
+/// Sums some blocks of one component, four lanes at a time.
 #[inline(always)]
 fn sum<S: Simd>(simd: S, fields: Fields) -> Sums {
     let mut total = [f64x4::splat(simd, 0.0); MOMENTS];
@@ -87,6 +88,7 @@ fn sum<S: Simd>(simd: S, fields: Fields) -> Sums {
     sums
 }
 
+/// Adds the moments of four vertices to the sums.
 #[inline(always)]
 fn add_moments<S: Simd>(t: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S>; 3], v: [f64x4<S>; 3]) {
     let p = [m * x[0], m * x[1], m * x[2]];
@@ -102,7 +104,7 @@ fn add_moments<S: Simd>(t: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S>; 
     t[14] = p[1].mul_add(x[2], t[14]);
 }
 
-/// The sums of some blocks from `first` on, each vertex to its own component.
+/// Adds each vertex of some blocks to the sums of its component; `first` is the index of the first block.
 fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [Sums]) {
     let Fields { weights, positions, velocities } = fields;
     let blocks = weights.iter().zip(positions).zip(velocities);
@@ -121,14 +123,14 @@ fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [S
     }
 }
 
-/// A rigid velocity field v + ω x x, about the body's origin.
+/// A rigid velocity field v + ω x x, with x from the body's origin, in cells/s and 1/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RigidVelocity {
     pub(crate) linear: [f32; 3],
     pub(crate) angular: [f32; 3],
 }
 
-/// A component's mass, center and momenta as its vertices have them.
+/// Mass, center of mass, momenta and inertia of a component, measured from its vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RigidState {
     pub(crate) mass: f64,
@@ -138,14 +140,14 @@ pub(crate) struct RigidState {
 }
 
 impl RigidState {
-    /// The kinetic energy of a rigid body with these momenta.
+    /// The kinetic energy of a rigid body with this mass, inertia and momenta.
     pub(super) fn rigid_energy(&self) -> f64 {
         let (linear, angular) = (Vector3::from(self.momentum.linear), Vector3::from(self.momentum.angular));
         0.5 * (linear.norm_squared() / self.mass + angular_velocity(&self.inertia, angular).dot(&angular))
     }
 
-    /// The rigid velocity that brings the momenta to `target`.
-    pub(super) fn missing(&self, target: Momentum) -> RigidVelocity {
+    /// Computes the rigid velocity that changes the momenta to `target`. It is zero if it is not finite.
+    pub(super) fn correction_to(&self, target: Momentum) -> RigidVelocity {
         let linear = (Vector3::from(target.linear) - Vector3::from(self.momentum.linear)) / self.mass;
         let angular = Vector3::from(target.angular) - Vector3::from(self.momentum.angular);
         let omega = angular_velocity(&self.inertia, angular);
@@ -158,7 +160,8 @@ impl RigidState {
     }
 }
 
-/// ω with I ω = l. Axes without inertia are left out: points on a line carry no spin about it.
+/// Solves I ω = l for ω. Principal axes whose inertia is at most 1e-9 of the trace are left out, such as the
+/// axis of points on a line.
 fn angular_velocity(inertia: &Matrix3<f64>, angular: Vector3<f64>) -> Vector3<f64> {
     let scale = inertia.trace();
     if scale <= 0.0 || !scale.is_finite() {

@@ -1,4 +1,4 @@
-//! The adjoint x pass, the last of the cascade, and the update of the vertices.
+//! The adjoint x pass, which is the last pass of the cascade, and the update of the vertices.
 
 use std::ops::Range;
 
@@ -10,10 +10,10 @@ use crate::lattice::Layout;
 use crate::matching::windows::{Source, Window};
 use crate::simd::lanes::{Block, Row};
 
-/// Blocks that are updated at a time, while they are in the cache.
+/// Blocks that are summed and then updated together, while they are in the cache.
 const BATCH: usize = 32;
 
-/// From the adjoint y pass to the vertices.
+/// The adjoint x pass: from the output of the adjoint y pass to the vertices.
 pub(super) struct AdjointX<'a, U> {
     pub(super) layout: &'a Layout,
     pub(super) x: Window<'a>,
@@ -22,7 +22,8 @@ pub(super) struct AdjointX<'a, U> {
 }
 
 impl<U: VertexUpdate> AdjointX<'_, U> {
-    /// x, 6 → 3, and the update of the vertices of some planes. `memory` is by block from the first of these on.
+    /// Runs the adjoint x pass, 6 → 3, over some planes and updates their vertices. `memory` has one entry
+    /// for each block of these planes.
     #[inline(always)]
     pub(super) fn run<S: Simd>(
         &self,
@@ -37,7 +38,7 @@ impl<U: VertexUpdate> AdjointX<'_, U> {
         let mut region_sums = [[Row::ZERO; 3]; BATCH];
         for plane in planes {
             let blocks = self.layout.blocks_of(plane..plane + 1);
-            scratch.running_adjoint_x.enter(blocks.start);
+            scratch.running_adjoint_x.begin_plane(blocks.start);
             for first in blocks.clone().step_by(BATCH) {
                 let batch = first..blocks.end.min(first + BATCH);
                 let region_sums = &mut region_sums[..batch.len()];

@@ -1,24 +1,29 @@
-//! The local-moment cascade and its adjoint: sums of a vertex field over all regions, and back.
+//! The local-moment cascade, which sums a vertex field over all regions, and its adjoint, which sums region
+//! fields over the regions of each vertex.
 //!
-//! Region r of half-width w holds the vertices reached from its center vertex r by up to w links in z, then in y,
-//! then in x. FastLSM (Rivers & James 2007, section 4) sums global moments; here the moments are taken about each
-//! window's own center, which needs 54 window sums in place of 72 and cancels nothing. With (i, j, k) the offset
-//! from the center, W and W' the plain and the offset-weighted window sum of a pass:
+//! Region r of half-width w contains the vertices that are connected to its center vertex r by up to w links
+//! in z, then up to w links in y, then up to w links in x. FastLSM (Rivers & James 2007, section 4) sums
+//! moments about the origin. Here the moments are about the center of each window, which takes 54 window sums
+//! per vertex instead of 72 and avoids cancellation. (i, j, k) is the offset from the center in links; W is
+//! the plain and W' the offset-weighted window sum along the axis of a pass. The numbers of components before
+//! and after each pass are on the right:
 //!
 //! ```text
 //! x   S = W(f)                          Sx = W'(f)              3 → 6
 //! y   S = W(S)  Sx = W(Sx)              Sy = W'(S)              6 → 9
 //! z   S = W(S)  Sx = W(Sx)  Sy = W(Sy)  Sz = W'(S)              9 → 12
-//!     a transform of each region:  (S, Sx, Sy, Sz) → (b, X, Y, Z), the field b + i X + j Y + k Z on the region
+//!     transform of each region:  (S, Sx, Sy, Sz) → (b, X, Y, Z), the field b + i X + j Y + k Z on the region
 //! z   b = W(b) - W'(Z)  X = W(X)  Y = W(Y)                     12 → 9
 //! y   b = W(b) - W'(Y)  X = W(X)                                9 → 6
 //! x   b = W(b) - W'(X)                                          6 → 3
 //! ```
 //!
-//! The second half is the exact adjoint of the first: vertex i gathers from the regions that hold i.
+//! The last three passes are the exact adjoint of the first three: each vertex sums over the regions that
+//! contain it.
 //!
-//! Only the passes along x lead from plane to plane. So all from the first to the last but one run plane by plane
-//! in scratch that stays in the cache ([`plane`]), and one array of six numbers is all that is kept between.
+//! Only the passes along x read other planes. So all passes except the adjoint x pass run plane by plane, in
+//! scratch memory that stays in the cache ([`plane`]). Between them and the adjoint x pass, six numbers per
+//! vertex are stored.
 
 mod adjoint_x;
 mod plane;
@@ -35,21 +40,22 @@ use crate::simd::level;
 use adjoint_x::AdjointX;
 use plane::{PlanePasses, Scratch};
 
-/// A function of the sums of each region.
+/// A function that is applied to the sums of each region.
 pub(crate) trait RegionTransform: Sync {
-    /// What the transform keeps for a block of regions.
+    /// Data that the transform reads and writes, per block of regions.
     type Memory: Send;
-    /// (S, Sx, Sy, Sz) → (b, X, Y, Z), three components each, of the blocks from `first` on.
+    /// Replaces (S, Sx, Sy, Sz) by (b, X, Y, Z), three components each, in the blocks from `first` on.
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], memory: &mut [Self::Memory]);
 }
 
-/// A function of the values that each vertex gathers from its regions.
+/// A function that is applied to the sum over the regions of each vertex.
 pub(crate) trait VertexUpdate: Sync {
-    /// What the update writes for a block of vertices.
+    /// Data that the update reads and writes, per block of vertices.
     type Memory: Send;
-    /// What is summed over the vertices of a task.
+    /// Sum over the vertices of a task.
     type Tally: Send;
-    /// Takes Σ (b + i X + j Y + k Z) over the regions that hold a vertex, of the blocks from `first` on.
+    /// Updates the vertices of the blocks from `first` on. `region_sums` is Σ (b + i X + j Y + k Z) over the
+    /// regions that contain each vertex.
     fn apply<S: Simd>(
         &self,
         simd: S,
@@ -60,94 +66,96 @@ pub(crate) trait VertexUpdate: Sync {
     );
 }
 
-/// Planes after which running sums begin anew, as do those within a plane after twice as many lines. To begin a wide
-/// window costs more, and its own sums round more.
-fn planes_of_a_run(half_width: usize) -> usize {
+/// Interval in planes at which running sums along x restart. Running sums within a plane restart at twice as
+/// many lines. Wide windows restart less often: a restart costs more, and their direct sums have larger
+/// rounding errors.
+fn restart_interval(half_width: usize) -> usize {
     if half_width < 8 { 4 } else { 8 }
 }
 
-/// How far [`Cascade::forward`] goes.
+/// The last pass of [`Cascade::forward`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// On to the adjoint z and y passes.
+    /// The adjoint y pass, after the transform and the adjoint z pass.
     Adjoint,
-    /// Up to the transform, whose memory is the result.
+    /// The z pass with the transform, whose memory is the result.
     Transform,
 }
 
-/// The window sums over the regions of one half-width: how they are cut into tasks. Its buffers are a
+/// The local-moment cascade for regions of one half-width, and its division into tasks. Its buffers are in a
 /// [`Workspace`].
 #[derive(Clone, Debug)]
 pub(crate) struct Cascade {
     half_width: usize,
-    /// Of running sums: the terms that enter and leave, along x and along the axis across the lines of a plane.
+    /// Steps of the running sums along x, and along the axis across the lines of a plane. `None` where
+    /// windows are summed directly.
     slides: [Option<Vec<Slide>>; 2],
-    /// Tasks are whole planes: the first of each, and the end.
+    /// First plane of each task, then the number of planes. Tasks are whole planes.
     tasks: Vec<usize>,
-    /// The first block of each task, and the end.
+    /// First block of each task, then the number of blocks.
     bounds: Vec<usize>,
-    /// The most blocks in a plane.
+    /// Number of blocks of the largest plane.
     largest_plane: usize,
 }
 
-/// The buffers of a cascade, made at the first use and again for a cascade of another shape. Every use overwrites
-/// them.
+/// The buffers of a cascade. They are allocated at the first use, and again for a cascade of another
+/// [`Shape`]. Every use overwrites them.
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     shape: Option<Shape>,
-    /// The fields of the regions after the adjoint y pass, by block.
+    /// Output of the adjoint y pass, by block.
     adjoint_y: Lanes<6>,
-    /// One for each thread.
+    /// Scratch memory of each thread.
     scratch: Vec<Mutex<Scratch>>,
 }
 
-/// All that the sizes of the buffers depend on.
+/// The parameters that determine the sizes of the buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Shape {
     half_width: usize,
     lane_axis: usize,
     /// Whether there are running sums along x, and across the lines of a plane.
-    runs: [bool; 2],
+    running: [bool; 2],
     blocks: usize,
     largest_plane: usize,
 }
 
 impl Workspace {
-    /// Memory that the buffers take.
+    /// Memory of the buffers in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let scratch = self.scratch.iter().map(|scratch| locked(scratch).bytes());
         self.adjoint_y.bytes() + scratch.sum::<usize>()
     }
 
-    /// The scratch of the calling thread.
+    /// Locks the scratch memory of the calling thread.
     fn scratch(&self, executor: &Executor) -> MutexGuard<'_, Scratch> {
         locked(&self.scratch[executor.worker() % self.scratch.len()])
     }
 }
 
 impl Cascade {
-    /// The cascade over regions of half-width `half_width` in cells, at least 1.
+    /// Creates the cascade for regions of half-width `half_width` in cells, at least 1.
     pub(crate) fn new(layout: &Layout, half_width: usize) -> Self {
-        let run = planes_of_a_run(half_width);
+        let interval = restart_interval(half_width);
         let plane_of = plane_of(layout);
         let slides = [
             windows::slides(layout.axis(0), half_width, layout.occupied(), |block, _| {
-                plane_of[block].is_multiple_of(run)
+                plane_of[block].is_multiple_of(interval)
             }),
             windows::slides(
                 layout.axis(3 - layout.lane_axis()),
                 half_width,
                 layout.occupied(),
-                |_, place| place.is_multiple_of(2 * run),
+                |_, place| place.is_multiple_of(2 * interval),
             ),
         ];
-        // Running sums along x begin anew with each task.
-        let together = if slides[0].is_some() { run } else { 1 };
+        // Running sums along x restart at the first plane of each task.
+        let group = if slides[0].is_some() { interval } else { 1 };
         let (mut tasks, mut bounds, mut largest_plane) = (vec![0], vec![0], 0);
         for plane in 0..layout.planes() {
             let blocks = layout.blocks_of(plane..plane + 1);
             largest_plane = largest_plane.max(blocks.len());
-            let full = blocks.end - bounds[bounds.len() - 1] >= CHUNK && (plane + 1).is_multiple_of(together);
+            let full = blocks.end - bounds[bounds.len() - 1] >= CHUNK && (plane + 1).is_multiple_of(group);
             if full || blocks.end == layout.blocks() {
                 tasks.push(plane + 1);
                 bounds.push(blocks.end);
@@ -156,19 +164,19 @@ impl Cascade {
         Self { half_width, slides, tasks, bounds, largest_plane }
     }
 
-    /// Buffers of all passes, for one thread.
+    /// Allocates the buffers of all passes, for one thread.
     pub(crate) fn workspace(&self, layout: &Layout) -> Workspace {
         let mut workspace = Workspace::default();
         self.reserve(&mut workspace, layout, Purpose::Adjoint, 1);
         workspace
     }
 
-    /// Makes the buffers that are missing, or of another shape.
+    /// Allocates the buffers that are missing or have another shape.
     fn reserve(&self, workspace: &mut Workspace, layout: &Layout, purpose: Purpose, threads: usize) {
         let Self { half_width, largest_plane, .. } = *self;
-        let runs = [0, 1].map(|axis| self.slides[axis].is_some());
+        let running = [0, 1].map(|axis| self.slides[axis].is_some());
         let (lane_axis, blocks) = (layout.lane_axis(), layout.blocks());
-        let shape = Some(Shape { half_width, lane_axis, runs, blocks, largest_plane });
+        let shape = Some(Shape { half_width, lane_axis, running, blocks, largest_plane });
         if workspace.shape != shape {
             *workspace = Workspace { shape, ..Workspace::default() };
         }
@@ -182,7 +190,7 @@ impl Cascade {
         }
     }
 
-    /// The passes x, y, z.
+    /// The windows of the passes along x, y and z.
     fn windows<'a>(&'a self, layout: &'a Layout) -> [Window<'a>; 3] {
         [0, 1, 2].map(|axis| {
             let slides = self.slides[usize::from(axis != 0)].as_deref();
@@ -192,7 +200,7 @@ impl Cascade {
         })
     }
 
-    /// Memory that the tables take.
+    /// Memory of the tables in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.slides.iter().flatten().map(|slides| size_of_val(slides.as_slice())).sum()
     }
@@ -202,13 +210,13 @@ impl Cascade {
         self.tasks.len() - 1
     }
 
-    /// The first block of each task, and the end.
+    /// The first block of each task, then the number of blocks.
     pub(crate) fn bounds(&self) -> &[usize] {
         &self.bounds
     }
 
-    /// Sums `field` over each region and transforms the sums. With [`Purpose::Adjoint`] the adjoint passes z and y
-    /// follow, for [`Cascade::adjoint`] to complete.
+    /// Sums `field` over each region and transforms the sums. With [`Purpose::Adjoint`] it also runs the
+    /// adjoint z and y passes; [`Cascade::adjoint`] then runs the adjoint x pass.
     pub(crate) fn forward<T: RegionTransform>(
         &self,
         layout: &Layout,
@@ -233,8 +241,8 @@ impl Cascade {
         workspace.adjoint_y = adjoint_y;
     }
 
-    /// The adjoint x pass: each vertex gathers the fields of the regions that hold it, and is updated. `tallies`:
-    /// equally many for each task.
+    /// Runs the adjoint x pass, which completes the sums over the regions that contain each vertex, and
+    /// updates the vertices. `tallies` has the same number of entries for each task.
     pub(crate) fn adjoint<U: VertexUpdate>(
         &self,
         layout: &Layout,
@@ -259,7 +267,7 @@ fn locked(scratch: &Mutex<Scratch>) -> MutexGuard<'_, Scratch> {
     scratch.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The number of the plane of each block.
+/// Returns the index of the plane of each block.
 fn plane_of(layout: &Layout) -> Vec<usize> {
     (0..layout.planes()).flat_map(|plane| layout.blocks_of(plane..plane + 1).map(move |_| plane)).collect()
 }

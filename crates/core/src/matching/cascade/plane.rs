@@ -1,8 +1,9 @@
-//! The passes of the cascade that stay within a plane, in scratch that stays in the cache.
+//! All passes of the cascade except the adjoint x pass, plane by plane, in scratch memory that stays in the
+//! cache.
 //!
-//! A pass across the lines of a plane needs the lines before and after of the pass before it. So a plane is cut into
-//! strips of lines, at least as many as a window reaches, and the passes follow one another like a wave: each works
-//! on a strip when the one before it is done with the next strip.
+//! A pass across the lines of a plane reads up to w lines on either side from the output of the previous
+//! pass. So a plane is divided into strips of at least w lines, and the passes form a pipeline: such a pass
+//! processes a strip after the previous pass has processed the next strip.
 
 use std::ops::Range;
 
@@ -13,31 +14,34 @@ use crate::lattice::Layout;
 use crate::matching::windows::{RunningSums, Source, Weighted, Window};
 use crate::simd::lanes::{Block, Lanes};
 
-/// Blocks in a strip, where the windows do not ask for more: what all passes hold of three fits a second-level cache.
+/// Least number of blocks in a strip. The data of all passes for three strips of this size fit in the L2
+/// cache.
 const STRIP: usize = 64;
 
-/// A plane with at most this number of blocks is one strip.
+/// Largest number of blocks of a plane that is not divided into strips.
 const SMALL_PLANE: usize = 256;
 
-/// What the passes hold of one plane, by block.
+/// Scratch memory of one thread: the outputs of the passes for one plane, by block, and the running sums.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     after_x: Lanes<6>,
     after_y: Lanes<9>,
-    /// Transformed as soon as it is there.
+    /// Output of the z pass, then of the transform, which works in place.
     after_z: Lanes<12>,
     adjoint_z: Lanes<9>,
-    /// Of the passes x, y, z, and of the adjoint ones.
+    /// Running sums of the x, y and z passes.
     running: (RunningSums<6>, RunningSums<9>, RunningSums<12>),
+    /// Running sums of the adjoint z and y passes.
     running_adjoint: (RunningSums<12>, RunningSums<9>),
-    /// Of the adjoint x pass.
+    /// Running sums of the adjoint x pass.
     pub(super) running_adjoint_x: RunningSums<6>,
-    /// The first block of each strip, and the end.
+    /// First block of each strip of the plane, then the end of the plane.
     strips: Vec<usize>,
 }
 
 impl Scratch {
-    /// For the passes x, y, z over planes of up to `blocks` blocks.
+    /// Allocates scratch memory for planes of up to `blocks` blocks; the windows are those of the x, y and z
+    /// passes.
     pub(super) fn new([x, y, z]: &[Window; 3], blocks: usize) -> Self {
         Self {
             running: (
@@ -55,7 +59,7 @@ impl Scratch {
         }
     }
 
-    /// Memory that it takes.
+    /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let (x, y, z) = &self.running;
         let (adjoint_z, adjoint_y) = &self.running_adjoint;
@@ -72,27 +76,27 @@ impl Scratch {
             + self.strips.capacity() * size_of::<usize>()
     }
 
-    /// Goes on to the plane with the first block `first`.
-    fn enter(&mut self, first: usize) {
-        self.running.0.enter(first);
-        self.running.1.enter(first);
-        self.running.2.enter(first);
-        self.running_adjoint.0.enter(first);
-        self.running_adjoint.1.enter(first);
+    /// Begins the plane whose first block is `first`.
+    fn begin_plane(&mut self, first: usize) {
+        self.running.0.begin_plane(first);
+        self.running.1.begin_plane(first);
+        self.running.2.begin_plane(first);
+        self.running_adjoint.0.begin_plane(first);
+        self.running_adjoint.1.begin_plane(first);
     }
 
-    /// Cuts a plane into strips of at least `lines` lines; the last may have fewer.
-    fn cut(&mut self, layout: &Layout, plane: usize, lines: usize) {
+    /// Divides a plane into strips of at least `lines` lines; the last may have fewer.
+    fn divide(&mut self, layout: &Layout, plane: usize, lines: usize) {
         let blocks = layout.blocks_of(plane..plane + 1);
         self.strips.clear();
         self.strips.push(blocks.start);
         if blocks.len() > SMALL_PLANE {
-            let (mut from, mut held) = (blocks.start, 0);
+            let (mut start, mut count) = (blocks.start, 0);
             for line in layout.lines(plane) {
-                held += 1;
-                if held >= lines && line.end - from >= STRIP {
+                count += 1;
+                if count >= lines && line.end - start >= STRIP {
                     self.strips.push(line.end);
-                    (from, held) = (line.end, 0);
+                    (start, count) = (line.end, 0);
                 }
             }
         }
@@ -102,10 +106,10 @@ impl Scratch {
     }
 }
 
-/// All passes but the last: from a field to the adjoint y pass.
+/// All passes from a vertex field to the adjoint y pass.
 pub(super) struct PlanePasses<'a, T> {
     pub(super) layout: &'a Layout,
-    /// x, y, z.
+    /// Windows of the x, y and z passes.
     pub(super) windows: [Window<'a>; 3],
     pub(super) field: Weighted<'a>,
     pub(super) transform: &'a T,
@@ -113,7 +117,7 @@ pub(super) struct PlanePasses<'a, T> {
 }
 
 impl<T: RegionTransform> PlanePasses<'_, T> {
-    /// All passes over some planes. `memory` and `out` are by block from the first of these planes on.
+    /// Runs the passes over some planes. `memory` and `out` have one entry for each block of these planes.
     #[inline(always)]
     pub(super) fn run<S: Simd>(
         &self,
@@ -125,58 +129,58 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
     ) {
         let [x, y, z] = self.windows;
         let first = self.layout.blocks_of(planes.clone()).start;
-        // How many strips each pass is behind the first: one more with each pass across lines.
-        let [behind_y, behind_z, behind_adjoint_z, behind_adjoint_y] =
+        // Lag of each pass behind the first in strips. It increases by 1 with each pass across the lines.
+        let [lag_y, lag_z, lag_adjoint_z, lag_adjoint_y] =
             if self.layout.lane_axis() == 1 { [0, 1, 2, 2] } else { [1, 1, 1, 2] };
         for plane in planes {
-            scratch.cut(self.layout, plane, x.half_width);
+            scratch.divide(self.layout, plane, x.half_width);
             let base = scratch.strips[0];
-            scratch.enter(base);
-            for wave in 0..scratch.strips.len() + 1 {
+            scratch.begin_plane(base);
+            for front in 0..scratch.strips.len() + 1 {
                 let Scratch {
                     after_x, after_y, after_z, adjoint_z, running, running_adjoint, strips, ..
                 } = &mut *scratch;
-                let ((carry_x, carry_y, carry_z), (carry_adjoint_z, carry_adjoint_y)) =
+                let ((running_x, running_y, running_z), (running_adjoint_z, running_adjoint_y)) =
                     (running, running_adjoint);
-                let strip = |behind: usize| {
-                    let at = wave.checked_sub(behind)?;
+                let strip = |lag: usize| {
+                    let at = front.checked_sub(lag)?;
                     Some(*strips.get(at)?..*strips.get(at + 1)?)
                 };
                 if let Some(blocks) = strip(0) {
-                    x.weighted(simd, blocks.clone(), self.field, carry_x, part(after_x, blocks, base));
+                    x.weighted(simd, blocks.clone(), self.field, running_x, output(after_x, blocks, base));
                 }
-                if let Some(blocks) = strip(behind_y) {
-                    let out = part(after_y, blocks.clone(), base);
-                    y.forward(simd, blocks, all(after_x, base), carry_y, out);
+                if let Some(blocks) = strip(lag_y) {
+                    let out = output(after_y, blocks.clone(), base);
+                    y.forward(simd, blocks, source(after_x, base), running_y, out);
                 }
-                if let Some(blocks) = strip(behind_z) {
+                if let Some(blocks) = strip(lag_z) {
                     let memory = &mut memory[blocks.start - first..blocks.end - first];
-                    let sums = part(after_z, blocks.clone(), base);
-                    z.forward(simd, blocks.clone(), all(after_y, base), carry_z, sums);
+                    let sums = output(after_z, blocks.clone(), base);
+                    z.forward(simd, blocks.clone(), source(after_y, base), running_z, sums);
                     self.transform.apply(simd, blocks.start, sums, memory);
                 }
                 if self.purpose == Purpose::Transform {
                     continue;
                 }
-                if let Some(blocks) = strip(behind_adjoint_z) {
-                    let out = part(adjoint_z, blocks.clone(), base);
-                    z.adjoint(simd, blocks, all(after_z, base), carry_adjoint_z, out);
+                if let Some(blocks) = strip(lag_adjoint_z) {
+                    let out = output(adjoint_z, blocks.clone(), base);
+                    z.adjoint(simd, blocks, source(after_z, base), running_adjoint_z, out);
                 }
-                if let Some(blocks) = strip(behind_adjoint_y) {
+                if let Some(blocks) = strip(lag_adjoint_y) {
                     let out = &mut out[blocks.start - first..blocks.end - first];
-                    y.adjoint(simd, blocks, all(adjoint_z, base), carry_adjoint_y, out);
+                    y.adjoint(simd, blocks, source(adjoint_z, base), running_adjoint_y, out);
                 }
             }
         }
     }
 }
 
-/// What a pass reads, of which `base` is the first block.
-fn all<const N: usize>(lanes: &Lanes<N>, base: usize) -> Source<'_, N> {
+/// The input of a pass; `base` is the first block of `lanes`.
+fn source<const N: usize>(lanes: &Lanes<N>, base: usize) -> Source<'_, N> {
     Source { first: base, blocks: lanes.blocks() }
 }
 
-/// What a pass writes.
-fn part<const N: usize>(lanes: &mut Lanes<N>, blocks: Range<usize>, base: usize) -> &mut [Block<N>] {
+/// The part of `lanes` that a pass writes; `base` is the first block of `lanes`.
+fn output<const N: usize>(lanes: &mut Lanes<N>, blocks: Range<usize>, base: usize) -> &mut [Block<N>] {
     &mut lanes.blocks_mut()[blocks.start - base..blocks.end - base]
 }

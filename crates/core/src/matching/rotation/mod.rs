@@ -1,11 +1,13 @@
 //! The rotation of a region: R = argmax over SO(3) of tr(Rᵀ A).
 //!
-//! Always a proper rotation, also where A is singular or inverted: for det A < 0 it is U diag(1, 1, -1) Vᵀ, the
-//! proper rotation nearest to A (Umeyama 1991). It is unique iff s₂ + sign(det A) s₃ > 0; where it is not, what is
-//! nearest to the rotation before is kept, so that nothing pops.
+//! R is a proper rotation, also where A is singular or inverted: for det A < 0 it is U diag(1, 1, -1) Vᵀ, the
+//! proper rotation nearest to A (Umeyama 1991). It is unique iff s₂ + sign(det A) s₃ > 0, with the singular
+//! values s₁ >= s₂ >= s₃. Where it is not unique, the result is the solution nearest to the previous
+//! rotation, so that the motion stays continuous.
 //!
-//! Two blocks of eight at a time go through Newton's method on the quaternion ([`newton`]); the lanes that it does not settle go
-//! through an eigenvalue problem in f64 ([`eigen`]).
+//! Newton's method on the quaternion ([`newton`]) computes the rotations of two blocks of eight lanes at a
+//! time. An eigenvalue test decides whether a lane has converged to the maximum. The other lanes are solved
+//! as an eigenvalue problem in f64 ([`eigen`], the robust path).
 
 mod eigen;
 pub(super) mod newton;
@@ -16,7 +18,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 use crate::simd::lanes::LANES;
 use crate::simd::level;
 
-/// The columns of rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
+/// Computes the columns of rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
 #[inline(always)]
 pub(crate) fn columns<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, [x, y, z, w]: [V; 4]) -> [V; 9] {
     let one = V::splat(simd, 1.0);
@@ -27,10 +29,11 @@ pub(crate) fn columns<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, [x, y, z
     [one - (yy + zz), xy + wz, xz - wy, xy - wz, one - (xx + zz), yz + wx, xz + wy, yz - wx, one - (xx + yy)]
 }
 
-/// The rotation factor of each 3 x 3 matrix, as used in the step: R = argmax over SO(3) of tr(Rᵀ A).
+/// Computes the rotation R = argmax over SO(3) of tr(Rᵀ A) of each 3 x 3 matrix A, with the algorithm of the
+/// step.
 ///
-/// The scale of a matrix does not matter. A rotation is always proper and finite for finite input; for the zero
-/// matrix it is the identity. Entries that are not finite count as zero.
+/// The result does not depend on the scale of a matrix. It is a proper rotation; for the zero matrix it is
+/// the identity. Entries that are not finite count as zero.
 pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
     let mut out = Vec::with_capacity(matrices.len());
     for chunk in matrices.chunks(2 * LANES) {
@@ -43,11 +46,11 @@ pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
             }
         }
         let mut quaternions = [[0.0; 2 * LANES]; 4];
-        let asked = (1_u32 << chunk.len()) - 1;
+        let active = (1_u32 << chunk.len()) - 1;
         dispatch!(level(), simd => {
             let rows = a.map(|row| f32x16::load_array(simd, row));
             let identity = [0.0, 0.0, 0.0, 1.0].map(|x| f32x16::splat(simd, x));
-            let (q, _) = newton::solve(simd, rows, identity, asked as u16, 0);
+            let (q, _) = newton::solve(simd, rows, identity, active as u16, 0);
             quaternions = q.map(f32x16::to_array);
         });
         out.extend((0..chunk.len()).map(|lane| {

@@ -1,13 +1,15 @@
-//! Rotations, two blocks of eight at a time: Newton's method on the quaternion with a Cayley step (Kugelstadt et al. 2018).
+//! Rotations of two blocks of eight lanes: Newton's method on the quaternion with a Cayley step (Kugelstadt
+//! et al. 2018), and the eigenvalue test for the global maximum.
 //!
-//! With M = Rᵀ A, a = axial(M) and S = sym(M), a turn by ω in the body's frame changes the trace to
+//! With M = Rᵀ A, a = axial(M) and S = sym(M), a rotation by ω in the frame of R changes the trace to
 //!
 //! ```text
 //! tr(Rᵀ A) + ω·a - ½ ωᵀ H ω,    H = tr(S) I - S,
 //! ```
 //!
-//! so Newton's step is H ω = a, here with one term more. A stationary point is the global maximum iff H is positive definite; without that
-//! test Newton also settles on saddles, where the torque a vanishes as well.
+//! so Newton's step solves H ω = a; here it has one more term (see [`step`]). A stationary point, where the
+//! torque a vanishes, is the global maximum iff all eigenvalues of H are positive. Without this eigenvalue
+//! test Newton's method also converges to saddle points.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
@@ -15,63 +17,67 @@ use super::{columns, eigen};
 use crate::simd::lanes::LANES;
 use crate::simd::vector::{dot_fused as dot, scaled};
 
-/// Steps before the lanes that are left go through the eigenvalue problem. A warm start needs one or two.
+/// Maximum number of steps; lanes that have not converged then go through the robust path. A warm start takes
+/// one or two.
 const STEPS: usize = 4;
 
-/// The largest half-angle of a step that settles, times the condition of H.
+/// Upper limit of |u| cond(H) for convergence; |u| is about half the rotation angle of the step. A rotation
+/// by 2 |u| changes H by about 2 |u| |H|, so below this limit H stays positive definite.
 const MARGIN: f32 = 0.1;
 
-/// The largest error that a step may leave in u.
+/// Upper limit of the error of u for convergence: the rounding level of f32.
 const ACCURACY: f32 = 1e-7;
 
-/// The rotations of the matrices of two blocks, given by columns, from the quaternions (rows x, y, z, w) of the step
-/// before. Only lanes in the bits of `asked` are asked for. Returns the quaternions, and the lanes that Newton did
-/// not settle, as bits: they have gone through the robust path, and those in the bits of `collapsed` there have kept
-/// what they had.
+/// Computes the rotations of the matrices of two blocks, given by columns. `warm` has the quaternions (rows
+/// x, y, z, w) of the previous step.
+///
+/// `active` and `collapsed` are bit masks of lanes: the lanes that are solved, and the lanes without a
+/// rotation. Returns the quaternions, and the bit mask of the active lanes that did not converge in Newton's
+/// method. Those have the result of the robust path, and of them the collapsed lanes have the warm start.
 #[inline(always)]
 pub(crate) fn solve<S: Simd>(
     simd: S,
     a: [f32x16<S>; 9],
     warm: [f32x16<S>; 4],
-    asked: u16,
+    active: u16,
     collapsed: u16,
 ) -> ([f32x16<S>; 4], u16) {
     let mut q = warm;
-    let mut open = asked;
+    let mut unsettled = active;
     for _ in 0..STEPS {
-        let (stepped, settled) = step(simd, a, q);
+        let (stepped, converged) = step(simd, a, q);
         q = stepped;
-        open = asked & !(settled & !collapsed);
-        if open == 0 {
+        unsettled = active & !(converged & !collapsed);
+        if unsettled == 0 {
             return (q, 0);
         }
     }
     let mut rows = [[0.0; 2 * LANES]; 9];
-    let (mut before, mut best) = ([[0.0; 2 * LANES]; 4], [[0.0; 2 * LANES]; 4]);
+    let (mut previous, mut best) = ([[0.0; 2 * LANES]; 4], [[0.0; 2 * LANES]; 4]);
     for c in 0..9 {
         a[c].store_array(&mut rows[c]);
     }
     for c in 0..4 {
-        warm[c].store_array(&mut before[c]);
+        warm[c].store_array(&mut previous[c]);
         q[c].store_array(&mut best[c]);
     }
-    settle(&rows, open, collapsed, &before, &mut best);
+    solve_robustly(&rows, unsettled, collapsed, &previous, &mut best);
     for c in 0..4 {
         q[c] = f32x16::load_array_ref(simd, &best[c]);
     }
-    (q, open)
+    (q, unsettled)
 }
 
-/// The robust path for the lanes in the bits of `open`.
+/// Solves the lanes of the bit mask `unsettled` by the robust path.
 #[cold]
-fn settle(
+fn solve_robustly(
     a: &[[f32; 2 * LANES]; 9],
-    open: u16,
+    unsettled: u16,
     collapsed: u16,
     warm: &[[f32; 2 * LANES]; 4],
     quaternions: &mut [[f32; 2 * LANES]; 4],
 ) {
-    for lane in (0..2 * LANES).filter(|lane| open >> lane & 1 != 0) {
+    for lane in (0..2 * LANES).filter(|lane| unsettled >> lane & 1 != 0) {
         let matrix = if collapsed >> lane & 1 != 0 { [0.0; 9] } else { a.map(|row| row[lane]) };
         let best = eigen::rotation(matrix, warm.map(|row| row[lane]));
         for (row, component) in quaternions.iter_mut().zip(best) {
@@ -80,12 +86,15 @@ fn settle(
     }
 }
 
-/// One step: the new quaternions, and the lanes that it brings to the maximum, as bits.
+/// Computes one Newton step. Returns the new quaternions, and the bit mask of the lanes that have converged
+/// to the global maximum.
 ///
-/// A turn by the quaternion (1, u) is stationary where (2 H + δ I) u = a, with δ = a·u (Davenport's equation about
-/// R). Newton's step 2 u₀ = H⁻¹ a leaves δ out; one term of its series, u₀ - δ (2 H)⁻¹ u₀, leaves an error of fifth
-/// order in u, about ρ² |u| with ρ = δ |(2 H)⁻¹|. A lane has settled if that is below the rounding of f32, and H is
-/// positive definite with a margin that the step cannot use up: (tr H / 2)² / det H bounds |H⁻¹| from above.
+/// A rotation by the quaternion (1, u) is stationary where (2 H + δ I) u = a, with δ = a·u (Davenport's
+/// equation about R). Newton's step 2 u₀ = H⁻¹ a omits δ. One term of the series in δ is added:
+/// u = u₀ - δ (2 H)⁻¹ u₀. The error is then of fifth order in u, about ρ² |u| with ρ = δ |(2 H)⁻¹|.
+///
+/// A lane has converged if this error is below [`ACCURACY`] and H passes the eigenvalue test: H is positive
+/// definite, and stays so over the step ([`MARGIN`]). (tr H / 2)² / det H is an upper bound of |H⁻¹|.
 #[inline(always)]
 fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 4], u16) {
     let zero = f32x16::splat(simd, 0.0);
@@ -103,7 +112,7 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
     let (h00, h11, h22) = (m11 + m22, m00 + m22, m00 + m11);
     let (h01, h02, h12) = ((m01 + m10) * -0.5, (m02 + m20) * -0.5, (m12 + m21) * -0.5);
 
-    // The adjugate of H and its determinant.
+    // Adjugate and determinant of H.
     let c00 = h11.mul_add(h22, -(h12 * h12));
     let c01 = h02.mul_add(h12, -(h01 * h22));
     let c02 = h01.mul_add(h12, -(h02 * h11));
@@ -124,26 +133,28 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
 
     let bound = half_trace * half_trace * inverse;
     let condition = bound * half_trace;
+    // The eigenvalue test: H is positive definite (Sylvester's criterion).
     let definite = half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & inverse.simd_gt(zero);
     let margin = (square * condition * condition).simd_lt(f32x16::splat(simd, MARGIN * MARGIN));
     let rho = delta * bound * 0.5;
     let fourth = (rho * rho) * (rho * rho);
     let accurate = (fourth * square).simd_lt(f32x16::splat(simd, ACCURACY * ACCURACY));
-    let settled = definite & margin & accurate;
+    let converged = definite & margin & accurate;
 
-    // A step that is far off or not a number at all is dropped: the lane is not settled by it.
-    let sane = square.simd_lt(f32x16::splat(simd, 4.0));
-    let near = rho.simd_lt(f32x16::splat(simd, 0.25));
-    let mut turn = u;
+    // A step that is too long or NaN is dropped; such a lane has not converged. The series needs a small ρ.
+    let is_bounded = square.simd_lt(f32x16::splat(simd, 4.0));
+    let is_small = rho.simd_lt(f32x16::splat(simd, 0.25));
+    let mut rotation = u;
     for c in 0..3 {
-        turn[c] = sane.select(near.select(u[c] + correction[c], u[c]), zero);
+        rotation[c] = is_bounded.select(is_small.select(u[c] + correction[c], u[c]), zero);
     }
-    (turned(simd, q, turn), settled.to_bitmask() as u16)
+    (rotated(simd, q, rotation), converged.to_bitmask() as u16)
 }
 
-/// q (1, u), to unit length. The length of q itself, next to 1, is mended by a step of Newton's.
+/// Computes the product q (1, u), normalised. The length of q is close to 1; one Newton step of 1/√ corrects
+/// it.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 4] {
+fn rotated<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 4] {
     let one = f32x16::splat(simd, 1.0);
     let [qx, qy, qz, qw] = q;
     let square = x.mul_add(x, y.mul_add(y, z.mul_add(z, one)));
@@ -156,7 +167,7 @@ fn turned<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f3
     [sx * unit, sy * unit, sz * unit, sw * unit]
 }
 
-/// C v of a symmetric matrix given by xx, xy, xz, yy, yz, zz.
+/// Computes C v for a symmetric matrix C given by xx, xy, xz, yy, yz, zz.
 #[inline(always)]
 fn symmetric<S: Simd>(c: [f32x16<S>; 6], v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
     [dot([c[0], c[1], c[2]], v), dot([c[1], c[3], c[4]], v), dot([c[2], c[4], c[5]], v)]

@@ -1,4 +1,4 @@
-//! Narrow windows, summed vertex by vertex.
+//! Direct window sums: narrow windows, summed vertex by vertex.
 
 use fearless_simd::{Simd, f32x8};
 
@@ -7,7 +7,7 @@ use super::terms::Terms;
 use crate::lattice::Neighbours;
 use crate::simd::lanes::LANES;
 
-/// The windows of a block along an axis across the lanes.
+/// Sums the windows of a block along an axis across the lanes.
 #[inline(always)]
 pub(super) fn across<S: Simd, T: Terms<S>>(
     simd: S,
@@ -22,35 +22,35 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
         #[inline(always)]
         |c| row(block, c),
     );
-    // Narrow windows go to their ends whatever is linked, so that no branch is there to be guessed.
-    let stops = half_width > NARROW_ACROSS;
-    let (mut reach, mut at) = (0xff, block);
+    // Narrow windows have no early exit, so that there is no branch to mispredict.
+    let has_early_exit = half_width > NARROW_ACROSS;
+    let (mut linked, mut at) = (0xff, block);
     for offset in 1..=half_width {
-        reach &= links[at];
-        if stops && reach == 0 {
+        linked &= links[at];
+        if has_early_exit && linked == 0 {
             break;
         }
         at = neighbours.next[at] as usize;
         sums.add(
             simd,
-            reach,
+            linked,
             offset as f32,
             #[inline(always)]
             |c| row(at, c),
         );
     }
-    let (mut reach, mut at) = (0xff, block);
+    let (mut linked, mut at) = (0xff, block);
     for offset in 1..=half_width {
         let before = neighbours.previous[at] as usize;
-        let any = u8::from(before != at).wrapping_neg();
-        reach &= links[before] & any;
-        if stops && reach == 0 {
+        let has_previous = u8::from(before != at).wrapping_neg();
+        linked &= links[before] & has_previous;
+        if has_early_exit && linked == 0 {
             break;
         }
         at = before;
         sums.add(
             simd,
-            reach,
+            linked,
             -(offset as f32),
             #[inline(always)]
             |c| row(at, c),
@@ -59,7 +59,7 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
     sums
 }
 
-/// The windows of half-width 1 to 5 of a block along the lanes.
+/// Sums the windows of half-width 1 to 5 of a block along the lanes.
 #[inline(always)]
 pub(super) fn along<S: Simd, T: Terms<S>>(
     simd: S,
@@ -74,18 +74,19 @@ pub(super) fn along<S: Simd, T: Terms<S>>(
         |c| row(block, c),
     );
     let here = links[block];
-    // A link from the last lane leads to the next block in storage; without one the block stands in for it.
+    // A link from the last lane leads to the next block in storage. Without such a link, `after` is the block
+    // itself and its values are masked.
     let after = if here >> (LANES - 1) == 0 { block } else { block + 1 };
     let line = u32::from(here) | u32::from(links[after]) << LANES;
     let line = if after == block { u32::from(here) } else { line };
-    let mut reach = 0xff;
+    let mut linked = 0xff;
     macro_rules! add_after {
         ($($shift:literal)*) => {$(
             if half_width >= $shift {
-                reach &= line >> ($shift - 1);
+                linked &= line >> ($shift - 1);
                 sums.add(
                     simd,
-                    reach as u8,
+                    linked as u8,
                     $shift as f32,
                     #[inline(always)]
                     |c| simd.slide_f32x8::<$shift>(row(block, c), row(after, c)),
@@ -95,17 +96,17 @@ pub(super) fn along<S: Simd, T: Terms<S>>(
     }
     add_after!(1 2 3 4 5);
 
-    let linked = block > 0 && links[block - 1] >> (LANES - 1) != 0;
-    let (before, earlier) = if linked { (block - 1, links[block - 1]) } else { (block, 0) };
+    let has_previous = block > 0 && links[block - 1] >> (LANES - 1) != 0;
+    let (before, earlier) = if has_previous { (block - 1, links[block - 1]) } else { (block, 0) };
     let line = u32::from(earlier) | u32::from(here) << LANES;
-    let mut reach = 0xff;
+    let mut linked = 0xff;
     macro_rules! add_before {
         ($($shift:literal $slide:literal)*) => {$(
             if half_width >= $shift {
-                reach &= line >> (LANES - $shift);
+                linked &= line >> (LANES - $shift);
                 sums.add(
                     simd,
-                    reach as u8,
+                    linked as u8,
                     -($shift as f32),
                     #[inline(always)]
                     |c| simd.slide_f32x8::<$slide>(row(before, c), row(block, c)),

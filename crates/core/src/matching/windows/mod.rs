@@ -1,8 +1,16 @@
-//! Sums over the windows of one axis, broken at missing links (Rivers & James 2007, section 4, made separable).
+//! Window sums along one axis, which end at missing links (Rivers & James 2007, section 4, in separable
+//! form).
 //!
-//! The window of a vertex along an axis: the vertices reached from it by up to `half_width` links either way. For
-//! values `f` and the signed number of links `i` from the center, a pass needs the plain sums W(f) = Σ f and the
-//! offset-weighted sums W'(f) = Σ i f.
+//! The window of a vertex along an axis contains the vertices that are connected to it by up to `half_width`
+//! links in either direction. For values f and the signed number of links i from the center, a pass computes
+//! the plain sums W(f) = Σ f and the offset-weighted sums W'(f) = Σ i f.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `terms` | the sums of forward and adjoint passes, and how a vertex is added |
+//! | `direct` | narrow windows, summed vertex by vertex |
+//! | `running` | wide windows across the lanes, as running sums |
+//! | `wide` | wide windows along the lanes, from prefix sums |
 
 mod direct;
 mod running;
@@ -17,58 +25,59 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x8, mask32x8};
 
 use crate::lattice::AxisLinks;
 use crate::simd::lanes::{Block, Row, load};
-use running::Trail;
+use running::History;
 use terms::{Adjoint, Forward, Running, RunningAdjoint, Windows};
 use wide::{BlockSums, WideWindows};
 
-/// The widest windows that are summed vertex by vertex, across the lanes and along them.
+/// Largest half-widths that are summed vertex by vertex, across the lanes and along the lanes.
 const NARROW_ACROSS: usize = 2;
 const NARROW_ALONG: usize = 5;
 
-/// A pass along one axis.
+/// The windows of a pass along one axis.
 #[derive(Clone, Copy)]
 pub(super) struct Window<'a> {
     pub(super) axis: &'a AxisLinks,
     pub(super) half_width: usize,
-    /// The lanes of each block that hold a vertex, as bits.
+    /// Bit mask of the lanes with a vertex, for each block.
     pub(super) occupied: &'a [u8],
-    /// Of running sums.
+    /// Steps of the running sums, by block; `None` where windows are summed directly.
     pub(super) slides: Option<&'a [Slide]>,
 }
 
-/// What wide windows carry from vertex to vertex, `N` numbers by block; nothing where windows are narrow.
+/// Buffers for wide windows, `N` numbers by block; empty for narrow windows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RunningSums<const N: usize> {
-    trail: Option<Trail<N>>,
-    within: Option<BlockSums>,
+    history: Option<History<N>>,
+    block_sums: Option<BlockSums>,
 }
 
 impl<const N: usize> RunningSums<N> {
-    /// For a pass over planes of up to `blocks` blocks. A pass along the outer axis goes from plane to plane.
+    /// Allocates the buffers for planes of up to `blocks` blocks. `outer` is whether the pass is along x,
+    /// from plane to plane.
     pub(super) fn new(window: &Window, blocks: usize, outer: bool) -> Self {
         let across = window.axis.across.is_some();
-        let runs = window.slides.is_some();
+        let is_running = window.slides.is_some();
         let is_wide = !across && window.half_width > NARROW_ALONG;
         Self {
-            trail: runs.then(|| Trail::new(blocks, if outer { 2 } else { 1 })),
-            within: is_wide.then(|| BlockSums::new(blocks)),
+            history: is_running.then(|| History::new(blocks, if outer { 2 } else { 1 })),
+            block_sums: is_wide.then(|| BlockSums::new(blocks)),
         }
     }
 
-    /// Goes on to the plane with the first block `first`.
-    pub(super) fn enter(&mut self, first: usize) {
-        if let Some(trail) = &mut self.trail {
-            trail.enter(first);
+    /// Begins the plane whose first block is `first`.
+    pub(super) fn begin_plane(&mut self, first: usize) {
+        if let Some(history) = &mut self.history {
+            history.begin_plane(first);
         }
     }
 
-    /// Memory that it takes.
+    /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        self.trail.as_ref().map_or(0, Trail::bytes) + self.within.as_ref().map_or(0, BlockSums::bytes)
+        self.history.as_ref().map_or(0, History::bytes) + self.block_sums.as_ref().map_or(0, BlockSums::bytes)
     }
 }
 
-/// The numbers of blocks from `first` on.
+/// The input of a pass, `N` numbers for each vertex of the blocks from `first` on.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a, const N: usize> {
     pub(super) first: usize,
@@ -76,30 +85,32 @@ pub(super) struct Source<'a, const N: usize> {
 }
 
 impl<const N: usize> Source<'_, N> {
+    /// Component `c` of a block.
     #[inline(always)]
     fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
         f32x8::load_array_ref(simd, &self.blocks[block - self.first][c])
     }
 }
 
-/// A vector of each vertex times its weight m/n: f = (m/n) p.
+/// The input of the first pass: a vector p of each vertex times its region weight, f = (m/n) p.
 #[derive(Clone, Copy)]
 pub(crate) struct Weighted<'a> {
-    /// m and 1/n.
+    /// m and 1/n of each vertex.
     pub(crate) weights: &'a [Block<2>],
     pub(crate) vectors: &'a [Block<3>],
 }
 
 impl Weighted<'_> {
+    /// Component `c` of a block.
     #[inline(always)]
     fn row<S: Simd>(self, simd: S, block: usize, c: usize) -> f32x8<S> {
-        let [mass, share] = load(simd, &self.weights[block]);
-        f32x8::load_array_ref(simd, &self.vectors[block][c]) * (mass * share)
+        let [mass, inverse_count] = load(simd, &self.weights[block]);
+        f32x8::load_array_ref(simd, &self.vectors[block][c]) * (mass * inverse_count)
     }
 }
 
 impl Window<'_> {
-    /// The first pass of the cascade, 3 → 6.
+    /// Runs the first pass of the cascade, 3 → 6: W and W' of the weighted field.
     #[inline(always)]
     pub(super) fn weighted<S: Simd>(
         self,
@@ -112,7 +123,7 @@ impl Window<'_> {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.each::<S, Forward<S, 3>, Forward<S, 3>, 6, 6>(
+                self.sum_windows::<S, Forward<S, 3>, Forward<S, 3>, 6, 6>(
                     simd,
                     blocks,
                     #[inline(always)]
@@ -124,7 +135,7 @@ impl Window<'_> {
         );
     }
 
-    /// A forward pass: W of all `N` components, and W' of the first three; `M = N + 3`.
+    /// Runs a forward pass: W of all `N` components, and W' of the first three; `M = N + 3`.
     #[inline(always)]
     pub(super) fn forward<S: Simd, const N: usize, const M: usize>(
         self,
@@ -137,7 +148,7 @@ impl Window<'_> {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.each::<S, Forward<S, N>, Forward<S, N>, M, M>(
+                self.sum_windows::<S, Forward<S, N>, Forward<S, N>, M, M>(
                     simd,
                     blocks,
                     #[inline(always)]
@@ -149,8 +160,8 @@ impl Window<'_> {
         );
     }
 
-    /// An adjoint pass: W of the first `M` of `N = M + 3` components, less W' of the last three
-    /// in the first three.
+    /// Runs an adjoint pass: W of the first `M` of `N = M + 3` components; the first three are reduced by W'
+    /// of the last three.
     #[inline(always)]
     pub(super) fn adjoint<S: Simd, const N: usize, const M: usize>(
         self,
@@ -163,7 +174,7 @@ impl Window<'_> {
         simd.vectorize(
             #[inline(always)]
             || {
-                self.each::<S, Adjoint<S, N, M>, RunningAdjoint<S, N, M>, N, M>(
+                self.sum_windows::<S, Adjoint<S, N, M>, RunningAdjoint<S, N, M>, N, M>(
                     simd,
                     blocks,
                     #[inline(always)]
@@ -175,10 +186,10 @@ impl Window<'_> {
         );
     }
 
-    /// The windows around the vertices of some blocks; `row(block, c)` is component c of what is summed. `T` is what
-    /// is wanted, `C` what is carried on for it.
+    /// Sums the windows around the vertices of some blocks; `row(block, c)` is component `c` of the input.
+    /// `T` has the sums of the pass, `C` the sums that a running sum continues from.
     #[inline(always)]
-    fn each<S: Simd, T: Windows<S>, C: Running<S> + Into<T>, const N: usize, const M: usize>(
+    fn sum_windows<S: Simd, T: Windows<S>, C: Running<S> + Into<T>, const N: usize, const M: usize>(
         self,
         simd: S,
         blocks: Range<usize>,
@@ -187,11 +198,11 @@ impl Window<'_> {
         out: &mut [Block<M>],
     ) {
         let Self { axis: AxisLinks { links, across }, half_width, occupied, slides } = self;
-        match (across, &mut running.trail, slides, &mut running.within) {
-            (Some(neighbours), Some(trail), Some(slides), _) => {
+        match (across, &mut running.history, slides, &mut running.block_sums) {
+            (Some(neighbours), Some(history), Some(slides), _) => {
                 for (block, out) in blocks.zip(out) {
                     let slide = (half_width, slides[block]);
-                    let sums: C = running::across(simd, links, neighbours, slide, block, &row, trail);
+                    let sums: C = running::across(simd, links, neighbours, slide, block, &row, history);
                     sums.into().store(out);
                 }
             }
@@ -200,19 +211,19 @@ impl Window<'_> {
                     direct::across::<S, T>(simd, links, neighbours, half_width, block, &row).store(out);
                 }
             }
-            (None, _, _, Some(within)) => {
+            (None, _, _, Some(block_sums)) => {
                 let first = blocks.start;
                 let wide = WideWindows { links, occupied, half_width, blocks };
                 T::wide(
                     simd,
-                    within,
+                    block_sums,
                     wide,
                     &row,
                     #[inline(always)]
                     |block, lanes, sums| {
-                        let before = (1_u8 << lanes.trailing_zeros()) - 1;
-                        let are_first = occupied[block] & before == 0;
-                        put(simd, lanes, are_first, sums, &mut out[block - first]);
+                        let lower = (1_u8 << lanes.trailing_zeros()) - 1;
+                        let are_first = occupied[block] & lower == 0;
+                        store_lanes(simd, lanes, are_first, sums, &mut out[block - first]);
                     },
                 );
             }
@@ -225,10 +236,10 @@ impl Window<'_> {
     }
 }
 
-/// Writes the windows of some lanes of a block. The others keep what they have, or if these are the first that are
-/// written hold nothing.
+/// Writes the sums of some lanes of a block. The other lanes keep their values, or become zero if
+/// `are_first`: if these are the first lanes of the block that are written.
 #[inline(always)]
-fn put<S: Simd, T: Windows<S>, const M: usize>(
+fn store_lanes<S: Simd, T: Windows<S>, const M: usize>(
     simd: S,
     lanes: u8,
     are_first: bool,

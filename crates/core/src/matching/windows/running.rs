@@ -1,12 +1,14 @@
-//! Wide windows across the lanes, as running sums: what a step along the axis brings in and what it leaves behind.
+//! Running sums: wide windows across the lanes, from the window of the previous vertex and the vertices that
+//! enter and leave.
 //!
 //! ```text
 //! S[i]  = S[i-1]           +           f[i+w] -           f[i-1-w]
 //! S'[i] = S'[i-1] - S[i-1] + w         f[i+w] + (w + 1)   f[i-1-w]
 //! ```
 //!
-//! each term only where the links reach so far. Rounding would pile up, so they begin anew, vertex by vertex, at
-//! missing links and at a fixed interval.
+//! Here w is the half-width. A term is omitted where the links end before its vertex. To limit the
+//! accumulation of rounding errors, running sums restart with a direct sum at missing links and at a fixed
+//! interval.
 
 use fearless_simd::{Simd, f32x8};
 
@@ -15,27 +17,32 @@ use super::{NARROW_ACROSS, direct};
 use crate::lattice::{AxisLinks, Neighbours};
 use crate::simd::lanes::{Block, Lanes};
 
-/// What enters and leaves the windows of a block, seen from those of the block before it.
+/// The step of the running sums from the previous block along an axis to a block.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::matching) struct Slide {
+    /// Block of the vertices that enter the windows.
     pub(super) entering: u32,
+    /// Block of the vertices that leave the windows.
     pub(super) leaving: u32,
-    /// The lanes in which a vertex enters, as bits.
+    /// Bit mask of the lanes in which a vertex enters.
     pub(super) entering_lanes: u8,
-    /// The lanes in which a vertex leaves, as bits.
+    /// Bit mask of the lanes in which a vertex leaves.
     pub(super) leaving_lanes: u8,
-    /// Whether the sums begin anew.
-    pub(super) begins: bool,
+    /// Whether the sums restart at this block.
+    pub(super) restarts: bool,
 }
 
-/// The slides of all blocks along an axis across the lanes. `occupied` are the lanes that hold a vertex, `anew` says
-/// of a block, and of how far it is along its line, whether its sums begin anew whatever is linked. `None` if narrow
-/// windows, or most of those of a thin shape, are better summed vertex by vertex.
+/// Computes the steps of all blocks along an axis across the lanes. Returns `None` for narrow windows, and
+/// where at least half of the blocks restart, as in thin shapes: direct sums are then faster.
+///
+/// `occupied` has the bit mask of the lanes with a vertex, for each block. `restart(block, place)` is whether
+/// the sums restart at a block that is the `place`-th block since the start of its line, also where it is
+/// linked.
 pub(in crate::matching) fn slides(
     axis: &AxisLinks,
     half_width: usize,
     occupied: &[u8],
-    anew: impl Fn(usize, usize) -> bool,
+    restart: impl Fn(usize, usize) -> bool,
 ) -> Option<Vec<Slide>> {
     let Neighbours { next, previous } = axis.across.as_ref().filter(|_| half_width > NARROW_ACROSS)?;
     let links = &axis.links;
@@ -66,41 +73,43 @@ pub(in crate::matching) fn slides(
             leaving: leaving as u32,
             entering_lanes,
             leaving_lanes,
-            begins: linked & occupied[block] != occupied[block] || anew(block, place[block]),
+            restarts: linked & occupied[block] != occupied[block] || restart(block, place[block]),
         }
     };
     let slides: Vec<_> = (0..occupied.len()).map(slide).collect();
-    let begin = slides.iter().filter(|slide| slide.begins).count();
-    (2 * begin < slides.len()).then_some(slides)
+    let restarts = slides.iter().filter(|slide| slide.restarts).count();
+    (2 * restarts < slides.len()).then_some(slides)
 }
 
-/// The running sums of the plane at hand and of the one before it, `N` numbers by block.
+/// The running sums of the current plane and the previous plane, `N` numbers by block.
 #[derive(Clone, Debug)]
-pub(in crate::matching) struct Trail<const N: usize> {
+pub(in crate::matching) struct History<const N: usize> {
     planes: [Lanes<N>; 2],
     first: [usize; 2],
 }
 
-impl<const N: usize> Trail<N> {
-    /// For planes of up to `blocks` blocks. Sums within a plane need `planes` = 1, from plane to plane 2.
+impl<const N: usize> History<N> {
+    /// Allocates sums for planes of up to `blocks` blocks. `planes` is 1 for sums within a plane, 2 for sums
+    /// from plane to plane.
     pub(in crate::matching) fn new(blocks: usize, planes: usize) -> Self {
-        let held = |plane| Lanes::zeros(if plane < planes { blocks } else { 0 });
-        Self { planes: [held(0), held(1)], first: [0; 2] }
+        let sums = |plane| Lanes::zeros(if plane < planes { blocks } else { 0 });
+        Self { planes: [sums(0), sums(1)], first: [0; 2] }
     }
 
-    /// Goes on to the plane with the first block `first`.
-    pub(in crate::matching) fn enter(&mut self, first: usize) {
+    /// Begins the plane whose first block is `first`.
+    pub(in crate::matching) fn begin_plane(&mut self, first: usize) {
         if !self.planes[1].blocks().is_empty() {
             self.planes.swap(0, 1);
         }
         self.first = [first, self.first[0]];
     }
 
-    /// Memory that it takes.
+    /// Memory in bytes.
     pub(in crate::matching) fn bytes(&self) -> usize {
         self.planes.iter().map(Lanes::bytes).sum()
     }
 
+    /// The sums of a block of the current or the previous plane.
     #[inline(always)]
     fn at(&self, block: usize) -> &Block<N> {
         let plane = usize::from(block < self.first[0]);
@@ -108,7 +117,7 @@ impl<const N: usize> Trail<N> {
     }
 }
 
-/// The windows of a block, from those of the block before it.
+/// Computes the sums of a block from the sums of the previous block, or directly where they restart.
 #[inline(always)]
 pub(super) fn across<S: Simd, T: Running<S>, const N: usize>(
     simd: S,
@@ -117,30 +126,30 @@ pub(super) fn across<S: Simd, T: Running<S>, const N: usize>(
     (half_width, slide): (usize, Slide),
     block: usize,
     row: &impl Fn(usize, usize) -> f32x8<S>,
-    trail: &mut Trail<N>,
+    history: &mut History<N>,
 ) -> T {
-    let sums = if slide.begins {
+    let sums = if slide.restarts {
         direct::across(simd, links, neighbours, half_width, block, row)
     } else {
-        let mut sums = T::load(simd, trail.at(neighbours.previous[block] as usize)).recenterd();
-        let (entering, leaving, reach) = (slide.entering as usize, slide.leaving as usize, half_width as f32);
+        let mut sums = T::load(simd, history.at(neighbours.previous[block] as usize)).recentered();
+        let (entering, leaving, width) = (slide.entering as usize, slide.leaving as usize, half_width as f32);
         sums.add(
             simd,
             slide.entering_lanes,
-            reach,
+            width,
             #[inline(always)]
             |c| row(entering, c),
         );
         sums.add(
             simd,
             slide.leaving_lanes,
-            -(reach + 1.0),
+            -(width + 1.0),
             #[inline(always)]
             |c| -row(leaving, c),
         );
         sums
     };
-    let at = block - trail.first[0];
-    sums.store(&mut trail.planes[0].blocks_mut()[at]);
+    let at = block - history.first[0];
+    sums.store(&mut history.planes[0].blocks_mut()[at]);
     sums
 }

@@ -1,43 +1,43 @@
-//! What a window adds up: the terms of the cascade's passes and of their adjoints.
+//! The window sums of forward and adjoint passes for eight lanes, and how a vertex is added to them.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use super::wide::{BlockSums, WideWindows};
 use crate::simd::lanes::{Row, store};
 
-/// What a pass leaves.
+/// The output of a pass.
 pub(super) trait Windows<S: Simd>: Terms<S> {
-    /// The windows around the vertices of whole lines, along the lanes: `put` takes those of a run in a block, and its
-    /// lanes as bits.
+    /// Sums wide windows along the lanes, around the vertices of whole lines. `output(block, lanes, sums)`
+    /// receives the sums for the lanes of the bit mask `lanes`.
     fn wide(
         simd: S,
         sums: &mut BlockSums,
         wide: WideWindows,
         row: &impl Fn(usize, usize) -> f32x8<S>,
-        put: impl FnMut(usize, u8, Self),
+        output: impl FnMut(usize, u8, Self),
     );
 }
 
-/// Sums of eight windows, built up vertex by vertex.
+/// The sums of eight windows, to which vertices are added.
 ///
-/// `row(c)` is component c of the vertex that is added, for the eight lanes of a block.
+/// `row(c)` is component `c` of the added vertex in the eight lanes of a block.
 pub(super) trait Terms<S: Simd>: Copy {
-    /// The sums of windows that hold their centers only.
+    /// The sums of windows that contain only their centers.
     fn center(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
 
-    /// Adds a vertex `offset` links away, in the lanes in the bits of `reach`.
-    fn add(&mut self, simd: S, reach: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>);
+    /// Adds the vertex at `offset` links from the center, in the lanes of the bit mask `linked`.
+    fn add(&mut self, simd: S, linked: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>);
 
-    /// Writes them down.
+    /// Writes the sums.
     fn store(self, rows: &mut [Row]);
 }
 
-/// Sums that are carried on from window to window.
+/// Sums that continue from window to window.
 pub(super) trait Running<S: Simd>: Terms<S> {
-    /// Sums as they are stored.
+    /// Reads sums that were stored; `row(c)` is their row `c`.
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
 
-    /// Sums as they were stored.
+    /// Reads sums from memory.
     #[inline(always)]
     fn load(simd: S, rows: &[Row]) -> Self {
         Self::from_rows(
@@ -47,25 +47,26 @@ pub(super) trait Running<S: Simd>: Terms<S> {
         )
     }
 
-    /// The same sums, with the next vertex along the axis for the center.
-    fn recenterd(self) -> Self;
+    /// Moves the center to the next vertex along the axis, without adding or removing vertices.
+    fn recentered(self) -> Self;
 }
 
-/// A forward pass: W of all `N` components, and W' of the first three.
+/// The sums of a forward pass: W of all `N` components, and W' of the first three.
 #[derive(Clone, Copy)]
 pub(super) struct Forward<S: Simd, const N: usize> {
     pub(super) plain: [f32x8<S>; N],
     pub(super) weighted: [f32x8<S>; 3],
 }
 
-/// An adjoint pass: W of the first `OUT` of `IN = OUT + 3` components, less W' of the last three
-/// in the first three. Seen from the vertex, its offset from the region is the opposite of the region's from it.
+/// The sums of an adjoint pass: W of the first `OUT` of `IN = OUT + 3` components; the first three are
+/// reduced by W' of the last three. The sign is negative because the offset of the vertex from the region
+/// center is minus the offset of the region center from the vertex.
 #[derive(Clone, Copy)]
 pub(super) struct Adjoint<S: Simd, const IN: usize, const OUT: usize> {
     pub(super) sums: [f32x8<S>; OUT],
 }
 
-/// The same with what a running sum needs besides: W of the last three components.
+/// The sums of an adjoint pass, and W of the last three components, which running sums also need.
 #[derive(Clone, Copy)]
 pub(super) struct RunningAdjoint<S: Simd, const IN: usize, const OUT: usize> {
     pub(super) adjoint: Adjoint<S, IN, OUT>,
@@ -91,8 +92,8 @@ impl<S: Simd, const N: usize> Terms<S> for Forward<S, N> {
     }
 
     #[inline(always)]
-    fn add(&mut self, simd: S, reach: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
-        let (mask, offset) = (lanes(simd, reach), f32x8::splat(simd, offset));
+    fn add(&mut self, simd: S, linked: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
+        let (mask, offset) = (lane_mask(simd, linked), f32x8::splat(simd, offset));
         let zero = f32x8::splat(simd, 0.0);
         for c in 0..N {
             let value = mask.select(row(c), zero);
@@ -121,7 +122,7 @@ impl<S: Simd, const N: usize> Running<S> for Forward<S, N> {
     }
 
     #[inline(always)]
-    fn recenterd(mut self) -> Self {
+    fn recentered(mut self) -> Self {
         for c in 0..3 {
             self.weighted[c] -= self.plain[c];
         }
@@ -140,8 +141,8 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT
     }
 
     #[inline(always)]
-    fn add(&mut self, simd: S, reach: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
-        let (mask, back) = (lanes(simd, reach), f32x8::splat(simd, -offset));
+    fn add(&mut self, simd: S, linked: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
+        let (mask, back) = (lane_mask(simd, linked), f32x8::splat(simd, -offset));
         let zero = f32x8::splat(simd, 0.0);
         for c in 0..OUT {
             let mut value = row(c);
@@ -169,12 +170,12 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for RunningAdjoint<S, 
     }
 
     #[inline(always)]
-    fn add(&mut self, simd: S, reach: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
-        let (mask, zero) = (lanes(simd, reach), f32x8::splat(simd, 0.0));
+    fn add(&mut self, simd: S, linked: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
+        let (mask, zero) = (lane_mask(simd, linked), f32x8::splat(simd, 0.0));
         for c in 0..3 {
             self.last[c] += mask.select(row(IN - 3 + c), zero);
         }
-        self.adjoint.add(simd, reach, offset, row);
+        self.adjoint.add(simd, linked, offset, row);
     }
 
     #[inline(always)]
@@ -191,7 +192,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> Running<S> for RunningAdjoint<S
     }
 
     #[inline(always)]
-    fn recenterd(mut self) -> Self {
+    fn recentered(mut self) -> Self {
         for c in 0..3 {
             self.adjoint.sums[c] += self.last[c];
         }
@@ -206,14 +207,14 @@ impl<S: Simd, const N: usize> Windows<S> for Forward<S, N> {
         sums: &mut BlockSums,
         wide: WideWindows,
         row: &impl Fn(usize, usize) -> f32x8<S>,
-        mut put: impl FnMut(usize, u8, Self),
+        mut output: impl FnMut(usize, u8, Self),
     ) {
         sums.along::<S, N, 0>(
             simd,
             wide,
             row,
             #[inline(always)]
-            |block, lanes, plain, weighted| put(block, lanes, Self { plain, weighted }),
+            |block, lanes, plain, weighted| output(block, lanes, Self { plain, weighted }),
         );
     }
 }
@@ -225,9 +226,9 @@ impl<S: Simd, const IN: usize, const OUT: usize> Windows<S> for Adjoint<S, IN, O
         sums: &mut BlockSums,
         wide: WideWindows,
         row: &impl Fn(usize, usize) -> f32x8<S>,
-        mut put: impl FnMut(usize, u8, Self),
+        mut output: impl FnMut(usize, u8, Self),
     ) {
-        // W' is that of the last three components.
+        // W' of the last three components.
         sums.along::<S, IN, OUT>(
             simd,
             wide,
@@ -238,14 +239,14 @@ impl<S: Simd, const IN: usize, const OUT: usize> Windows<S> for Adjoint<S, IN, O
                 for c in 0..OUT {
                     sums[c] = if c < 3 { plain[c] - weighted[c] } else { plain[c] };
                 }
-                put(block, lanes, Self { sums });
+                output(block, lanes, Self { sums });
             },
         );
     }
 }
 
-/// The lanes in the bits of `reach`.
+/// Converts a bit mask of lanes.
 #[inline(always)]
-fn lanes<S: Simd>(simd: S, reach: u8) -> mask32x8<S> {
-    mask32x8::from_bitmask(simd, u64::from(reach))
+fn lane_mask<S: Simd>(simd: S, lanes: u8) -> mask32x8<S> {
+    mask32x8::from_bitmask(simd, u64::from(lanes))
 }

@@ -1,9 +1,9 @@
-//! The deformation field: which way, and how far, each lattice vertex moves per unit of `lambda`.
+//! The deformation field V: the displacement of each lattice vertex per unit of `lambda`.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `smooth`, `walls` | the smoothest field that moves the boundary by 1 along its normals |
-//! | `paper` | that of Takamatsu & Kanai (2009): normals at the boundary, and inwards layer by layer |
+//! | `smooth`, `walls` | smoothest field that moves the boundary by 1 along its normals |
+//! | `paper` | field of Takamatsu & Kanai (2009): normals at the boundary, interior layer by layer |
 
 mod paper;
 mod smooth;
@@ -14,17 +14,17 @@ use super::options::FieldKind;
 use super::surface::Surface;
 use crate::lattice::Lattice;
 
-/// The field at rest, in the model's frame; the rotations of the matching turn it with the body.
+/// Field at rest, in the model's frame; the rotations of the shape matching rotate it with the body.
 #[derive(Clone, Debug)]
 pub(super) struct Field {
-    /// One vector a vertex, in vertex order.
+    /// One vector per vertex, in vertex order.
     pub(super) directions: Vec<[f32; 3]>,
-    /// Of each component: the greatest depth below the boundary in cells, half a cell where all is boundary.
+    /// Greatest depth of each component below the boundary, in cells; 0.5 without interior vertices.
     pub(super) thickness: Vec<f64>,
 }
 
 impl Field {
-    /// The field of a lattice, and of the surface that it carries.
+    /// Computes the field of a lattice and of its embedded surface.
     pub(super) fn new(
         kind: FieldKind,
         lattice: &Lattice,
@@ -56,14 +56,14 @@ impl Field {
     }
 }
 
-/// `v` turned by the unit quaternion `q = (x, y, z, w)`.
+/// Returns `v` rotated by the unit quaternion `q = (x, y, z, w)`.
 #[inline]
-pub(super) fn turned(q: &[f32; 4], v: &[f32; 3]) -> [f32; 3] {
+pub(super) fn rotated(q: &[f32; 4], v: &[f32; 3]) -> [f32; 3] {
     let [x, y, z, w] = *q;
     let cross = |a: [f32; 3], b: [f32; 3]| {
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     };
-    // v + 2 u x (u x v + w v), u the vector part.
+    // v + 2 u x (u x v + w v), where u is the vector part.
     let inner = cross([x, y, z], *v);
     let inner = std::array::from_fn(|k| inner[k] + w * v[k]);
     let outer = cross([x, y, z], inner);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn from_one_at_the_boundary_to_nothing_at_the_center() {
+    fn paper_field_decreases_from_one_at_the_boundary_to_zero_at_the_center() {
         let (lattice, field) = field(&block(6));
         for (index, &v) in lattice.indices().iter().zip(&field.directions) {
             let depth = index.iter().map(|&i| i.min(6 - i)).min().unwrap();
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn concave_edges_look_into_the_gap() {
+    fn normals_of_concave_edges_point_into_the_gap() {
         let mut cells = block(2);
         cells.retain(|&[x, y, _]| [x, y] != [1, 1]);
         let (lattice, field) = field(&cells);
@@ -116,8 +116,8 @@ mod tests {
     }
 
     #[test]
-    fn no_boundary_vertex_is_without_a_direction() {
-        // Cells that touch along edges and in corners, where the missing directions cancel.
+    fn every_boundary_vertex_has_a_unit_normal() {
+        // Cells that touch along edges and at corners, where the missing directions cancel.
         let checkered: Vec<[i32; 3]> =
             block(4).into_iter().filter(|c| c.iter().sum::<i32>() % 2 == 0).collect();
         for cells in [checkered, vec![[0, 0, 0], [1, 1, 1]], vec![[0, 0, 0], [1, 1, 0]]] {
@@ -128,12 +128,12 @@ mod tests {
     }
 
     #[test]
-    fn turning() {
-        let turn = nalgebra::UnitQuaternion::from_euler_angles(0.3, -1.2, 2.5);
+    fn rotated_matches_nalgebra() {
+        let rotation = nalgebra::UnitQuaternion::from_euler_angles(0.3, -1.2, 2.5);
         let v = nalgebra::Vector3::new(0.2, -0.7, 0.4);
-        let expected: [f64; 3] = (turn * v).into();
-        let q = turn.coords.map(|x| x as f32).into();
-        let v = turned(&q, &[0.2, -0.7, 0.4]);
+        let expected: [f64; 3] = (rotation * v).into();
+        let q = rotation.coords.map(|x| x as f32).into();
+        let v = rotated(&q, &[0.2, -0.7, 0.4]);
         assert!(v.iter().zip(expected).all(|(a, b)| (f64::from(*a) - b).abs() < 1e-6), "{v:?} {expected:?}");
     }
 }

@@ -1,19 +1,21 @@
-//! The field of Takamatsu & Kanai (2009), from the lattice alone: unit normals at the boundary, and the interior layer
-//! by layer from there inwards.
+//! The field of Takamatsu & Kanai (2009): unit normals at the boundary of the lattice, propagated inwards
+//! layer by layer.
 
 use nalgebra::Vector3;
 
 use crate::volume::adjacency::{Adjacency, DIRECTIONS};
 
-/// The outward unit normal at each boundary vertex, in vertex order; zero at interior ones.
+/// Computes the outward unit normal of each boundary vertex, in vertex order; zero for interior vertices.
 ///
-/// `octants[i]` has bit `k` set iff the cell around vertex `i` in octant `k` is occupied (octant `k` lies towards
-/// `(k & 1, k >> 1 & 1, k >> 2 & 1)`, 0 being the negative side); an interior vertex has all eight.
+/// `octants[i]` has bit `k` set iff the cell in octant `k` around vertex `i` is occupied. Octant `k` lies in
+/// the direction `(k & 1, k >> 1 & 1, k >> 2 & 1)`, where 0 is the negative side. An interior vertex has all
+/// eight bits.
 ///
-/// The normal points away from the existing neighbours (Takamatsu & Kanai 2009), which is the sum of the missing
-/// directions. That sum vanishes at concave edges and in parts that are thin in both directions of an axis. What
-/// takes its place there, first that does not vanish: away from the occupied octants; the mean normal of the
-/// neighbours; away from the middle of the component; the first missing direction, or x.
+/// The normal points away from the existing neighbours (Takamatsu & Kanai 2009): it is the sum of the missing
+/// directions. That sum vanishes at concave edges, where no neighbour is missing, and where missing
+/// directions cancel. There the normal is the first of these that does not vanish: the direction away from
+/// the occupied octants, the mean normal of the neighbours, the direction away from the center of the
+/// component, the first missing direction (x if there is none).
 pub(super) fn boundary_normals(
     adjacency: &Adjacency,
     indices: &[[i32; 3]],
@@ -32,12 +34,12 @@ pub(super) fn boundary_normals(
     if undecided.is_empty() {
         return normals;
     }
-    let middles = middles(adjacency, indices);
+    let centers = component_centers(adjacency, indices);
     let decided: Vec<Vector3<f64>> = undecided
         .iter()
         .map(|&i| {
             let mean = adjacency.linked(i).map(|j| normals[j]).sum();
-            let away = position(indices[i]) - middles[adjacency.component(i)];
+            let away = position(indices[i]) - centers[adjacency.component(i)];
             unit(mean).or_else(|| unit(away)).unwrap_or_else(|| first_missing(adjacency, i))
         })
         .collect();
@@ -47,21 +49,24 @@ pub(super) fn boundary_normals(
     normals
 }
 
-/// `v` at length one; none if it vanishes. The vectors here are small integers or means of unit vectors, so that
-/// what is below the threshold is rounding.
+/// Normalises `v`; `None` if it vanishes. The vectors here have small integer components or are sums of unit
+/// vectors, so a length below the threshold of 1e-9 is rounding.
 fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
     v.try_normalize(1e-9)
 }
 
+/// Returns the sum of the directions without a neighbour.
 fn missing_directions(adjacency: &Adjacency, i: usize) -> Vector3<f64> {
-    (0..6).filter(|&side| !adjacency.has(i, side)).map(|side| position(DIRECTIONS[side])).sum()
+    (0..6).filter(|&side| !adjacency.has_neighbour(i, side)).map(|side| position(DIRECTIONS[side])).sum()
 }
 
+/// Returns the first direction without a neighbour; x if all neighbours exist.
 fn first_missing(adjacency: &Adjacency, i: usize) -> Vector3<f64> {
-    let side = (0..6).find(|&side| !adjacency.has(i, side)).unwrap_or(1);
+    let side = (0..6).find(|&side| !adjacency.has_neighbour(i, side)).unwrap_or(1);
     position(DIRECTIONS[side])
 }
 
+/// Returns the sum of the directions of the empty octants.
 fn empty_octants(occupied: u8) -> Vector3<f64> {
     let towards = |k: i32| Vector3::from([k & 1, k >> 1 & 1, k >> 2 & 1].map(|bit| f64::from(2 * bit - 1)));
     (0..8).filter(|k| occupied >> k & 1 == 0).map(towards).sum()
@@ -71,7 +76,8 @@ fn position(index: [i32; 3]) -> Vector3<f64> {
     Vector3::from(index.map(f64::from))
 }
 
-fn middles(adjacency: &Adjacency, indices: &[[i32; 3]]) -> Vec<Vector3<f64>> {
+/// Returns the mean position of the vertices of each component.
+fn component_centers(adjacency: &Adjacency, indices: &[[i32; 3]]) -> Vec<Vector3<f64>> {
     let mut sums = vec![(Vector3::zeros(), 0.0); adjacency.components];
     for (i, &index) in indices.iter().enumerate() {
         let (sum, count) = &mut sums[adjacency.component(i)];
@@ -81,10 +87,10 @@ fn middles(adjacency: &Adjacency, indices: &[[i32; 3]]) -> Vec<Vector3<f64>> {
     sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { sum }).collect()
 }
 
-/// Gives each inner vertex the mean direction of its neighbours in the layer before. The length falls from 1 at the
-/// boundary to 0 at the center.
+/// Computes the field: each interior vertex gets the mean direction of its neighbours in the previous layer.
+/// The length decreases from 1 at the boundary to 0 at the center.
 ///
-/// * `depth`: layers from the boundary to each vertex; `greatest`: the most in each component.
+/// * `depth`: number of links from the boundary to each vertex; `greatest`: the maximum in each component.
 /// * `directions`: unit vectors at depth 0.
 pub(super) fn fill(
     adjacency: &Adjacency,
@@ -96,7 +102,7 @@ pub(super) fn fill(
     inwards.sort_by_key(|&i| depth[i]);
     for i in inwards {
         let before = adjacency.linked(i).filter(|&j| depth[j] < depth[i]);
-        // Opposite walls can cancel: such a vertex stays where it is.
+        // Directions from opposite sides can cancel: such a vertex does not move.
         directions[i] = unit(before.map(|j| directions[j]).sum()).unwrap_or_else(Vector3::zeros);
     }
     for (i, direction) in directions.iter_mut().enumerate() {

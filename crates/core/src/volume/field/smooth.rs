@@ -1,71 +1,74 @@
-//! The smoothest field that moves a boundary by 1 along its normals.
+//! The smoothest field that moves the boundary by 1 along its normals.
 //!
-//! It minimises, with m the area of a wall and n its normal,
+//! A wall is a piece of the boundary at a lattice vertex, with area m and unit normal n. The field v
+//! minimises
 //!
 //! ```text
 //! sum over links |v_i - v_j|^2  +  STIFFNESS * sum over walls m ((n . v - 1)^2 + SLIDING |v - (n . v) n|^2)
 //! ```
 //!
-//! The stairs of the lattice do not show where the walls are those of a surface, and edges stay sharp, since what moves
-//! one wall along its normal may slide along the other.
+//! With the walls of a surface mesh, the field does not depend on the steps of the lattice boundary. Edges
+//! stay sharp, since a vertex that moves one wall along its normal may slide along the other wall.
 
 use nalgebra::Vector3;
 
 use super::walls::Wall;
 use crate::volume::adjacency::Adjacency;
 
-/// How much the walls weigh beside the links.
+/// Weight of the walls relative to the links.
 const STIFFNESS: f64 = 10.0;
 
-/// How much less it costs a wall to slide than to be left behind. At 0 shapes that are stretched evenly come out
-/// exactly, and long ones that are held at their ends slide along themselves; at 1 it is the other way round.
+/// Weight of the tangential motion of a wall, relative to its error along the normal. At 0 evenly stretched
+/// shapes are corrected exactly, but long shapes with constrained ends slide along themselves. At 1 it is the
+/// other way round.
 const SLIDING: f64 = 0.3;
 
-/// The part of the residual at which the field is good enough.
-const ACCURACY: f64 = 1e-2;
+/// Tolerance: the norm of the residual relative to that of the right-hand side.
+const TOLERANCE: f64 = 1e-2;
 
-/// The most steps: a field that is only nearly the smoothest serves as well.
-const STEPS: usize = 200;
+/// Maximum number of iterations; an approximate minimiser is sufficient.
+const MAX_ITERATIONS: usize = 200;
 
-/// By conjugate gradients (Hestenes & Stiefel 1952) with the diagonal as preconditioner, from the field `start`.
+/// Computes the field from `start` by conjugate gradients (Hestenes & Stiefel 1952) with Jacobi
+/// preconditioner.
 pub(super) fn fill(adjacency: &Adjacency, walls: &[Wall], start: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     let system = System::new(adjacency, walls);
     let mut field = start;
     let mut image = vec![Vector3::zeros(); field.len()];
     system.apply(&field, &mut image);
-    let mut residual = system.wanted();
-    let enough = ACCURACY * ACCURACY * residual.iter().map(Vector3::norm_squared).sum::<f64>();
+    let mut residual = system.right_hand_side();
+    let threshold = TOLERANCE * TOLERANCE * residual.iter().map(Vector3::norm_squared).sum::<f64>();
     residual.iter_mut().zip(&image).for_each(|(r, image)| *r -= image);
-    let mut along = vec![Vector3::zeros(); field.len()];
-    let mut before = 1.0;
-    for _ in 0..STEPS {
+    let mut direction = vec![Vector3::zeros(); field.len()];
+    let mut previous = 1.0;
+    for _ in 0..MAX_ITERATIONS {
         let (mut size, mut product) = (0.0, 0.0);
         for (r, diagonal) in residual.iter().zip(&system.diagonal) {
             let square = r.norm_squared();
             (size, product) = (size + square, product + square / diagonal);
         }
-        if size <= enough {
+        if size <= threshold {
             break;
         }
-        for ((along, r), diagonal) in along.iter_mut().zip(&residual).zip(&system.diagonal) {
-            *along = r / *diagonal + *along * (product / before);
+        for ((direction, r), diagonal) in direction.iter_mut().zip(&residual).zip(&system.diagonal) {
+            *direction = r / *diagonal + *direction * (product / previous);
         }
-        before = product;
-        system.apply(&along, &mut image);
-        let step = product / along.iter().zip(&image).map(|(along, image)| along.dot(image)).sum::<f64>();
-        for (((field, r), along), image) in field.iter_mut().zip(&mut residual).zip(&along).zip(&image) {
-            *field += along * step;
+        previous = product;
+        system.apply(&direction, &mut image);
+        let step = product / direction.iter().zip(&image).map(|(d, image)| d.dot(image)).sum::<f64>();
+        for (((field, r), d), image) in field.iter_mut().zip(&mut residual).zip(&direction).zip(&image) {
+            *field += d * step;
             *r -= image * step;
         }
     }
     field
 }
 
-/// The derivative of what is minimised: a symmetric matrix, never stored, and its diagonal.
+/// Linear system of the minimum: a symmetric matrix that is applied and never stored, and its diagonal.
 struct System<'a> {
     adjacency: &'a Adjacency,
     walls: &'a [Wall],
-    /// Of each vertex, a bound for all three components.
+    /// Upper bound of the diagonal for the three components of each vertex.
     diagonal: Vec<f64>,
 }
 
@@ -79,16 +82,16 @@ impl<'a> System<'a> {
         Self { adjacency, walls, diagonal }
     }
 
-    /// The right-hand side: walls that move by 1.
-    fn wanted(&self) -> Vec<Vector3<f64>> {
-        let mut wanted = vec![Vector3::zeros(); self.diagonal.len()];
+    /// Returns the right-hand side: walls that move by 1 along their normals.
+    fn right_hand_side(&self) -> Vec<Vector3<f64>> {
+        let mut sums = vec![Vector3::zeros(); self.diagonal.len()];
         for wall in self.walls {
-            wanted[wall.vertex as usize] += wall.normal * (STIFFNESS * wall.area);
+            sums[wall.vertex as usize] += wall.normal * (STIFFNESS * wall.area);
         }
-        wanted
+        sums
     }
 
-    /// The image of a field.
+    /// Writes the product of the matrix and `field` to `image`.
     fn apply(&self, field: &[Vector3<f64>], image: &mut [Vector3<f64>]) {
         for ((i, own), image) in field.iter().enumerate().zip(&mut *image) {
             *image = self.adjacency.linked(i).map(|j| own - field[j]).sum();

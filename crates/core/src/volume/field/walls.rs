@@ -1,4 +1,4 @@
-//! Pieces of a boundary, and which lattice vertices they go with.
+//! Walls: pieces of the boundary, assigned to lattice vertices.
 
 use nalgebra::{Point3, Vector3};
 
@@ -6,20 +6,20 @@ use crate::lattice::{Embedding, Lattice};
 use crate::volume::adjacency::{Adjacency, boundary_faces};
 use crate::volume::surface::Surface;
 
-/// The largest distance between samples of a surface, in cells.
+/// Greatest distance between samples of a surface, in cells.
 const SPACING: f64 = 0.5;
 
-/// A piece of a boundary near a lattice vertex.
+/// Piece of the boundary near a lattice vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wall {
     pub(super) vertex: u32,
-    /// Outwards.
+    /// Outward unit normal.
     pub(super) normal: Vector3<f64>,
-    /// In faces of a cell.
+    /// Area, in faces of a cell.
     pub(super) area: f64,
 }
 
-/// Areas along the normals, of each vertex in six parts: one for each axis and way that they may look.
+/// Sums of area vectors (area times normal) per vertex, in six parts by the dominant axis and its sign.
 struct Parts(Vec<[Vector3<f64>; 6]>);
 
 impl Parts {
@@ -27,11 +27,13 @@ impl Parts {
         Self(vec![[Vector3::zeros(); 6]; vertices])
     }
 
+    /// Adds `share` times an area vector.
     fn add(&mut self, vertex: u32, area: &Vector3<f64>, share: f64) {
         let axis = area.iamax();
         self.0[vertex as usize][2 * axis + usize::from(area[axis] > 0.0)] += area * share;
     }
 
+    /// Returns one wall per part that is not zero.
     fn walls(&self) -> impl Iterator<Item = Wall> + '_ {
         let parts =
             (0..).zip(&self.0).flat_map(|(vertex, parts)| parts.iter().map(move |part| (vertex, part)));
@@ -42,7 +44,7 @@ impl Parts {
     }
 }
 
-/// The faces of cells that no other cell shares, a quarter of each to each of its corners.
+/// Returns the walls of the boundary faces of the cells, with a quarter of each face at each of its corners.
 pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
     let mut parts = Parts::new(lattice.len());
     for (side, corners) in boundary_faces(lattice) {
@@ -53,11 +55,12 @@ pub(super) fn of_cells(lattice: &Lattice) -> Vec<Wall> {
     parts.walls().collect()
 }
 
-/// A surface, with the boundary vertices of the cells in which it lies; of a component of the lattice that has none of
-/// it the faces of the cells.
+/// Returns the walls of a surface, assigned to the boundary vertices of the cells that contain it.
 ///
-/// * `outwards`: a direction for each vertex, zero at inner ones; where a component's surface looks the other way, it is
-///   turned.
+/// A component of the lattice without a surface gets the walls of its boundary faces.
+///
+/// * `outwards`: outward direction of each vertex, zero for interior vertices. A component's surface that is
+///   oriented against these directions is flipped.
 pub(super) fn of_surface(
     lattice: &Lattice,
     surface: Surface<'_>,
@@ -74,23 +77,22 @@ pub(super) fn of_surface(
             parts.add(corner, area, f64::from(weight.max(0.0)) / face);
         }
     }
-    let mut looks = vec![0.0; adjacency.components];
+    let mut alignments = vec![0.0; adjacency.components];
     for wall in parts.walls() {
         let vertex = wall.vertex as usize;
-        looks[adjacency.component(vertex)] += wall.area * wall.normal.dot(&outwards[vertex]);
+        alignments[adjacency.component(vertex)] += wall.area * wall.normal.dot(&outwards[vertex]);
     }
-    let look = |wall: &Wall| looks[adjacency.component(wall.vertex as usize)];
-    let turned = parts.walls().filter(|wall| look(wall) != 0.0);
-    let turned = turned.map(|wall| Wall { normal: wall.normal * look(&wall).signum(), ..wall });
-    let mut walls: Vec<Wall> = turned.collect();
-    if looks.contains(&0.0) {
-        walls.extend(of_cells(lattice).into_iter().filter(|wall| look(wall) == 0.0));
+    let alignment = |wall: &Wall| alignments[adjacency.component(wall.vertex as usize)];
+    let oriented = parts.walls().filter(|wall| alignment(wall) != 0.0);
+    let oriented = oriented.map(|wall| Wall { normal: wall.normal * alignment(&wall).signum(), ..wall });
+    let mut walls: Vec<Wall> = oriented.collect();
+    if alignments.contains(&0.0) {
+        walls.extend(of_cells(lattice).into_iter().filter(|wall| alignment(wall) == 0.0));
     }
     walls
 }
 
-/// Points on the triangles of a surface, no farther apart than `spacing`, each with the area that it stands for,
-/// along the normal.
+/// Returns points on the triangles of a surface, at most `spacing` apart, and the area vector of each point.
 fn samples(surface: Surface<'_>, spacing: f64) -> (Vec<Point3<f64>>, Vec<Vector3<f64>>) {
     let vertices = surface.mesh.vertices();
     let (mut points, mut areas) = (Vec::new(), Vec::new());
@@ -101,18 +103,19 @@ fn samples(surface: Surface<'_>, spacing: f64) -> (Vec<Point3<f64>>, Vec<Vector3
         if area == Vector3::zeros() {
             continue;
         }
-        // The middles of smaller triangles: those that lie like the large one, and those turned by half a turn.
+        // Splits the triangle into congruent smaller ones, upright and rotated by half a turn, and samples
+        // their centroids.
         let parts = (u.norm().max(v.norm()).max((c - b).norm()) / spacing).ceil().max(1.0);
-        let mut put = |i: f64, j: f64| {
+        let mut add = |i: f64, j: f64| {
             points.push(a + u * (i / parts) + v * (j / parts));
             areas.push(area / (parts * parts));
         };
         for i in 0..parts as usize {
             for j in 0..parts as usize - i {
                 let (i, j) = (i as f64, j as f64);
-                put(i + 1.0 / 3.0, j + 1.0 / 3.0);
+                add(i + 1.0 / 3.0, j + 1.0 / 3.0);
                 if i + j + 1.0 < parts {
-                    put(i + 2.0 / 3.0, j + 2.0 / 3.0);
+                    add(i + 2.0 / 3.0, j + 2.0 / 3.0);
                 }
             }
         }

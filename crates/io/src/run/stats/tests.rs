@@ -25,7 +25,7 @@ fn text_of(path: &Path) -> String {
 }
 
 #[test]
-fn a_file_is_whole_after_every_frame() {
+fn file_is_complete_after_every_frame() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["stats.csv", "stats.json"] {
         let path = folder.path().join(name);
@@ -46,7 +46,7 @@ fn a_file_is_whole_after_every_frame() {
 }
 
 #[test]
-fn resuming_continues_after_the_last_frame_kept() {
+fn resume_continues_after_the_last_frame_kept() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["stats.csv", "stats.json"] {
         let path = folder.path().join(name);
@@ -55,7 +55,7 @@ fn resuming_continues_after_the_last_frame_kept() {
         let expected = text_of(&path);
         for kept in 0..5 {
             for cut in [0, 1, 40] {
-                // A kill in the midst of a write leaves part of a line of a later frame.
+                // A kill during a write leaves a part of a line of a later frame.
                 let text = if kept < 3 { &expected[..expected.len() - cut] } else { &expected };
                 std::fs::write(&path, text).unwrap();
                 let mut resumed = Stats::resume(&path, kept).unwrap();
@@ -67,7 +67,7 @@ fn resuming_continues_after_the_last_frame_kept() {
 }
 
 #[test]
-fn other_files_are_left_alone() {
+fn files_that_are_not_stats_are_refused_and_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notes.csv");
     std::fs::write(&path, "my notes\n").unwrap();
@@ -77,13 +77,13 @@ fn other_files_are_left_alone() {
 }
 
 #[test]
-fn json_has_no_infinities() {
+fn json_writes_nan_as_null() {
     let text = Kind::Json.rows(&[Row { lambda: f64::NAN, ..row(0, "a") }], true).unwrap();
     assert!(String::from_utf8(text).unwrap().contains("\"lambda\":null"));
 }
 
 #[test]
-fn the_columns_are_those_of_the_manual() {
+fn csv_columns_match_the_manual() {
     let columns = "frame,time,body,ms_step,ms_volume,ms_embed,ms_write,volume_rest,volume_before,volume_after,\
                    lambda,residual,capped,energy_kinetic,max_speed\n";
     assert_eq!(Kind::Csv.head().unwrap(), columns.as_bytes());

@@ -1,4 +1,4 @@
-//! A logarithmic axis: its range, the numbers beside it, the fine lines between.
+//! A logarithmic axis: its range, ticks and fine lines.
 
 use std::ops::Range;
 
@@ -6,33 +6,34 @@ use std::ops::Range;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     pub(super) range: Range<f64>,
-    /// Where numbers stand.
+    /// Positions of the labelled ticks.
     pub(super) ticks: Vec<f64>,
-    /// Where fine lines run.
+    /// Positions of the fine lines.
     pub(super) fine: Vec<f64>,
 }
 
-/// Least room at both ends, in decades: twice as much is more than 2 is from 5, so that a number stands on every axis.
-const ROOM: f64 = 0.2;
-/// Decades below which numbers stand at 1, 2 and 5 and not at powers of ten alone.
-const FEW: f64 = 2.5;
+/// Minimum margin at both ends, in decades. Twice the margin exceeds log10(5 / 2), the largest gap between
+/// ticks, so every axis has a tick.
+const MARGIN: f64 = 0.2;
+/// Number of decades below which ticks are at 1, 2 and 5 instead of only at powers of ten.
+const FEW_DECADES: f64 = 2.5;
 
 impl Axis {
-    /// An axis around the positive ones of some values, with room at both ends.
+    /// Creates an axis that contains all positive finite values, with a margin at both ends.
     pub(super) fn around(values: impl Iterator<Item = f64>) -> Self {
         let positive = values.filter(|x| x.is_finite() && *x > 0.0).map(f64::log10);
         let (low, high) =
             positive.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        // Without any value the axis is there all the same.
+        // The default range without values.
         let (low, high) = if low <= high { (low, high) } else { (-1.0, 0.0) };
-        let room = ((high - low) * 0.08).max(ROOM);
-        let (low, high) = (low - room, high + room);
+        let margin = ((high - low) * 0.08).max(MARGIN);
+        let (low, high) = (low - margin, high + margin);
         let marks = |steps: &[f64]| -> Vec<f64> {
             let decades = low.floor() as i32..=high.ceil() as i32;
             let all = decades.flat_map(|decade| steps.iter().map(move |step| step * 10.0_f64.powi(decade)));
             all.filter(|x| (low..=high).contains(&x.log10())).collect()
         };
-        let steps: &[f64] = if high - low < FEW { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let steps: &[f64] = if high - low < FEW_DECADES { &[1.0, 2.0, 5.0] } else { &[1.0] };
         Self {
             range: 10.0_f64.powf(low)..10.0_f64.powf(high),
             ticks: thinned(marks(steps)),
@@ -41,17 +42,17 @@ impl Axis {
     }
 }
 
-/// At most ten of them, evenly.
+/// Thins the ticks evenly to at most ten.
 fn thinned(ticks: Vec<f64>) -> Vec<f64> {
     let every = ticks.len().div_ceil(10).max(1);
     ticks.into_iter().step_by(every).collect()
 }
 
-/// A number as people read it beside an axis: `0.02`, `5`, `1e-7`.
+/// Formats a tick label: `0.02`, `5`, `1e-7`.
 pub(super) fn number(value: f64) -> String {
     let exponent = value.log10().floor();
     if (-3.0..4.0).contains(&exponent) {
-        // Rounding to the first digit: 0.1 is not 0.1 in binary.
+        // Round to the first digit, because 0.1 is not exact in binary.
         let decimals = (-exponent).max(0.0) as usize;
         format!("{value:.decimals$}")
     } else {
@@ -64,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_stand_at_powers_of_ten_or_at_one_two_five() {
+    fn ticks_are_powers_of_ten_or_one_two_five() {
         let axis = Axis::around([0.3, 4.0].into_iter());
         assert_eq!(axis.ticks.iter().map(|&x| number(x)).collect::<Vec<_>>(), ["0.2", "0.5", "1", "2", "5"]);
         assert!(axis.range.start < 0.3 && axis.range.end > 4.0);
@@ -74,14 +75,14 @@ mod tests {
     }
 
     #[test]
-    fn one_value_or_none_has_an_axis_too() {
+    fn axes_of_one_value_and_of_no_values_are_valid() {
         for axis in [Axis::around([2.0].into_iter()), Axis::around(std::iter::empty())] {
             assert!(axis.range.start > 0.0 && axis.range.start < axis.range.end && !axis.ticks.is_empty());
         }
     }
 
     #[test]
-    fn a_number_stands_on_every_axis() {
+    fn every_axis_has_one_to_ten_ticks() {
         let thousandths = |number: i32| 10.0_f64.powf(f64::from(number) / 1000.0);
         for low in -1000..1000 {
             for width in [0, 1, 10, 100, 500, 2000, 2080, 2160, 2240, 2500, 5000] {

@@ -1,4 +1,4 @@
-//! Marks that stand for points, their colours, and letters.
+//! Marks of points, colours and text styles.
 
 use plotters::coord::Shift;
 use plotters::prelude::{Circle, DrawingArea, DrawingAreaErrorKind, PathElement, Polygon, SVGBackend};
@@ -11,11 +11,12 @@ use crate::scene::setting::Axis;
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// Pixels from the middle of a mark to its edge, and to a ring around it.
+/// Radius of a mark, in pixels.
 pub(super) const RADIUS: i32 = 5;
+/// Radius of the ring around marks on a front, in pixels.
 const RING: i32 = 8;
 
-/// A mark an axis of the matrix.
+/// Marks; each stands for an axis of the matrix or a kind of sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mark {
     Circle,
@@ -26,16 +27,16 @@ pub(super) enum Mark {
 }
 
 impl Mark {
-    /// All of them, and what they stand for.
+    /// All marks and their meanings.
     pub(super) const NAMED: [(Self, &str); 5] = [
         (Self::Circle, "lattices, coarse to fine"),
-        (Self::Triangle, "other steps a frame"),
+        (Self::Triangle, "other steps per frame"),
         (Self::Cross, "other half-width: another material"),
         (Self::Square, "naive sums"),
         (Self::Diamond, "naive sums, breadth-first regions"),
     ];
 
-    /// The mark of a point.
+    /// Returns the mark of a point.
     pub(super) fn of(point: &Point) -> Self {
         match point.axis {
             Axis::Base | Axis::Resolution => Self::Circle,
@@ -46,7 +47,7 @@ impl Mark {
         }
     }
 
-    /// Draws it at a pixel.
+    /// Draws the mark at a pixel, with a ring if `ringed`.
     pub(super) fn draw(self, area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, ringed: bool) -> Drawn {
         if ringed {
             area.draw(&Circle::new((x, y), RING, WHITE.filled()))?;
@@ -71,7 +72,7 @@ impl Mark {
     }
 }
 
-/// A colour a method (Okabe & Ito 2008: told apart by those who see fewer colours too).
+/// Colour of each method, from a palette that is safe for colour-blind readers (Okabe & Ito 2008).
 pub(super) const METHODS: [(&str, RGBColor); 7] = [
     ("off", RGBColor(130, 130, 130)),
     ("lattice global", RGBColor(230, 159, 0)),
@@ -82,15 +83,15 @@ pub(super) const METHODS: [(&str, RGBColor); 7] = [
     ("mesh regional", RGBColor(204, 121, 167)),
 ];
 
-/// The colour of the front.
+/// Colour of the front.
 pub(super) const FRONT: RGBColor = RGBColor(40, 40, 40);
 
-/// The colour of a method.
+/// Returns the colour of a method.
 pub(super) fn colour(method: &str) -> RGBColor {
     METHODS.iter().find(|(name, _)| *name == method).map_or(BLACK, |(_, colour)| *colour)
 }
 
-/// Letters of a size in a colour.
+/// Returns a text style of a size and a colour.
 pub(super) fn text<'a>(size: f64, colour: &'a impl Color) -> TextStyle<'a> {
     ("sans-serif", size, FontStyle::Normal).into_font().color(colour)
 }

@@ -1,4 +1,4 @@
-//! `study.svg`: error over run time, a panel an error.
+//! `study.svg`: error over run time, with one panel per error.
 
 mod axis;
 mod mark;
@@ -17,16 +17,18 @@ use axis::Axis;
 use mark::{Area, Drawn, FRONT, METHODS, Mark, text};
 use panel::Panel;
 
-/// Pixels, as a browser shows them at its own scale.
+/// Size of the page, in pixels.
 const SIZE: (u32, u32) = (1180, 1000);
+/// Height of the title, in pixels.
 const TITLE: u32 = 64;
+/// Height of the legend, in pixels.
 const LEGEND: u32 = 96;
 
-/// What the panels show, in reading order.
+/// Error, title and unit of each panel, in reading order.
 const PANELS: [(Front, &str, &str); 4] = [
     (Front::Surface, "Surface: distance from the finest lattice", "rms distance / diagonal"),
-    (Front::Volume, "Volume: of the mesh, greatest in the motion", "|volume / volume at rest - 1|"),
-    (Front::Cells, "Cells: their volumes one by one", "rms of volume / volume at rest - 1"),
+    (Front::Volume, "Volume: of the mesh, maximum in the motion", "|volume / volume at rest - 1|"),
+    (Front::Cells, "Cells: volumes of the individual cells", "rms of volume / volume at rest - 1"),
     (Front::Path, "Path: distance from the naive sums in f64", "rms distance, cells"),
 ];
 
@@ -50,24 +52,25 @@ fn page(report: &Report, svg: &mut String) -> Drawn {
     let times = report.points.iter().map(|point| point.timing.total.median);
     let time = Axis::around(times);
     for (area, (front, title, unit)) in panels.split_evenly((2, 2)).iter().zip(PANELS) {
-        let points = report.points.iter().filter(|point| front.tells(point, &report.method)).collect();
+        let points = report.points.iter().filter(|point| front.applies_to(point, &report.method)).collect();
         Panel { front, title, unit, time: &time, points }.draw(&page, area)?;
     }
     legend(&page, (SIZE.1 - LEGEND) as i32)?;
     page.present()
 }
 
-/// Pixels from one entry to the next.
+/// Width of a legend entry of a method, in pixels.
 const METHOD: i32 = 160;
+/// Width of a legend entry of a mark, in pixels.
 const MARK: i32 = 232;
 
-/// Draws the legend at the foot of the page, `top` pixels from its head.
+/// Draws the legend at the bottom of the page, `top` pixels from the top.
 fn legend(page: &Area<'_>, top: i32) -> Drawn {
     let style = text(14.0, &BLACK);
     for (index, (name, colour)) in METHODS.iter().enumerate() {
         let at = (30 + METHOD * index as i32, top + 22);
         Mark::Circle.draw(page, at, *colour, false)?;
-        let label = if *name == "off" { "volume not kept" } else { name };
+        let label = if *name == "off" { "volume not preserved" } else { name };
         page.draw_text(label, &style, (at.0 + 12, at.1 - 8))?;
     }
     for (index, (mark, label)) in Mark::NAMED.iter().enumerate() {
@@ -78,7 +81,7 @@ fn legend(page: &Area<'_>, top: i32) -> Drawn {
     let at = top + 74;
     page.draw(&PathElement::new([(14, at), (46, at)], FRONT.stroke_width(2)))?;
     Mark::Circle.draw(page, (30, at), BLACK, true)?;
-    let label = "front: nothing is both faster and better; lattice vertices beside it, and steps a frame where these are \
-                 not the scene's. At the foot of a panel: no error at all";
+    let label = "front: no point is both faster and better; labels: lattice vertices, and steps per frame if \
+                 not the scene's. At the bottom of a panel: error 0";
     page.draw_text(label, &style, (54, at - 8))
 }

@@ -1,4 +1,4 @@
-//! One panel: an error over the run time of a frame, both logarithmic, with its front and labels beside it.
+//! One panel: an error over the run time of a frame on logarithmic axes, with the front and its labels.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use super::mark::{Area, Drawn, FRONT, METHODS, Mark, RADIUS, colour, text};
 use crate::scene::point::{Front, Point};
 use crate::scene::setting;
 
-/// What a panel shows.
+/// Contents of a panel.
 pub(super) struct Panel<'a> {
     pub(super) front: Front,
     pub(super) title: &'a str,
@@ -21,14 +21,14 @@ pub(super) struct Panel<'a> {
     pub(super) points: Vec<&'a Point>,
 }
 
-/// A point of the study on the page.
+/// A point of the study and its pixel on the page.
 struct Placed<'a> {
     point: &'a Point,
     at: (i32, i32),
 }
 
 impl Panel<'_> {
-    /// Draws it into its part of the page.
+    /// Draws the panel into `area`.
     pub(super) fn draw(&self, page: &Area<'_>, area: &Area<'_>) -> Drawn {
         let errors = || self.points.iter().filter_map(|point| self.front.error(point));
         let axis = Axis::around(errors());
@@ -59,7 +59,7 @@ impl Panel<'_> {
         let mut placed = Vec::new();
         for &point in &self.points {
             let Some(error) = self.front.error(point) else { continue };
-            // An error of nothing at all stands at the foot of its panel.
+            // An error of 0 is drawn at the bottom of the panel.
             let error = error.max(axis.range.start);
             let at = chart.plotting_area().map_coordinate(&(point.timing.total.median, error));
             placed.push(Placed { point, at });
@@ -78,7 +78,7 @@ impl Panel<'_> {
         )
     }
 
-    /// A thin line a method, from coarse lattices to fine ones.
+    /// Draws a thin line per method, from coarse to fine lattices.
     fn lines(&self, page: &Area<'_>, placed: &[Placed<'_>]) -> Drawn {
         for (method, colour) in METHODS {
             let of_line = |point: &Point| {
@@ -95,7 +95,7 @@ impl Panel<'_> {
         Ok(())
     }
 
-    /// The front, as steps: up to the next point on it nothing faster is better than the last.
+    /// Draws the front as steps: between two points on it, the faster one is the best.
     fn front(&self, page: &Area<'_>, placed: &[Placed<'_>]) -> Drawn {
         let mut best: Vec<_> =
             placed.iter().filter(|placed| placed.point.front.contains(&self.front)).collect();
@@ -108,7 +108,7 @@ impl Panel<'_> {
         page.draw(&PathElement::new(steps, FRONT.stroke_width(2)))
     }
 
-    /// Lattice vertices beside the points on the front, where there is room.
+    /// Draws the number of lattice vertices at the points on the front where space is free.
     fn labels(&self, page: &Area<'_>, mut labels: Labels, placed: &[Placed<'_>]) -> Drawn {
         let usual =
             self.points.iter().find(|point| point.axis == setting::Axis::Base).map(|point| point.substeps);
@@ -123,10 +123,11 @@ impl Panel<'_> {
     }
 }
 
-/// Height of the letters, and about their width, in pixels.
+/// Height of the letters, in pixels.
 const SIZE: i32 = 12;
+/// Approximate width of a letter, in pixels.
 const WIDTH: i32 = 7;
-/// From the middle of a mark to its label.
+/// Distance from the center of a mark to its label, in pixels.
 const GAP: i32 = 11;
 
 /// A rectangle in pixels: left, top, right, bottom.
@@ -135,17 +136,17 @@ type Rectangle = [i32; 4];
 /// The labels of a panel.
 struct Labels {
     panel: Rectangle,
-    taken: Vec<Rectangle>,
+    occupied: Vec<Rectangle>,
 }
 
 impl Labels {
-    /// For a panel of these pixels along x and y, with marks at some of them.
+    /// Creates the labels of a panel with the pixel ranges x and y, and marks at the given pixels.
     fn new((x, y): (Range<i32>, Range<i32>), marks: impl Iterator<Item = (i32, i32)>) -> Self {
-        let taken = marks.map(|(x, y)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
-        Self { panel: [x.start, y.start, x.end, y.end], taken }
+        let occupied = marks.map(|(x, y)| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]).collect();
+        Self { panel: [x.start, y.start, x.end, y.end], occupied }
     }
 
-    /// Draws a label beside a mark, on the first side where it has room; nowhere if there is none.
+    /// Draws a label at the first free side of a mark, or nothing if no side is free.
     fn draw(&mut self, page: &Area<'_>, (x, y): (i32, i32), label: &str) -> Drawn {
         let width = WIDTH * label.chars().count() as i32;
         let corners = [
@@ -160,14 +161,15 @@ impl Labels {
             let own = [left, top, left + width, top + SIZE];
             let [l, t, r, b] = self.panel;
             let inside = own[0] >= l && own[1] >= t && own[2] <= r && own[3] <= b;
-            (inside && !self.taken.iter().any(|other| overlap(&own, other))).then_some(own)
+            (inside && !self.occupied.iter().any(|other| overlap(&own, other))).then_some(own)
         });
         let Some(own) = free else { return Ok(()) };
-        self.taken.push(own);
+        self.occupied.push(own);
         page.draw_text(label, &text(f64::from(SIZE), &BLACK), (own[0], own[1]))
     }
 }
 
+/// Returns whether two rectangles overlap.
 fn overlap(a: &Rectangle, b: &Rectangle) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }

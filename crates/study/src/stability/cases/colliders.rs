@@ -1,51 +1,51 @@
-//! Colliders that leave no room, or nothing to stand on.
+//! Colliders that squeeze, pierce, overlap or enclose a body, and slopes.
 
 use supple::{Collider, Error, Simulation};
 
 use crate::stability::bodies::{block, of_cells, plate};
 use crate::stability::case::{Case, Figures, Measure};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
 /// Half the edge of the block in cells.
 const HALF: f64 = 3.0;
 
-/// A block whose center is at `height` over the origin falls among colliders, which are rough.
-fn falls(colliders: &[Collider], height: f64, damping: f64) -> Result<Figures, Error> {
+/// Drops a block, whose center starts at `height` above the origin, on colliders with friction 0.5.
+fn drop_on(colliders: &[Collider], height: f64, damping: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(damping);
     let body = body.translate([-HALF, height - HALF, -HALF]).build()?;
     let rough = |collider: &Collider| Collider { friction: 0.5, ..collider.clone() };
     let simulation = Simulation::builder().body(body).threads(1);
     let simulation = colliders.iter().map(rough).fold(simulation, |all, collider| all.collider(collider));
-    Ok(watch(simulation.build()?, Surroundings::Acting, |trial| trial.run(3_000, 20)))
+    Ok(measure(simulation.build()?, System::Driven, |trial| trial.run(3_000, 20)))
 }
 
-/// A block is pressed between two plates to a tenth of a cell within a second, and let go a second later.
-fn squeezed() -> Result<Figures, Error> {
+/// Compresses a block between two plates to a tenth of a cell within 1 s, and releases it 1 s later.
+fn squeeze() -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(0.1).build()?;
     let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(1);
     let rough = |plate| Collider { friction: 0.5, ..plate };
     let simulation = simulation.collider(rough(plate(-0.5, 1.0, 3.45)));
     let simulation = simulation.collider(rough(plate(6.5, -1.0, -3.45)));
-    Ok(watch(simulation.build()?, Surroundings::Acting, |trial| trial.run(3_000, 20)))
+    Ok(measure(simulation.build()?, System::Driven, |trial| trial.run(3_000, 20)))
 }
 
-/// A block on a slope of 20 degrees whose friction would hold one of 45 degrees.
+/// Places a block on a slope of 20 degrees with friction 1, which suffices for 45 degrees.
 fn on_a_slope(damping: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(damping).build()?;
     let slope = Collider { friction: 1.0, ..Collider::plane([0.0; 3], [0.0, 1.0, 0.0]) };
     let (sine, cosine) = 20.0_f64.to_radians().sin_cos();
     let simulation = Simulation::builder().body(body).collider(slope).threads(1);
     let simulation = simulation.gravity([9.81 * sine, -9.81 * cosine, 0.0]).build()?;
-    Ok(watch(simulation, Surroundings::Acting, |trial| {
+    Ok(measure(simulation, System::Driven, |trial| {
         trial.run(600, 20);
-        let rested = trial.simulation.body(0).positions();
+        let at_rest = trial.simulation.body(0).positions();
         trial.run(3_000, 20);
         let now = trial.simulation.body(0).positions();
-        trial.place(&rested, &now);
+        trial.place(&at_rest, &now);
     }))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let up = [0.0, 1.0, 0.0];
     let ground = Collider::plane([0.0, -10.0, 0.0], up);
@@ -55,29 +55,29 @@ pub(super) fn cases() -> Vec<Case> {
     let plates = vec![Collider::plane([0.0, 1.0, 0.0], up), Collider::plane([0.0; 3], [0.0, -1.0, 0.0])];
     let cuboid = vec![Collider::cuboid([0.0; 3], [20.0; 3], [10.0, 20.0, 30.0])];
     let mut cases = vec![
-        Case::new("squeezed flat between plates and let go", "returns to its rest shape", squeezed)
+        Case::new("squeezed flat between plates and let go", "returns to its rest shape", squeeze)
             .bound(Measure::Shape, 1e-3)
             .bound(Measure::LargestSpeed, 1.0),
-        Case::new("dropped on a needle", "comes to rest", move || falls(&needle, 5.0, 0.1))
+        Case::new("dropped on a needle", "comes to rest", move || drop_on(&needle, 5.0, 0.1))
             .bound(Measure::FinalSpeed, 5e-3),
-        Case::new("wedged between balls that overlap", "comes to rest", move || falls(&balls, 7.0, 0.1))
+        Case::new("wedged between balls that overlap", "comes to rest", move || drop_on(&balls, 7.0, 0.1))
             .bound(Measure::FinalSpeed, 5e-3),
         Case::new(
             "between plates that overlap",
-            "comes to rest, though no place is outside both",
-            move || falls(&plates, 0.5, 0.1),
+            "comes to rest, although no position is outside both plates",
+            move || drop_on(&plates, 0.5, 0.1),
         )
         .bound(Measure::FinalSpeed, 5e-3),
         Case::new(
             "inside a box of 40 cells",
-            "comes out bit by bit, or comes to rest where it is",
-            move || falls(&cuboid, 14.0, 0.1),
+            "leaves the box gradually, or comes to rest inside it",
+            move || drop_on(&cuboid, 14.0, 0.1),
         )
         .bound(Measure::LargestSpeed, 25.0),
     ];
     let slopes = [
-        ("damped", 0.1, 0.05, "stays where it is"),
-        ("undamped", 0.0, 0.5, "creeps: it trembles for ever, and each time that it is lifted it slides"),
+        ("damped", 0.1, 0.05, "does not move"),
+        ("undamped", 0.0, 0.5, "creeps: its vibration never ends, and it slides whenever it lifts off"),
     ];
     for (name, damping, place, shows) in slopes {
         let case = Case::new(format!("on a slope, {name}"), shows, move || on_a_slope(damping));

@@ -1,16 +1,17 @@
-//! Free flight: fast, spinning, and for a long time.
+//! Free flight: high speed, high spin and long duration.
 
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Error};
 
 use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
 use crate::stability::case::{Case, Figures, Measure, Suite};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
-/// A body that flies, each vertex with a velocity of its own; where it is expected is known.
-fn flies(body: Body, velocities: &[Vector3<f64>], [steps, every]: [u64; 2]) -> Result<Figures, Error> {
+/// Lets a body fly and compares each vertex with its start position plus its constant velocity times the
+/// time.
+fn fly(body: Body, velocities: &[Vector3<f64>], [steps, every]: [u64; 2]) -> Result<Figures, Error> {
     let start = body.positions();
-    Ok(watch(alone(body)?, Surroundings::Empty, |trial| {
+    Ok(measure(alone(body)?, System::Isolated, |trial| {
         trial.run(steps, every);
         let time = trial.simulation.time();
         let expected: Vec<Point3<f64>> = start.iter().zip(velocities).map(|(p, v)| p + v * time).collect();
@@ -19,32 +20,32 @@ fn flies(body: Body, velocities: &[Vector3<f64>], [steps, every]: [u64; 2]) -> R
     }))
 }
 
-/// A block with a velocity.
+/// Lets a block fly at a uniform velocity.
 fn fast(speed: f64) -> Result<Figures, Error> {
     let velocity = Vector3::new(1.0, -0.3, 0.1) * speed;
     let body = of_cells(&block([5, 4, 3]), 2)?.velocity(velocity.into()).build()?;
     let velocities = vec![velocity; body.lattice().len()];
-    flies(body, &velocities, [10_000, 500])
+    fly(body, &velocities, [10_000, 500])
 }
 
-/// Two blocks of one body, which nothing joins, that fly apart.
+/// Lets two disconnected blocks of one body fly apart.
 fn parting(speed: f64) -> Result<Figures, Error> {
     let mut body = of_cells(&two_blocks([8, 0, 0]), 2)?.build()?;
     let velocity = |&part: &u32| Vector3::new(if part == 0 { -speed } else { speed }, 0.0, 0.0);
     let velocities: Vec<_> = body.lattice().components().of_vertex.iter().map(velocity).collect();
     body.set_velocities(&velocities)?;
-    flies(body, &velocities, [600, 60])
+    fly(body, &velocities, [600, 60])
 }
 
-/// A block that spins by a radian a step.
+/// Lets a block spin by one radian per step.
 fn spinning(damping: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([5, 4, 3]), 2)?.region_damping(damping);
-    Ok(watch(alone(body.spin([0.0, 0.0, 60.0]).build()?)?, Surroundings::Empty, |trial| {
+    Ok(measure(alone(body.spin([0.0, 0.0, 60.0]).build()?)?, System::Isolated, |trial| {
         trial.run(10_000, 500)
     }))
 }
 
-/// A block that vibrates and spins, undamped.
+/// Lets an undamped block vibrate and spin.
 fn long(steps: u64) -> Result<Figures, Error> {
     let body = of_cells(&block([5, 3, 3]), 1)?.stiffness(0.7);
     let mut body = body.spin([0.5, 1.0, 2.0]).build()?;
@@ -52,26 +53,25 @@ fn long(steps: u64) -> Result<Figures, Error> {
     shake(&mut body, 0.1)?;
     let both: Vec<_> = body.velocities().iter().zip(&spinning).map(|(v, w)| v + w).collect();
     body.set_velocities(&both)?;
-    Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(steps, steps / 100)))
+    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, steps / 100)))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (name, speed, place) in [("1e6", 1e6, 1e-3), ("1e9", 1e9, 0.1)] {
-        let shows = "flies as a point does, in its rest shape";
+        let shows = "moves uniformly in its rest shape";
         let case = Case::new(format!("initial speed {name}"), shows, move || fast(speed));
         cases
             .push(case.bound(Measure::Place, place).bound(Measure::Shape, 1e-3).bound(Measure::Linear, 1e-9));
     }
     for (name, speed, place) in [("1e2", 1e2, 1e-2), ("1e6", 1e6, 20.0)] {
-        let shows =
-            "fly as points do, to 1e-6 of the distance between them: parts of a body share their f32 frame";
+        let shows = "move uniformly, to 1e-6 of their distance: the parts of a body share an f32 frame";
         let case = Case::new(format!("parts that fly apart at {name}"), shows, move || parting(speed));
         cases.push(case.bound(Measure::Place, place).keeps_momenta());
     }
     for (name, damping, gain) in [("undamped", 0.0, 0.05), ("damped", 0.1, 1e-5)] {
-        let shows = "keeps its spin, stretched by it";
+        let shows = "keeps its spin, which stretches it";
         let case = Case::new(format!("spin of a radian a step, {name}"), shows, move || spinning(damping));
         cases.push(case.bound(Measure::EnergyGain, gain).bound(Measure::Shape, 5.0).keeps_momenta());
     }

@@ -1,19 +1,20 @@
-//! Pins and handles that ask for the impossible, and let go.
+//! Pins and handles with extreme motions that release the body.
 
 use supple::{Error, Handle, Key, Pin, Simulation, TimeWindow};
 
 use crate::stability::bodies::{block, layer, of_cells};
 use crate::stability::case::{Case, Figures, Measure, Suite};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
 const BAR: [i32; 3] = [12, 4, 4];
 
-/// When both ends let go, in seconds: by then what was done to them has calmed down.
-const LET_GO: f64 = 15.0;
+/// Time at which both ends are released, in seconds; the body has come to rest by then.
+const RELEASE: f64 = 15.0;
 
-/// How the two ends of a bar move: time, way and turn about its axis in degrees. One end is pinned if it has no keys.
+/// Motion of the two ends of a bar: keys of time, displacement, and rotation about its axis in degrees. The
+/// near end is pinned if it has no keys.
 #[derive(Clone, Copy)]
-struct Deed {
+struct EndMotion {
     far: [(f64, [f64; 3], f64); 2],
     near: Option<[(f64, [f64; 3], f64); 2]>,
 }
@@ -22,34 +23,34 @@ fn keys(moves: [(f64, [f64; 3], f64); 2]) -> Vec<Key> {
     moves.map(|(time, translate, turn)| Key { time, translate, rotate: [turn, 0.0, 0.0] }).to_vec()
 }
 
-/// A bar is held at both ends, let go, and left to itself.
-fn held(deed: Deed) -> Result<Figures, Error> {
-    let window = TimeWindow { start: 0.0, end: LET_GO };
+/// Constrains a bar at both ends, releases it, and lets it move freely.
+fn move_ends(motion: EndMotion) -> Result<Figures, Error> {
+    let window = TimeWindow { start: 0.0, end: RELEASE };
     let [near, far] = [0, BAR[0]].map(|at| layer(BAR, at));
     let body = of_cells(&block(BAR), 3)?.region_damping(0.1);
-    let body = match deed.near {
+    let body = match motion.near {
         None => body.pin(Pin { selection: near, window }),
         Some(moves) => body.handle(Handle { selection: near, keys: keys(moves), window }),
     };
-    let body = body.handle(Handle { selection: far, keys: keys(deed.far), window }).build()?;
+    let body = body.handle(Handle { selection: far, keys: keys(motion.far), window }).build()?;
     let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()?;
-    Ok(watch(simulation, Surroundings::Acting, |trial| {
-        trial.run((LET_GO * 60.0) as u64, 10);
+    Ok(measure(simulation, System::Driven, |trial| {
+        trial.run((RELEASE * 60.0) as u64, 10);
         trial.run(3_000, 20);
     }))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let still = [0.0; 3];
-    let along = |way: f64| [way, 0.0, 0.0];
-    let far = |far| Deed { far, near: None };
-    let deeds = [
+    let along = |displacement: f64| [displacement, 0.0, 0.0];
+    let far = |far| EndMotion { far, near: None };
+    let motions = [
         ("ends pulled 100 lengths apart", far([(0.0, still, 0.0), (1.0, along(1200.0), 0.0)]), 200.0),
         ("twisted by 10 turns", far([(0.0, still, 0.0), (4.0, still, 3600.0)]), 10.0),
         (
             "ends that change places",
-            Deed {
+            EndMotion {
                 far: [(0.0, still, 0.0), (1.0, along(-12.0), 0.0)],
                 near: Some([(0.0, still, 0.0), (1.0, along(12.0), 0.0)]),
             },
@@ -58,20 +59,20 @@ pub(super) fn cases() -> Vec<Case> {
     ];
     let jumps = [
         ("1000", [300.0, -800.0, 500.0], 0.05, 2e3, Suite::Quick),
-        // What turns when it is let go has so much spin that it cannot contract.
+        // A bar that rotates when it is released has so much spin that it cannot contract.
         ("1e12", along(1e12), 1e9, 2e12, Suite::Long),
     ];
-    let shows = "bounded while it is held; let go, it returns to its rest shape";
-    let deeds = deeds.into_iter().map(|(name, deed, speed)| {
-        let case = Case::new(name, shows, move || held(deed));
+    let shows = "bounded while constrained; returns to its rest shape after the release";
+    let motions = motions.into_iter().map(|(name, motion, speed)| {
+        let case = Case::new(name, shows, move || move_ends(motion));
         case.bound(Measure::Shape, 1e-3).bound(Measure::LargestSpeed, speed)
     });
     let shows =
-        "bounded while it is held; let go, it flies with the momenta that it has, stretched by its spin";
-    let jumps = jumps.into_iter().map(|(name, way, shape, speed, suite)| {
-        let deed = far([(0.5, still, 0.0), (0.5 + 1e-9, way, 200.0)]);
-        let case = Case::new(format!("a handle that jumps {name} cells"), shows, move || held(deed));
+        "bounded while constrained; after the release it flies with its momenta, stretched by its spin";
+    let jumps = jumps.into_iter().map(|(name, displacement, shape, speed, suite)| {
+        let motion = far([(0.5, still, 0.0), (0.5 + 1e-9, displacement, 200.0)]);
+        let case = Case::new(format!("a handle that jumps {name} cells"), shows, move || move_ends(motion));
         case.bound(Measure::Shape, shape).bound(Measure::LargestSpeed, speed).suite(suite)
     });
-    deeds.chain(jumps).collect()
+    motions.chain(jumps).collect()
 }

@@ -1,18 +1,18 @@
-//! The largest numbers that are taken, and what becomes of them: never NaN.
+//! The largest accepted numbers; no result may be NaN.
 
 use nalgebra::Vector3;
 use supple::{BodyBuilder, Collider, Error, Simulation, SimulationBuilder};
 
 use crate::stability::bodies::{block, deform, of_cells, of_sized_cells};
 use crate::stability::case::{Case, Figures, Measure};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
 fn bar() -> Result<BodyBuilder, Error> {
     of_cells(&block([5, 3, 3]), 2)
 }
 
 fn run(simulation: SimulationBuilder) -> Result<Figures, Error> {
-    Ok(watch(simulation.threads(1).build()?, Surroundings::Acting, |trial| trial.run(300, 10)))
+    Ok(measure(simulation.threads(1).build()?, System::Driven, |trial| trial.run(300, 10)))
 }
 
 fn strong_gravity(ground: bool) -> Result<Figures, Error> {
@@ -50,7 +50,7 @@ fn tiny_cells() -> Result<Figures, Error> {
     run(Simulation::builder().body(body).gravity([0.0, -1e-3, 0.0]).dt(1e-12))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     type Run = fn() -> Result<Figures, Error>;
     let all: [(&str, Run, f64); 8] = [
@@ -63,7 +63,7 @@ pub(super) fn cases() -> Vec<Case> {
         ("spin of 1e12 rad/s", fast_spin, 1e13),
         ("cells of 1e-30, steps of 1e-12 s", tiny_cells, 1e6),
     ];
-    let shows = "stays a number, and no faster than what drives it";
+    let shows = "remains finite, and no faster than the driving motion";
     let case = |(name, run, speed): (&str, Run, f64)| {
         Case::new(name, shows, run).bound(Measure::LargestSpeed, speed)
     };

@@ -1,4 +1,4 @@
-//! The cases, a file for each family.
+//! The cases, one file per family.
 
 mod colliders;
 mod flight;
@@ -26,7 +26,7 @@ const FAMILIES: [(&str, Cases); 9] = [
     ("largest numbers", limits::cases),
 ];
 
-/// All cases, family by family.
+/// Returns all cases, grouped by family.
 pub fn cases() -> Vec<Case> {
     let mut all = Vec::new();
     for (family, cases) in FAMILIES {

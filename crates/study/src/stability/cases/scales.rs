@@ -1,14 +1,15 @@
-//! Sizes and places, on which what is done must not depend.
+//! Sizes and positions; the motion must not depend on either.
 
 use nalgebra::{Point3, Vector3};
 use supple::{Collider, Error, Simulation};
 
 use crate::stability::bodies::{block, deform, of_sized_cells};
 use crate::stability::case::{Case, Figures, Measure};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
-/// A stretched block that falls, on a ground if there is one: all lengths times `cell`, about `place`.
-fn falling(cell: f64, place: [f64; 3], ground: bool) -> Result<Simulation, Error> {
+/// Builds a scene with a stretched block that falls, with or without a ground. All lengths are multiplied by
+/// `cell`; the scene is translated by `place`.
+fn falling_scene(cell: f64, place: [f64; 3], ground: bool) -> Result<Simulation, Error> {
     let body = of_sized_cells(&block([5, 3, 4]), cell, 2)?.region_damping(0.05);
     let mut body = body.translate(place).rotate([20.0, 0.0, 10.0]).build()?;
     deform(&mut body, |x| x.iter().map(|x| x.component_mul(&Vector3::new(1.3, 0.8, 1.0))).collect())?;
@@ -18,38 +19,38 @@ fn falling(cell: f64, place: [f64; 3], ground: bool) -> Result<Simulation, Error
     if ground { simulation.collider(plane).build() } else { simulation.build() }
 }
 
-/// The positions of the body in cells about `place`.
+/// Returns the positions of the body relative to `place`, in cells.
 fn in_cells(simulation: &Simulation, place: [f64; 3]) -> Vec<Point3<f64>> {
     let body = simulation.body(0);
     let cell = body.lattice().cell_size();
     body.positions().iter().map(|p| Point3::from((p.coords - Vector3::from(place)) / cell)).collect()
 }
 
-/// The same scene beside that of cells of edge 1 in the origin.
-fn beside_unit(cell: f64, place: [f64; 3], ground: bool) -> Result<Figures, Error> {
-    let mut unit = falling(1.0, [0.0; 3], ground)?;
-    Ok(watch(falling(cell, place, ground)?, Surroundings::Acting, |trial| {
+/// Compares the scene with the same scene with cells of edge 1 at the origin.
+fn compare(cell: f64, place: [f64; 3], ground: bool) -> Result<Figures, Error> {
+    let mut unit = falling_scene(1.0, [0.0; 3], ground)?;
+    Ok(measure(falling_scene(cell, place, ground)?, System::Driven, |trial| {
         trial.run(600, 20);
         unit.steps(600);
         trial.place(&in_cells(&unit, [0.0; 3]), &in_cells(&trial.simulation, place));
     }))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let sizes = [("1 mm", 1e-3), ("10 km", 1e4), ("1e-12", 1e-12), ("1e11", 1e11)];
     let alike = sizes.map(|(name, cell)| {
-        let shows = "falls on the ground as cells of edge 1 do";
-        let case = Case::new(format!("cells of {name}"), shows, move || beside_unit(cell, [0.0; 3], true));
+        let shows = "falls on the ground like a body with cells of edge 1";
+        let case = Case::new(format!("cells of {name}"), shows, move || compare(cell, [0.0; 3], true));
         case.bound(Measure::Place, 1e-9)
     });
     let far = [1e7, -1e7, 1e7];
     let places = [("1 m", 1.0, 1e-6), ("1 mm", 1e-3, 1e-4)].into_iter().flat_map(|(name, cell, limit)| {
-        let shows = "falls as it does in the origin, but for the digits that its first positions have there";
-        let free = move || beside_unit(cell, far, false);
+        let shows = "falls as at the origin, up to the rounding of its initial positions";
+        let free = move || compare(cell, far, false);
         let free = Case::new(format!("10^7 units from the origin, cells of {name}"), shows, free);
-        let shows = "falls on the ground as it does in the origin: tumbling makes more of the digits";
-        let dropped = move || beside_unit(cell, far, true);
+        let shows = "falls on the ground as at the origin, except that tumbling amplifies the rounding";
+        let dropped = move || compare(cell, far, true);
         let dropped =
             Case::new(format!("10^7 units from the origin, cells of {name}, dropped"), shows, dropped);
         [free.bound(Measure::Place, limit), dropped.bound(Measure::Place, 0.1)]

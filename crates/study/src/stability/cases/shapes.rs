@@ -1,12 +1,12 @@
-//! Shapes with next to nothing in some direction.
+//! Shapes that are one cell thick in some direction or barely connected.
 
 use supple::Error;
 
 use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
 use crate::stability::case::{Case, Figures, Measure, Suite};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
-/// Shaken, and damped if so asked.
+/// Gives a body random velocities and lets it move with the given damping.
 fn shaken(
     cells: &[[i32; 3]],
     half_width: usize,
@@ -15,10 +15,10 @@ fn shaken(
 ) -> Result<Figures, Error> {
     let mut body = of_cells(cells, half_width)?.region_damping(damping).build()?;
     shake(&mut body, 0.2)?;
-    Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(steps, every)))
+    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, every)))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     type Cells = fn() -> Vec<[i32; 3]>;
@@ -38,7 +38,7 @@ pub(super) fn cases() -> Vec<Case> {
         cases.push(case.bound(Measure::Shape, 1e-3).bound(Measure::EnergyGain, 1e-5).keeps_momenta());
         let case = Case::new(
             format!("{name}, shaken, undamped"),
-            "swings for ever, and gains no energy",
+            "oscillates without end and gains no energy",
             move || shaken(&cells(), 2, 0.0, [10_000, 250]),
         );
         cases.push(case.bound(Measure::EnergyGain, 0.05).keeps_momenta());
@@ -49,7 +49,7 @@ pub(super) fn cases() -> Vec<Case> {
         ("sheet of 1 x 300 x 300", || block([1, 300, 300]), [1_000, 250]),
     ];
     for (name, cells, steps) in large {
-        let shows = "calms down: what is left are its longest and slowest waves";
+        let shows = "comes nearly to rest; only its longest and slowest waves remain";
         let case =
             Case::new(format!("{name}, shaken, damped"), shows, move || shaken(&cells(), 2, 0.1, steps));
         cases.push(

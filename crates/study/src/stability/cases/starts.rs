@@ -1,11 +1,11 @@
-//! States that nobody would start from: collapsed, turned over, shuffled, torn.
+//! Extreme start states: collapsed, inverted, shuffled, torn.
 
 use nalgebra::{Rotation3, Vector3};
 use supple::Error;
 
 use crate::stability::bodies::{alone, block, deform, of_cells};
 use crate::stability::case::{Case, Figures, Measure, Suite};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
 type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
 
@@ -38,8 +38,8 @@ fn shuffled(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     shuffled
 }
 
-/// A block let go from a state at rest.
-fn let_go(
+/// Releases a block from a deformed state with zero velocity.
+fn release(
     size: [i32; 3],
     half_width: usize,
     damping: f64,
@@ -48,29 +48,29 @@ fn let_go(
 ) -> Result<Figures, Error> {
     let mut body = of_cells(&block(size), half_width)?.region_damping(damping).build()?;
     deform(&mut body, state)?;
-    Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(steps, every)))
+    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, every)))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (name, state) in STATES {
-        let wide = move || let_go([8, 6, 5], 2, 0.1, state, [2000, 20]);
+        let wide = move || release([8, 6, 5], 2, 0.1, state, [2000, 20]);
         let shows = "returns to its rest shape";
         let wide = Case::new(format!("{name}; half-width a quarter, damped"), shows, wide);
         let wide = wide.bound(Measure::Shape, 1e-3).bound(Measure::FinalSpeed, 1e-4);
         cases.push(wide.bound(Measure::EnergyGain, 1e-5).keeps_momenta());
 
-        let narrow = move || let_go([16, 5, 4], 1, 0.1, state, [2000, 10]);
-        let shows = "its error falls to a tenth";
+        let narrow = move || release([16, 5, 4], 1, 0.1, state, [2000, 10]);
+        let shows = "its distance from the rest shape falls to a tenth";
         let narrow = Case::new(format!("{name}; half-width a sixteenth, damped"), shows, narrow);
         cases.push(
             narrow.bound(Measure::StepsToTenth, 1000.0).bound(Measure::EnergyGain, 1e-5).keeps_momenta(),
         );
 
         for w in [1, 2, 4] {
-            let undamped = move || let_go([8, 6, 5], w, 0.0, state, [10_000, 500]);
-            let shows = "swings for ever, and gains no energy";
+            let undamped = move || release([8, 6, 5], w, 0.0, state, [10_000, 500]);
+            let shows = "oscillates without end and gains no energy";
             let undamped = Case::new(format!("{name}; half-width {w}, undamped"), shows, undamped);
             cases.push(undamped.bound(Measure::EnergyGain, 0.05).keeps_momenta().suite(Suite::Long));
         }

@@ -4,93 +4,92 @@ use supple::{Collider, Error, Pin, Simulation, TimeWindow};
 
 use crate::stability::bodies::{alone, block, layer, of_cells, shake};
 use crate::stability::case::{Case, Figures, Measure};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
 const BAR: [i32; 3] = [12, 4, 4];
 
-/// A bar of stiffness 1 whose vertices all get a velocity of their own, undamped.
+/// Gives the vertices of an undamped bar of stiffness 1 random velocities.
 fn shaken(half_width: usize) -> Result<Figures, Error> {
     let mut body = of_cells(&block(BAR), half_width)?.build()?;
     shake(&mut body, 0.2)?;
-    Ok(watch(alone(body)?, Surroundings::Empty, |trial| trial.run(10_000, 250)))
+    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(10_000, 250)))
 }
 
-/// A bar that is one region, spinning, with all of the motion within regions taken out.
+/// Spins a bar that is a single region with full region damping.
 fn rigid() -> Result<Figures, Error> {
     let body = of_cells(&block(BAR), 12)?.region_damping(1.0).spin([0.0, 3.0, 6.0]);
-    Ok(watch(alone(body.build()?)?, Surroundings::Empty, |trial| trial.run(10_000, 250)))
+    Ok(measure(alone(body.build()?)?, System::Isolated, |trial| trial.run(10_000, 250)))
 }
 
-/// Holds an end of the bar.
+/// Returns a pin at one end of the bar.
 fn end() -> Pin {
     Pin { selection: layer(BAR, 0), window: TimeWindow::default() }
 }
 
-/// A bar that hangs from its end, in steps of `dt` seconds.
+/// Lets a bar hang from its end, in steps of `dt` seconds.
 fn hung(dt: f64) -> Result<Figures, Error> {
     let body = of_cells(&block(BAR), 3)?.region_damping(0.1).pin(end()).build()?;
     let simulation = Simulation::builder().body(body).gravity([9.81, 0.0, 0.0]).dt(dt).threads(1).build()?;
-    Ok(watch(simulation, Surroundings::Acting, |trial| trial.run(10_000, 100)))
+    Ok(measure(simulation, System::Driven, |trial| trial.run(10_000, 100)))
 }
 
-/// A block that falls on the ground, under gravity of `g`.
+/// Drops a block on the ground under gravity `g`.
 fn dropped(g: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(0.1).build()?;
     let ground = Collider { friction: 0.5, ..Collider::plane([0.0, -2.0, 0.0], [0.0, 1.0, 0.0]) };
     let simulation = Simulation::builder().body(body).collider(ground).gravity([0.0, -g, 0.0]).threads(1);
-    Ok(watch(simulation.build()?, Surroundings::Acting, |trial| {
+    Ok(measure(simulation.build()?, System::Driven, |trial| {
         trial.run(3_000, 50);
         trial.depth(|p| -2.0 - p.y);
     }))
 }
 
-/// Two bars alike but for their densities, which hang and are shaken in one scene.
+/// Simulates two hanging bars with random velocities, equal except for their densities, in one scene.
 fn densities(ratio: f64) -> Result<Figures, Error> {
     let bar = |density: f64| {
         let body = of_cells(&block(BAR), 2)?.density(density).region_damping(0.05).pin(end());
         let mut body = body.build()?;
         shake(&mut body, 0.2)?;
-        // As heavy as the bar's weight, sideways.
+        // A sideways force equal to the bar's weight.
         let weight = body.masses().iter().sum::<f64>() * 9.81;
         body.apply_force([0.0, 0.0, weight], &layer(BAR, 12))?;
         Ok::<_, Error>(body)
     };
     let simulation = Simulation::builder().body(bar(1e-3)?).body(bar(1e-3 * ratio)?).threads(1).build()?;
-    Ok(watch(simulation, Surroundings::Acting, |trial| {
+    Ok(measure(simulation, System::Driven, |trial| {
         trial.run(3_000, 50);
         let [light, heavy] = [0, 1].map(|body| trial.simulation.body(body).positions());
         trial.place(&light, &heavy);
     }))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for w in [1, 2, 4, 8, 12] {
-        let shows = "swings for ever, keeps its momenta and gains no energy, from soft to the rigid limit";
+        let shows = "oscillates without end, keeps its momenta and gains no energy, from soft to rigid";
         let case = Case::new(format!("stiffness 1, half-width {w} of 12, shaken"), shows, move || shaken(w));
         cases.push(case.bound(Measure::EnergyGain, 0.05).keeps_momenta());
     }
-    let shows = "one region, fully damped: it spins as a rigid body does";
+    let shows = "spins like a rigid body: one region, fully damped";
     cases.push(
         Case::new("rigid limit, spinning", shows, rigid)
             .bound(Measure::EnergyGain, 1e-3)
             .bound(Measure::Angular, 1e-6)
             .bound(Measure::Shape, 0.1),
     );
-    // A bar of 12 cells that hangs in steps of 1 s is 93 cells long: rest is as much less exact.
-    for (dt, still) in [(1e-6, 1e-4), (1e-4, 1e-4), (1e-2, 1e-4), (1.0, 1e-3)] {
+    // The bar of 12 cells stretches to 93 cells in steps of 1 s, so its rest state is less accurate.
+    for (dt, limit) in [(1e-6, 1e-4), (1e-4, 1e-4), (1e-2, 1e-4), (1.0, 1e-3)] {
         let shows = "hangs from its end and comes to rest";
         let case = Case::new(format!("time step {dt} s, hung"), shows, move || hung(dt));
-        cases.push(case.bound(Measure::FinalSpeed, still));
+        cases.push(case.bound(Measure::FinalSpeed, limit));
     }
     for g in [9.81, 9_810.0] {
-        let shows = "falls on the ground and comes to rest on it";
+        let shows = "falls on the ground and comes to rest";
         let case = Case::new(format!("gravity {g}, dropped"), shows, move || dropped(g));
         cases.push(case.bound(Measure::FinalSpeed, 1e-2).bound(Measure::Depth, 0.05));
     }
-    let shows =
-        "both bodies of a scene move alike: a density cancels out of all that is in proportion to mass";
+    let shows = "both bodies move alike: the density cancels because all forces are proportional to mass";
     let case = Case::new("density ratio 1e6", shows, || densities(1e6));
     cases.push(case.bound(Measure::Place, 1e-5));
     cases

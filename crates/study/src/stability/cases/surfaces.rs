@@ -1,13 +1,13 @@
-//! A body with a surface, whose volume is kept exactly: what is shown stays a number.
+//! Bodies with a surface mesh whose volume is preserved; the evaluated surface must be finite.
 
 use nalgebra::Vector3;
 use supple::{Body, Collider, Error, Mesh, Simulation};
 
 use crate::stability::bodies::{block, deform, plate};
 use crate::stability::case::{Case, Figures, Measure};
-use crate::stability::trial::{Surroundings, watch};
+use crate::stability::trial::{System, measure};
 
-/// A ball of radius 1 about the origin: a cube of n x n x n quads a face, blown up.
+/// Builds a ball of radius 1 about the origin from a cube with n x n quads per side.
 fn ball(n: i32) -> Result<Mesh, Error> {
     let mut vertices = Vec::new();
     let mut quads = Vec::new();
@@ -28,8 +28,8 @@ fn ball(n: i32) -> Result<Mesh, Error> {
     Ok(Mesh::new(vertices, &quads)?)
 }
 
-/// A ball that is damped, of about 300 lattice vertices, changed at first, among colliders.
-fn among(
+/// Simulates a damped ball of about 300 lattice vertices with an initial deformation and colliders.
+fn run(
     colliders: &[Collider],
     state: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
     gravity: f64,
@@ -39,27 +39,29 @@ fn among(
     deform(&mut body, state)?;
     let simulation = Simulation::builder().body(body).gravity([0.0, gravity, 0.0]).threads(1);
     let simulation = colliders.iter().cloned().fold(simulation, |all, collider| all.collider(collider));
-    Ok(watch(simulation.build()?, Surroundings::Acting, |trial| trial.run(2_000, 20)))
+    Ok(measure(simulation.build()?, System::Driven, |trial| trial.run(2_000, 20)))
 }
 
-/// The cases.
+/// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
-    let as_it_is = |x: &[Vector3<f64>]| x.to_vec();
+    let unchanged = |x: &[Vector3<f64>]| x.to_vec();
     let plates = [1.0, -1.0].map(|normal| plate(-normal, normal, 0.95 * normal));
     let needle = [
         Collider::capsule([0.02, -5.0, 0.02], [0.02, -1.2, 0.02], 0.02),
         Collider::plane([0.0, -5.0, 0.0], [0.0, 1.0, 0.0]),
     ];
-    let back = "returns to its rest shape, its volume kept";
-    let kept = |case: Case| case.bound(Measure::Shape, 1e-3).bound(Measure::Volume, 1e-6);
+    let returns = "returns to its rest shape; its volume is preserved";
+    let bounded = |case: Case| case.bound(Measure::Shape, 1e-3).bound(Measure::Volume, 1e-6);
     vec![
-        kept(Case::new("a ball, squeezed flat and let go", back, move || among(&plates, as_it_is, 0.0))),
-        kept(Case::new("a ball, inside out", back, || among(&[], |x| x.iter().map(|x| -x).collect(), 0.0))),
-        kept(Case::new("a ball, collapsed to a point", back, || {
-            among(&[], |x| vec![Vector3::zeros(); x.len()], 0.0)
+        bounded(Case::new("a ball, squeezed flat and let go", returns, move || run(&plates, unchanged, 0.0))),
+        bounded(Case::new("a ball, inside out", returns, || {
+            run(&[], |x| x.iter().map(|x| -x).collect(), 0.0)
         })),
-        Case::new("a ball, dropped on a needle", "comes to rest, its volume kept", move || {
-            among(&needle, as_it_is, -9.81)
+        bounded(Case::new("a ball, collapsed to a point", returns, || {
+            run(&[], |x| vec![Vector3::zeros(); x.len()], 0.0)
+        })),
+        Case::new("a ball, dropped on a needle", "comes to rest; its volume is preserved", move || {
+            run(&needle, unchanged, -9.81)
         })
         .bound(Measure::FinalSpeed, 5e-3)
         .bound(Measure::Volume, 1e-6),
