@@ -1,4 +1,4 @@
-"""Shapes that the tests share."""
+"""Fixtures that several tests share."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def block() -> supple.Lattice:
 
 @pytest.fixture
 def bust() -> Path:
-    """A head of 60,000 vertices, with open eyes."""
+    """The path of the bust of the example scenes, 4,682 vertices."""
     return ROOT / "examples" / "scenes" / "bust.obj"
 
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Ctrl-C raises, also where the tests run in the background of a shell that has switched it off."""
+    """Makes Ctrl-C raise, also in a background process whose shell ignores it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -44,7 +44,7 @@ def interruptible() -> Iterator[None]:
 
 @pytest.fixture
 def polyscope(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
-    """Drawn without a display; what it writes beside the program goes to a scratch folder."""
+    """Returns polyscope rendering without a display, in a temporary working directory for the files that it writes."""
     monkeypatch.chdir(tmp_path)
     polyscope = pytest.importorskip("polyscope")
     if not polyscope.is_initialized():
@@ -52,15 +52,15 @@ def polyscope(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
         try:
             polyscope.init("openGL3_egl")
         except RuntimeError as error:
-            pytest.skip(f"nothing can be drawn here: {error}")
-    # Each tick is a picture, however soon it comes after the last.
+            pytest.skip(f"no renderer is available: {error}")
+    # Every tick renders, without a limit on the frame rate.
     polyscope.set_max_fps(-1)
     return polyscope
 
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
-    """A cube that falls on the ground, 12 frames of two steps."""
+    """The path of a scene: a cube falls on the ground in 12 frames of two steps."""
     corners = "".join(f"v {x} {y} {z}\n" for x, y, z in 2 * CORNERS - 1)
     faces = "".join("f " + " ".join(str(corner + 1) for corner in quad) + "\n" for quad in QUADS)
     (tmp_path / "cube.obj").write_text(corners + faces)

@@ -1,4 +1,4 @@
-"""What errors say of arguments: which one, what came, what was expected."""
+"""Errors of arguments: the name, the value or type, and the expected range or type."""
 
 import inspect
 
@@ -34,13 +34,13 @@ def _simulation(**settings):
         ({"gravty": (0, 0, 0)}, TypeError, '"gravty"; the nearest one is "gravity"'),
     ],
 )
-def test_simulation(settings, error, message):
+def test_invalid_arguments_of_simulation(settings, error, message):
     with pytest.raises(error, match=message):
         _simulation(**settings)
 
 
 @pytest.mark.parametrize(("name", "value"), [("dt", "x"), ("dt", None), ("time", "x"), ("time", None)])
-def test_settable_numbers(name, value):
+def test_settable_numbers_refuse_other_types(name, value):
     sim = _simulation()
     with pytest.raises(TypeError, match=f"{name} must be a number, not"):
         setattr(sim, name, value)
@@ -63,12 +63,12 @@ def test_settable_numbers(name, value):
         (lambda cube: supple.run("a.toml", overrides={"a": object()}), TypeError, "overrides: object"),
     ],
 )
-def test_functions(cube, make, error, message):
+def test_invalid_arguments_of_functions(cube, make, error, message):
     with pytest.raises(error, match=message):
         make(cube)
 
 
-def test_body_takes_the_keys_of_a_scene():
+def test_body_accepts_the_keys_of_a_scene():
     shape, *arguments = inspect.signature(supple.Body).parameters
     assert shape == "shape"
     assert sorted(arguments) == sorted(_core.body_keys())

@@ -1,4 +1,4 @@
-"""What counts as an array, what comes out, and what errors say."""
+"""Arrays: accepted forms, returned types, errors, and `out` arguments."""
 
 import tracemalloc
 
@@ -14,7 +14,7 @@ def body(block):
 
 
 def _forms(array):
-    """The same numbers in other clothes."""
+    """Returns the same numbers as lists and as arrays of several types and layouts."""
     read_only = array.copy()
     read_only.flags.writeable = False
     padded = np.zeros((2 * len(array), 5))
@@ -35,7 +35,7 @@ def _forms(array):
 
 
 @pytest.mark.parametrize("name", ["positions", "velocities"])
-def test_all_forms_of_numbers_are_taken(body, name):
+def test_all_number_types_and_layouts_are_accepted(body, name):
     values = np.round(4 * np.random.default_rng(1).random((len(body), 3))) / 4
     for form, given in _forms(values).items():
         setattr(body, name, given)
@@ -43,7 +43,7 @@ def test_all_forms_of_numbers_are_taken(body, name):
         assert np.allclose(getattr(body, name), expected, atol=1e-6), form
 
 
-def test_state_comes_out_as_fresh_float64(body):
+def test_state_arrays_are_new_float64_copies(body):
     for name, shape in [("positions", (3,)), ("velocities", (3,)), ("rotations", (3, 3)), ("masses", ())]:
         array = getattr(body, name)
         assert array.shape == (len(body), *shape)
@@ -52,9 +52,9 @@ def test_state_comes_out_as_fresh_float64(body):
         before = array.copy()
         array[...] = 7
         assert np.array_equal(getattr(body, name), before)
-    for look in (body.goals, body.corrected_positions):
-        assert look().shape == (len(body), 3)
-        assert look().dtype == np.float64
+    for evaluate in (body.goals, body.corrected_positions):
+        assert evaluate().shape == (len(body), 3)
+        assert evaluate().dtype == np.float64
 
 
 @pytest.mark.parametrize("name", ["positions", "velocities"])
@@ -70,7 +70,7 @@ def test_state_comes_out_as_fresh_float64(body):
         (lambda n: 3.0, TypeError | ValueError, "must be"),
     ],
 )
-def test_errors_name_argument_what_came_and_what_was_expected(body, name, value, error, message):
+def test_errors_name_the_argument_the_value_and_the_expected_type(body, name, value, error, message):
     errors = (TypeError, ValueError) if error == TypeError | ValueError else error
     with pytest.raises(errors, match=f"^{name} .*{message}"):
         setattr(body, name, value(len(body)))
@@ -78,7 +78,7 @@ def test_errors_name_argument_what_came_and_what_was_expected(body, name, value,
 
 @pytest.mark.parametrize("name", ["positions", "velocities"])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_what_is_not_finite_is_found(body, name, bad):
+def test_non_finite_values_are_errors_with_their_index(body, name, bad):
     before = getattr(body, name)
     values = before.copy()
     values[17, 2] = bad
@@ -89,23 +89,23 @@ def test_what_is_not_finite_is_found(body, name, bad):
 
 @pytest.mark.parametrize("name", ["positions", "velocities"])
 @pytest.mark.parametrize("scale", [1e16, 1e60, 1e300])
-def test_what_is_beyond_all_measure_is_refused(body, name, scale):
+def test_values_beyond_the_limit_are_errors_with_their_index(body, name, scale):
     values = np.zeros((len(body), 3))
     values[4] = scale
-    with pytest.raises(ValueError, match=rf"{name}\[4\] = .* is too large"):
+    with pytest.raises(ValueError, match=rf"{name}\[4\] = .* is too large: the limit is 5\.000e14, 10\^15 cells"):
         setattr(body, name, values)
 
 
-@pytest.mark.parametrize("look", ["surface", "surface_normals"])
-def test_out(cube, look):
+@pytest.mark.parametrize("method", ["surface", "surface_normals"])
+def test_out_arguments_are_filled_and_returned(cube, method):
     body = supple.Body(cube, lattice_vertices=100)
-    shown = getattr(body, look)()
-    assert shown.dtype == np.float64
+    expected = getattr(body, method)()
+    assert expected.dtype == np.float64
     for dtype, tolerance in [(np.float64, 0), (np.float32, 1e-6)]:
         padded = np.zeros((16, 4), dtype)
         for out in (np.empty((8, 3), dtype), np.empty((8, 3), dtype, order="F"), padded[::2, :3]):
-            assert getattr(body, look)(out) is out
-            assert np.allclose(out, shown, rtol=0, atol=tolerance)
+            assert getattr(body, method)(out) is out
+            assert np.allclose(out, expected, rtol=0, atol=tolerance)
     read_only = np.zeros((8, 3))
     read_only.flags.writeable = False
     for out, error, message in [
@@ -115,7 +115,7 @@ def test_out(cube, look):
         ([[0, 0, 0]] * 8, TypeError, "out must be a numpy array, not list"),
     ]:
         with pytest.raises(error, match=message):
-            getattr(body, look)(out=out)
+            getattr(body, method)(out=out)
 
 
 def test_out_allocates_nothing(bust):

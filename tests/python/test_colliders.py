@@ -1,4 +1,4 @@
-"""Colliders: what bodies cannot enter."""
+"""Colliders: rest, motion, friction, and errors."""
 
 import copy
 import pickle
@@ -18,15 +18,16 @@ COLLIDERS = [
 
 
 @pytest.mark.parametrize("collider", COLLIDERS, ids=lambda collider: type(collider).__name__)
-def test_a_body_comes_to_rest_on_each(cube, collider):
+def test_a_body_comes_to_rest_on_every_shape(cube, collider):
     body = supple.Body(cube, lattice_vertices=64, translate=(0, 1.2, 0), region_damping=0.3)
     sim = supple.Simulation([body], dt=1 / 120, colliders=[collider])
     sim.step(360)
+    # Regression bounds for a body that settles. The lattice may extend below the mesh.
     assert body.positions[:, 1].min() > -0.5
     assert np.abs(body.velocities).max() < 0.2
 
 
-def test_a_moving_collider_pushes(cube):
+def test_a_moving_collider_moves_a_body(cube):
     wall = supple.Plane((-1, 0, 0), (1, 0, 0), keys=[(0,), (1, (2, 0, 0))])
     body = supple.Body(cube, lattice_vertices=64)
     sim = supple.Simulation([body], dt=1 / 120, gravity=(0, 0, 0), colliders=[wall])
@@ -58,7 +59,7 @@ def test_colliders_can_be_set(cube):
     assert body.surface()[:, 1].min() < -2
 
 
-def test_they_are_plain_data():
+def test_colliders_are_hashable_dataclasses_that_pickle():
     plane = supple.Plane(np.array([1, 2, 3]), [0, 0, 2], friction=np.float32(0.5), keys=[{"time": 0}])
     assert plane == supple.Plane((1.0, 2.0, 3.0), (0, 0, 2), keys=[(0, (0, 0, 0), (0, 0, 0))])
     assert plane.point == (1, 2, 3)
@@ -82,12 +83,12 @@ def test_they_are_plain_data():
         (lambda: supple.Sphere((0, 0, 0), 1, keys=[(1,), (0,)]), ValueError, "not after key 0"),
     ],
 )
-def test_refused(make, error, message):
+def test_invalid_colliders_are_errors(make, error, message):
     with pytest.raises(error, match=message):
         make()
 
 
-def test_only_colliders_collide(block):
+def test_other_objects_are_not_accepted_as_colliders(block):
     for given, message in [([3], r"colliders\[0\] must be a Plane"), (3, "colliders must be a list")]:
         with pytest.raises(TypeError, match=message):
             supple.Simulation([supple.Body(block)], colliders=given)

@@ -1,4 +1,4 @@
-"""Every Python program in the README and the docs runs."""
+"""The Python programs in the README and the docs run, and relative links resolve."""
 
 import re
 import shutil
@@ -11,7 +11,7 @@ PAGES = [page for page in sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")
 
 
 def _program(page):
-    """The blocks of a page one after another, each at its own line."""
+    """Returns the code blocks of a page as one program, each at its line in the page."""
     text = page.read_text()
     lines = [""] * (text.count("\n") + 1)
     for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
@@ -21,7 +21,7 @@ def _program(page):
     return "\n".join(lines)
 
 
-def test_there_are_pages():
+def test_pages_with_programs_are_found():
     assert {page.name for page in PAGES} >= {"README.md", "python.md", "control.md", "runs.md", "looking.md"}
 
 
@@ -37,7 +37,7 @@ def test_the_programs_of_a_page_run(page, tmp_path, monkeypatch, request):
     exec(compile(program, page, "exec"), {"__name__": "__main__"})
 
 
-def test_links_lead_somewhere():
+def test_relative_links_resolve():
     for page in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]:
         for target in re.findall(r"\]\(([^)#:\s]+)[^):]*\)", page.read_text()):
             assert (page.parent / target).exists(), f"{page.name}: {target}"

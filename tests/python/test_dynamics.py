@@ -1,4 +1,4 @@
-"""Motion: free fall, starts, setters, what can change between steps."""
+"""Motion: free fall, placement, setters, changes between steps."""
 
 import re
 
@@ -49,7 +49,7 @@ def test_masses(block):
     assert body.masses.max() == pytest.approx(4 * 2 * corner, rel=1e-12)
 
 
-def test_setters_leave_each_other_alone(block):
+def test_positions_and_velocities_are_set_independently(block):
     body = supple.Body(block)
     sim = supple.Simulation([body], gravity=(0, 0, 0))
     velocities = np.random.default_rng(0).normal(size=(len(body), 3))
@@ -65,15 +65,14 @@ def test_setters_leave_each_other_alone(block):
     assert np.allclose(body.positions, block.rest_positions + [6, 0, 0], atol=1e-5)
 
 
-def test_looking_changes_no_bit(cube):
+def test_evaluating_a_body_changes_no_bit(cube):
     bodies = [supple.Body(cube, lattice_vertices=200, region_damping=0.2) for _ in range(2)]
     sims = [supple.Simulation([body], colliders=[supple.Plane((0, -2, 0), (0, 1, 0))], threads=1) for body in bodies]
     for _ in range(60):
         for sim in sims:
             sim.step()
-        looked = bodies[0]
-        for look in ("goals", "surface", "surface_normals", "corrected_positions", "volume_report"):
-            getattr(looked, look)()
+        for method in ("goals", "surface", "surface_normals", "corrected_positions", "volume_report"):
+            getattr(bodies[0], method)()
     for name in ("positions", "velocities", "rotations"):
         assert getattr(bodies[0], name).tobytes() == getattr(bodies[1], name).tobytes()
 
@@ -115,7 +114,7 @@ def test_dt_time_and_gravity_can_be_set(block):
         ("gravity", (0, 0), ValueError),
         ("gravity", "down", TypeError),
     ]:
-        with pytest.raises(error, match=r"dt|time|gravity|number"):
+        with pytest.raises(error, match=f"^{name}"):
             setattr(sim, name, value)
     assert (sim.dt, sim.time) == (0.25, 10.5)
 
@@ -131,7 +130,13 @@ def test_stiffness_and_damping_can_be_set(block):
     body.frequency = 3
     body.region_damping_rate = 0
     assert (body.frequency, body.region_damping_rate) == (3, 0)
-    for name, value in [("stiffness", 0), ("stiffness", 1.1), ("frequency", 0), ("region_damping", -1), ("region_damping_rate", -1)]:
+    for name, value in [
+        ("stiffness", 0),
+        ("stiffness", 1.1),
+        ("frequency", 0),
+        ("region_damping", -1),
+        ("region_damping_rate", -1),
+    ]:
         with pytest.raises(ValueError, match=f"{name} = "):
             setattr(body, name, value)
     for name in ("stiffness", "frequency", "region_damping", "region_damping_rate", "half_width", "stiffness_radius"):
@@ -156,7 +161,7 @@ def test_half_width_can_be_set(block):
     assert body.half_width == 4
 
 
-def test_what_is_set_later_is_as_what_was_given(block):
+def test_settings_changed_later_equal_settings_of_the_constructor(block):
     stretched = block.rest_positions * [1.3, 1, 1]
     given = supple.Body(block, stiffness=0.4, region_damping=0.3, half_width=3)
     later = supple.Body(block)
@@ -195,7 +200,7 @@ def test_what_is_set_later_is_as_what_was_given(block):
         ({"spin": None}, TypeError, "spin must be numbers"),
     ],
 )
-def test_refused_settings(block, settings, error, message):
+def test_invalid_settings_are_errors(block, settings, error, message):
     with pytest.raises(error, match=message):
         supple.Body(block, **settings)
 
@@ -226,7 +231,7 @@ def test_a_body_belongs_to_one_simulation(block):
         supple.Simulation([])
     with pytest.raises(TypeError, match=r"bodies\[0\] must be a Body, not str"):
         supple.Simulation("body")
-    # After all that, the other is still free, and the first alive.
+    # After these errors the other body still has no simulation, and the first simulation still works.
     supple.Simulation([other]).step()
     sim.step()
     assert body.positions[0, 1] < block.rest_positions[0, 1]
@@ -235,12 +240,13 @@ def test_a_body_belongs_to_one_simulation(block):
 def test_bodies_outlive_their_simulation(block):
     body = supple.Body(block)
     supple.Simulation([body]).step(10)
-    assert body.goals().shape == (len(body), 3)
+    goals = supple.reference.goals(block, body.positions, body.half_width)
+    assert np.abs(body.goals() - goals).max() <= 1e-5 * block.cell_size
     with pytest.raises(ValueError, match="already belongs"):
         supple.Simulation([body])
 
 
-def test_repr_says_what_it_is(block, cube):
+def test_repr_and_plan(block, cube):
     assert repr(block) == "<supple.Lattice: 60 vertices, 24 cells of 0.5000, 3 kB>"
     body = supple.Body(cube, name="die", lattice_vertices=125)
     assert '"die": 125 lattice vertices, 64 cells' in repr(body)
@@ -250,4 +256,11 @@ def test_repr_says_what_it_is(block, cube):
     assert re.match(
         r"<supple.Simulation: 1 body of 125 lattice vertices, time 0\.0000 s.* MB>", repr(supple.Simulation([body]))
     )
-    assert "shape matching" in supple.Simulation([supple.Body(cube)]).plan()
+    header, total, *lines, left_out = supple.Simulation([supple.Body(cube)]).plan().splitlines()
+    assert "threads: " in header
+    stages = ["momentum tracker", "shape matching", "integration", "volume correction", "mesh update"]
+    assert [[name for name in stages if name in line] for line in lines] == [[name] for name in stages]
+    assert left_out == "  left out: external forces, region damping, contacts, pins and handles"
+    # The total also has the lattice and the state, which are not stages.
+    kilobytes = [float(re.search(r"([\d.]+) kB$", line)[1]) for line in lines]
+    assert 0 < sum(kilobytes) < 1000 * float(re.search(r"([\d.]+) MB$", total)[1])

@@ -1,4 +1,4 @@
-"""Goal positions against the naive reference."""
+"""Goal positions compared with the naive reference."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("half_width", [1, 2, 3, 5])
-def test_fast_equals_reference(name, half_width):
+def test_goals_equal_the_reference(name, half_width):
     lattice = supple.Lattice.from_cells(SHAPES[name], cell_size=0.25, join=False)
     body = supple.Body(lattice, half_width=half_width)
     body.positions = lattice.rest_positions + 0.05 * RNG.normal(size=(len(lattice), 3))
@@ -28,7 +28,7 @@ def test_fast_equals_reference(name, half_width):
     assert np.abs(body.goals() - expected).max() <= 1e-5 * lattice.cell_size
 
 
-def test_momentum_is_kept_and_a_rigid_motion_is_its_own_goal(block):
+def test_goals_keep_momentum_and_rigid_motions(block):
     body = supple.Body(block, half_width=2)
     moved = block.rest_positions + RNG.normal(size=(len(block), 3))
     body.positions = moved
@@ -39,7 +39,7 @@ def test_momentum_is_kept_and_a_rigid_motion_is_its_own_goal(block):
     assert np.allclose(body.goals(), body.positions, rtol=0, atol=1e-5)
 
 
-def test_regions_differ_beside_concave_corners_only():
+def test_region_kinds_differ_only_at_concave_corners():
     for name, equal in [("box", True), ("u", False)]:
         lattice = supple.Lattice.from_cells(SHAPES[name])
         positions = lattice.rest_positions + 0.1 * RNG.normal(size=(len(lattice), 3))
@@ -48,7 +48,7 @@ def test_regions_differ_beside_concave_corners_only():
         assert np.allclose(staircase, breadth_first, rtol=0, atol=1e-12) == equal
 
 
-def test_wrong_arguments(block):
+def test_invalid_arguments_are_errors_with_name_and_range(block):
     positions = block.rest_positions
     with pytest.raises(ValueError, match='regions is "cube"; it must be "staircase" or "breadth_first"'):
         supple.reference.goals(block, positions, 2, regions="cube")

@@ -1,4 +1,4 @@
-"""Lattices: from cells in the frame of the array, from meshes."""
+"""Lattices from arrays of cells and from meshes."""
 
 import pickle
 
@@ -8,7 +8,7 @@ import pytest
 import supple
 
 
-def test_indices_are_in_the_frame_of_the_array():
+def test_grid_indices_are_array_indices():
     cells = np.zeros((4, 3, 2), bool)
     cells[3, 0, 1] = True
     lattice = supple.Lattice.from_cells(cells)
@@ -49,7 +49,7 @@ def test_strided_cells_keep_their_axes():
     assert np.array_equal(lattice.cells[np.lexsort(lattice.cells.T[::-1])], expected)
 
 
-def test_join():
+def test_join_bridges_floating_parts():
     cells = np.zeros((5, 1, 1), bool)
     cells[[0, 4]] = True
     assert supple.Lattice.from_cells(cells, join=False).component_count == 2
@@ -83,27 +83,27 @@ def test_constant_arrays_are_read_only(block):
         (np.full((1, 2, 1), np.nan), {}, r"cells\[0, 0, 0\] = NaN"),
     ],
 )
-def test_refused(cells, settings, message):
+def test_invalid_cells_are_errors(cells, settings, message):
     with pytest.raises(supple.LatticeError, match=message) as caught:
         supple.Lattice.from_cells(cells, **settings)
     assert isinstance(caught.value, ValueError)
 
 
-def test_memory_is_computed_before_it_is_taken(cube):
+def test_too_much_memory_is_an_error_before_allocation(cube):
     with pytest.raises(supple.LatticeError, match=r"iB.*would fit"):
         supple.Lattice.from_mesh(cube, cell_size=1e-4)
     with pytest.raises(supple.LatticeError, match="would fit"):
         supple.Body(cube, lattice_vertices=100_000, memory_limit=1_000_000)
 
 
-def test_two_ways_exclude_each_other(cube):
+def test_vertices_and_cell_size_are_mutually_exclusive(cube):
     with pytest.raises(ValueError, match="vertices and cell_size"):
         supple.Lattice.from_mesh(cube, vertices=100, cell_size=0.5)
     with pytest.raises(ValueError, match="at least 8"):
         supple.Lattice.from_mesh(cube, vertices=7)
 
 
-def test_a_pickled_lattice_is_the_same():
+def test_a_pickled_lattice_is_equal():
     cells = np.random.default_rng(5).random((4, 5, 6)) < 0.3
     for join in (False, True):
         lattice = supple.Lattice.from_cells(cells, 0.3, (1, 2, 3), join)

@@ -1,4 +1,4 @@
-"""Volumes plotted, bodies in a window and as other libraries have them."""
+"""Plots of volumes and studies, the viewer, and conversion to trimesh."""
 
 import json
 import sys
@@ -18,7 +18,7 @@ def stretched(cube):
     return body
 
 
-def test_to_trimesh(cube, block):
+def test_to_trimesh_has_the_evaluated_surface(cube, block):
     body = supple.Body(cube, lattice_vertices=100)
     body.positions = body.positions + [0, 3, 0]
     made = body.to_trimesh()
@@ -41,7 +41,7 @@ def test_to_trimesh(cube, block):
         ("polyscope", "view", lambda body: body.show()),
     ],
 )
-def test_what_is_not_installed_is_named_with_its_extra(stretched, monkeypatch, module, extra, call):
+def test_missing_dependencies_are_errors_with_the_extra_to_install(stretched, monkeypatch, module, extra, call):
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ModuleNotFoundError, match=rf'install it with `pip install "supple\[{extra}\]"`'):
         call(stretched)
@@ -55,7 +55,7 @@ def pyplot(monkeypatch):
     pyplot.close("all")
 
 
-def test_a_report_is_plotted_as_bars(stretched, pyplot):
+def test_plot_volume_of_one_report_has_bars_before_and_after(stretched, pyplot):
     report = stretched.volume_report()
     axes = supple.plot_volume(report)
     assert isinstance(axes, pyplot.Axes)
@@ -67,7 +67,7 @@ def test_a_report_is_plotted_as_bars(stretched, pyplot):
     assert names == [f"{name} (kept)" if name == "mesh" else name for name in report.volumes]
 
 
-def test_reports_are_plotted_over_time(stretched, pyplot):
+def test_plot_volume_of_several_reports_has_lines_over_time(stretched, pyplot):
     sim = supple.Simulation([stretched], gravity=(0, 0, 0))
     reports, times = [], []
     for _ in range(5):
@@ -83,7 +83,7 @@ def test_reports_are_plotted_over_time(stretched, pyplot):
     assert supple.plot_volume(reports).lines[0].get_xdata().tolist() == [0, 1, 2, 3, 4]
 
 
-def test_a_run_is_plotted(scene, tmp_path, pyplot):
+def test_plot_volume_accepts_the_body_of_a_run_report(scene, tmp_path, pyplot):
     run = supple.run(scene, tmp_path / "out", frames=2)
     assert len(supple.plot_volume(run.bodies[0]).patches) == 6
 
@@ -97,23 +97,23 @@ def test_a_run_is_plotted(scene, tmp_path, pyplot):
         (lambda report: (report, [0]), ValueError, "times has 1 entries; a single report has no times"),
     ],
 )
-def test_what_cannot_be_plotted(stretched, pyplot, arguments, error, message):
+def test_plot_volume_refuses_invalid_arguments(stretched, pyplot, arguments, error, message):
     with pytest.raises(error, match=message):
         supple.plot_volume(*arguments(stretched.volume_report()))
 
 
-class _Hands:
-    """Dear ImGui, with somebody at the controls: what is in `moves` is moved once to that value."""
+class _ScriptedImgui:
+    """Dear ImGui whose controls with a label in `inputs` return the value there once. `labels` records all controls."""
 
-    def __init__(self, imgui, moves):
-        self._imgui, self.moves, self.seen = imgui, moves, []
+    def __init__(self, imgui):
+        self._imgui, self.inputs, self.labels = imgui, {}, []
 
     def __getattr__(self, name):
         return getattr(self._imgui, name)
 
-    def _moved(self, label, drawn):
-        self.seen.append(label)
-        return (True, self.moves.pop(label)) if label in self.moves else drawn
+    def _result(self, label, drawn):
+        self.labels.append(label)
+        return (True, self.inputs.pop(label)) if label in self.inputs else drawn
 
     def Checkbox(self, label, value):  # noqa: N802
         return self._moved(label, self._imgui.Checkbox(label, value))
@@ -145,80 +145,81 @@ STUDY = {
 
 
 @pytest.mark.parametrize(
-    ("error", "shown", "front"),
+    ("error", "points", "front"),
     [
         ("surface", {(0.5, 0.1), (2.0, 0.01), (1.0, 0.02)}, [(0.5, 0.1), (1.0, 0.02), (2.0, 0.01)]),
         ("volume", {(0.5, 0.2), (2.0, 1e-8), (1.0, 2e-8), (9.0, 3e-8)}, [(0.5, 0.2), (2.0, 1e-8)]),
         ("path", {(1.0, 1e-6)}, []),
     ],
 )
-def test_a_study_is_plotted(error, shown, front, tmp_path, pyplot):
+def test_plot_study_has_points_fronts_and_a_legend(error, points, front, tmp_path, pyplot):
     (tmp_path / "study.json").write_text(json.dumps(STUDY))
     for study in (STUDY, tmp_path, str(tmp_path / "study.json")):
         axes = supple.plot_study(study, error)
-        places = [tuple(place) for cloud in axes.collections for place in cloud.get_offsets().tolist()]
-        assert len(places) == len(shown)
-        assert set(places) == shown
-        assert [tuple(place) for line in axes.lines for place in line.get_xydata().tolist()] == front
+        plotted = [tuple(point) for cloud in axes.collections for point in cloud.get_offsets().tolist()]
+        assert len(plotted) == len(points)
+        assert set(plotted) == points
+        assert [tuple(point) for line in axes.lines for point in line.get_xydata().tolist()] == front
         assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
         names = [text.get_text() for text in axes.get_legend().get_texts()]
         assert len(names) == len(axes.collections) + len(axes.lines)
 
 
-def test_what_is_no_study(tmp_path, pyplot):
+def test_plot_study_refuses_invalid_studies(tmp_path, pyplot):
     with pytest.raises(ValueError, match='error is "speed"; it must be "surface" or "volume"'):
         supple.plot_study(STUDY, "speed")
     with pytest.raises(ValueError, match="study has no points"):
         supple.plot_study({"frames": 3})
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError) as caught:
         supple.plot_study(tmp_path)
+    assert caught.value.filename == str(tmp_path / "study.json")
 
 
-def _picture(polyscope, path):
+def _screenshot(polyscope, path):
     polyscope.screenshot(str(path), transparent_bg=False)
     pixels = pytest.importorskip("matplotlib.image").imread(path)
     return pixels[..., :3]
 
 
-def test_a_window_shows_and_changes_a_simulation(cube, block, polyscope, tmp_path):
+def test_the_viewer_renders_steps_and_changes_a_simulation(cube, block, polyscope, tmp_path):
     body = supple.Body(cube, name="cube", lattice_vertices=200, translate=(0, 0.5, 0), stiffness=0.5)
     other = supple.Body(block, name="bare", frequency=8)
     ground = supple.Plane((0, -1, 0), (0, 1, 0))
     sim = supple.Simulation([body, other], dt=1 / 120, colliders=[ground])
     viewer = supple.viewer.Viewer(sim)
-    hands = viewer._imgui = _Hands(viewer._imgui, {})
+    imgui = viewer._imgui = _ScriptedImgui(viewer._imgui)
     for panel in viewer._panels:
-        panel._imgui = hands
+        panel._imgui = imgui
     polyscope.frame_tick()
     assert (sim.time, viewer.running) == (0, False)
-    assert set(hands.seen) == {"run", "stiffness", "frequency [Hz]", "half-width [cells]", "keep the volume"}
-    before = _picture(polyscope, tmp_path / "before.png")
+    assert set(imgui.labels) == {"run", "stiffness", "frequency [Hz]", "half-width [cells]", "keep the volume"}
+    before = _screenshot(polyscope, tmp_path / "before.png")
 
-    hands.moves = {"run": True, "stiffness": 0.25, "frequency [Hz]": 5.0, "keep the volume": False}
+    imgui.inputs = {"run": True, "stiffness": 0.25, "frequency [Hz]": 5.0, "keep the volume": False}
     for _ in range(20):
         polyscope.frame_tick()
     assert sim.time == pytest.approx(20 * 2 / 120)
     assert (body.stiffness, other.frequency) == (0.25, 5.0)
     assert body.volume_options["measure"] == "off"
-    hands.moves = {"half-width [cells]": 3, "keep the volume": True, "run": False}
+    imgui.inputs = {"half-width [cells]": 3, "keep the volume": True, "run": False}
     polyscope.frame_tick()
     assert (body.half_width, body.volume_options["measure"], viewer.running) == (3, "auto", False)
-    after = _picture(polyscope, tmp_path / "after.png")
+    after = _screenshot(polyscope, tmp_path / "after.png")
     assert before.std() > 0.01
     assert np.abs(after - before).max() > 0.1
 
 
-def test_a_body_by_itself_stands_still(cube, polyscope, tmp_path):
+def test_the_viewer_renders_a_body_without_a_simulation(cube, polyscope, tmp_path):
     body = supple.Body(cube, lattice_vertices=64)
     viewer = supple.viewer.Viewer(body)
     assert np.allclose(viewer._panels[0].low, -1)
     polyscope.frame_tick()
-    assert _picture(polyscope, tmp_path / "body.png").std() > 0.01
+    assert _screenshot(polyscope, tmp_path / "body.png").std() > 0.01
     with pytest.raises(TypeError, match="shown must be a Simulation or a Body, not Mesh"):
         supple.view(cube)
 
 
-def test_a_body_is_shown_with_its_simulation(cube, polyscope):
+def test_the_viewer_of_a_body_steps_its_simulation(cube, polyscope):
     body = supple.Body(cube, lattice_vertices=64)
     assert body.simulation is None
     sim = supple.Simulation([body])
@@ -229,7 +230,7 @@ def test_a_body_is_shown_with_its_simulation(cube, polyscope):
     assert sim.time == pytest.approx(1 / 60)
 
 
-def test_bodies_of_one_name_are_all_seen(cube, polyscope):
+def test_the_viewer_renders_bodies_of_equal_name(cube, polyscope):
     bodies = [supple.Body(cube, name="#", lattice_vertices=64, translate=(3 * k, 0, 0)) for k in range(2)]
     supple.viewer.Viewer(supple.Simulation(bodies))
     assert polyscope.get_surface_mesh("- [0]").n_vertices() == len(np.unique(QUADS))

@@ -1,4 +1,4 @@
-"""Meshes: from arrays, from files, from other libraries; what is refused."""
+"""Meshes from arrays, files and trimesh, and their errors."""
 
 import pickle
 
@@ -10,7 +10,7 @@ import supple
 from shapes import CORNERS, QUADS
 
 
-def test_faces_are_fanned_from_their_first_vertex(cube):
+def test_faces_are_triangulated_as_fans_from_their_first_vertex(cube):
     assert cube.vertices.shape == (8, 3)
     assert cube.vertices.dtype == np.float64
     assert cube.faces.dtype == np.int64
@@ -18,7 +18,7 @@ def test_faces_are_fanned_from_their_first_vertex(cube):
     assert np.array_equal(cube.faces, expected)
 
 
-def test_volume_and_closedness(cube):
+def test_volume_and_is_closed(cube):
     assert cube.volume == pytest.approx(8, rel=1e-15)
     assert cube.is_closed
     open_box = supple.Mesh(CORNERS, QUADS[1:])
@@ -47,7 +47,7 @@ def test_constant_arrays_are_read_only_views(cube):
     assert cube.vertices is cube.vertices
 
 
-def test_trimesh_and_paths_are_meshes(bust):
+def test_trimesh_objects_and_paths_are_accepted_as_meshes(bust):
     ball = trimesh.creation.icosphere(subdivisions=3)
     lattice = supple.Lattice.from_mesh(ball, cell_size=0.25)
     assert lattice.cell_size == 0.25
@@ -59,13 +59,13 @@ def test_trimesh_and_paths_are_meshes(bust):
 
 def test_read_obj(bust):
     mesh = supple.read_obj(bust)
-    assert mesh.vertices.shape[1] == 3
-    assert "vertices" in repr(mesh)
+    assert mesh.vertices.shape == (4682, 3)
+    assert "4682 vertices" in repr(mesh)
     with pytest.raises(supple.MeshError, match="no object or group `Nose`"):
         supple.read_obj(bust, object="Nose")
 
 
-def test_missing_and_bad_files(tmp_path):
+def test_missing_and_invalid_files_are_errors_with_path_and_line(tmp_path):
     with pytest.raises(FileNotFoundError) as caught:
         supple.read_obj(tmp_path / "none.obj")
     assert caught.value.filename == str(tmp_path / "none.obj")
@@ -98,7 +98,7 @@ def test_missing_and_bad_files(tmp_path):
         ([[0, 0, 0], [1]], QUADS, "vertices"),
     ],
 )
-def test_refused(vertices, faces, message):
+def test_invalid_arrays_are_errors_with_index_and_value(vertices, faces, message):
     with pytest.raises(supple.MeshError, match=message) as caught:
         supple.Mesh(vertices, faces)
     assert isinstance(caught.value, ValueError)
@@ -114,12 +114,12 @@ def test_refused(vertices, faces, message):
         (CORNERS, None, "faces must be integers"),
     ],
 )
-def test_wrong_types(vertices, faces, message):
+def test_arrays_of_wrong_type_are_errors(vertices, faces, message):
     with pytest.raises(TypeError, match=message):
         supple.Mesh(vertices, faces)
 
 
-def test_a_pickled_mesh_is_the_same():
+def test_a_pickled_mesh_is_equal():
     mesh = supple.Mesh(CORNERS, [*QUADS[1:].tolist(), [0, 2, 1], [1, 2, 3]])
     again = pickle.loads(pickle.dumps(mesh))
     assert np.array_equal(again.vertices, mesh.vertices)

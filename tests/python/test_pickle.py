@@ -1,4 +1,4 @@
-"""Pickles and copies: they go on bit for bit."""
+"""Pickles and copies of simulations and bodies continue bit for bit."""
 
 import copy
 import pickle
@@ -17,8 +17,8 @@ def _same(a, b):
     return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in NAMES)
 
 
-def _busy(cube):
-    """A simulation with all that can change at run time changed."""
+def _changed_simulation(cube):
+    """Returns a simulation in which every setting that can change between steps has changed."""
     body = supple.Body(
         cube, name="die", lattice_vertices=200, scale=0.7, rotate=(10, 20, 30), translate=(0, 1, 0), region_damping=0.1
     )
@@ -41,8 +41,8 @@ def _busy(cube):
 
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda sim: pickle.loads(pickle.dumps(sim))])
-def test_a_simulation_goes_on_bit_for_bit(cube, again):
-    sim = _busy(cube)
+def test_a_copied_simulation_continues_bit_for_bit(cube, again):
+    sim = _changed_simulation(cube)
     other = again(sim)
     assert other is not sim
     assert [body.name for body in other.bodies] == ["die", "body"]
@@ -54,29 +54,29 @@ def test_a_simulation_goes_on_bit_for_bit(cube, again):
             assert body is not twin
             assert _same(body, twin)
             assert body.volume_report() == twin.volume_report()
-            for name in ("stiffness", "frequency", "region_damping", "half_width", "volume"):
+            for name in ("stiffness", "frequency", "region_damping", "half_width", "volume_options"):
                 assert getattr(body, name) == getattr(twin, name), name
         assert sim.bodies[0].surface().tobytes() == other.bodies[0].surface().tobytes()
         sim.step(10)
         other.step(10)
 
 
-def test_the_copy_has_a_life_of_its_own(cube):
-    sim = _busy(cube)
+def test_a_copy_is_independent_of_the_original(cube):
+    sim = _changed_simulation(cube)
     other = copy.deepcopy(sim)
     before = sim.bodies[0].positions
     other.step(10)
     assert np.array_equal(sim.bodies[0].positions, before)
 
 
-def test_bodies_stay_with_their_simulation(cube):
-    sim = _busy(cube)
+def test_bodies_pickled_with_their_simulation_stay_in_it(cube):
+    sim = _changed_simulation(cube)
     twin, body, other = pickle.loads(pickle.dumps((sim, sim.bodies[1], sim.bodies[0])))
     assert twin.bodies == (other, body)
     assert copy.copy(sim.bodies[0]) is sim.bodies[0]
 
 
-def test_a_body_by_itself(cube):
+def test_a_body_without_a_simulation_is_pickled(cube):
     body = supple.Body(cube, lattice_vertices=100, spin=(1, 0, 0), volume={"measure": "cells", "max_correction": 0.5})
     body.positions = body.positions * 1.1
     body.pin(vertices=[3])
@@ -88,7 +88,7 @@ def test_a_body_by_itself(cube):
     assert _same(body, twin)
 
 
-def test_a_body_whose_simulation_is_gone(block):
+def test_a_body_of_a_deleted_simulation_is_copied_without_one(block):
     body = supple.Body(block)
     supple.Simulation([body]).step(5)
     twin = copy.deepcopy(body)
@@ -101,8 +101,8 @@ def _advance(sim):
     return sim
 
 
-def test_through_another_process(cube):
-    sim = _busy(cube)
+def test_a_simulation_continues_in_another_process(cube):
+    sim = _changed_simulation(cube)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
         other = executor.submit(_advance, sim).result()
     sim.step(15)
@@ -116,7 +116,7 @@ def test_arguments_are_copied(block):
     assert np.allclose(copy.deepcopy(body).velocities, [1, 0, 0])
 
 
-def test_bytes_of_something_else_are_refused(block):
+def test_a_state_of_another_body_is_an_error(block):
     body = supple.Body(block)
     restore, (shape, settings, state) = body.__reduce__()
     with pytest.raises(ValueError, match="pickle"):

@@ -1,4 +1,4 @@
-"""Scenes: loaded and run."""
+"""Loading and running scenes."""
 
 import os
 import pickle
@@ -32,7 +32,7 @@ def test_a_loaded_scene_is_a_live_simulation(scene):
     assert pickle.loads(pickle.dumps((sim, body)))[1].name == "cube"
 
 
-def test_overrides(scene):
+def test_overrides_change_the_loaded_scene(scene):
     overrides = {
         "simulation.fps": 25,
         "simulation.gravity": np.zeros(3),
@@ -53,7 +53,7 @@ def test_overrides(scene):
         supple.load_scene(scene, overrides={"simulation.frames": object()})
 
 
-def test_run_writes_what_a_loaded_scene_shows(scene, tmp_path):
+def test_run_writes_the_evaluated_surface(scene, tmp_path):
     seen = []
     report = supple.run(scene, tmp_path / "out", "ply", 6, seen.append)
     assert isinstance(report, supple.RunReport)
@@ -71,7 +71,7 @@ def test_run_writes_what_a_loaded_scene_shows(scene, tmp_path):
     assert pickle.loads(pickle.dumps(report)) == report
 
 
-def test_run_takes_the_scenes_own_settings(scene, tmp_path):
+def test_run_uses_the_output_settings_of_the_scene(scene, tmp_path):
     report = supple.run(scene, every=4, start_frame=100, stats=tmp_path / "stats.csv")
     names = sorted(os.listdir(tmp_path / "frames"))
     assert [name for name in names if name.endswith(".obj")] == [f"cube_{100 + k:04}.obj" for k in (0, 4, 8, 12)]
@@ -91,7 +91,7 @@ def test_a_run_can_be_stopped_and_resumed(scene, tmp_path):
     assert supple.run(scene, tmp_path / "out", resume=True).outcome == "already finished"
 
 
-def test_a_callback_may_change_the_simulation(scene, tmp_path):
+def test_changes_by_a_callback_survive_stopping_and_resuming(scene, tmp_path):
     def drive(progress, last, seen):
         sim = progress.simulation
         assert sim.time == progress.time
@@ -118,11 +118,11 @@ def test_a_callback_may_change_the_simulation(scene, tmp_path):
     assert np.abs(alone - written[0]).max() > 0.01
 
 
-def test_the_simulation_of_a_run_outlives_it(scene, tmp_path):
-    kept = []
-    supple.run(scene, tmp_path / "out", frames=3, progress=kept.append)
-    sim = kept[-1].simulation
-    assert all(progress.simulation is sim for progress in kept)
+def test_the_simulation_of_a_run_stays_valid_after_it(scene, tmp_path):
+    calls = []
+    supple.run(scene, tmp_path / "out", frames=3, progress=calls.append)
+    sim = calls[-1].simulation
+    assert all(progress.simulation is sim for progress in calls)
     twin = supple.load_scene(scene)
     twin.step(2 * 3)
     for each in (sim, twin):
@@ -130,7 +130,7 @@ def test_the_simulation_of_a_run_outlives_it(scene, tmp_path):
     assert sim.bodies[0].positions.tobytes() == twin.bodies[0].positions.tobytes()
 
 
-def test_what_a_callback_raises_comes_out(scene, tmp_path):
+def test_an_exception_of_a_callback_ends_the_run(scene, tmp_path):
     def fail(progress):
         if progress.frame == 3:
             raise RuntimeError("enough")
@@ -151,13 +151,18 @@ def test_ctrl_c_ends_a_run_after_a_frame(scene, tmp_path):
     assert supple.run(scene, tmp_path / "out", frames=20, resume=True).outcome in ("finished", "already finished")
 
 
-def test_a_model_alone_is_a_scene(scene, tmp_path):
+def test_a_model_is_loaded_with_a_default_scene(scene, tmp_path):
     sim = supple.load_scene(tmp_path / "cube.obj")
-    assert sim.bodies[0].name == "cube"
-    assert len(sim.colliders) == 1
+    (body,) = sim.bodies
+    assert body.name == "cube"
+    (ground,) = sim.colliders
+    assert isinstance(ground, supple.Plane)
+    assert tuple(ground.normal) == (0, 1, 0)
+    # It falls its own height of 2 in half a second.
+    assert np.allclose(sim.gravity, (0, -16, 0), rtol=1e-4)
 
 
-def test_errors(scene, tmp_path):
+def test_invalid_scenes_are_errors_with_file_line_and_key(scene, tmp_path):
     for call in (supple.load_scene, supple.run):
         for name in ("none.toml", "none.obj", "none.txt"):
             with pytest.raises(FileNotFoundError) as caught:
@@ -193,7 +198,7 @@ def test_errors(scene, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_output_errors(scene, tmp_path):
+def test_invalid_outputs_are_errors(scene, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(supple.OutputError, match="file") as caught:
         supple.run(scene, tmp_path / "file")

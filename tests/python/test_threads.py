@@ -1,4 +1,4 @@
-"""The GIL, Ctrl-C, threads side by side, and forks."""
+"""The GIL, Ctrl-C, concurrent threads, and forks."""
 
 import os
 import signal
@@ -19,7 +19,7 @@ def _large():
     return supple.Simulation([supple.Body(lattice)], threads=1)
 
 
-def test_other_threads_run_while_a_step_does():
+def test_a_step_releases_the_gil():
     sim = _large()
     ticks = []
     done = threading.Event()
@@ -38,10 +38,11 @@ def test_other_threads_run_while_a_step_does():
     thread.join()
     during = [t for t in ticks if start < t < end]
     assert end - start > 0.02
-    assert len(during) > 0.02 * (end - start) / 0.001
+    # A thread that waits for the GIL ticks at most once; 2 % of the ideal rate allows for a busy machine.
+    assert len(during) > max(1, 0.02 * (end - start) / 0.001)
 
 
-def test_two_simulations_step_in_parallel_threads(block):
+def test_two_simulations_stepped_by_two_threads_have_the_same_bits(block):
     def run():
         bodies = [supple.Body(block, spin=(0, 1, 0)) for _ in range(2)]
         sims = [supple.Simulation([body]) for body in bodies]
@@ -53,16 +54,16 @@ def test_two_simulations_step_in_parallel_threads(block):
         thread.start()
     for thread in threads:
         thread.join()
-    alone, (sim, _) = run()
+    (expected, _), (sim, _) = run()
     sim.step(300)
     for body in bodies:
-        assert body.positions.tobytes() == alone[0].positions.tobytes()
+        assert body.positions.tobytes() == expected.positions.tobytes()
 
 
-def test_one_simulation_looked_at_and_stepped_by_many_threads(cube):
+def test_one_simulation_is_stepped_and_evaluated_by_many_threads(cube):
     body = supple.Body(cube, lattice_vertices=300)
     sim = supple.Simulation([body])
-    looks = [
+    calls = [
         body.goals,
         body.surface,
         body.volume_report,
@@ -70,16 +71,19 @@ def test_one_simulation_looked_at_and_stepped_by_many_threads(cube):
         lambda: body.positions,
         lambda: sim.time,
     ]
-    threads = [threading.Thread(target=lambda look=look: [look() for _ in range(50)]) for look in looks]
+    threads = [threading.Thread(target=lambda call=call: [call() for _ in range(50)]) for call in calls]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
     assert sim.time == pytest.approx(150 / 60)
+    other = supple.Body(cube, lattice_vertices=300)
+    supple.Simulation([other]).step(150)
+    assert body.positions.tobytes() == other.positions.tobytes()
 
 
 @pytest.mark.usefixtures("interruptible")
-def test_ctrl_c_ends_a_long_call_between_two_steps(block):
+def test_ctrl_c_ends_a_long_step_call(block):
     body = supple.Body(block)
     sim = supple.Simulation([body], dt=0.01, gravity=(0, 0, 0), threads=1)
     timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
@@ -96,8 +100,8 @@ def test_ctrl_c_ends_a_long_call_between_two_steps(block):
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-def test_a_forked_process_goes_on_with_threads_of_its_own():
-    # In a process of its own: pytest's has threads that must not be forked.
+def test_a_forked_process_continues_with_its_own_threads():
+    # In a separate process, because the process of pytest has threads that must not be forked.
     program = """
         import os
         import numpy as np
@@ -121,8 +125,8 @@ def test_a_forked_process_goes_on_with_threads_of_its_own():
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.parametrize("alone", [False, True])
-def test_a_process_forked_in_the_middle_of_work_says_so_and_does_not_wait(alone):
-    # The thread that holds the lock is not in the new process, and never gives it back there.
+def test_a_process_forked_during_a_step_raises_instead_of_waiting(alone):
+    # The thread that holds the lock does not exist in the child process, so the lock is never released there.
     program = f"""
         import os, sys, threading, time
         import numpy as np
@@ -136,14 +140,14 @@ def test_a_process_forked_in_the_middle_of_work_says_so_and_does_not_wait(alone)
             while busy:
                 body.goals() if sim is None else sim.step(5)
 
-        looks = [lambda: body.positions, lambda: repr(body), body.goals]
-        looks += [lambda: supple.Simulation([body])] if sim is None else [sim.step, lambda: sim.time]
+        calls = [lambda: body.positions, lambda: repr(body), body.goals]
+        calls += [lambda: supple.Simulation([body])] if sim is None else [sim.step, lambda: sim.time]
 
         def refusals():
             refused = 0
-            for look in looks:
+            for call in calls:
                 try:
-                    look()
+                    call()
                 except RuntimeError as error:
                     refused += "forked while another thread used" in str(error)
             return refused
@@ -151,7 +155,7 @@ def test_a_process_forked_in_the_middle_of_work_says_so_and_does_not_wait(alone)
         thread = threading.Thread(target=work)
         thread.start()
         refused = 0
-        # Now and then the thread holds no lock at the moment of the fork: then all goes on as it should.
+        # Sometimes the thread holds no lock at the moment of the fork, and the calls succeed.
         for _ in range(20):
             time.sleep(0.02)
             child = os.fork()
@@ -162,14 +166,14 @@ def test_a_process_forked_in_the_middle_of_work_says_so_and_does_not_wait(alone)
                 break
         busy.clear()
         thread.join()
-        assert refused == len(looks), refused
+        assert refused == len(calls), refused
         assert refusals() == 0
         """
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=60)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-def test_a_forked_process_looks_before_it_steps():
+def test_a_forked_process_evaluates_before_its_first_step():
     program = """
         import os, sys
         import numpy as np
@@ -182,10 +186,10 @@ def test_a_forked_process_looks_before_it_steps():
         body = supple.Body(sheet, lattice_vertices=3000)
         sim = supple.Simulation([body], threads=2)
         sim.step(2)
-        seen = body.surface()
+        before = body.surface()
         child = os.fork()
         if child == 0:
-            os._exit(0 if np.array_equal(body.surface(), seen) and body.volume_report() else 1)
+            os._exit(0 if np.array_equal(body.surface(), before) and body.volume_report() else 1)
         sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
         """
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=60)

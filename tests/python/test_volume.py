@@ -1,4 +1,4 @@
-"""The volume that is kept, and what is said about it."""
+"""Volume correction: measures, options, reports."""
 
 import pickle
 
@@ -13,7 +13,7 @@ def _stretched(body):
     return body.volume_report()
 
 
-def test_auto_is_mesh_where_it_encloses_a_volume(cube):
+def test_auto_is_the_mesh_measure_for_a_closed_mesh(cube):
     body = supple.Body(cube, lattice_vertices=200)
     report = _stretched(body)
     assert report.measure == "mesh"
@@ -23,11 +23,11 @@ def test_auto_is_mesh_where_it_encloses_a_volume(cube):
     assert abs(report.residual) < 1e-6
     assert report.lambda_ < 0
     assert not report.capped
-    shown = supple.Mesh(body.surface(), cube.faces)
-    assert shown.volume == pytest.approx(8, rel=1e-5)
+    surface = supple.Mesh(body.surface(), cube.faces)
+    assert surface.volume == pytest.approx(8, rel=1e-5)
 
 
-def test_a_bare_lattice_keeps_its_cells(block):
+def test_auto_is_the_cell_measure_for_a_bare_lattice(block):
     report = _stretched(supple.Body(block))
     assert report.measure == "cells"
     assert report.rest == pytest.approx(24 * 0.5**3, rel=1e-12)
@@ -36,7 +36,7 @@ def test_a_bare_lattice_keeps_its_cells(block):
 
 
 @pytest.mark.parametrize("measure", ["mesh", "cells", "lattice"])
-def test_each_measure_keeps_its_own(cube, measure):
+def test_each_measure_keeps_its_own_volume(cube, measure):
     options = [{"scope": "global", "field": "paper"}, {"scope": "regional"}, {"scope": "regional", "field": "cells"}]
     for volume in (measure, {"measure": measure}, *({"measure": measure} | more for more in options)):
         report = _stretched(supple.Body(cube, cell_size=0.4, volume=volume))
@@ -47,7 +47,7 @@ def test_each_measure_keeps_its_own(cube, measure):
         assert set(report.volumes) == {"mesh", "cells", "lattice"}
 
 
-def test_off_keeps_nothing(cube):
+def test_off_corrects_nothing(cube):
     body = supple.Body(cube, lattice_vertices=200, volume="off")
     report = _stretched(body)
     assert report.after == report.before == pytest.approx(12, rel=1e-5)
@@ -55,14 +55,14 @@ def test_off_keeps_nothing(cube):
     assert np.allclose(body.corrected_positions(), body.positions, rtol=0, atol=1e-6)
 
 
-def test_it_can_be_changed_between_steps(cube):
+def test_volume_options_can_be_changed_between_steps(cube):
     body = supple.Body(cube, lattice_vertices=200)
     assert body.volume_options == {"measure": "auto", "scope": "global", "field": "surface", "max_correction": 1.0}
-    kept = _stretched(body)
+    corrected = _stretched(body)
     body.volume_options = "off"
     assert body.volume_options["measure"] == "off"
     plain = body.volume_report()
-    assert plain.after == plain.before == kept.before
+    assert plain.after == plain.before == corrected.before
     with pytest.raises(ValueError, match="volume is"):
         body.volume_options = "mass"
     with pytest.raises(TypeError, match="volume must be"):
@@ -74,16 +74,19 @@ def test_it_can_be_changed_between_steps(cube):
     assert again.volume_options == options == {**options, "measure": "cells", "scope": "regional"}
     assert again.volume_report() == body.volume_report()
     body.volume_options = "auto"
-    assert body.volume_report() == kept
+    assert body.volume_report() == corrected
 
 
-def test_max_correction_caps(cube):
+def test_max_correction_caps_the_correction(cube):
     report = _stretched(supple.Body(cube, lattice_vertices=200, volume={"max_correction": 0.01}))
     assert report.capped
-    assert report.residual > 0.1
+    # The thickness is at least half a cell and at most half of the cube.
+    assert -0.01 <= report.lambda_ < 0
+    assert report.residual == pytest.approx(report.after / report.rest - 1, rel=1e-6)
+    assert report.rest < report.after < report.before
 
 
-def test_components_have_a_lambda_of_their_own():
+def test_components_are_corrected_independently():
     cells = np.zeros((7, 3, 3), bool)
     cells[:3] = cells[4:] = True
     body = supple.Body(supple.Lattice.from_cells(cells, join=False))
@@ -98,7 +101,7 @@ def test_components_have_a_lambda_of_their_own():
     assert report.rest == first.rest + second.rest
 
 
-def test_reports_are_plain_data(cube):
+def test_reports_are_immutable_and_pickle(cube):
     report = _stretched(supple.Body(cube, lattice_vertices=64))
     assert isinstance(report, supple.VolumeReport)
     assert pickle.loads(pickle.dumps(report)) == report
@@ -121,12 +124,12 @@ def test_reports_are_plain_data(cube):
         ({"scope": "local"}, ValueError, 'volume scope is "local"; it must be "global" or "regional"'),
     ],
 )
-def test_refused(cube, volume, error, message):
+def test_invalid_options_are_errors(cube, volume, error, message):
     with pytest.raises(error, match=message):
         supple.Body(cube, volume=volume)
 
 
-def test_mesh_needs_a_closed_mesh(cube, block):
+def test_the_mesh_measure_needs_a_closed_mesh(cube, block):
     with pytest.raises(ValueError, match="use `cells`"):
         supple.Body(block, volume="mesh")
     with pytest.raises(ValueError, match="use `cells`"):

@@ -214,7 +214,11 @@ fn two_runs_have_the_same_bits() {
         block.place(&euler_degrees([20.0, 10.0, 5.0]), Point3::new(0.0, 0.6, 0.0));
         let set = colliders(&[ground(), Collider::sphere([0.3, -0.4, 0.2], 0.6)]);
         block.run(120, &set, DT);
-        (block.positions.clone(), block.velocities.clone(), block.contacts.pushes().collect::<Vec<_>>())
+        (
+            block.positions.clone(),
+            block.velocities.clone(),
+            block.contacts.displacements().collect::<Vec<_>>(),
+        )
     };
     assert_eq!(run(), run());
 }
@@ -225,19 +229,19 @@ fn contact_displacements_of_a_resting_body_carry_its_weight() {
     let plane = colliders(&[ground()]);
     block.place(&Matrix3::identity(), Point3::origin());
     block.run(1200, &plane, DT);
-    block.contacts.clear_pushes();
+    block.contacts.clear_displacements();
     block.run(1, &plane, DT);
-    let pushes: Vec<_> = block.contacts.pushes().collect();
+    let displacements: Vec<_> = block.contacts.displacements().collect();
     let touched: Vec<u32> = block.contacts.touched().collect();
-    assert_eq!(pushes.len(), 16, "the vertices of the lowest layer");
-    assert!(pushes.iter().all(|(v, push)| touched.contains(v) && push[0] == 0.0 && push[2] == 0.0));
+    assert_eq!(displacements.len(), 16, "the vertices of the lowest layer");
+    assert!(displacements.iter().all(|(v, push)| touched.contains(v) && push[0] == 0.0 && push[2] == 0.0));
     // At rest, gravity adds g dt to the velocity of each vertex and g dt² to its displacement in a step. The contact
     // displacement counts both: the push-out, and the velocity change times dt.
-    let sum: f64 = pushes.iter().map(|(_, push)| f64::from(push[1])).sum();
+    let sum: f64 = displacements.iter().map(|(_, push)| f64::from(push[1])).sum();
     let fall = 9.81 * DT * DT / CELL * block.rest.len() as f64;
     assert!((sum / (2.0 * fall) - 1.0).abs() < 0.01, "{sum} of {}", 2.0 * fall);
-    block.contacts.clear_pushes();
-    assert_eq!(block.contacts.pushes().count(), 0);
+    block.contacts.clear_displacements();
+    assert_eq!(block.contacts.displacements().count(), 0);
 }
 
 proptest! {

@@ -79,7 +79,7 @@ fn a_half_width_set_later_equals_one_of_the_builder_for_an_inverted_body() {
         changed.body(0).positions().iter().map(|p| Point3::from(p.coords * -0.3)).collect();
     changed.body_mut(0).set_positions(&inside_out).unwrap();
     changed.steps(30);
-    assert!(changed.body(0).unsettled_rotations() > 0);
+    assert!(changed.body(0).unconverged_rotations() > 0);
     changed.body_mut(0).set_region_size(RegionSize::Cells(1)).unwrap();
     let mut built = build(1);
     built.restore(&changed.state()).unwrap();

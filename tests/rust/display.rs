@@ -74,7 +74,10 @@ fn a_reused_display_gives_the_same_result_as_a_new_one() {
             simulation.steps(10);
             let positions: Vec<Point3<f64>> = reused.evaluate(simulation.body(0)).positions().collect();
             assert!(positions == simulation.body(0).corrected_positions());
-            assert_eq!(reused.evaluate(simulation.body(0)).volume_report(), simulation.body(0).volume_report());
+            assert_eq!(
+                reused.evaluate(simulation.body(0)).volume_report(),
+                simulation.body(0).volume_report()
+            );
         }
     }
 }

@@ -48,7 +48,7 @@ fn shuffled_and_collapsed_bodies_gain_no_energy() {
             assert!(now < 1.02 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
             assert!(now > 0.5 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
         }
-        assert!(sim.body(0).unsettled_rotations() > 1000, "{name}");
+        assert!(sim.body(0).unconverged_rotations() > 1000, "{name}");
     }
 }
 
@@ -58,7 +58,7 @@ fn shuffled_bodies_have_the_same_bits_for_any_number_of_threads() {
     let after = |threads| {
         let mut sim = shuffled(&lattice, 1, threads);
         sim.steps(20);
-        assert!(sim.body(0).unsettled_rotations() > 1000);
+        assert!(sim.body(0).unconverged_rotations() > 1000);
         (sim.body(0).positions(), sim.body(0).velocities())
     };
     let alone = after(1);

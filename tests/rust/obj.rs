@@ -76,7 +76,11 @@ fn a_file_with_every_oddity_is_read() {
         1,
         "the whole text of a `g` line is also a name"
     );
-    assert_eq!(odd.mesh(Some("front")).unwrap().vertices().len(), 4, "a part has only the vertices of its faces");
+    assert_eq!(
+        odd.mesh(Some("front")).unwrap().vertices().len(),
+        4,
+        "a part has only the vertices of its faces"
+    );
 
     let libraries: Vec<_> =
         odd.libraries().into_iter().map(|library| (library.name, library.exists)).collect();

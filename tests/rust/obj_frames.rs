@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use supple::mesh::Mesh;
-use supple_io::frames::{Format, FrameWriter, Sequence, Source, shared_normals};
+use supple_io::frames::{Format, FrameWriter, Sequence, Source, count_shared_normals};
 use supple_io::obj::{Document, Part};
 use tempfile::TempDir;
 
@@ -149,7 +149,7 @@ fn normals_rotate_with_the_surface_at_any_scale() {
 #[test]
 fn hard_edges_stay_hard_under_any_linear_deformation() {
     let (document, part) = open("tests/data/hard_edges.obj", None);
-    assert_eq!(shared_normals(&document, &part), 6);
+    assert_eq!(count_shared_normals(&document, &part), 6);
     let shear = Matrix3::new(2.0, 0.3, 0.0, -0.1, 0.5, 0.7, 0.4, 0.0, 1.5);
     let covariant = shear.try_inverse().unwrap().transpose();
     let deform = |[x, y, z]: [f32; 3]| (shear * Vector3::new(x, y, z).cast::<f64>()).cast::<f32>().into();
@@ -189,7 +189,7 @@ fn smooth_normals_follow_a_stretch() {
     }
     let document = Arc::new(Document::from_bytes("x.obj", (text + &faces).into_bytes()).unwrap());
     let part = document.part(None).unwrap();
-    assert_eq!(shared_normals(&document, &part), 0);
+    assert_eq!(count_shared_normals(&document, &part), 0);
     let positions: Vec<[f32; 3]> = rest(part.mesh()).into_iter().map(|[x, y, z]| [2.0 * x, y, z]).collect();
     let written = written_normals(&obj_frame(&document, &part, &positions));
     for (normal, [x, y, z]) in written.iter().zip(rest(part.mesh())) {

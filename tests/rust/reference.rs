@@ -162,8 +162,8 @@ fn mass_times_offset_from_the_goal_is_the_gradient_of_the_mismatch() {
     let lattice = lattice(&u_shape());
     for kind in KINDS {
         let naive = Naive::new(&lattice, 2, kind).listed();
-        assert!(naive.mismatch(&naive.motions(&rest(&lattice)), &rest(&lattice)) < 1e-28);
-        let mismatch = |x: &[Vector3<f64>]| naive.mismatch(&naive.motions(x), x);
+        assert!(naive.matching_energy(&naive.motions(&rest(&lattice)), &rest(&lattice)) < 1e-28);
+        let matching_energy = |x: &[Vector3<f64>]| naive.matching_energy(&naive.motions(x), x);
         let mut x = bent(&lattice);
         let goals = naive.goals(&naive.motions(&x));
         assert_eq!(goals, supple::reference::goals(&lattice, &x, 2, kind));
@@ -172,7 +172,7 @@ fn mass_times_offset_from_the_goal_is_the_gradient_of_the_mismatch() {
                 let (at, by) = (x[vertex][axis], 1e-5);
                 let mut shifted = |by: f64| {
                     x[vertex][axis] = at + by;
-                    mismatch(&x)
+                    matching_energy(&x)
                 };
                 let slope = (shifted(by) - shifted(-by)) / (2.0 * by);
                 x[vertex][axis] = at;

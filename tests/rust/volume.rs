@@ -179,7 +179,7 @@ fn pinned_vertices_stay_and_the_field_rises_beside_them() {
     let options = VolumeOptions { field: FieldKind::Paper, ..VolumeMeasure::Cells.into() };
     let correction = Correction::new(&lattice, None, &options).unwrap().expect("not off");
     let mut workspace = CorrectionWorkspace::default();
-    correction.hold(&mut workspace, held.iter().copied());
+    correction.set_constrained(&mut workspace, held.iter().copied());
     let (_, corrected) = apply_in(&mut workspace, &correction, &stretched, &[]);
     assert_eq!(corrected[..25], stretched[..25]);
     // Along an edge of the block the displacement rises over three links and is constant after them.
@@ -192,7 +192,7 @@ fn pinned_vertices_stay_and_the_field_rises_beside_them() {
     );
     assert!((moved(3) - moved(8)).abs() < 1e-6);
     within(VolumeMeasures::new(&lattice, None).report(&corrected).after, 192.0, 1e-6);
-    correction.hold(&mut workspace, std::iter::empty());
+    correction.set_constrained(&mut workspace, std::iter::empty());
     let free = apply(&correction, &stretched, &[]);
     assert!(free[0] != stretched[0] && free == apply_in(&mut workspace, &correction, &stretched, &[]).1);
 }
@@ -209,7 +209,7 @@ fn a_reused_workspace_gives_the_same_results_as_a_new_one() {
             let correction = Correction::new(&lattice, None, &options).unwrap().expect("not off");
             let (_, corrected) = apply_in(&mut workspace, &correction, &stretched, &[]);
             assert_eq!(corrected, apply(&correction, &stretched, &[]), "{size:?}, {scope:?}");
-            correction.hold(&mut workspace, 0..9);
+            correction.set_constrained(&mut workspace, 0..9);
             let (_, held) = apply_in(&mut workspace, &correction, &stretched, &[]);
             assert!(held[..9] == stretched[..9] && held != corrected);
         }

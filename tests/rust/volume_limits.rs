@@ -57,7 +57,7 @@ fn a_fully_pinned_body_stays_and_reports_its_residual() {
     let all: Vec<u32> = (0..lattice.len() as u32).collect();
     let correction = of_lattice(&lattice, VolumeMeasure::Cells);
     let mut workspace = CorrectionWorkspace::default();
-    correction.hold(&mut workspace, all.iter().copied());
+    correction.set_constrained(&mut workspace, all.iter().copied());
     let stretched = posed(&lattice, |[x, y, z]| [x, y, 1.25 * z]);
     let (components, corrected) = apply_in(&mut workspace, &correction, &stretched, &[]);
     let component = components[0];

@@ -58,8 +58,7 @@ fn outcome(simulate: impl Fn(VolumeOptions) -> Simulation) -> Outcome {
         points.into_iter().map(|p| p.coords / lattice.cell_size()).collect()
     };
     let before = cells(simulations[0].body(0).positions());
-    let mut outcome =
-        Outcome { errors: [cell_error(lattice, &before); 3], creases: [0.0; 2] };
+    let mut outcome = Outcome { errors: [cell_error(lattice, &before); 3], creases: [0.0; 2] };
     for (k, simulation) in simulations.iter().enumerate() {
         let body = simulation.body(0);
         let after = cells(body.corrected_positions());

@@ -3,7 +3,7 @@
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::say;
+use crate::terminal;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
@@ -14,10 +14,12 @@ pub(crate) fn listen() {
             // Complete frames are renamed to their final names, so no file with a final name is incomplete.
             process::exit(130);
         }
-        say::err("\nstopping after this frame; press Ctrl-C again to exit immediately");
+        terminal::err("\nstopping after this frame; press Ctrl-C again to exit immediately");
     });
     if let Err(error) = installed {
-        say::err(format_args!("warning: cannot handle Ctrl-C, so it will not write a checkpoint: {error}"));
+        terminal::err(format_args!(
+            "warning: cannot handle Ctrl-C, so it will not write a checkpoint: {error}"
+        ));
     }
 }
 

@@ -9,8 +9,8 @@ mod inspect;
 mod interrupt;
 mod progress;
 mod run;
-mod say;
 mod study;
+mod terminal;
 
 use std::process::ExitCode;
 
@@ -23,7 +23,7 @@ use exit::Exit;
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
     if let Err(error) = supple::check_simd_request() {
-        say::error(error);
+        terminal::error(error);
         return Exit::Input.into();
     }
     let exit = match command {

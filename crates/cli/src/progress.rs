@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use supple_io::run::{self, Flow, Note};
 use supple_study as study;
 
-use crate::{interrupt, say};
+use crate::{interrupt, terminal};
 
 /// Prints the progress of a job or a study, and stops it after Ctrl-C.
 pub(crate) struct Reporter {
@@ -59,8 +59,8 @@ impl Reporter {
                 let tenths = (done * 10.0) as u32;
                 if tenths > *printed {
                     *printed = tenths;
-                    let left = say::duration(elapsed.as_secs_f64() * (1.0 / done - 1.0));
-                    say::err(format_args!("{}: {} %, {at}, {left} left", self.name, tenths * 10));
+                    let left = terminal::duration(elapsed.as_secs_f64() * (1.0 / done - 1.0));
+                    terminal::err(format_args!("{}: {} %, {at}, {left} left", self.name, tenths * 10));
                 }
             }
         }
@@ -85,9 +85,9 @@ impl run::Observer for Reporter {
     fn note(&mut self, note: &Note) {
         let line = format!("{}: {note}", self.name);
         match &self.output {
-            Output::Bar(bar) => bar.suspend(|| say::err(line)),
+            Output::Bar(bar) => bar.suspend(|| terminal::err(line)),
             Output::Nothing if matches!(note, Note::Resumed { .. }) => {}
-            _ => say::err(line),
+            _ => terminal::err(line),
         }
     }
 }

@@ -8,7 +8,7 @@ use supple_io::scene::Scene;
 use crate::args::RunArgs;
 use crate::exit::Exit;
 use crate::progress::Reporter;
-use crate::{interrupt, say};
+use crate::{interrupt, terminal};
 
 /// Runs every input.
 pub(crate) fn run(args: &RunArgs) -> Exit {
@@ -25,9 +25,9 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
 fn print_scenes(args: &RunArgs) -> Exit {
     for input in &args.inputs {
         match changed_scene(args, input) {
-            Ok(scene) => say::out(scene.to_toml().trim_end()),
+            Ok(scene) => terminal::out(scene.to_toml().trim_end()),
             Err(error) => {
-                say::error(&error);
+                terminal::error(&error);
                 return Exit::Input;
             }
         }
@@ -54,15 +54,15 @@ fn run_alone(args: &RunArgs, input: &Path) -> Exit {
     let name = stem(input);
     match run_one(args, input, &name, false) {
         Ok(report) => {
-            say::out(line(&name, &report));
+            terminal::out(line(&name, &report));
             if report.outcome == Outcome::Stopped {
-                say::out(format_args!("resume with: {}", say::resume_command()));
+                terminal::out(format_args!("resume with: {}", terminal::resume_command()));
                 return Exit::Interrupted;
             }
             Exit::Done
         }
         Err(error) => {
-            say::error(&error);
+            terminal::error(&error);
             Exit::from(&error)
         }
     }
@@ -72,8 +72,8 @@ fn run_alone(args: &RunArgs, input: &Path) -> Exit {
 /// inputs.
 fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     if let Some((first, second)) = same_stem(inputs) {
-        say::error(format_args!(
-            "{} and {} would both write to the folder {}; run them one at a time with different -o",
+        terminal::error(format_args!(
+            "{} and {} would both write to the directory {}; run them one at a time with different -o",
             first.display(),
             second.display(),
             stem(first)
@@ -88,18 +88,18 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         let name = stem(input);
         let result = run_one(args, input, &name, true);
         match &result {
-            Ok(report) => say::out(line(&name, report)),
-            Err(error) => say::error(format_args!("{name}: {error}")),
+            Ok(report) => terminal::out(line(&name, report)),
+            Err(error) => terminal::error(format_args!("{name}: {error}")),
         }
         results.push((name, result));
     }
-    say::out(table(&results, inputs.len()));
+    terminal::out(table(&results, inputs.len()));
 
     let stopped = |result: &Result<RunReport, _>| {
         result.as_ref().is_ok_and(|report| report.outcome == Outcome::Stopped)
     };
     if results.len() < inputs.len() || results.iter().any(|(_, result)| stopped(result)) {
-        say::out(format_args!("resume with: {}", say::resume_command()));
+        terminal::out(format_args!("resume with: {}", terminal::resume_command()));
         Exit::Interrupted
     } else if results.iter().any(|(_, result)| result.is_err()) {
         Exit::Failed
@@ -111,7 +111,7 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
 /// Runs one input. If it is one of several, its folder and its stats file are named after it.
 fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<RunReport, RunError> {
     let scene = changed_scene(args, input)?;
-    let mut folder = args.output.clone().unwrap_or_else(|| scene.output_folder());
+    let mut folder = args.output.clone().unwrap_or_else(|| scene.output_directory());
     let mut stats = args.stats.clone();
     if several {
         folder.push(name);
@@ -162,7 +162,7 @@ fn line(name: &str, report: &RunReport) -> String {
                 "{name}: {ended} frame {}, {} frames written to {folder} in {}",
                 report.last,
                 report.written,
-                say::duration(report.elapsed.as_secs_f64())
+                terminal::duration(report.elapsed.as_secs_f64())
             )
         }
     }
@@ -175,7 +175,7 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
         let [name, outcome, frames, time, folder] = cells;
         format!("{name:width$}  {outcome:8}  {frames:>7}  {time:>12}  {folder}").trim_end().to_owned()
     };
-    let mut lines = vec![row(["input", "outcome", "frames", "time", "folder"])];
+    let mut lines = vec![row(["input", "outcome", "frames", "time", "directory"])];
     for (name, result) in results {
         lines.push(match result {
             Ok(report) => {
@@ -184,7 +184,7 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
                     Outcome::Stopped => "stopped",
                     Outcome::AlreadyFinished => "complete",
                 };
-                let time = say::duration(report.elapsed.as_secs_f64());
+                let time = terminal::duration(report.elapsed.as_secs_f64());
                 let folder = report.directory.display().to_string();
                 row([name, outcome, &report.written.to_string(), &time, &folder])
             }

@@ -9,7 +9,7 @@ use supple_study::{Outcome, Study, StudyError, SumsStudy};
 use crate::args::StudyArgs;
 use crate::exit::Exit;
 use crate::progress::Reporter;
-use crate::{interrupt, say};
+use crate::{interrupt, terminal};
 
 /// Runs the study that the arguments select.
 pub(crate) fn study(args: &StudyArgs) -> Exit {
@@ -22,7 +22,7 @@ pub(crate) fn study(args: &StudyArgs) -> Exit {
     };
     result.unwrap_or_else(|error| {
         reporter.finish();
-        say::error(&error);
+        terminal::error(&error);
         if error.is_input() { Exit::Input } else { Exit::Failed }
     })
 }
@@ -38,16 +38,18 @@ fn scene(args: &StudyArgs, input: &Path, reporter: &mut Reporter) -> Result<Exit
     };
     let (report, outcome) = study.run(reporter)?;
     reporter.finish();
-    say::out(report.table());
+    terminal::out(report.table());
     let folder = args.output.display();
     match outcome {
-        Outcome::Finished => say::out(format_args!("written to {folder}: study.csv, study.json, study.svg")),
+        Outcome::Finished => {
+            terminal::out(format_args!("written to {folder}: study.csv, study.json, study.svg"))
+        }
         Outcome::AlreadyFinished => {
-            say::out(format_args!("already finished in {folder}; nothing written"));
+            terminal::out(format_args!("already finished in {folder}; nothing written"));
         }
         Outcome::Stopped => {
-            let (points, command) = (report.points.len(), say::resume_command());
-            say::out(format_args!("stopped after {points} points; resume with: {command}"));
+            let (points, command) = (report.points.len(), terminal::resume_command());
+            terminal::out(format_args!("stopped after {points} points; resume with: {command}"));
             return Ok(Exit::Interrupted);
         }
     }
@@ -59,8 +61,8 @@ fn sums(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     let study = SumsStudy { directory: args.output.clone(), quick: args.quick };
     let (report, outcome) = study.run(reporter)?;
     reporter.finish();
-    say::out(report.table());
-    say::out(format_args!("written to {}: sums.csv, sums.json", args.output.display()));
+    terminal::out(report.table());
+    terminal::out(format_args!("written to {}: sums.csv, sums.json", args.output.display()));
     Ok(if outcome == Outcome::Stopped { Exit::Interrupted } else { Exit::Done })
 }
 
@@ -70,9 +72,9 @@ fn stability(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyErr
     let report = study.run(reporter)?;
     reporter.finish();
     let passed = report.rows.iter().filter(|row| row.passed).count();
-    let (cases, path) = (report.asked, study.path());
-    say::out(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));
-    say::out(format_args!("{passed} of {cases} cases passed; written to {}", path.display()));
+    let (cases, path) = (report.requested, study.path());
+    terminal::out(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));
+    terminal::out(format_args!("{passed} of {cases} cases passed; written to {}", path.display()));
     Ok(match (report.complete, report.passed) {
         (false, _) => Exit::Interrupted,
         (true, false) => Exit::Failed,

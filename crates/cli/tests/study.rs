@@ -58,7 +58,7 @@ fn wrong_arguments_write_nothing() {
     assert!(!stage.path("out").exists());
     assert_eq!(files(&stage.path(".")), before);
     for subject in ["scene.toml", "--sums", "--stability"] {
-        stage.supple(&["study", subject, "-o", "block.obj"]).expect(2, &["block.obj", "name a folder"]);
+        stage.supple(&["study", subject, "-o", "block.obj"]).expect(2, &["block.obj", "directory"]);
     }
 }
 

@@ -70,7 +70,7 @@ impl Executor {
     }
 
     /// Calls `work(item)` for each item, in parallel.
-    pub(crate) fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Send + Sync) {
+    pub(crate) fn for_each_mut<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Send + Sync) {
         #[cfg(feature = "rayon")]
         if self.pool.is_some() && items.len() > 1 {
             use rayon::prelude::*;
@@ -90,7 +90,7 @@ impl Executor {
 
     /// Calls `work(item)` for each item, on the calling thread and on pool threads as they become free. For
     /// short work this is faster than entering the pool.
-    pub fn share<T>(&self, items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
+    pub fn for_each<T>(&self, items: impl ExactSizeIterator<Item = T> + Send, work: impl Fn(T) + Sync) {
         #[cfg(feature = "rayon")]
         if let Some(pool) = &self.pool
             && items.len() > 1

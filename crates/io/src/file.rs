@@ -20,7 +20,7 @@ pub(crate) fn part_path(path: &Path) -> PathBuf {
 ///
 /// The error of `write` or of the file system. The `.part` file is then removed, and a file that existed at
 /// `path` is unchanged.
-pub fn write_whole(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     let part = part_path(path);
     let written = File::create(&part).and_then(|mut file| write(&mut file));
     let result = written.and_then(|()| fs::rename(&part, path));

@@ -13,4 +13,4 @@ pub mod obj;
 pub mod run;
 pub mod scene;
 
-pub use file::write_whole;
+pub use file::write_atomically;

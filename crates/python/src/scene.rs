@@ -107,7 +107,7 @@ pub(crate) fn run<'py>(
     let simulation = &mut scene.simulation;
     simulation.frames = options.count_u32("frames", 0)?.unwrap_or(simulation.frames);
     simulation.threads = options.count("threads", 0)?.unwrap_or(simulation.threads);
-    let output = options.read("output", argument::path)?.unwrap_or_else(|| scene.output_folder());
+    let output = options.read("output", argument::path)?.unwrap_or_else(|| scene.output_directory());
     let mut job = Job::new(scene, output);
     job.every = options.count_u32("every", 1)?.unwrap_or(job.every);
     job.start_frame = options.count_u32("start_frame", 0)?.unwrap_or(job.start_frame);
@@ -214,7 +214,7 @@ fn run_error(error: RunError) -> PyErr {
         RunError::Mesh(error) => error::from_obj(error),
         RunError::Body { source: supple::Error::Mesh(_), .. } => Exception::Mesh.with(message),
         RunError::Body { source: supple::Error::Lattice(_), .. } => Exception::Lattice.with(message),
-        error if error.is_input() && !matches!(error, RunError::NotAFolder { .. }) => {
+        error if error.is_input() && !matches!(error, RunError::OutputIsAFile { .. }) => {
             Exception::Scene.with(message)
         }
         _ => Exception::Output.with(message),

@@ -20,14 +20,14 @@ pub enum StudyError {
     Point(#[from] Error),
     /// The scene can be built, but not with the parameters of a point of the study.
     #[error("a point of the study cannot be built: {source}; the points before it are in {}", path.display())]
-    Later {
+    AfterStart {
         /// The file of the unfinished study.
         path: PathBuf,
         /// The cause.
         source: Box<RunError>,
     },
     /// The earlier study differs from this one in its scene, options or machine.
-    #[error("{} cannot be continued: {what}; run it without --resume, or write to another folder", path.display())]
+    #[error("{} cannot be continued: {what}; run it without --resume, or write to another directory", path.display())]
     Resume {
         /// The file of the earlier study.
         path: PathBuf,
@@ -60,14 +60,14 @@ impl StudyError {
         match self {
             Self::Run(error) => error.is_input(),
             Self::NoFrames | Self::Resume { .. } => true,
-            Self::Point(_) | Self::Later { .. } | Self::File { .. } | Self::Plot { .. } => false,
+            Self::Point(_) | Self::AfterStart { .. } | Self::File { .. } | Self::Plot { .. } => false,
         }
     }
 
     /// Converts a run error that occurs after the study at `path` was written.
     pub(crate) fn after_writing(self, path: PathBuf) -> Self {
         match self {
-            Self::Run(source) => Self::Later { path, source: Box::new(source) },
+            Self::Run(source) => Self::AfterStart { path, source: Box::new(source) },
             other => other,
         }
     }

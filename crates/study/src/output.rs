@@ -11,13 +11,13 @@ use crate::error::StudyError;
 /// Creates a folder if it does not exist. If the path is a file, the error is an input error.
 pub(crate) fn open_folder(directory: &Path) -> Result<(), StudyError> {
     if directory.exists() && !directory.is_dir() {
-        return Err(RunError::NotAFolder { path: directory.to_owned() }.into());
+        return Err(RunError::OutputIsAFile { path: directory.to_owned() }.into());
     }
     fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))
 }
 
 /// Writes a file with the extension `part` and renames it to `path`. On an error, an existing file is kept.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
     let part = path.with_extension("part");
     fs::write(&part, bytes)
         .and_then(|()| fs::rename(&part, path))
@@ -28,7 +28,7 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
 pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StudyError> {
     let text =
         serde_json::to_string_pretty(value).map_err(|error| StudyError::file("write", path, error.into()))?;
-    write_whole(path, text.as_bytes())
+    write_atomically(path, text.as_bytes())
 }
 
 /// Writes records as CSV.
@@ -36,7 +36,7 @@ pub(crate) fn write_csv(path: &Path, records: &[Vec<String>]) -> Result<(), Stud
     let failed = |error: csv::Error| StudyError::file("write", path, std::io::Error::other(error));
     let mut writer = csv::Writer::from_writer(Vec::new());
     records.iter().try_for_each(|record| writer.write_record(record)).map_err(failed)?;
-    write_whole(path, &writer.into_inner().map_err(|error| failed(error.into_error().into()))?)
+    write_atomically(path, &writer.into_inner().map_err(|error| failed(error.into_error().into()))?)
 }
 
 /// Formats a number with two to four digits, mostly in at most six columns: `0.129`, `3.1e-7`. `None` gives

@@ -30,6 +30,6 @@ fn cases_have_unique_names_expectations_and_bounds() {
     names.dedup();
     assert_eq!(names.len(), cases.len());
     for case in &cases {
-        assert!(!case.shows.is_empty() && case.bounds.len() > 1, "{}", case.name);
+        assert!(!case.expected.is_empty() && case.bounds.len() > 1, "{}", case.name);
     }
 }

@@ -255,7 +255,7 @@ fn a_point_that_cannot_be_built_is_not_an_input_error() {
     let vertices = supple::Selection::Vertices(vec![90]);
     study.scene.bodies[0].pins[0].selection = vertices;
     let error = study.run(&mut ()).unwrap_err();
-    assert!(matches!(error, StudyError::Later { .. }) && !error.is_input(), "{error}");
+    assert!(matches!(error, StudyError::AfterStart { .. }) && !error.is_input(), "{error}");
     let path = study.directory.join("study.json");
     assert!(error.to_string().contains(&path.display().to_string()), "{error}");
     let report: Report = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use supple::{Body, Lattice, Plan, Preservation};
-use supple_io::frames::{Format, shared_normals};
+use supple_io::frames::{Format, count_shared_normals};
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, Scene, Substeps};
 
@@ -67,7 +67,7 @@ pub(super) struct MeshFacts {
     pub(super) duplicate_faces: usize,
     pub(super) two_sided_faces: usize,
     /// Number of `vn` lines whose corners have different normals; the mean of these is written.
-    pub(super) shared_normals: usize,
+    pub(super) count_shared_normals: usize,
     pub(super) short_faces: usize,
     pub(super) ignored_statements: Vec<String>,
     pub(super) missing_libraries: Vec<String>,
@@ -122,7 +122,7 @@ impl Facts {
             substeps_auto: simulation.substeps == Substeps::Auto,
             threads: prepared.simulation.threads(),
             simd: supple::simd_level().to_string(),
-            directory: scene.output_folder().display().to_string(),
+            directory: scene.output_directory().display().to_string(),
             format: scene.output.format.name(),
             bytes_on_disk: bodies.iter().map(|body| body.frame_bytes * frames).sum(),
             bodies,
@@ -188,7 +188,7 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts
         degenerate_faces: topology.degenerate_faces,
         duplicate_faces: topology.duplicate_faces,
         two_sided_faces: topology.two_sided_faces,
-        shared_normals: shared_normals(document, &input.part),
+        count_shared_normals: count_shared_normals(document, &input.part),
         short_faces: document.short_faces().0,
         ignored_statements: document.ignored_statements().iter().map(ignored).collect(),
         missing_libraries: libraries.into_iter().filter(|l| !l.exists).map(|l| l.name).collect(),

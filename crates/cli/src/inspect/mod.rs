@@ -7,22 +7,22 @@ use supple_io::run::{RunError, prepare};
 
 use crate::args::InspectArgs;
 use crate::exit::Exit;
-use crate::say;
+use crate::terminal;
 use facts::Facts;
 
 /// Inspects one input.
 pub(crate) fn inspect(args: &InspectArgs) -> Exit {
     match collect(args) {
         Ok(facts) if args.json => {
-            say::out(serde_json::to_string_pretty(&facts).expect("facts are plain data"));
+            terminal::out(serde_json::to_string_pretty(&facts).expect("facts are plain data"));
             Exit::Done
         }
         Ok(facts) => {
-            say::out(text::format(&facts, args.plan).trim_end());
+            terminal::out(text::format(&facts, args.plan).trim_end());
             Exit::Done
         }
         Err(error) => {
-            say::error(&error);
+            terminal::error(&error);
             Exit::from(&error)
         }
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::facts::{BodyFacts, Facts, LatticeFacts, MeshFacts};
-use crate::say;
+use crate::terminal;
 
 /// Formats all facts in lines of two columns; with the plan of the simulation if `plan` is set.
 pub(super) fn format(facts: &Facts, plan: bool) -> String {
@@ -16,9 +16,9 @@ pub(super) fn format(facts: &Facts, plan: bool) -> String {
     );
     page.entry("steps", &format!("{} per frame{auto}", facts.substeps));
     page.entry("output", &format!("{} files in {}", facts.format, facts.directory));
-    page.entry("on disk", &format!("about {}", say::bytes(facts.bytes_on_disk)));
+    page.entry("on disk", &format!("about {}", terminal::bytes(facts.bytes_on_disk)));
     let memory: usize = facts.bodies.iter().map(|body| body.memory_bytes).sum();
-    page.entry("memory", &say::bytes(memory as u64));
+    page.entry("memory", &terminal::bytes(memory as u64));
     page.entry("threads", &facts.threads.to_string());
     page.entry("SIMD level", &facts.simd);
     page.entry("colliders", &facts.colliders.to_string());
@@ -66,8 +66,8 @@ impl Page {
         self.mesh(&body.mesh);
         self.lattice(&body.lattice);
         self.entry("half-width", &format!("{} cells", body.half_width));
-        self.entry("memory", &say::bytes(body.memory_bytes as u64));
-        self.entry("frame size", &say::bytes(body.frame_bytes));
+        self.entry("memory", &terminal::bytes(body.memory_bytes as u64));
+        self.entry("frame size", &terminal::bytes(body.frame_bytes));
         for (index, fact) in body.pc2.iter().enumerate() {
             self.entry(if index == 0 { "PC2" } else { "" }, fact);
         }
@@ -102,7 +102,7 @@ impl Page {
         self.count(mesh.duplicate_faces, "faces duplicate another face");
         self.count(mesh.two_sided_faces, "faces duplicate another face with the opposite orientation");
         self.count(
-            mesh.shared_normals,
+            mesh.count_shared_normals,
             "`vn` lines are shared by corners with different normals; the mean is written",
         );
         self.count(mesh.short_faces, "`f` lines with fewer than three corners are omitted");
@@ -123,7 +123,7 @@ impl Page {
                 lattice.cells,
                 number(lattice.cell_size),
                 components(lattice.components),
-                say::bytes(lattice.bytes as u64)
+                terminal::bytes(lattice.bytes as u64)
             ),
         );
         if lattice.shell {

@@ -220,11 +220,11 @@ impl BodyBuilder {
                 (lattice, Some(Surface { mesh, embedding, skin: Skin::default() }))
             }
         };
-        self.placement.within(MAX_CELLS * lattice.cell_size())?;
+        self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
         let half_width = self.material.half_width(lattice.cell_size(), extent(&lattice));
         let matching = Matching::new(&lattice, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
-        state.set_in_motion(&lattice, &matching.layout, &self.placement);
+        state.set_initial_velocities(&lattice, &matching.layout, &self.placement);
         let borrowed = surface.as_ref().map(Surface::borrowed);
         let mut body = Body {
             name: self.name,
@@ -241,7 +241,7 @@ impl BodyBuilder {
             forces: None,
             contacts: None,
             constraints: None,
-            unsettled: 0,
+            unconverged: 0,
             lattice,
             surface,
             matching,

@@ -136,7 +136,7 @@ pub struct Display {
     slot_rotations: Lanes<4>,
     /// The same rotations in vertex order.
     rotations: Vec<[f32; 4]>,
-    pushes: Vec<ExternalForce>,
+    displacements: Vec<ExternalForce>,
     components: Vec<ComponentReport>,
     times: DisplayTimes,
 }
@@ -184,11 +184,12 @@ impl Display {
     /// Runs the volume correction: constrained vertices, external forces (Eq. (2)), lambda (Eq. (1)),
     /// colliders.
     fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Self { correction: workspace, deformed, corrected, rotations, pushes, .. } = self;
-        correction.hold(workspace, body.constrained_vertices());
-        pushes.clear();
-        pushes.extend(body.context.into_iter().flat_map(|context| body.body.pushes(context.dt)));
-        correction.solve(workspace, executor, deformed, rotations, pushes);
+        let Self { correction: workspace, deformed, corrected, rotations, displacements, .. } = self;
+        correction.set_constrained(workspace, body.constrained_vertices());
+        displacements.clear();
+        displacements
+            .extend(body.context.into_iter().flat_map(|context| body.body.displacements(context.dt)));
+        correction.solve(workspace, executor, deformed, rotations, displacements);
         corrected.resize(deformed.len(), [0.0; 3]);
         let context = body.context.filter(|context| !context.colliders.is_empty());
         if let Some(DisplayContext { colliders, time, .. }) = context {
@@ -197,7 +198,7 @@ impl Display {
             let sampled = body.contacts.is_none().then(|| body.samples());
             let samples = body.contacts.as_ref().map(Contacts::samples).or(sampled.as_ref());
             if let Some(samples) = samples {
-                correction.keep_out(workspace, executor, samples, &obstacles, deformed, corrected);
+                correction.limit_at_colliders(workspace, executor, samples, &obstacles, deformed, corrected);
             }
         }
         self.components.clear();
@@ -208,7 +209,7 @@ impl Display {
     pub fn bytes(&self) -> usize {
         let lattice =
             size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.displayed);
-        let correction = self.correction.bytes() + size_of_val(&*self.pushes);
+        let correction = self.correction.bytes() + size_of_val(&*self.displacements);
         let rotations = self.sums.bytes() + self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         lattice + correction + rotations + self.skin.bytes()
     }
@@ -304,10 +305,10 @@ impl Body {
 
     /// Returns the displacements by contacts and forces since the frame began, divided by alpha (Eq. (2)):
     /// they have more effect on the correction of a softer body.
-    fn pushes(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
+    fn displacements(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
         let scale = (1.0 / self.material.alpha(dt)) as f32;
-        let contacts = self.contacts.iter().flat_map(|contacts| contacts.pushes());
-        let forces = self.forces.iter().flat_map(|forces| forces.pushes());
+        let contacts = self.contacts.iter().flat_map(|contacts| contacts.displacements());
+        let forces = self.forces.iter().flat_map(|forces| forces.displacements());
         contacts
             .chain(forces)
             .map(move |(vertex, push)| ExternalForce { vertex, offset: push.map(|v| v * scale) })

@@ -69,7 +69,7 @@ pub struct Body {
     contacts: Option<Contacts>,
     constraints: Option<Constraints>,
     /// Number of rotations that Newton's method left to the robust path.
-    unsettled: usize,
+    unconverged: usize,
 }
 
 impl Body {
@@ -193,8 +193,8 @@ impl Body {
     }
 
     /// Returns the number of rotations, in all steps so far, that Newton's method left to the robust path.
-    pub fn unsettled_rotations(&self) -> usize {
-        self.unsettled
+    pub fn unconverged_rotations(&self) -> usize {
+        self.unconverged
     }
 
     /// Returns one value per vertex, computed from the slot of the vertex.

@@ -104,7 +104,7 @@ impl Body {
         let limit = self.coordinate_limit();
         let constraints = self.constraints_mut(index)?;
         let motion = Motion::new(keys.to_vec())?;
-        motion.within(limit)?;
+        motion.check_limit(limit)?;
         constraints.set_motion(index, motion)
     }
 
@@ -144,7 +144,7 @@ impl Body {
         keys: Option<&[Key]>,
     ) -> Result<(), Error> {
         let constraint = Constraint::new(self.select(selection)?, window, keys)?;
-        constraint.within(self.coordinate_limit()).map_err(ConstraintError::from)?;
+        constraint.check_limit(self.coordinate_limit()).map_err(ConstraintError::from)?;
         let vertices = self.lattice.len();
         self.constraints.get_or_insert_with(|| Constraints::new(vertices, Vec::new())).add(constraint);
         Ok(())

@@ -19,7 +19,7 @@ pub struct BodySnapshot {
     volume: VolumeOptions,
     forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.
-    pushes: Vec<[f32; 3]>,
+    displacements: Vec<[f32; 3]>,
 }
 
 /// A saved state that does not match the body or simulation.
@@ -86,7 +86,10 @@ impl Body {
             region_damping: self.material.region_damping,
             volume: self.volume,
             forces: self.forces.clone(),
-            pushes: self.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.all_pushes().to_vec()),
+            displacements: self
+                .contacts
+                .as_ref()
+                .map_or_else(Vec::new, |contacts| contacts.all_displacements().to_vec()),
         }
     }
 
@@ -113,7 +116,7 @@ impl Body {
         self.track_constraints();
         self.forces = snapshot.forces.clone();
         if let Some(contacts) = &mut self.contacts {
-            contacts.set_pushes(&snapshot.pushes);
+            contacts.set_displacements(&snapshot.displacements);
         }
         Ok(())
     }
@@ -126,14 +129,14 @@ impl Body {
             return Err(StateError::CellSize { body: body(), cell_size, found });
         }
         let (blocks, found) = (self.state.positions.blocks().len(), snapshot.state.positions.blocks().len());
-        if !(blocks == found && snapshot.state.is_whole(blocks, self.state.momenta.len())) {
+        if !(blocks == found && snapshot.state.is_valid(blocks, self.state.momenta.len())) {
             return Err(StateError::Lattice { body: body(), blocks, found });
         }
         let vertices = self.lattice.len();
-        if !snapshot.constraints.as_ref().is_none_or(|constraints| constraints.is_whole(vertices)) {
+        if !snapshot.constraints.as_ref().is_none_or(|constraints| constraints.is_valid(vertices)) {
             return Err(StateError::Vertices { body: body(), what: "pins and handles" });
         }
-        if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_whole(vertices)) {
+        if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_valid(vertices)) {
             return Err(StateError::Vertices { body: body(), what: "forces" });
         }
         let settings = |source| StateError::Settings { body: body(), source: Box::new(source) };

@@ -120,9 +120,9 @@ impl Body {
         let Self { constraints, matching, momentum, state, .. } = self;
         match constraints {
             Some(constraints) => {
-                momentum.constrain(matching.layout.slots(), constraints.held(), &mut state.momenta);
+                momentum.set_constrained(matching.layout.slots(), constraints.held(), &mut state.momenta);
             }
-            None => momentum.release(),
+            None => momentum.clear_constrained(),
         }
     }
 
@@ -148,20 +148,21 @@ impl Body {
         if !is_free || state.momenta.contains(&None) {
             state.energy_limit = None;
         }
-        let (strayed, unknown) = (state.strayed(slots[0]), momentum.any_unknown(&state.momenta));
-        if !strayed && !unknown {
+        let (needs_rebase, invalidated) =
+            (state.needs_rebase(slots[0]), momentum.any_invalidated(&state.momenta));
+        if !needs_rebase && !invalidated {
             return;
         }
         let (bounds, weights) = (matching.cascade.bounds(), &matching.regions.weights);
         momentum.measure(executor, bounds, weights, &state.positions, &state.velocities);
-        if strayed {
+        if needs_rebase {
             state.rebase(slots, momentum.center());
         }
-        if unknown && is_free {
+        if invalidated && is_free {
             state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
             momentum.measure(executor, bounds, weights, &state.positions, &state.velocities);
         }
-        momentum.adopt(&mut state.momenta);
+        momentum.store_measured(&mut state.momenta);
     }
 
     /// v += d (v̄ - v). Region damping runs before shape matching. After it, damping would spread the
@@ -196,16 +197,16 @@ impl Body {
         let dt = context.interval.dt;
         let mut gain = context.gravity * (dt / lattice.cell_size());
         if is_free {
-            state.frame.fly(gain, dt);
+            state.frame.advance_origin(gain, dt);
             gain = Vector3::zeros();
         }
 
         let fitted = (&state.positions, &mut state.rotations);
-        let unsettled = matching.fit(workspace, executor, fitted, None, Purpose::Adjoint);
-        self.unsettled += unsettled;
+        let unconverged = matching.fit(workspace, executor, fitted, None, Purpose::Adjoint);
+        self.unconverged += unconverged;
         state.fitted = true;
         let limiter =
-            (is_free && unsettled > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
+            (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {
             let fitted = (&state.positions, &mut state.rotations);
             matching.fit(workspace, executor, fitted, Some(limiter.potential()), Purpose::Adjoint);
@@ -249,7 +250,7 @@ impl Body {
     fn resolve_contacts(&mut self, context: &StepContext) {
         let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
         if context.is_frame_start {
-            contacts.clear_pushes();
+            contacts.clear_displacements();
         }
         contacts.resolve(&mut state.shared(), context.colliders, context.interval, context.gravity.into());
         for vertex in contacts.touched() {

@@ -137,7 +137,7 @@ impl ContactConstraint {
         let Contact { normal, slip_before, target, friction, .. } = &self.contact;
         let inverse = self.inverse_response;
         let normal_velocity = dot(velocity, normal);
-        // A contact pushes and never pulls: the accumulated normal impulse is clamped at zero.
+        // A contact displacements and never pulls: the accumulated normal impulse is clamped at zero.
         let impulse = (self.normal_impulse + over_relaxation * (target - normal_velocity) * inverse).max(0.0);
         let mut change = normal * (impulse - self.normal_impulse);
         self.normal_impulse = impulse;

@@ -26,7 +26,7 @@ const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 
 /// deep body out at once would flatten it on the surface, and its elastic energy would then throw it up.
 const PUSH_LIMIT: f64 = 0.25;
 
-/// Maximum number of push-out rounds in a step. Each round pushes out the contact point of each patch; the
+/// Maximum number of push-out rounds in a step. Each round displacements out the contact point of each patch; the
 /// samples that remain inside form the patches of the next round.
 const PUSH_ROUNDS: usize = 4;
 
@@ -45,8 +45,8 @@ pub struct Contacts {
     solver: Solver,
     /// Rows of the vertices that contacts of the last step may have moved.
     touched: Vec<u32>,
-    /// Contact displacement of each of the samples' vertices since `clear_pushes`, in cells; see `pushes()`.
-    pushes: Vec<[f32; 3]>,
+    /// Contact displacement of each of the samples' vertices since `clear_displacements`, in cells; see `displacements()`.
+    displacements: Vec<[f32; 3]>,
 }
 
 impl Contacts {
@@ -59,7 +59,7 @@ impl Contacts {
             detection: Detection::new(rows),
             solver: Solver::new(rows),
             touched: Vec::new(),
-            pushes: vec![[0.0; 3]; rows],
+            displacements: vec![[0.0; 3]; rows],
             samples,
         }
     }
@@ -73,7 +73,7 @@ impl Contacts {
     pub fn bytes(&self) -> usize {
         let velocities = buffer_bytes(&self.velocities_before) + buffer_bytes(&self.velocities);
         let scratch = velocities + self.detection.bytes() + self.solver.bytes();
-        self.samples.bytes() + scratch + buffer_bytes(&self.touched) + buffer_bytes(&self.pushes)
+        self.samples.bytes() + scratch + buffer_bytes(&self.touched) + buffer_bytes(&self.displacements)
     }
 
     /// Stores the velocities before the step. The first call of a step, before the shape matching.
@@ -143,7 +143,7 @@ impl Contacts {
         let remaining = depths.fold(0.0, f64::max);
         for (row, change) in self.solver.normal_changes() {
             // The displacement, and the velocity change times the step.
-            add_push(&mut self.pushes[row as usize], change, 2.0 * dt as f32);
+            add_displacement(&mut self.displacements[row as usize], change, 2.0 * dt as f32);
         }
         remaining
     }
@@ -154,7 +154,7 @@ impl Contacts {
     /// Few steps need a push-out: the body was placed inside a collider or is constrained to it, a patch
     /// rotated about its contact point, or the impulses left a penetration within their tolerance.
     fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
-        let Self { samples, detection, solver, touched, pushes, .. } = self;
+        let Self { samples, detection, solver, touched, displacements, .. } = self;
         for _ in 0..PUSH_ROUNDS {
             solver.clear();
             detection.read(state.positions, &samples.slots);
@@ -176,7 +176,7 @@ impl Contacts {
             for (row, push) in solver.changes() {
                 let slot = samples.slots[row as usize];
                 state.set_position(slot, state.position(slot) + wide(push));
-                add_push(&mut pushes[row as usize], push, 1.0);
+                add_displacement(&mut displacements[row as usize], push, 1.0);
                 touched.push(row);
             }
             if report.deepest > PUSH_LIMIT {
@@ -191,36 +191,36 @@ impl Contacts {
     }
 
     /// Sets the contact displacements to zero. Called at the start of a frame.
-    pub fn clear_pushes(&mut self) {
-        self.pushes.fill([0.0; 3]);
+    pub fn clear_displacements(&mut self) {
+        self.displacements.fill([0.0; 3]);
     }
 
     /// Returns the contact displacements of all of the samples' vertices, for a snapshot.
-    pub(crate) fn all_pushes(&self) -> &[[f32; 3]] {
-        &self.pushes
+    pub(crate) fn all_displacements(&self) -> &[[f32; 3]] {
+        &self.displacements
     }
 
-    /// Restores [`all_pushes`](Self::all_pushes); sets them to zero if the length is that of another body.
-    pub(crate) fn set_pushes(&mut self, pushes: &[[f32; 3]]) {
-        match pushes.len() == self.pushes.len() {
-            true => self.pushes.copy_from_slice(pushes),
-            false => self.clear_pushes(),
+    /// Restores [`all_displacements`](Self::all_displacements); sets them to zero if the length is that of another body.
+    pub(crate) fn set_displacements(&mut self, displacements: &[[f32; 3]]) {
+        match displacements.len() == self.displacements.len() {
+            true => self.displacements.copy_from_slice(displacements),
+            false => self.clear_displacements(),
         }
     }
 
-    /// Returns the contact displacements in cells since [`clear_pushes`](Self::clear_pushes).
+    /// Returns the contact displacements in cells since [`clear_displacements`](Self::clear_displacements).
     ///
     /// Each step adds the displacement by normal impulses and push-out, and the velocity change by normal
     /// impulses times the step. The result is pairs of vertex and displacement in increasing order of vertex,
     /// without the vertices that contacts did not displace.
-    pub fn pushes(&self) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
-        let all = self.samples.vertices.iter().copied().zip(self.pushes.iter().copied());
+    pub fn displacements(&self) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
+        let all = self.samples.vertices.iter().copied().zip(self.displacements.iter().copied());
         all.filter(|(_, push)| *push != [0.0; 3])
     }
 }
 
 /// Adds `b` times `s` to a contact displacement.
-fn add_push(push: &mut [f32; 3], b: &Vec4, s: f32) {
+fn add_displacement(push: &mut [f32; 3], b: &Vec4, s: f32) {
     for (push, b) in push.iter_mut().zip(b) {
         *push += b * s;
     }

@@ -92,8 +92,8 @@ impl Constraint {
     }
 
     /// Checks that each displacement is at most `limit` along each axis.
-    pub(crate) fn within(&self, limit: f64) -> Result<(), MotionError> {
-        self.motion.iter().try_for_each(|motion| motion.within(limit))
+    pub(crate) fn check_limit(&self, limit: f64) -> Result<(), MotionError> {
+        self.motion.iter().try_for_each(|motion| motion.check_limit(limit))
     }
 
     /// Deactivates the constraint permanently.
@@ -107,7 +107,7 @@ impl Constraint {
     }
 
     /// Checks deserialised data: whether all indices and lengths fit a lattice of `vertices` vertices.
-    fn is_whole(&self, vertices: usize) -> bool {
+    fn is_valid(&self, vertices: usize) -> bool {
         self.vertices.iter().all(|&vertex| (vertex as usize) < vertices)
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
     }
@@ -241,8 +241,8 @@ impl Constraints {
     }
 
     /// Checks deserialised data: whether all indices and lengths fit a lattice of `vertices` vertices.
-    pub(crate) fn is_whole(&self, vertices: usize) -> bool {
-        self.held.len() == vertices && self.constraints.iter().all(|constraint| constraint.is_whole(vertices))
+    pub(crate) fn is_valid(&self, vertices: usize) -> bool {
+        self.held.len() == vertices && self.constraints.iter().all(|constraint| constraint.is_valid(vertices))
     }
 
     /// The constraints in the order in which they were added; later ones have priority.

@@ -35,7 +35,7 @@ impl RegionDamper {
     /// Moves the velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
     /// v̄ is the mean rigid velocity of the regions that contain the vertex. Uses the rotations of the last
-    /// fit. `share` is in (0, 1].
+    /// fit. `for_each` is in (0, 1].
     pub(crate) fn apply(
         &self,
         matching: &Matching,

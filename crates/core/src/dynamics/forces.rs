@@ -15,7 +15,7 @@ pub(crate) struct Forces {
     /// Forces of the next step, in scene units of mass x length / s^2.
     next: Vec<(u32, [f64; 3])>,
     /// Velocity change times dt, in cells, for the volume correction.
-    pushes: Vec<(u32, [f32; 3])>,
+    displacements: Vec<(u32, [f32; 3])>,
 }
 
 impl Forces {
@@ -29,13 +29,13 @@ impl Forces {
     /// Applies the forces: v += h f/m. Invalidates the momenta of the components that they act on.
     pub(crate) fn apply(
         &mut self,
-        (step, opens_frame): (Interval, bool),
+        (step, is_frame_start): (Interval, bool),
         (lattice, slots): (&Lattice, &[u32]),
         mass: impl Fn(u32) -> f64,
         state: &mut State,
     ) {
-        if opens_frame {
-            self.pushes.clear();
+        if is_frame_start {
+            self.displacements.clear();
         }
         if self.next.is_empty() {
             return;
@@ -46,36 +46,36 @@ impl Forces {
             let mut shared = state.shared();
             shared.set_velocity(slot, shared.velocity(slot) + gain);
             state.invalidate_momentum(lattice, vertex);
-            self.pushes.push((vertex, (gain * step.dt).map(|push| push as f32).into()));
+            self.displacements.push((vertex, (gain * step.dt).map(|push| push as f32).into()));
         }
         // A vertex has at most two entries, so their order does not matter. An unstable sort does not
         // allocate.
-        self.pushes.sort_unstable_by_key(|&(vertex, _)| vertex);
-        sum_duplicates(&mut self.pushes);
+        self.displacements.sort_unstable_by_key(|&(vertex, _)| vertex);
+        sum_duplicates(&mut self.displacements);
     }
 
     /// The displacements by the forces of the current frame: pairs of lattice vertex and velocity change
     /// times dt, in cells.
-    pub(crate) fn pushes(&self) -> impl Iterator<Item = (u32, [f32; 3])> {
-        self.pushes.iter().copied()
+    pub(crate) fn displacements(&self) -> impl Iterator<Item = (u32, [f32; 3])> {
+        self.displacements.iter().copied()
     }
 
     /// Whether there are neither forces nor displacements.
     pub(crate) fn is_empty(&self) -> bool {
-        self.next.is_empty() && self.pushes.is_empty()
+        self.next.is_empty() && self.displacements.is_empty()
     }
 
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.next.capacity() * size_of::<(u32, [f64; 3])>()
-            + self.pushes.capacity() * size_of::<(u32, [f32; 3])>()
+            + self.displacements.capacity() * size_of::<(u32, [f32; 3])>()
     }
 
     /// Checks deserialised data: whether all indices fit a lattice of `vertices` vertices.
-    pub(crate) fn is_whole(&self, vertices: usize) -> bool {
+    pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         let in_range = |vertex: u32| (vertex as usize) < vertices;
         self.next.iter().all(|&(vertex, _)| in_range(vertex))
-            && self.pushes.iter().all(|&(vertex, _)| in_range(vertex))
+            && self.displacements.iter().all(|&(vertex, _)| in_range(vertex))
     }
 }
 

@@ -99,7 +99,7 @@ impl Motion {
     }
 
     /// Checks that each displacement is at most `limit` along each axis.
-    pub(crate) fn within(&self, limit: f64) -> Result<(), MotionError> {
+    pub(crate) fn check_limit(&self, limit: f64) -> Result<(), MotionError> {
         for (key, Key { translate, .. }) in self.keys.iter().enumerate() {
             if let Some(&value) = translate.iter().find(|x| x.abs() > limit) {
                 return Err(MotionError::TooFar { key, value, limit });

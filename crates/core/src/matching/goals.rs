@@ -52,7 +52,7 @@ pub(crate) struct FitRotations<'a> {
     /// Half-width of the regions in cells.
     pub(crate) half_width: f32,
     /// Counts the rotations that do not converge in Newton's method.
-    pub(crate) unsettled: &'a AtomicUsize,
+    pub(crate) unconverged: &'a AtomicUsize,
     /// Receives the elastic potential; `None` if it is not needed.
     pub(crate) potential: Option<&'a PotentialSums>,
 }
@@ -98,9 +98,9 @@ impl FitRotations<'_> {
         let collapsed = ((norm[0] + norm[1]) + norm[2]).simd_le(noise).to_bitmask() as u16;
         let [first, second] = blocks.map(|block| u16::from(self.occupied[block]));
         let active = first | if blocks[0] == blocks[1] { 0 } else { second << LANES };
-        let (q, unsettled) = newton::solve(simd, a, warm, active, collapsed);
-        if unsettled != 0 {
-            self.unsettled.fetch_add(unsettled.count_ones() as usize, Ordering::Relaxed);
+        let (q, unconverged) = newton::solve(simd, a, warm, active, collapsed);
+        if unconverged != 0 {
+            self.unconverged.fetch_add(unconverged.count_ones() as usize, Ordering::Relaxed);
         }
         let r = columns(simd, q);
         if let Some(potential) = self.potential {

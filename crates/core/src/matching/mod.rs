@@ -69,18 +69,18 @@ impl Matching {
         potential: Option<&PotentialSums>,
         purpose: Purpose,
     ) -> usize {
-        let unsettled = AtomicUsize::new(0);
+        let unconverged = AtomicUsize::new(0);
         let field = Weighted { weights: self.regions.weights.blocks(), vectors: positions.blocks() };
         let fit = FitRotations {
             constants: &self.regions.constants,
             occupied: self.layout.occupied(),
             half_width: self.regions.half_width() as f32,
-            unsettled: &unsettled,
+            unconverged: &unconverged,
             potential,
         };
         let memory = rotations.blocks_mut();
         self.cascade.forward(&self.layout, executor, workspace, field, (&fit, memory), purpose);
-        unsettled.into_inner()
+        unconverged.into_inner()
     }
 
     /// Computes the goal positions g from the last fit.

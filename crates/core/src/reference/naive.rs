@@ -174,7 +174,7 @@ impl<'a> Naive<'a> {
     /// # Panics
     ///
     /// If the number of motions or positions is not the number of lattice vertices.
-    pub fn mismatch(&self, motions: &[RegionMotion], positions: &[Vector3<f64>]) -> f64 {
+    pub fn matching_energy(&self, motions: &[RegionMotion], positions: &[Vector3<f64>]) -> f64 {
         assert_eq!(motions.len(), self.lattice.len(), "`motions` must match the lattice vertices");
         assert_eq!(positions.len(), self.lattice.len(), "`positions` must match the lattice vertices");
         let of_region = |(vertex, motion): (u32, &RegionMotion)| -> f64 {
@@ -204,6 +204,6 @@ impl<'a> Naive<'a> {
         let goals = self.goals(&motions);
         let vertices = goals.iter().zip(positions).zip(velocities).zip(&self.weights.masses);
         let kinetic = vertices.map(|(((goal, x), v), m)| 0.5 * m * v.dot(&(v + (goal - x) * alpha)));
-        kinetic.sum::<f64>() + alpha * self.mismatch(&motions, positions)
+        kinetic.sum::<f64>() + alpha * self.matching_energy(&motions, positions)
     }
 }

@@ -34,7 +34,7 @@ impl Tile {
     }
 
     /// The rows in groups of eight.
-    pub(crate) fn eights(&mut self) -> &mut [Eight] {
+    pub(crate) fn blocks(&mut self) -> &mut [Eight] {
         bytemuck::cast_slice_mut(&mut self.0[..ROWS * ROW])
     }
 
@@ -53,18 +53,23 @@ impl Tile {
     #[inline(always)]
     pub(crate) fn gather<S: Simd>(&self, simd: S, offsets: &[u16; 8]) -> [f32x8<S>; 4] {
         let [a, b, c, d, e, f, g, h] = *offsets;
-        [self.two(simd, a, b), self.two(simd, c, d), self.two(simd, e, f), self.two(simd, g, h)]
+        [
+            self.load_pair(simd, a, b),
+            self.load_pair(simd, c, d),
+            self.load_pair(simd, e, f),
+            self.load_pair(simd, g, h),
+        ]
     }
 
     /// Loads the rows at two offsets into one register.
     #[inline(always)]
-    fn two<S: Simd>(&self, simd: S, first: u16, second: u16) -> f32x8<S> {
-        simd.combine_f32x4(self.one(simd, first), self.one(simd, second))
+    fn load_pair<S: Simd>(&self, simd: S, first: u16, second: u16) -> f32x8<S> {
+        simd.combine_f32x4(self.load(simd, first), self.load(simd, second))
     }
 
     /// Loads the row at an offset into a register.
     #[inline(always)]
-    pub(crate) fn one<S: Simd>(&self, simd: S, offset: u16) -> f32x4<S> {
+    pub(crate) fn load<S: Simd>(&self, simd: S, offset: u16) -> f32x4<S> {
         f32x4::from_bytes(u8x16::load_array_ref(simd, self.bytes(offset)))
     }
 

@@ -22,7 +22,7 @@ pub(crate) fn xyzx([x, y, z]: [f32; 3]) -> Xyzx {
 
 /// Rotates each of two points by one lane, to `(y, z, x, x)`.
 #[inline(always)]
-pub(crate) fn turned<S: Simd>(simd: S, pair: f32x8<S>) -> f32x8<S> {
+pub(crate) fn rotate_lanes<S: Simd>(simd: S, pair: f32x8<S>) -> f32x8<S> {
     simd.slide_within_blocks_f32x8::<1>(pair, pair)
 }
 
@@ -37,24 +37,24 @@ pub(crate) fn store<S: Simd>(eight: [f32x8<S>; 4], out: &mut Eight) {
 /// Broadcasts each number of two points: in register `k` of the result, lane `k` of each point is in all four
 /// lanes of its half.
 #[inline(always)]
-pub(crate) fn spread<S: Simd>(simd: S, pair: f32x8<S>) -> [f32x8<S>; 4] {
-    let mut spread = [pair; 4];
+pub(crate) fn broadcast_lanes<S: Simd>(simd: S, pair: f32x8<S>) -> [f32x8<S>; 4] {
+    let mut broadcast_lanes = [pair; 4];
     for lane in 0..4 {
         let mut bytes = [0; 32];
         for i in 0..32 {
             bytes[i] = (4 * lane + i % 4) as u8;
         }
-        spread[lane] = simd.swizzle_dyn_within_blocks_f32x8(pair, u8x32::load_array(simd, bytes));
+        broadcast_lanes[lane] = simd.swizzle_dyn_within_blocks_f32x8(pair, u8x32::load_array(simd, bytes));
     }
-    spread
+    broadcast_lanes
 }
 
 /// Computes the squared lengths of eight points. The results of the two points of register `k` are in lane
 /// `k` of each half.
 #[inline(always)]
-pub(crate) fn squares<S: Simd>(simd: S, eight: [f32x8<S>; 4]) -> f32x8<S> {
+pub(crate) fn squared_lengths<S: Simd>(simd: S, eight: [f32x8<S>; 4]) -> f32x8<S> {
     let lanes = f32x8::load_array(simd, [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]);
-    let mut squares = f32x8::splat(simd, 0.0);
+    let mut squared_lengths = f32x8::splat(simd, 0.0);
     for k in 0..4 {
         let t = eight[k] * eight[k];
         let once = simd.slide_within_blocks_f32x8::<1>(t, t);
@@ -67,9 +67,9 @@ pub(crate) fn squares<S: Simd>(simd: S, eight: [f32x8<S>; 4]) -> f32x8<S> {
             2 => twice + thrice + t,
             _ => once + twice + thrice,
         };
-        squares = lanes.simd_eq(k as f32).select(sum, squares);
+        squared_lengths = lanes.simd_eq(k as f32).select(sum, squared_lengths);
     }
-    squares
+    squared_lengths
 }
 
 #[cfg(test)]
@@ -86,9 +86,9 @@ mod tests {
         let (mut squared, mut back) = ([0.0; 8], [[0.0; 8]; 4]);
         dispatch!(level(), simd => {
             let pair = |k: usize| f32x8::load_array_ref(simd, &pairs[k]);
-            let squares = squares(simd, [pair(0), pair(1), pair(2), pair(3)]);
-            squares.store_array(&mut squared);
-            store(spread(simd, squares), &mut back);
+            let squared_lengths = squared_lengths(simd, [pair(0), pair(1), pair(2), pair(3)]);
+            squared_lengths.store_array(&mut squared);
+            store(broadcast_lanes(simd, squared_lengths), &mut back);
         });
         for (k, point) in points.iter().enumerate() {
             let expected = point[..3].iter().map(|x| x * x).sum();

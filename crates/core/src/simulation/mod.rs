@@ -64,7 +64,7 @@ impl Simulation {
             is_frame_start: self.clock.steps().is_multiple_of(self.substeps),
             colliders: &self.colliders,
         };
-        executor.each(&mut self.bodies, |body| body.step(&context, executor));
+        executor.for_each_mut(&mut self.bodies, |body| body.step(&context, executor));
         self.clock.tick();
     }
 

@@ -48,7 +48,7 @@ impl Positions {
 
     /// Writes the positions in world space.
     pub(super) fn evaluate<T: Coordinate>(&self, executor: &Executor, pose: Pose, positions: &mut [[T; 3]]) {
-        executor.share(positions.chunks_mut(CHUNK).enumerate(), |(chunk, positions)| {
+        executor.for_each(positions.chunks_mut(CHUNK).enumerate(), |(chunk, positions)| {
             with_tiles(|tile, _| {
                 self.embedded.interpolate(chunk, pose.lattice, tile.pairs());
                 let offsets = self.offsets[chunk * CHUNK..].iter().copied();
@@ -159,7 +159,7 @@ impl Neighborhoods {
         positions: &mut [[P; 3]],
         normals: &mut [[N; 3]],
     ) {
-        executor.share(chunks(positions, normals), |(chunk, positions, normals)| {
+        executor.for_each(chunks(positions, normals), |(chunk, positions, normals)| {
             self.evaluate_chunk(chunk, pose, |tile, found, offsets| {
                 write_positions(tile, offsets.iter().map(|entry| entry.position), pose.frame, positions);
                 for (out, entry) in normals.iter_mut().zip(offsets) {
@@ -218,7 +218,7 @@ impl Reordered {
     ) {
         let Self { vertices, slots } = self;
         records.resize(vertices.points.len(), [0.0; 8]);
-        executor.share(records.chunks_mut(CHUNK).enumerate(), |(chunk, records)| {
+        executor.for_each(records.chunks_mut(CHUNK).enumerate(), |(chunk, records)| {
             vertices.evaluate_chunk(chunk, pose, |tile, normals, offsets| {
                 for (record, entry) in records.iter_mut().zip(offsets) {
                     record[..4].copy_from_slice(&tile.get(entry.position));
@@ -229,7 +229,7 @@ impl Reordered {
         for (slot, normal) in vertices.oversized(pose) {
             records[slot][4..].copy_from_slice(&normal);
         }
-        executor.share(chunks(positions, normals), |(chunk, positions, normals)| {
+        executor.for_each(chunks(positions, normals), |(chunk, positions, normals)| {
             let own = || slots[chunk * CHUNK..].iter().map(|&slot| &records[slot as usize]);
             dispatch!(level(), simd => {
                 let world = ToWorld::new(simd, pose.frame);
@@ -299,7 +299,7 @@ fn write_positions<T: Coordinate>(
     dispatch!(level(), simd => {
         let world = ToWorld::new(simd, frame);
         for (out, at) in out.iter_mut().zip(offsets) {
-            *out = world.position(simd, tile.one(simd, at));
+            *out = world.position(simd, tile.load(simd, at));
         }
     });
 }

@@ -8,7 +8,7 @@ use super::rings::{CHUNK, NO_NORMAL, OneRingBlock, OneRingBlocks, TileLayout};
 use crate::mesh::Mesh;
 use crate::simd::level;
 use crate::simd::tile::{Tile, with_tiles};
-use crate::simd::xyzx::{Eight, Xyzx, spread, squares, store, turned, xyzx};
+use crate::simd::xyzx::{Eight, Xyzx, broadcast_lanes, rotate_lanes, squared_lengths, store, xyzx};
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
 ///
@@ -98,7 +98,7 @@ impl OneRingBlocks {
     pub(super) fn find_normals(&self, chunk: usize, tile: &Tile, normals: &mut Tile) {
         normals.rows()[NO_NORMAL] = [0.0; 4];
         dispatch!(level(), simd => {
-            for (block, normals) in self.blocks(chunk).zip(normals.eights()) {
+            for (block, normals) in self.blocks(chunk).zip(normals.blocks()) {
                 block_normals(simd, tile, &self.block(block), normals);
             }
         });
@@ -109,8 +109,8 @@ impl OneRingBlocks {
 #[inline(always)]
 fn block_normals<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock, normals: &mut Eight) {
     let mut sums = area_vectors(simd, tile, rings);
-    let squared = squares(simd, sums);
-    let inverse = spread(simd, f32x8::splat(simd, 1.0) / squared.sqrt());
+    let squared = squared_lengths(simd, sums);
+    let inverse = broadcast_lanes(simd, f32x8::splat(simd, 1.0) / squared.sqrt());
     for k in 0..4 {
         sums[k] *= inverse[k];
     }
@@ -137,8 +137,8 @@ fn area_vectors<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock) -> [f32x8<S
         for k in 0..4 {
             let (arm, edge) = (middle[k] - centers[k], after[k] - before[k]);
             // a * yzx(b) - yzx(a) * b is the cross product a x b in the lane order (z, x, y).
-            sums[k] = arm.mul_add(turned(simd, edge), sums[k]);
-            sums[k] = (-turned(simd, arm)).mul_add(edge, sums[k]);
+            sums[k] = arm.mul_add(rotate_lanes(simd, edge), sums[k]);
+            sums[k] = (-rotate_lanes(simd, arm)).mul_add(edge, sums[k]);
         }
         before = after;
     }

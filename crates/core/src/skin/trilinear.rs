@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 use super::rings::TileLayout;
 use crate::lattice::{Embedding, extrapolate, polynomial};
 use crate::simd::level;
-use crate::simd::xyzx::{Pair, Xyzx, spread};
+use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes};
 
 /// Largest product of a point's distances outside its cell along two axes, in squared cells, for which the
 /// polynomial of the cell is used. The polynomial and the linear continuation then differ by less than the
@@ -177,7 +177,7 @@ fn interpolate_cell<S: Simd>(
     }
     let [one, x, y, xy, z, xz, yz, xyz] = both;
     for (local, pair) in coords.iter().zip(pairs) {
-        let [u, v, w, _] = spread(simd, f32x8::load_array_ref(simd, local));
+        let [u, v, w, _] = broadcast_lanes(simd, f32x8::load_array_ref(simd, local));
         // The small offset from corner 0 is summed first, which reduces the rounding error.
         let upper = u.mul_add(xyz, yz).mul_add(v, u.mul_add(xz, z));
         let offset = upper.mul_add(w, u.mul_add(xy, y).mul_add(v, u * x));

@@ -56,7 +56,7 @@ impl Frame {
     }
 
     /// Advances the origin by one step: adds `gain` in cells/s to its velocity, then moves it.
-    pub(crate) fn fly(&mut self, gain: Vector3<f64>, dt: f64) {
+    pub(crate) fn advance_origin(&mut self, gain: Vector3<f64>, dt: f64) {
         let velocity = self.velocity() + gain;
         self.velocity = velocity.into();
         self.shift = (Vector3::from(self.shift) + velocity * dt).into();

@@ -83,7 +83,7 @@ impl State {
 
     /// Checks deserialised data: whether all arrays have `blocks` blocks, and there are `components`
     /// components.
-    pub(crate) fn is_whole(&self, blocks: usize, components: usize) -> bool {
+    pub(crate) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let Self { positions, compensation, velocities, rotations, .. } = self;
         let of_three =
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
@@ -97,7 +97,12 @@ impl State {
     }
 
     /// Sets the velocities of a lattice at rest from the velocity and the spin of its placement.
-    pub(crate) fn set_in_motion(&mut self, lattice: &Lattice, layout: &Layout, placement: &Placement) {
+    pub(crate) fn set_initial_velocities(
+        &mut self,
+        lattice: &Lattice,
+        layout: &Layout,
+        placement: &Placement,
+    ) {
         let spin = Vector3::from(placement.spin);
         let velocity = Vector3::from(placement.velocity) / self.frame.cell_size;
         let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells));
@@ -181,7 +186,7 @@ impl State {
 
     /// Whether the body is so far from its origin that [`State::rebase`] is needed: whether a coordinate of
     /// the vertex in `slot` exceeds two quanta.
-    pub(crate) fn strayed(&self, slot: u32) -> bool {
+    pub(crate) fn needs_rebase(&self, slot: u32) -> bool {
         self.positions.get(slot).iter().any(|x| f64::from(x.abs()) > 2.0 * self.frame.quantum)
     }
 

@@ -30,7 +30,7 @@ impl Placement {
     }
 
     /// Checks that lengths and speeds are at most `limit`, and the spin at most 1e12 rad/s.
-    pub(crate) fn within(&self, limit: f64) -> Result<(), RangeError> {
+    pub(crate) fn check_limit(&self, limit: f64) -> Result<(), RangeError> {
         let Self { translate, velocity, spin, .. } = *self;
         for (name, values) in [("translate", translate), ("velocity", velocity), ("spin", spin)] {
             let limit = if name == "spin" { 1e12 } else { limit };

@@ -25,7 +25,7 @@ const VOLUME_TOLERANCE: f64 = 1e-6;
 /// residual reports the volume error after the last pass.
 const LIMITED_PASSES: usize = 8;
 
-/// Maximum number of rounds of [`Correction::keep_out`].
+/// Maximum number of rounds of [`Correction::limit_at_colliders`].
 ///
 /// A further round is needed if vertices move farther than the searched distance, or if the corrected surface
 /// still enters a curved collider. One or two rounds are common.
@@ -167,7 +167,11 @@ impl Correction {
     ///
     /// The correction does not move these vertices, and fades in beside them. The workspace keeps them until
     /// it serves the correction of another lattice. Allocates only if the vertices change.
-    pub fn hold(&self, workspace: &mut CorrectionWorkspace, constrained: impl Iterator<Item = u32> + Clone) {
+    pub fn set_constrained(
+        &self,
+        workspace: &mut CorrectionWorkspace,
+        constrained: impl Iterator<Item = u32> + Clone,
+    ) {
         let ramp = workspace.ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency));
         if !ramp.map_or(&[][..], |ramp| &ramp.constrained).iter().copied().eq(constrained.clone()) {
             let constrained: Vec<u32> = constrained.collect();
@@ -251,7 +255,7 @@ impl Correction {
     /// Limits displacements and solves again until the correction moves no surface sample into a collider.
     ///
     /// Must be called after [`Correction::solve`]; `corrected` is scratch.
-    pub(crate) fn keep_out(
+    pub(crate) fn limit_at_colliders(
         &self,
         workspace: &mut CorrectionWorkspace,
         executor: &Executor,

@@ -92,7 +92,7 @@ impl MeshMeasure {
         surface_points.resize(self.weights.len(), Moving::default());
         let (runs, ends) = (&self.runs, &self.ends);
         let batches = surface_points.chunks_mut(BATCH).zip(self.weights.chunks(BATCH));
-        executor.share(batches.enumerate(), |(batch, (surface_points, weights))| {
+        executor.for_each(batches.enumerate(), |(batch, (surface_points, weights))| {
             let first = if batch == 0 { 0 } else { ends[batch - 1] };
             dispatch!(level(), simd => interpolate(simd, &runs[first..ends[batch]], lattice, weights, surface_points));
         });

@@ -109,7 +109,7 @@ impl Regional {
     fn measure(&self, executor: &Executor, adjacency: &Adjacency, points: &[Moving], losses: &mut Buffer<2>) {
         losses.resize(points.len(), [0.0; 2]);
         let rest = self.rest.chunks(CHUNK).zip(adjacency.rows.chunks(CHUNK));
-        executor.share(rest.zip(losses.values.chunks_mut(CHUNK)), |((rest, rows), out)| {
+        executor.for_each(rest.zip(losses.values.chunks_mut(CHUNK)), |((rest, rows), out)| {
             dispatch!(level(), simd => measure(simd, rows, points, rest, out));
         });
         losses.sum(executor, adjacency, [0, 1, 2]);
@@ -172,7 +172,7 @@ impl<const N: usize> Buffer<N> {
             std::mem::swap(&mut self.values, &mut self.previous);
             let previous = &self.previous;
             let rows = adjacency.rows.chunks(CHUNK).enumerate();
-            executor.share(rows.zip(self.values.chunks_mut(CHUNK)), |((chunk, rows), values)| {
+            executor.for_each(rows.zip(self.values.chunks_mut(CHUNK)), |((chunk, rows), values)| {
                 for ((i, row), value) in (chunk * CHUNK..).zip(rows).zip(values) {
                     *value = previous[i];
                     for side in [2 * axis, 2 * axis + 1] {

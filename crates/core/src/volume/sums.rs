@@ -106,7 +106,8 @@ impl ChunkedSum {
         terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
     ) {
         sums.resize(self.chunks.len(), [0.0; 4]);
-        executor.share(self.chunks.iter().zip(&mut *sums), |(chunk, sum)| *sum = terms(chunk.terms.clone()));
+        executor
+            .for_each(self.chunks.iter().zip(&mut *sums), |(chunk, sum)| *sum = terms(chunk.terms.clone()));
         for (chunk, terms) in self.chunks.iter().zip(sums) {
             for (sum, term) in out[chunk.component].iter_mut().zip(terms) {
                 *sum += factor * *term;

@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::turned_normals::TurnedNormals;
+use super::normal_transform::NormalTransform;
 use super::{library_path, number};
 use crate::obj::{Document, Part};
 use supple::Executor;
@@ -35,7 +35,7 @@ struct Shared {
     document: Arc<Document>,
     /// All changes, in the order of the file.
     changes: Vec<Change>,
-    normals: TurnedNormals,
+    normals: NormalTransform,
     /// Byte ranges of the material library paths that change, and their replacements.
     libraries: Vec<(Range<usize>, Vec<u8>)>,
 }
@@ -74,7 +74,7 @@ impl ObjTemplate {
         };
         let mut shared = Shared {
             changes: Vec::new(),
-            normals: TurnedNormals::new(document, part),
+            normals: NormalTransform::new(document, part),
             libraries: document.libraries().into_iter().filter_map(rewritten).collect(),
             document: document.clone(),
         };
@@ -100,7 +100,7 @@ impl ObjTemplate {
             // Waking another thread takes longer than this.
             return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));
         }
-        executor.share(pieces.iter_mut(), |piece| shared.fill(piece, positions));
+        executor.for_each(pieces.iter_mut(), |piece| shared.fill(piece, positions));
     }
 
     /// Returns the bytes of the pieces of the frame, in order.

@@ -11,7 +11,7 @@ use super::pc2::PointCache;
 use super::plain::PlainObj;
 use super::ply::Ply;
 use super::{Format, OutputError, Sequence};
-use crate::file::write_whole;
+use crate::file::write_atomically;
 use crate::obj::{Document, Part};
 use supple::Executor;
 use supple::mesh::Mesh;
@@ -203,7 +203,7 @@ impl FrameWriter {
 
 /// Writes `texts` in order to the file at `path`, atomically.
 fn write_texts<'a>(path: &Path, mut texts: impl Iterator<Item = &'a [u8]>) -> Result<(), OutputError> {
-    write_whole(path, |file| texts.try_for_each(|text| file.write_all(text)))
+    write_atomically(path, |file| texts.try_for_each(|text| file.write_all(text)))
         .map_err(OutputError::io("write", path))
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::RunError;
 use super::fingerprint::{difference, fnv1a};
-use crate::file::write_whole;
+use crate::file::write_atomically;
 use supple::SimulationState;
 
 /// Name of the checkpoint file in the directory of the frames.
@@ -78,7 +78,7 @@ fn write<T: Serialize>(path: &Path, value: &T) -> Result<(), RunError> {
         file.write_all(&fnv1a(&payload).to_le_bytes())?;
         file.write_all(&payload)
     };
-    write_whole(path, save).map_err(|source| RunError::io("write", path, source))
+    write_atomically(path, save).map_err(|source| RunError::io("write", path, source))
 }
 
 /// Reads a value and checks the header; returns `None` if there is no file.

@@ -65,7 +65,7 @@ pub enum RunError {
     },
     /// The output directory is a file.
     #[error("the output directory {} is a file; choose a directory", path.display())]
-    NotAFolder {
+    OutputIsAFile {
         /// The file.
         path: PathBuf,
     },

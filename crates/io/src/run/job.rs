@@ -74,7 +74,7 @@ impl Job {
             stats::check_name(stats)?;
         }
         if self.directory.exists() && !self.directory.is_dir() {
-            return Err(RunError::NotAFolder { path: self.directory.clone() });
+            return Err(RunError::OutputIsAFile { path: self.directory.clone() });
         }
         // A mesh in the directory of the frames must not have the name of a frame.
         for sequence in self.sequences() {

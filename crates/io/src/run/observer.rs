@@ -63,12 +63,12 @@ pub enum Note {
         frame: u32,
     },
     /// Frames before the checkpoint are missing or do not match, so the job starts at frame 0.
-    StartsAgain {
+    Restarted {
         /// Problem, such as a missing file.
         reason: String,
     },
     /// The checkpoint was written at another SIMD level: the last bits may differ.
-    OtherLevel {
+    SimdLevelDiffers {
         /// SIMD level of the checkpoint.
         before: String,
         /// SIMD level of this run.
@@ -80,8 +80,8 @@ impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Resumed { frame } => write!(f, "resuming after frame {frame}"),
-            Self::StartsAgain { reason } => write!(f, "{reason}; starting again from frame 0"),
-            Self::OtherLevel { before, now } => write!(
+            Self::Restarted { reason } => write!(f, "{reason}; starting again from frame 0"),
+            Self::SimdLevelDiffers { before, now } => write!(
                 f,
                 "the checkpoint was written with {before}, and this run uses {now}: \
                  frames may differ in their last bits from an uninterrupted run"

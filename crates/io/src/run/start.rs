@@ -72,7 +72,7 @@ impl Job {
         };
         let last = self.scene.simulation.frames;
         if let Some(file) = self.missing_file(checkpoint.frame.min(last)) {
-            observer.note(&Note::StartsAgain { reason: format!("{} is missing", file.display()) });
+            observer.note(&Note::Restarted { reason: format!("{} is missing", file.display()) });
             return Ok(Start::Fresh);
         }
         if checkpoint.frame >= last { Ok(Start::Finished) } else { Ok(Start::After(Box::new(checkpoint))) }
@@ -124,14 +124,14 @@ impl Job {
         let writers = match self.writers(&prepared, open) {
             // The point cache has other frames of the same motion.
             Err(error @ OutputError::Cache { .. }) => {
-                observer.note(&Note::StartsAgain { reason: error.to_string() });
+                observer.note(&Note::Restarted { reason: error.to_string() });
                 return self.open(prepared, fingerprint);
             }
             writers => writers?,
         };
         let level = supple::simd_level();
         if checkpoint.level != level {
-            observer.note(&Note::OtherLevel { before: checkpoint.level, now: level.to_string() });
+            observer.note(&Note::SimdLevelDiffers { before: checkpoint.level, now: level.to_string() });
         }
         prepared.simulation.restore(&checkpoint.state).map_err(|error| RunError::Checkpoint {
             path: self.directory.join(CHECKPOINT),

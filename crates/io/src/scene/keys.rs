@@ -333,8 +333,8 @@ where
     T: TryFrom<u32>,
 {
     let number = f64::deserialize(value)?;
-    let is_whole = number.fract() == 0.0 && (f64::from(LOW)..=f64::from(HIGH)).contains(&number);
-    let count = is_whole.then(|| T::try_from(number as u32).ok()).flatten();
+    let is_valid = number.fract() == 0.0 && (f64::from(LOW)..=f64::from(HIGH)).contains(&number);
+    let count = is_valid.then(|| T::try_from(number as u32).ok()).flatten();
     count.ok_or_else(|| D::Error::custom(format_args!("a whole number from {LOW} to {HIGH}")))
 }
 

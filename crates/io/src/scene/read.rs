@@ -88,7 +88,7 @@ impl Scene {
     }
 
     /// Returns the directory of the frames from `output.directory`.
-    pub fn output_folder(&self) -> PathBuf {
+    pub fn output_directory(&self) -> PathBuf {
         self.resolve(&self.output.directory)
     }
 }

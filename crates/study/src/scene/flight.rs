@@ -34,7 +34,7 @@ pub struct Free {
 
 /// Simulates the free flight of the bodies of a scene. The energy is measured if one evaluation of the naive
 /// sums takes at most `budget` visits.
-pub(super) fn fly(
+pub(super) fn advance_origin(
     physical: &Physical,
     dynamics: Dynamics,
     budget: f64,
@@ -145,8 +145,9 @@ fn energies(simulation: &Simulation, before: &[State], dt: f64) -> [f64; 2] {
         let positions: Vec<_> = positions.iter().map(|x| x.coords).collect();
         let full_cell = body.material().density * body.lattice().cell_size().powi(3);
         let stiffness_rate_over_dt = body.material().alpha(dt) / (dt * dt);
-        sums[1] +=
-            full_cell * stiffness_rate_over_dt * naive.mismatch(&naive.motions(&positions), &positions);
+        sums[1] += full_cell
+            * stiffness_rate_over_dt
+            * naive.matching_energy(&naive.motions(&positions), &positions);
     }
     sums
 }

@@ -97,7 +97,7 @@ impl ErrorEvaluator {
         }
         let path = path_sums.distances().map(|distances| Path { frames: compared, distances });
         let free = match dynamics.sums {
-            Sums::Fast => Some(flight::fly(physical, dynamics, budget.goals, meter)?),
+            Sums::Fast => Some(flight::advance_origin(physical, dynamics, budget.goals, meter)?),
             Sums::Naive(_) => None,
         };
         Ok(Errors { goals: goals.distances(), path, free })

@@ -35,7 +35,7 @@ pub struct Case {
     /// Unique name: what is done to the body.
     pub name: String,
     /// Expected behaviour.
-    pub shows: &'static str,
+    pub expected: &'static str,
     /// Bounds that the figures must satisfy; every case has the bound of zero non-finite numbers.
     pub bounds: Vec<Bound>,
     /// Run-time class.
@@ -69,11 +69,11 @@ pub struct Row {
 impl Case {
     pub(super) fn new(
         name: impl Into<String>,
-        shows: &'static str,
+        expected: &'static str,
         run: impl Fn() -> Result<Figures, Error> + Send + Sync + 'static,
     ) -> Self {
         let bounds = vec![Bound { measure: Measure::NotNumbers, limit: 0.0 }];
-        Self { family: "", name: name.into(), shows, bounds, suite: Suite::Quick, run: Box::new(run) }
+        Self { family: "", name: name.into(), expected, bounds, suite: Suite::Quick, run: Box::new(run) }
     }
 
     pub(super) fn bound(mut self, measure: Measure, limit: f64) -> Self {
@@ -111,7 +111,7 @@ impl Case {
         Row {
             family: self.family,
             case: self.name.clone(),
-            expected: self.shows,
+            expected: self.expected,
             passed: broken.is_empty() && error.is_none(),
             bounds: self.bounds.clone(),
             broken,

@@ -39,7 +39,7 @@ pub struct StabilityReport {
     pub rows: Vec<Row>,
     /// Number of requested cases.
     #[serde(skip)]
-    pub asked: usize,
+    pub requested: usize,
 }
 
 impl StabilityStudy {
@@ -88,7 +88,7 @@ impl StabilityReport {
             complete: rows.len() == cases.len(),
             passed: rows.iter().all(|row| row.passed),
             rows,
-            asked: cases.len(),
+            requested: cases.len(),
         }
     }
 

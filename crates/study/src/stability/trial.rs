@@ -176,8 +176,8 @@ impl<'a> Trial<'a> {
 
     fn finish(mut self) -> Figures {
         self.figures.steps = self.simulation.step_count();
-        let unsettled: usize = self.simulation.bodies().iter().map(Body::unsettled_rotations).sum();
-        self.figures.set(Measure::Unsettled, unsettled as f64);
+        let unconverged: usize = self.simulation.bodies().iter().map(Body::unconverged_rotations).sum();
+        self.figures.set(Measure::Unsettled, unconverged as f64);
         self.figures
     }
 

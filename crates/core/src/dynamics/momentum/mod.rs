@@ -84,7 +84,7 @@ impl MomentumTracker {
     /// Invalidates the momenta of the components with a constrained vertex.
     ///
     /// `held` is whether each lattice vertex is constrained.
-    pub(crate) fn constrain(&mut self, slots: &[u32], held: &[bool], momenta: &mut [Option<Momentum>]) {
+    pub(crate) fn set_constrained(&mut self, slots: &[u32], held: &[bool], momenta: &mut [Option<Momentum>]) {
         self.constrained.fill(false);
         for (&slot, _) in slots.iter().zip(held).filter(|(_, held)| **held) {
             self.constrained[self.components.of(slot)] = true;
@@ -97,12 +97,12 @@ impl MomentumTracker {
     }
 
     /// Marks all components as unconstrained.
-    pub(crate) fn release(&mut self) {
+    pub(crate) fn clear_constrained(&mut self) {
         self.constrained.fill(false);
     }
 
     /// Whether the momenta of any unconstrained component are invalid.
-    pub(crate) fn any_unknown(&self, momenta: &[Option<Momentum>]) -> bool {
+    pub(crate) fn any_invalidated(&self, momenta: &[Option<Momentum>]) -> bool {
         momenta
             .iter()
             .zip(&self.constrained)
@@ -110,7 +110,7 @@ impl MomentumTracker {
     }
 
     /// Sets the invalid momenta of unconstrained components from the last measurement.
-    pub(crate) fn adopt(&self, momenta: &mut [Option<Momentum>]) {
+    pub(crate) fn store_measured(&self, momenta: &mut [Option<Momentum>]) {
         for ((momentum, state), constrained) in momenta.iter_mut().zip(&self.states).zip(&self.constrained) {
             if momentum.is_none() && !constrained {
                 *momentum = Some(state.momentum);

@@ -43,12 +43,12 @@ pub(crate) fn solve<S: Simd>(
     collapsed: u16,
 ) -> ([f32x16<S>; 4], u16) {
     let mut q = warm;
-    let mut unsettled = active;
+    let mut unconverged = active;
     for _ in 0..STEPS {
         let (stepped, converged) = step(simd, a, q);
         q = stepped;
-        unsettled = active & !(converged & !collapsed);
-        if unsettled == 0 {
+        unconverged = active & !(converged & !collapsed);
+        if unconverged == 0 {
             return (q, 0);
         }
     }
@@ -61,23 +61,23 @@ pub(crate) fn solve<S: Simd>(
         warm[c].store_array(&mut previous[c]);
         q[c].store_array(&mut best[c]);
     }
-    solve_robustly(&rows, unsettled, collapsed, &previous, &mut best);
+    solve_robustly(&rows, unconverged, collapsed, &previous, &mut best);
     for c in 0..4 {
         q[c] = f32x16::load_array_ref(simd, &best[c]);
     }
-    (q, unsettled)
+    (q, unconverged)
 }
 
-/// Solves the lanes of the bit mask `unsettled` by the robust path.
+/// Solves the lanes of the bit mask `unconverged` by the robust path.
 #[cold]
 fn solve_robustly(
     a: &[[f32; 2 * LANES]; 9],
-    unsettled: u16,
+    unconverged: u16,
     collapsed: u16,
     warm: &[[f32; 2 * LANES]; 4],
     quaternions: &mut [[f32; 2 * LANES]; 4],
 ) {
-    for lane in (0..2 * LANES).filter(|lane| unsettled >> lane & 1 != 0) {
+    for lane in (0..2 * LANES).filter(|lane| unconverged >> lane & 1 != 0) {
         let matrix = if collapsed >> lane & 1 != 0 { [0.0; 9] } else { a.map(|row| row[lane]) };
         let best = eigen::rotation(matrix, warm.map(|row| row[lane]));
         for (row, component) in quaternions.iter_mut().zip(best) {

@@ -12,7 +12,7 @@ use plotters::style::{BLACK, Color};
 use super::point::Front;
 use super::report::Report;
 use crate::error::StudyError;
-use crate::output::write_whole;
+use crate::output::write_atomically;
 use axis::Axis;
 use mark::{Area, Drawn, FRONT, METHODS, Mark, text};
 use panel::Panel;
@@ -37,7 +37,7 @@ pub(super) fn write(report: &Report, path: &Path) -> Result<(), StudyError> {
     let mut svg = String::new();
     page(report, &mut svg)
         .map_err(|error| StudyError::Plot { path: path.to_owned(), what: error.to_string() })?;
-    write_whole(path, svg.as_bytes())
+    write_atomically(path, svg.as_bytes())
 }
 
 fn page(report: &Report, svg: &mut String) -> Drawn {

@@ -79,8 +79,8 @@ pub(super) fn cases() -> Vec<Case> {
         ("damped", 0.1, 0.05, "does not move"),
         ("undamped", 0.0, 0.5, "creeps: its vibration never ends, and it slides whenever it lifts off"),
     ];
-    for (name, damping, place, shows) in slopes {
-        let case = Case::new(format!("on a slope, {name}"), shows, move || on_a_slope(damping));
+    for (name, damping, place, expected) in slopes {
+        let case = Case::new(format!("on a slope, {name}"), expected, move || on_a_slope(damping));
         cases.push(case.bound(Measure::Place, place));
     }
     cases

@@ -9,7 +9,11 @@ use crate::stability::trial::{System, measure};
 
 /// Lets a body fly and compares each vertex with its start position plus its constant velocity times the
 /// time.
-fn fly(body: Body, velocities: &[Vector3<f64>], [steps, every]: [u64; 2]) -> Result<Figures, Error> {
+fn advance_origin(
+    body: Body,
+    velocities: &[Vector3<f64>],
+    [steps, every]: [u64; 2],
+) -> Result<Figures, Error> {
     let start = body.positions();
     Ok(measure(alone(body)?, System::Isolated, |trial| {
         trial.run(steps, every);
@@ -25,7 +29,7 @@ fn fast(speed: f64) -> Result<Figures, Error> {
     let velocity = Vector3::new(1.0, -0.3, 0.1) * speed;
     let body = of_cells(&block([5, 4, 3]), 2)?.velocity(velocity.into()).build()?;
     let velocities = vec![velocity; body.lattice().len()];
-    fly(body, &velocities, [10_000, 500])
+    advance_origin(body, &velocities, [10_000, 500])
 }
 
 /// Lets two disconnected blocks of one body fly apart.
@@ -34,7 +38,7 @@ fn parting(speed: f64) -> Result<Figures, Error> {
     let velocity = |&part: &u32| Vector3::new(if part == 0 { -speed } else { speed }, 0.0, 0.0);
     let velocities: Vec<_> = body.lattice().components().of_vertex.iter().map(velocity).collect();
     body.set_velocities(&velocities)?;
-    fly(body, &velocities, [600, 60])
+    advance_origin(body, &velocities, [600, 60])
 }
 
 /// Lets a block spin by one radian per step.
@@ -60,23 +64,23 @@ fn long(steps: u64) -> Result<Figures, Error> {
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (name, speed, place) in [("1e6", 1e6, 1e-3), ("1e9", 1e9, 0.1)] {
-        let shows = "moves uniformly in its rest shape";
-        let case = Case::new(format!("initial speed {name}"), shows, move || fast(speed));
+        let expected = "moves uniformly in its rest shape";
+        let case = Case::new(format!("initial speed {name}"), expected, move || fast(speed));
         cases
             .push(case.bound(Measure::Place, place).bound(Measure::Shape, 1e-3).bound(Measure::Linear, 1e-9));
     }
     for (name, speed, place) in [("1e2", 1e2, 1e-2), ("1e6", 1e6, 20.0)] {
-        let shows = "move uniformly, to 1e-6 of their distance: the parts of a body share an f32 frame";
-        let case = Case::new(format!("parts that fly apart at {name}"), shows, move || parting(speed));
+        let expected = "move uniformly, to 1e-6 of their distance: the parts of a body share an f32 frame";
+        let case = Case::new(format!("parts that fly apart at {name}"), expected, move || parting(speed));
         cases.push(case.bound(Measure::Place, place).keeps_momenta());
     }
     for (name, damping, gain) in [("undamped", 0.0, 0.05), ("damped", 0.1, 1e-5)] {
-        let shows = "keeps its spin, which stretches it";
-        let case = Case::new(format!("spin of a radian a step, {name}"), shows, move || spinning(damping));
+        let expected = "keeps its spin, which stretches it";
+        let case = Case::new(format!("spin of a radian a step, {name}"), expected, move || spinning(damping));
         cases.push(case.bound(Measure::EnergyGain, gain).bound(Measure::Shape, 5.0).keeps_momenta());
     }
-    let shows = "keeps its momenta and its energy";
-    let case = Case::new("10^6 steps, spinning and shaken, undamped", shows, || long(1_000_000));
+    let expected = "keeps its momenta and its energy";
+    let case = Case::new("10^6 steps, spinning and shaken, undamped", expected, || long(1_000_000));
     cases.push(case.bound(Measure::EnergyGain, 0.05).keeps_momenta().suite(Suite::Long));
     cases
 }

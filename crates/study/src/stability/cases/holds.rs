@@ -62,16 +62,17 @@ pub(super) fn cases() -> Vec<Case> {
         // A bar that rotates when it is released has so much spin that it cannot contract.
         ("1e12", along(1e12), 1e9, 2e12, Suite::Long),
     ];
-    let shows = "bounded while constrained; returns to its rest shape after the release";
+    let expected = "bounded while constrained; returns to its rest shape after the release";
     let motions = motions.into_iter().map(|(name, motion, speed)| {
-        let case = Case::new(name, shows, move || move_ends(motion));
+        let case = Case::new(name, expected, move || move_ends(motion));
         case.bound(Measure::Shape, 1e-3).bound(Measure::LargestSpeed, speed)
     });
-    let shows =
+    let expected =
         "bounded while constrained; after the release it flies with its momenta, stretched by its spin";
     let jumps = jumps.into_iter().map(|(name, displacement, shape, speed, suite)| {
         let motion = far([(0.5, still, 0.0), (0.5 + 1e-9, displacement, 200.0)]);
-        let case = Case::new(format!("a handle that jumps {name} cells"), shows, move || move_ends(motion));
+        let case =
+            Case::new(format!("a handle that jumps {name} cells"), expected, move || move_ends(motion));
         case.bound(Measure::Shape, shape).bound(Measure::LargestSpeed, speed).suite(suite)
     });
     motions.chain(jumps).collect()

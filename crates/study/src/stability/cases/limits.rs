@@ -63,9 +63,9 @@ pub(super) fn cases() -> Vec<Case> {
         ("spin of 1e12 rad/s", fast_spin, 1e13),
         ("cells of 1e-30, steps of 1e-12 s", tiny_cells, 1e6),
     ];
-    let shows = "remains finite, and no faster than the driving motion";
+    let expected = "remains finite, and no faster than the driving motion";
     let case = |(name, run, speed): (&str, Run, f64)| {
-        Case::new(name, shows, run).bound(Measure::LargestSpeed, speed)
+        Case::new(name, expected, run).bound(Measure::LargestSpeed, speed)
     };
     all.into_iter().map(case).collect()
 }

@@ -40,19 +40,19 @@ fn compare(cell: f64, place: [f64; 3], ground: bool) -> Result<Figures, Error> {
 pub(super) fn cases() -> Vec<Case> {
     let sizes = [("1 mm", 1e-3), ("10 km", 1e4), ("1e-12", 1e-12), ("1e11", 1e11)];
     let alike = sizes.map(|(name, cell)| {
-        let shows = "falls on the ground like a body with cells of edge 1";
-        let case = Case::new(format!("cells of {name}"), shows, move || compare(cell, [0.0; 3], true));
+        let expected = "falls on the ground like a body with cells of edge 1";
+        let case = Case::new(format!("cells of {name}"), expected, move || compare(cell, [0.0; 3], true));
         case.bound(Measure::Place, 1e-9)
     });
     let far = [1e7, -1e7, 1e7];
     let places = [("1 m", 1.0, 1e-6), ("1 mm", 1e-3, 1e-4)].into_iter().flat_map(|(name, cell, limit)| {
-        let shows = "falls as at the origin, up to the rounding of its initial positions";
+        let expected = "falls as at the origin, up to the rounding of its initial positions";
         let free = move || compare(cell, far, false);
-        let free = Case::new(format!("10^7 units from the origin, cells of {name}"), shows, free);
-        let shows = "falls on the ground as at the origin, except that tumbling amplifies the rounding";
+        let free = Case::new(format!("10^7 units from the origin, cells of {name}"), expected, free);
+        let expected = "falls on the ground as at the origin, except that tumbling amplifies the rounding";
         let dropped = move || compare(cell, far, true);
         let dropped =
-            Case::new(format!("10^7 units from the origin, cells of {name}, dropped"), shows, dropped);
+            Case::new(format!("10^7 units from the origin, cells of {name}, dropped"), expected, dropped);
         [free.bound(Measure::Place, limit), dropped.bound(Measure::Place, 0.1)]
     });
     alike.into_iter().chain(places).collect()

@@ -49,9 +49,9 @@ pub(super) fn cases() -> Vec<Case> {
         ("sheet of 1 x 300 x 300", || block([1, 300, 300]), [1_000, 250]),
     ];
     for (name, cells, steps) in large {
-        let shows = "comes nearly to rest; only its longest and slowest waves remain";
+        let expected = "comes nearly to rest; only its longest and slowest waves remain";
         let case =
-            Case::new(format!("{name}, shaken, damped"), shows, move || shaken(&cells(), 2, 0.1, steps));
+            Case::new(format!("{name}, shaken, damped"), expected, move || shaken(&cells(), 2, 0.1, steps));
         cases.push(
             case.bound(Measure::EnergyGain, 1e-5)
                 .bound(Measure::EnergyLeft, 0.01)

@@ -67,30 +67,31 @@ fn densities(ratio: f64) -> Result<Figures, Error> {
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for w in [1, 2, 4, 8, 12] {
-        let shows = "oscillates without end, keeps its momenta and gains no energy, from soft to rigid";
-        let case = Case::new(format!("stiffness 1, half-width {w} of 12, shaken"), shows, move || shaken(w));
+        let expected = "oscillates without end, keeps its momenta and gains no energy, from soft to rigid";
+        let case =
+            Case::new(format!("stiffness 1, half-width {w} of 12, shaken"), expected, move || shaken(w));
         cases.push(case.bound(Measure::EnergyGain, 0.05).keeps_momenta());
     }
-    let shows = "spins like a rigid body: one region, fully damped";
+    let expected = "spins like a rigid body: one region, fully damped";
     cases.push(
-        Case::new("rigid limit, spinning", shows, rigid)
+        Case::new("rigid limit, spinning", expected, rigid)
             .bound(Measure::EnergyGain, 1e-3)
             .bound(Measure::Angular, 1e-6)
             .bound(Measure::Shape, 0.1),
     );
     // The bar of 12 cells stretches to 93 cells in steps of 1 s, so its rest state is less accurate.
     for (dt, limit) in [(1e-6, 1e-4), (1e-4, 1e-4), (1e-2, 1e-4), (1.0, 1e-3)] {
-        let shows = "hangs from its end and comes to rest";
-        let case = Case::new(format!("time step {dt} s, hung"), shows, move || hung(dt));
+        let expected = "hangs from its end and comes to rest";
+        let case = Case::new(format!("time step {dt} s, hung"), expected, move || hung(dt));
         cases.push(case.bound(Measure::FinalSpeed, limit));
     }
     for g in [9.81, 9_810.0] {
-        let shows = "falls on the ground and comes to rest";
-        let case = Case::new(format!("gravity {g}, dropped"), shows, move || dropped(g));
+        let expected = "falls on the ground and comes to rest";
+        let case = Case::new(format!("gravity {g}, dropped"), expected, move || dropped(g));
         cases.push(case.bound(Measure::FinalSpeed, 1e-2).bound(Measure::Depth, 0.05));
     }
-    let shows = "both bodies move alike: the density cancels because all forces are proportional to mass";
-    let case = Case::new("density ratio 1e6", shows, || densities(1e6));
+    let expected = "both bodies move alike: the density cancels because all forces are proportional to mass";
+    let case = Case::new("density ratio 1e6", expected, || densities(1e6));
     cases.push(case.bound(Measure::Place, 1e-5));
     cases
 }

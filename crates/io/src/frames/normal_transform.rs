@@ -34,7 +34,7 @@ const MIN_SINE: f64 = 1e-3;
 
 /// The `vn` that the faces of a part use, and the corners that transform them.
 #[derive(Debug)]
-pub(super) struct TurnedNormals {
+pub(super) struct NormalTransform {
     /// The corners that use `vn` number `k` are `corners[offsets[k]..offsets[k + 1]]`.
     offsets: Vec<u32>,
     corners: Vec<Corner>,
@@ -44,7 +44,7 @@ pub(super) struct TurnedNormals {
     rest: Vec<[f32; 3]>,
 }
 
-impl TurnedNormals {
+impl NormalTransform {
     pub(super) fn new(document: &Document, part: &Part) -> Self {
         let mesh = part.mesh();
         let input = document.normals().to_vec();
@@ -124,7 +124,7 @@ impl TurnedNormals {
 
 /// Returns the number of `vn` in a file that are shared by corners at different positions. The normals of
 /// such corners differ once the surface bends, and frames contain their mean.
-pub fn shared_normals(document: &Document, part: &Part) -> usize {
+pub fn count_shared_normals(document: &Document, part: &Part) -> usize {
     const UNUSED: u32 = u32::MAX;
     let mesh = part.mesh();
     let mut vertex = vec![UNUSED; document.normal_count()];
