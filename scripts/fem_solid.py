@@ -84,7 +84,7 @@ class Solid:
         """Returns the relative volume change of the whole solid."""
         return float(np.average(self.pressure(displacement) / BULK, weights=self.cell_volumes))
 
-    def linearise(self, displacement: Floats, pressure: Floats) -> tuple[csc_matrix, Floats, Floats]:
+    def linearize(self, displacement: Floats, pressure: Floats) -> tuple[csc_matrix, Floats, Floats]:
         """Returns the stiffness, the forces of the solid, and the gradient of each cell's volume (cells, 24).
 
         The stiffness uses the given pressures, the forces use the pressures that follow from the displacement. This is
@@ -168,7 +168,7 @@ def _equilibrium(
     """Solves one load by Newton's method. Returns displacement, pressure and number of iterations."""
     held, cell = problem.held, problem.grid.cell_size
     for iterations in range(1, 21):
-        matrix, forces, volume_gradient = solid.linearise(displacement, pressure)
+        matrix, forces, volume_gradient = solid.linearize(displacement, pressure)
         change = np.zeros_like(displacement)
         change[held] = load * problem.target[held] - displacement[held]
         right = -forces - matrix @ change

@@ -1,4 +1,4 @@
-//! Runs all benchmarks and prints one table: measured figures, targets and comparisons.
+//! Runs all benchmarks and prints one table: measured values, targets and comparisons.
 //!
 //! `cargo bench` runs all cases, `cargo bench -- frame` the cases with "frame" in their names, and
 //! `cargo bench -- --test` every case once without a table.

@@ -164,7 +164,7 @@ class Embedding:
         cells = np.clip(np.floor(inside).astype(int), low, high)
         number = {tuple(index): vertex for vertex, index in enumerate(lattice.indices.tolist())}
         corners = list(itertools.product((0, 1), repeat=3))
-        # A vertex on the face of a missing cell belongs to the neighbouring cell; for timing, any lattice vertex does.
+        # A vertex on the face of a missing cell belongs to the neighboring cell; for timing, any lattice vertex does.
         self.corners = np.array([[number.get(tuple(cell + corner), 0) for corner in corners] for cell in cells])
         local = inside - cells
         weights = [np.where(corner, local, 1 - local).prod(axis=1) for corner in corners]

@@ -1,4 +1,4 @@
-"""A model falls on the ground: OBJ in, arrays out.
+"""Drop a model on the ground and save the surfaces as a numpy array.
 
 python examples/python/01_drop.py [MODEL.obj [SURFACES.npy [FRAMES]]]
 """
@@ -15,7 +15,7 @@ STEPS_PER_FRAME = 4
 
 
 def main(model: str = "examples/scenes/bust.obj", output: str = "surfaces.npy", frames: str = "90") -> None:
-    """Writes the surfaces as one array of shape (frames + 1, vertices, 3)."""
+    """Write the surfaces of all frames as one array of shape (frames + 1, vertices, 3)."""
     mesh = supple.read_obj(model)
     low, high = mesh.bounds
     body = supple.Body(mesh, lattice_vertices=1000, half_width=2, region_damping_rate=4.0, spin=(0, 0, 1))

@@ -1,4 +1,4 @@
-"""A bust is pulled by its crown, twice: with its volume kept, and by shape matching alone.
+"""Stretch a bust by its crown, with and without volume correction.
 
 python examples/python/02_stretch.py
 """
@@ -13,27 +13,27 @@ MODEL = "examples/scenes/bust.obj"
 
 
 def main() -> None:
-    """Prints a table of volumes and heights."""
+    """Print a table of volumes and heights."""
     mesh = supple.read_obj(MODEL)
     low, high = mesh.bounds[:, 1]
     height = high - low
-    # Bodies do not touch each other, so both may stand in one place.
-    kept = supple.Body(mesh, name="kept", lattice_vertices=1000, half_width=2, region_damping_rate=6.0)
+    # Bodies do not collide with each other, so both can be at the same place.
+    corrected = supple.Body(mesh, name="corrected", lattice_vertices=1000, half_width=2, region_damping_rate=6.0)
     plain = supple.Body(mesh, name="plain", lattice_vertices=1000, half_width=2, region_damping_rate=6.0, volume="off")
-    for body in (kept, plain):
-        # A plane takes what lies on the side that its normal points to.
+    for body in (corrected, plain):
+        # A plane selects the side that its normal points to.
         body.pin(plane=((0, low + 0.05 * height, 0), (0, -1, 0)))
         body.handle(
             plane=((0, high - 0.1 * height, 0), (0, 1, 0)),
             keys=[(0.0, (0, 0, 0), (0, 0, 0)), (1.0, (0, 0.35 * height, 0), (0, 0, 0))],
         )
-    sim = supple.Simulation([kept, plain], dt=1 / 120, gravity=(0, 0, 0))
+    sim = supple.Simulation([corrected, plain], dt=1 / 120, gravity=(0, 0, 0))
 
-    print("  time   volume without   volume kept   scale of the correction   height")
+    print("  time   volume without   volume with   scale of the correction   height")
     for _ in range(6):
-        # Looking changes nothing that follows.
-        report, other = kept.volume_report(), plain.volume_report()
-        tall = np.ptp(kept.surface()[:, 1]) / height
+        # Evaluating the surface and its volume does not change the simulation.
+        report, other = corrected.volume_report(), plain.volume_report()
+        tall = np.ptp(corrected.surface()[:, 1]) / height
         print(
             f"{sim.time:5.2f}s {other.after / other.rest:16.4f} {report.after / report.rest:13.6f}"
             f" {report.lambda_:25.4f} {tall:8.3f}"

@@ -1,4 +1,4 @@
-"""A lattice without a mesh: cells from a boolean array, goal positions, momentum.
+"""Simulate a lattice without a mesh: cells from a boolean array, goal positions, momentum.
 
 python examples/python/03_bare_lattice.py
 """
@@ -11,9 +11,9 @@ import supple
 
 
 def main() -> None:
-    """Lifts one tip of a horseshoe and lets it swing."""
+    """Lift one tip of a horseshoe and release it."""
     cells = np.zeros((5, 7, 1), dtype=bool)
-    cells[:, 0] = cells[0] = cells[-1] = True  # its tips are near to each other, but no link joins them
+    cells[:, 0] = cells[0] = cells[-1] = True  # the tips are close to each other, but not linked
     lattice = supple.Lattice.from_cells(cells, cell_size=0.1)
     print(f"{len(lattice.cells)} cells, {len(lattice)} lattice vertices")
 
@@ -25,7 +25,7 @@ def main() -> None:
     distances = np.linalg.norm(body.goals() - positions, axis=1)
     print(f"farthest goal: {distances.max():.4f} away")
 
-    # The pulls cancel: with nothing outside, the center of mass stays where it is.
+    # Shape matching conserves momentum: without external forces the center of mass stays in place.
     before = np.average(body.positions, axis=0, weights=body.masses)
     sim = supple.Simulation([body], dt=1 / 60, gravity=(0, 0, 0))
     sim.step(600)

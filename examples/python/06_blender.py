@@ -1,17 +1,17 @@
-"""A run for Blender: one PC2 file that the Mesh Cache modifier plays back on the model.
+"""Write a PC2 file for Blender, where the Mesh Cache modifier plays it back on the model.
 
 python examples/python/06_blender.py [SCENE.toml [DIR]]
 
-What to click in Blender then:
+Then, in Blender:
 
 1. Output properties: set the frame rate to that of the scene, here 30.
-2. File > Import > Wavefront (.obj): choose the model of the scene, examples/scenes/bust.obj. Among the settings beside
-   it set Forward Axis to Y and Up Axis to Z, so that nothing is turned, and leave Split By Object and Split By Group
-   off: the vertices must be those of the file, in its order.
+2. File > Import > Wavefront (.obj): choose the model of the scene, examples/scenes/bust.obj. In the import settings set
+   Forward Axis to Y and Up Axis to Z, so that the model is not rotated, and switch Split By Object and Split By Group
+   off, so that the mesh has the vertices of the file in the same order.
 3. With the model selected: Modifiers > Add Modifier > Deform > Mesh Cache. Format: PC2. File Path: DIR/bust.pc2. Time
    Mode: Frame, Play Mode: Scene. Leave the axes at Y forward and Z up.
-4. Turn the object by 90 degrees about x (R X 90): the scene has y up, Blender z.
-5. Play. The file has a sample for each frame, from frame 0 on.
+4. Rotate the object by 90 degrees about x (R X 90): y is up in the scene, and z is up in Blender.
+5. Play. The file has one sample per frame, starting with frame 0.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import supple
 
 
 def main(scene: str = "examples/scenes/twist.toml", output: str = "frames/blender") -> None:
-    """Runs the first second of the scene, and says what is in the file."""
+    """Run the first second of the scene and print the header of the file."""
     report = supple.run(scene, output, "pc2", frames=30)
     for body in report.bodies:
         path = Path(report.directory, f"{body.name}.pc2")

@@ -1,12 +1,12 @@
-"""Stretch, drop and squeeze in a picture: without the volume correction, with the global one, with the regional one.
+"""Render a stretch, a drop and a squeeze without volume correction, with global and with regional correction.
 
-Beside the picture of all nine there is a plot of the volumes over time.
+Also plots the volumes over time.
 
     pip install . pyvista
     python examples/python/compare_volume.py docs/images
 
-It writes volume.png and volume_over_time.svg to the folder named, in about two minutes. On a machine without a display
-that has no software renderer of its own, run it under `xvfb-run -a`.
+Writes volume.png and volume_over_time.svg to the given directory, in about two minutes. On a machine without a display
+and without a software renderer, run it with `xvfb-run -a`.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ import supple
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
 SETTINGS: dict[str, Any] = {"off": "off", "global": {"scope": "global"}, "regional": {"scope": "regional"}}
-COLOURS = {"off": "#b03a2e", "global": "#2471a3", "regional": "#1e8449"}
+COLORS = {"off": "#b03a2e", "global": "#2471a3", "regional": "#1e8449"}
 
 
 @dataclass(frozen=True)
 class Event:
-    """A frame of a scene that is shown."""
+    """A frame of a scene, rendered as one column."""
 
     title: str
     scene: str
@@ -49,14 +49,14 @@ FRAMES_PER_SECOND = 30
 
 @dataclass(frozen=True)
 class Run:
-    """What a scene gave: one entry per frame."""
+    """Surfaces and volumes of a scene: one entry per frame."""
 
     surfaces: list[pyvista.PolyData]
     volumes: list[dict[str, float]]
 
 
 def run(scene: str, setting: str) -> Run:
-    """Steps a scene and keeps the surfaces, and the volumes by each measure in parts of those at rest."""
+    """Step a scene; store the surface, and each volume measure relative to rest, for every frame."""
     simulation = supple.load_scene(SCENES / f"{scene}.toml", overrides={"body.bust.volume": SETTINGS[setting]})
     body = simulation.bodies[0]
     substeps = round(1 / (FRAMES_PER_SECOND * simulation.dt))
@@ -73,15 +73,15 @@ def run(scene: str, setting: str) -> Run:
 
 
 def picture(runs: dict[tuple[str, str], Run], path: Path) -> None:
-    """One row a setting, one column an event."""
-    shown = {
+    """Draw one row per setting and one column per event."""
+    meshes = {
         (setting, event): runs[event.scene, setting].surfaces[event.frame] for setting in SETTINGS for event in EVENTS
     }
-    low, high = bounds(list(shown.values()))
+    low, high = bounds(list(meshes.values()))
     figure, grid = plt.subplots(len(SETTINGS), len(EVENTS), figsize=(2.3 * len(EVENTS), 7.2), layout="constrained")
     for setting, row in zip(SETTINGS, grid, strict=True):
         for event, cell in zip(EVENTS, row, strict=True):
-            cell.imshow(draw(shown[setting, event], low, high), interpolation="none")
+            cell.imshow(draw(meshes[setting, event], low, high), interpolation="none")
             cell.set(xticks=[], yticks=[])
             cell.spines[:].set_visible(False)
             cell.set_xlabel(f"volume {runs[event.scene, setting].volumes[event.frame]['mesh']:.1%}", fontsize=10)
@@ -92,30 +92,30 @@ def picture(runs: dict[tuple[str, str], Run], path: Path) -> None:
 
 
 def plot(runs: dict[tuple[str, str], Run], path: Path) -> None:
-    """One panel a scene: what the surface encloses, and what the cells do."""
+    """Plot the enclosed volume and the cell volume over time, one panel per scene."""
     figure, panels = plt.subplots(1, len(FRAMES), figsize=(10, 3.6), sharey=True, layout="constrained")
     for scene, panel in zip(FRAMES, panels, strict=True):
         seconds = np.arange(FRAMES[scene] + 1) / FRAMES_PER_SECOND
-        for setting, colour in COLOURS.items():
+        for setting, color in COLORS.items():
             for measure, style in {"mesh": "-", "cells": ":"}.items():
-                shares = [100 * volumes[measure] for volumes in runs[scene, setting].volumes]
-                panel.plot(seconds, shares, style, color=colour, label=f"{setting}: {measure}")
+                percentages = [100 * volumes[measure] for volumes in runs[scene, setting].volumes]
+                panel.plot(seconds, percentages, style, color=color, label=f"{setting}: {measure}")
         panel.set(title=scene.replace("_", " "), xlabel="seconds")
         panel.grid(alpha=0.3)
-    panels[0].set_ylabel("volume shown, % of that at rest")
+    panels[0].set_ylabel("displayed volume, % of rest")
     panels[-1].legend(fontsize=8)
     figure.savefig(path)
 
 
 def main() -> None:
-    """Runs the scenes in each setting, and draws."""
+    """Run every scene with every setting, and draw the picture and the plot."""
     if len(sys.argv) != 2:
-        raise SystemExit("usage: python examples/python/compare_volume.py FOLDER")
-    folder = Path(sys.argv[1])
-    folder.mkdir(parents=True, exist_ok=True)
+        raise SystemExit("usage: python examples/python/compare_volume.py DIRECTORY")
+    directory = Path(sys.argv[1])
+    directory.mkdir(parents=True, exist_ok=True)
     runs = {(scene, setting): run(scene, setting) for scene in FRAMES for setting in SETTINGS}
-    picture(runs, folder / "volume.png")
-    plot(runs, folder / "volume_over_time.svg")
+    picture(runs, directory / "volume.png")
+    plot(runs, directory / "volume_over_time.svg")
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-"""Draws frames side by side: one row a run, one column a frame, the same camera everywhere.
+"""Render frames side by side: one row per run, one column per frame, with the same camera.
 
     supple run examples/scenes/stretch_and_drop.toml -o frames/kept --format ply
     supple run examples/scenes/stretch_and_drop.toml -o frames/plain --format ply --set 'body.bust.volume="off"'
     supple run examples/scenes/stretch_and_drop.toml -o frames/regional --format ply \
         --set 'body.bust.volume={ scope = "regional" }'
-    python examples/python/render_frames.py stretch.png "plain=frames/plain" "volume kept=frames/kept" \
-        "kept regionally=frames/regional" --frames 0 24 48 240 --titles rest "half way" "full stretch" landed
+    python examples/python/render_frames.py stretch.png "plain=frames/plain" "global=frames/kept" \
+        "regional=frames/regional" --frames 0 24 48 240 --titles rest "half way" "full stretch" landed
 
-Needs pyvista (which brings matplotlib). On a machine without a display that has no software renderer of its own, run
-it under `xvfb-run -a`.
+Needs pyvista (which brings matplotlib). On a machine without a display and without a software
+renderer, run it with `xvfb-run -a`.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ CELL = (480, 500)
 
 
 def load(directory: Path, frame: int) -> pyvista.PolyData:
-    """The surface of one frame; PLY or OBJ, whichever is there."""
+    """Read the surface of one frame from its PLY or OBJ file."""
     paths = sorted(p for p in directory.glob(f"*_{frame:04d}.*") if p.suffix in (".ply", ".obj"))
     if not paths:
-        raise SystemExit(f"{directory} holds no frame {frame} (NAME_{frame:04d}.ply or .obj)")
+        raise SystemExit(f"{directory} contains no frame {frame} (NAME_{frame:04d}.ply or .obj)")
     return pyvista.read(paths[0])
 
 
 def bounds(meshes: list[pyvista.PolyData]) -> tuple[np.ndarray, np.ndarray]:
-    """The box around all of them, so that one camera sees every frame whole."""
+    """Compute the common bounding box, so that one camera shows every frame completely."""
     limits = np.array([mesh.bounds for mesh in meshes])
     return limits[:, 0::2].min(axis=0), limits[:, 1::2].max(axis=0)
 
 
 def draw(mesh: pyvista.PolyData, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """A picture of one frame, shape (height, width, 3)."""
+    """Render one frame to a picture of shape (height, width, 3)."""
     plotter = pyvista.Plotter(off_screen=True, window_size=CELL, lighting="light_kit")
     plotter.set_background("white")
     plotter.add_mesh(mesh, color=SKIN, smooth_shading=True, ambient=0.12, specular=0.12, specular_power=20)
@@ -66,12 +66,12 @@ def draw(mesh: pyvista.PolyData, low: np.ndarray, high: np.ndarray) -> np.ndarra
 
 
 def main() -> None:
-    """Reads the arguments, draws, writes the picture."""
+    """Read the arguments, render the frames and write the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("picture", type=Path, help="the PNG to write")
-    parser.add_argument("rows", nargs="+", metavar="LABEL=DIR", help="a run's label and the folder of its frames")
+    parser.add_argument("picture", type=Path, help="PNG file to write")
+    parser.add_argument("rows", nargs="+", metavar="LABEL=DIR", help="label of a run and the directory of its frames")
     parser.add_argument("--frames", type=int, nargs="+", default=[0, 20, 40, 210])
-    parser.add_argument("--titles", nargs="+", help="one a frame; default: its number")
+    parser.add_argument("--titles", nargs="+", help="one title per frame; default: the frame number")
     args = parser.parse_args()
     titles = args.titles or [f"frame {frame}" for frame in args.frames]
 

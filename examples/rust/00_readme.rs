@@ -1,6 +1,6 @@
 //! The program of the README.
 //!
-//!     cargo run --release -p supple --example 00_readme
+//!     cargo run --release -p supple-io --example 00_readme
 
 use supple::{Body, Collider, Simulation};
 
@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut simulation = Simulation::builder().body(body).collider(ground).dt(1.0 / 120.0).build()?;
     for _frame in 0..60 {
         simulation.steps(4);
-        let surface = simulation.body(0).surface(); // positions and normals, in the order of the input
+        let surface = simulation.body(0).surface(); // positions and normals, in input order
         assert!(surface.positions.iter().all(|p| p.y > 4.9));
     }
     let volume = simulation.body(0).volume_report();

@@ -1,6 +1,6 @@
-//! A model falls on the ground: OBJ in, OBJ frames out.
+//! Drops a model on the ground: reads an OBJ file and writes OBJ frames.
 //!
-//!     cargo run --release -p supple --example 01_drop -- [MODEL.obj [DIR [FRAMES]]]
+//!     cargo run --release -p supple-io --example 01_drop -- [MODEL.obj [DIR [FRAMES]]]
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let directory = args.next().map_or_else(|| "frames/01_drop".into(), PathBuf::from);
     let last = args.next().map_or(Ok(90), |frames| frames.to_string_lossy().parse())?;
 
-    // The document keeps the file as it is, so that frames differ from it in positions and normals alone.
+    // The document keeps all bytes of the file, so that frames differ from it in positions and normals only.
     let document = Arc::new(Document::read(&model)?);
     let part = document.part(None)?;
     let (low, high) = part.mesh().bounds();

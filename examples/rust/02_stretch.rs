@@ -1,6 +1,6 @@
-//! A bust is pulled by its crown: handles, and what the volume correction does.
+//! Stretches a bust by its crown: handles, and the effect of the volume correction.
 //!
-//!     cargo run --release -p supple --example 02_stretch
+//!     cargo run --release -p supple-io --example 02_stretch
 
 #![allow(clippy::print_stdout, reason = "a table for the reader")]
 
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (low, high) = mesh.bounds();
     let height = high.y - low.y;
 
-    // A half space takes what lies on the side that its normal points to.
+    // A plane selects the side that its normal points to.
     let base = Selection::Plane { point: [0.0, low.y + 0.05 * height, 0.0], normal: [0.0, -1.0, 0.0] };
     let crown = Selection::Plane { point: [0.0, high.y - 0.1 * height, 0.0], normal: [0.0, 1.0, 0.0] };
     let up = Key { time: 1.0, translate: [0.0, 0.35 * height, 0.0], ..Key::default() };
@@ -29,9 +29,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         .build()?;
     let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 120.0).build()?;
 
-    println!("  time   volume by shape matching   as shown       lambda");
+    println!("  time   volume before correction      after       lambda");
     for _ in 0..=5 {
-        // Looking changes nothing that follows.
+        // Evaluating the volume does not change the simulation.
         let report = simulation.body(0).volume_report();
         let (before, after) = (report.before / report.rest, report.after / report.rest);
         println!("{:>5.2}s {before:>26.4} {after:>10.6} {:>12.4}", simulation.time(), report.lambda);

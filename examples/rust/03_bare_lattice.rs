@@ -1,6 +1,6 @@
-//! A lattice without a mesh: cells by hand, goal positions, momentum.
+//! Simulates a lattice without a mesh: explicit cells, goal positions, momentum.
 //!
-//!     cargo run --release -p supple --example 03_bare_lattice
+//!     cargo run --release -p supple-io --example 03_bare_lattice
 
 #![allow(clippy::print_stdout, reason = "figures for the reader")]
 
@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 use supple::{Body, Lattice, Simulation};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // A horseshoe, one cell thick: its tips are near to each other, but no link joins them.
+    // A horseshoe, one cell thick. Its tips are close to each other, but not linked.
     let cells: Vec<[i32; 3]> = (0..7)
         .flat_map(|y| (0..5).map(move |x| [x, y, 0]))
         .filter(|&[x, y, _]| y == 0 || x == 0 || x == 4)
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let lattice = Lattice::from_cells(&cells, 0.1, Point3::origin(), true)?;
     println!("{} cells, {} lattice vertices", lattice.cells().len(), lattice.len());
 
-    // One tip is lifted; the goals say where shape matching would have each vertex.
+    // Lift one tip. The goals are the positions towards which shape matching moves the vertices.
     let mut body = Body::from_lattice(lattice).half_width(2).build()?;
     let mut positions = body.positions();
     for (position, &[x, y, _]) in positions.iter_mut().zip(body.lattice().indices()) {
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let farthest = goals.iter().zip(&positions).map(|(goal, at)| (goal - at).norm()).fold(0.0, f64::max);
     println!("farthest goal: {farthest:.4} away");
 
-    // The pulls cancel: with nothing outside, the center of mass stays where it is.
+    // Shape matching conserves momentum: without external forces the center of mass stays in place.
     let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 60.0).build()?;
     let before = center(&simulation.body(0));
     simulation.steps(600);
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The center of mass.
+/// Returns the center of mass.
 fn center(body: &Body) -> Vector3<f64> {
     let masses = body.masses();
     let sum: Vector3<f64> = body.positions().iter().zip(&masses).map(|(at, mass)| at.coords * *mass).sum();

@@ -60,7 +60,11 @@ def test_settable_numbers_refuse_other_types(name, value):
         (lambda cube: supple.read_obj("a.obj", object=3), TypeError, "object must be a string, not int"),
         (lambda cube: supple.load_scene(None), TypeError, "path must be a path .*, not None"),
         (lambda cube: supple.run(None), TypeError, "path must be a path .*, not None"),
-        (lambda cube: supple.run("a.toml", overrides={"a": object()}), TypeError, "overrides: object"),
+        (
+            lambda cube: supple.run("a.toml", overrides={"a": object()}),
+            TypeError,
+            "overrides: a scene cannot have a value of type object",
+        ),
     ],
 )
 def test_invalid_arguments_of_functions(cube, make, error, message):

@@ -71,16 +71,24 @@ def test_colliders_are_hashable_dataclasses_that_pickle():
 @pytest.mark.parametrize(
     ("make", "error", "message"),
     [
-        (lambda: supple.Plane((0, 0, 0), (0, 0, 0)), ValueError, "Plane: the plane's normal is zero"),
-        (lambda: supple.Plane((0, 0), (0, 1, 0)), ValueError, r"point has the shape \(2,\)"),
-        (lambda: supple.Sphere((0, 0, 0), 0), ValueError, "Sphere: radius is 0"),
-        (lambda: supple.Sphere((0, 0, np.nan), 1), ValueError, r"center\[2\] = NaN"),
-        (lambda: supple.Sphere((0, 0, 0), "1"), TypeError, "radius must be a number"),
-        (lambda: supple.Box((0, 0, 0), (1, 0, 1)), ValueError, "half_extents is 0"),
-        (lambda: supple.Capsule((0, 0, 0), (1, 1, 1), np.inf), ValueError, "radius is inf"),
-        (lambda: supple.Sphere((0, 0, 0), 1, friction=-1), ValueError, "friction is -1"),
-        (lambda: supple.Sphere((0, 0, 0), 1, restitution=2), ValueError, "restitution is 2"),
-        (lambda: supple.Sphere((0, 0, 0), 1, keys=[(1,), (0,)]), ValueError, "not after key 0"),
+        (
+            lambda: supple.Plane((0, 0, 0), (0, 0, 0)),
+            ValueError,
+            "Plane: the plane's normal is zero; give the direction of the free side",
+        ),
+        (lambda: supple.Plane((0, 0), (0, 1, 0)), ValueError, r"point has the shape \(2,\); it must be \(3,\)"),
+        (lambda: supple.Sphere((0, 0, 0), 0), ValueError, "Sphere: radius is 0; it must be greater than 0"),
+        (lambda: supple.Sphere((0, 0, np.nan), 1), ValueError, r"center\[2\] = NaN is not finite"),
+        (lambda: supple.Sphere((0, 0, 0), "1"), TypeError, "radius must be a number, not str"),
+        (lambda: supple.Box((0, 0, 0), (1, 0, 1)), ValueError, "half_extents is 0; it must be greater than 0"),
+        (lambda: supple.Capsule((0, 0, 0), (1, 1, 1), np.inf), ValueError, "radius is inf; it must be finite"),
+        (lambda: supple.Sphere((0, 0, 0), 1, friction=-1), ValueError, "friction is -1; its range is 0 and above"),
+        (lambda: supple.Sphere((0, 0, 0), 1, restitution=2), ValueError, "restitution is 2; its range is 0 to 1"),
+        (
+            lambda: supple.Sphere((0, 0, 0), 1, keys=[(1,), (0,)]),
+            ValueError,
+            "key 1 is at time 0, which is not after key 0 at 1; sort the keys by time",
+        ),
     ],
 )
 def test_invalid_colliders_are_errors(make, error, message):

@@ -1,6 +1,7 @@
 """Lattices from arrays of cells and from meshes."""
 
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -74,13 +75,13 @@ def test_constant_arrays_are_read_only(block):
 @pytest.mark.parametrize(
     ("cells", "settings", "message"),
     [
-        (np.zeros((2, 2, 2)), {}, "no cell"),
+        (np.zeros((2, 2, 2)), {}, "no cell is occupied; a lattice needs at least one"),
         (np.ones((2, 2)), {}, r"shape \(2, 2\); it must be \(nx, ny, nz\)"),
-        (np.ones((1, 1, 1)), {"cell_size": 0}, "cell size is 0"),
-        (np.ones((1, 1, 1)), {"cell_size": np.nan}, "cell size is NaN"),
-        (np.ones((1, 1, 1)), {"origin": (0, np.inf, 0)}, r"origin\[1\] = inf"),
-        (np.ones((1, 1, 1)), {"origin": (0, 0)}, r"origin has the shape \(2,\)"),
-        (np.full((1, 2, 1), np.nan), {}, r"cells\[0, 0, 0\] = NaN"),
+        (np.ones((1, 1, 1)), {"cell_size": 0}, "cell size is 0; it must be a positive, finite length"),
+        (np.ones((1, 1, 1)), {"cell_size": np.nan}, "cell size is NaN; it must be a positive, finite length"),
+        (np.ones((1, 1, 1)), {"origin": (0, np.inf, 0)}, r"origin\[1\] = inf is not finite"),
+        (np.ones((1, 1, 1)), {"origin": (0, 0)}, r"origin has the shape \(2,\); it must be \(3,\)"),
+        (np.full((1, 2, 1), np.nan), {}, r"cells\[0, 0, 0\] = NaN is not finite"),
     ],
 )
 def test_invalid_cells_are_errors(cells, settings, message):
@@ -90,16 +91,19 @@ def test_invalid_cells_are_errors(cells, settings, message):
 
 
 def test_too_much_memory_is_an_error_before_allocation(cube):
-    with pytest.raises(supple.LatticeError, match=r"iB.*would fit"):
+    with pytest.raises(supple.LatticeError, match=r"cells of size 1\.0000e-4 needs 10\.0 TiB .* would fit"):
         supple.Lattice.from_mesh(cube, cell_size=1e-4)
-    with pytest.raises(supple.LatticeError, match="would fit"):
+    limit = "more than the limit of 977 KiB; a cell size of ([0-9.e-]+) would fit"
+    with pytest.raises(supple.LatticeError, match=limit) as caught:
         supple.Body(cube, lattice_vertices=100_000, memory_limit=1_000_000)
+    fitting = float(re.search(limit, str(caught.value))[1])
+    supple.Body(cube, cell_size=fitting, memory_limit=1_000_000)
 
 
 def test_vertices_and_cell_size_are_mutually_exclusive(cube):
-    with pytest.raises(ValueError, match="vertices and cell_size"):
+    with pytest.raises(ValueError, match="vertices and cell_size are mutually exclusive"):
         supple.Lattice.from_mesh(cube, vertices=100, cell_size=0.5)
-    with pytest.raises(ValueError, match="at least 8"):
+    with pytest.raises(ValueError, match="vertices = 7 is out of range: it must be a whole number, at least 8"):
         supple.Lattice.from_mesh(cube, vertices=7)
 
 

@@ -28,7 +28,7 @@ def test_to_trimesh_has_the_evaluated_surface(cube, block):
     assert made.is_watertight
     assert made.volume == pytest.approx(8, rel=1e-5)
     assert np.allclose(supple.Body(made, lattice_vertices=100).surface(), made.vertices, atol=1e-6)
-    with pytest.raises(ValueError, match="bare lattice"):
+    with pytest.raises(ValueError, match=r"the body is a bare lattice .* corrected_positions\(\)"):
         supple.Body(block).to_trimesh()
 
 
@@ -116,13 +116,13 @@ class _ScriptedImgui:
         return (True, self.inputs.pop(label)) if label in self.inputs else drawn
 
     def Checkbox(self, label, value):  # noqa: N802
-        return self._moved(label, self._imgui.Checkbox(label, value))
+        return self._result(label, self._imgui.Checkbox(label, value))
 
     def SliderFloat(self, label, value, **limits):  # noqa: N802
-        return self._moved(label, self._imgui.SliderFloat(label, value, **limits))
+        return self._result(label, self._imgui.SliderFloat(label, value, **limits))
 
     def SliderInt(self, label, value, **limits):  # noqa: N802
-        return self._moved(label, self._imgui.SliderInt(label, value, **limits))
+        return self._result(label, self._imgui.SliderInt(label, value, **limits))
 
 
 def _point(method, milliseconds, front=(), **errors):

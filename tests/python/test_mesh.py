@@ -80,22 +80,22 @@ def test_missing_and_invalid_files_are_errors_with_path_and_line(tmp_path):
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
-        (CORNERS, [[0, 1, 8]], "face 0 refers to vertex 8 of 8"),
+        (CORNERS, [[0, 1, 8]], r"face 0 refers to vertex 8 of 8 \(counted from 0\)"),
         (CORNERS, [[0, 1, 2], [0, -1, 2]], "face 1 refers to vertex -1 of 8"),
         (CORNERS, [[0, 1]], r"faces\[0\] has 2 corners; a face has at least 3"),
-        (CORNERS, [[0, 1, 2], [0, 1]], r"faces\[1\] has 2 corners"),
+        (CORNERS, [[0, 1, 2], [0, 1]], r"faces\[1\] has 2 corners; a face has at least 3"),
         (CORNERS, np.zeros((1, 2), int), r"faces has the shape \(1, 2\); it must be \(m, 3\) or \(m, 4\)"),
         (CORNERS, np.array([[0, 1, 3, 2, 6]]), r"faces has the shape \(1, 5\); it must be \(m, 3\) or \(m, 4\)"),
         (CORNERS, np.array([[0, 1, 2**64 - 1]], np.uint64), "faces: 18446744073709551615 is out of range"),
         (CORNERS, [[0, 1, 2**64]], "faces has an index beyond 64 bits; there are 8 vertices"),
-        (CORNERS, [], "no faces"),
-        (CORNERS * 1e300, QUADS, "vertex 1 .* x = 1e300"),
-        (CORNERS, np.zeros((0, 3), int), "no faces"),
-        (np.where(CORNERS == 1, np.nan, CORNERS), QUADS, "vertex 1 .* x = NaN"),
-        (np.where(CORNERS == 1, np.inf, CORNERS), QUADS, "vertex 1 .* x = inf"),
+        (CORNERS, [], "no faces: 0 given, none with three distinct corners"),
+        (CORNERS * 1e300, QUADS, "vertex 1 .* x = 1e300: .* within the range of f32"),
+        (CORNERS, np.zeros((0, 3), int), "no faces: 0 given, none with three distinct corners"),
+        (np.where(CORNERS == 1, np.nan, CORNERS), QUADS, "vertex 1 .* x = NaN: coordinates must be finite"),
+        (np.where(CORNERS == 1, np.inf, CORNERS), QUADS, "vertex 1 .* x = inf: coordinates must be finite"),
         (CORNERS[:, :2], QUADS, r"vertices has the shape \(8, 2\); it must be \(n, 3\)"),
-        (np.zeros((8, 3)), QUADS, "no extent"),
-        ([[0, 0, 0], [1]], QUADS, "vertices"),
+        (np.zeros((8, 3)), QUADS, r"no extent: all 8 vertices of the faces lie at \(0, 0, 0\)"),
+        ([[0, 0, 0], [1]], QUADS, r"vertices must be numbers of shape \(n, 3\): .* inhomogeneous"),
     ],
 )
 def test_invalid_arrays_are_errors_with_index_and_value(vertices, faces, message):
@@ -108,10 +108,10 @@ def test_invalid_arrays_are_errors_with_index_and_value(vertices, faces, message
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
-        ("corners", QUADS, "vertices must be numbers"),
-        (CORNERS.astype(complex), QUADS, "complex128"),
+        ("corners", QUADS, r"vertices must be numbers of shape \(n, 3\), not str"),
+        (CORNERS.astype(complex), QUADS, r"vertices must be numbers of shape \(n, 3\), .* complex128"),
         (CORNERS, QUADS.astype(float), "faces must be integers .* float64"),
-        (CORNERS, None, "faces must be integers"),
+        (CORNERS, None, r"faces must be integers of shape \(m, 3\) or \(m, 4\), not NoneType"),
     ],
 )
 def test_arrays_of_wrong_type_are_errors(vertices, faces, message):

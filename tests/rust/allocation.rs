@@ -49,8 +49,8 @@ fn thread_allocations(work: impl FnOnce()) -> usize {
     THREAD_ALLOCATIONS.get() - before
 }
 
-/// Returns the number of allocations of all threads while `work` runs. This program has only one test, so that no
-/// other test allocates at the same time.
+/// Returns the number of allocations of all threads while `work` runs. This program has only one test, so
+/// that no other test allocates at the same time.
 fn allocations(work: impl FnOnce()) -> usize {
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     work();
@@ -166,9 +166,9 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         Simulation::builder().body(block(6).volume(VolumeOptions::off()).build().unwrap()).build().unwrap();
     assert_eq!(stages(&bare), ["momentum tracker", "shape matching", "integration"]);
 
-    // The plan counts the memory that building and stepping a simulation allocates. It leaves out the slack of growing
-    // vectors and a few numbers per component and constraint: less than 2 bytes per lattice vertex here, so no array
-    // with a number (4 bytes or more) for each vertex is missing.
+    // The plan counts the memory that building and stepping a simulation allocates. It leaves out the slack
+    // of growing vectors and a few numbers per component and constraint: less than 2 bytes per lattice vertex
+    // here, so no array with a number (4 bytes or more) for each vertex is missing.
     let without_optional_stages = |n| {
         let body = block(n).volume(VolumeOptions::off()).build().unwrap();
         Simulation::builder().body(body).threads(1).build().unwrap()

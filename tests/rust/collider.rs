@@ -60,19 +60,37 @@ fn invalid_colliders_are_errors_with_the_collider_the_value_and_the_range() {
     let key = Key { time: 1.0, ..Key::default() };
     let wrong = [
         (Collider::sphere([0.0; 3], 0.0), "collider 1: radius is 0; it must be greater than 0"),
-        (Collider::sphere([f64::NAN, 0.0, 0.0], 1.0), "center is NaN"),
-        (Collider::plane([0.0; 3], [0.0; 3]), "normal is zero"),
-        (Collider::cuboid([0.0; 3], [1.0, -1.0, 1.0], [0.0; 3]), "half_extents is -1"),
-        (Collider::cuboid([0.0; 3], [1.0; 3], [f64::INFINITY, 0.0, 0.0]), "rotate is inf"),
-        (Collider::capsule([0.0; 3], [1.0; 3], -2.0), "radius is -2"),
-        (Collider { friction: -0.1, ..good.clone() }, "friction is -0.1; its range is 0 and above"),
-        (Collider { friction: f64::NAN, ..good.clone() }, "friction is NaN"),
-        (Collider { restitution: 1.5, ..good.clone() }, "restitution is 1.5; its range is 0 to 1"),
-        (Collider { keys: vec![key, key], ..good.clone() }, "collider 1: key 1 is at time 1"),
+        (Collider::sphere([f64::NAN, 0.0, 0.0], 1.0), "collider 1: center is NaN; it must be finite"),
+        (
+            Collider::plane([0.0; 3], [0.0; 3]),
+            "collider 1: the plane's normal is zero; give the direction of the free side",
+        ),
+        (
+            Collider::cuboid([0.0; 3], [1.0, -1.0, 1.0], [0.0; 3]),
+            "collider 1: half_extents is -1; it must be greater than 0",
+        ),
+        (
+            Collider::cuboid([0.0; 3], [1.0; 3], [f64::INFINITY, 0.0, 0.0]),
+            "collider 1: rotate is inf; it must be finite",
+        ),
+        (Collider::capsule([0.0; 3], [1.0; 3], -2.0), "collider 1: radius is -2; it must be greater than 0"),
+        (
+            Collider { friction: -0.1, ..good.clone() },
+            "collider 1: friction is -0.1; its range is 0 and above",
+        ),
+        (Collider { friction: f64::NAN, ..good.clone() }, "collider 1: friction is NaN; it must be finite"),
+        (
+            Collider { restitution: 1.5, ..good.clone() },
+            "collider 1: restitution is 1.5; its range is 0 to 1",
+        ),
+        (
+            Collider { keys: vec![key, key], ..good.clone() },
+            "collider 1: key 1 is at time 1, which is not after key 0 at 1; sort the keys by time",
+        ),
     ];
     for (collider, message) in wrong {
         let error = Colliders::new(&[good.clone(), collider]).unwrap_err();
-        assert!(error.to_string().contains(message), "{error}");
+        assert_eq!(error.to_string(), message);
     }
     assert!(Colliders::new(&[]).unwrap().is_empty());
     let edge = Collider { friction: 0.0, restitution: 1.0, ..good };

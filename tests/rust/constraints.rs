@@ -44,22 +44,35 @@ fn selected_mesh_vertices_select_the_lattice_vertices_of_their_cells() {
 fn an_empty_selection_is_an_error_with_the_nearest_vertex_and_its_distance() {
     let error = select(Selection::Box { min: [1.25, 0.0, 0.0], max: [3.0, 1.0, 0.5] }).unwrap_err();
     assert_eq!(error, SelectionError::Nothing { shape: "box", nearest: [1.0, 0.0, 0.0], distance: 0.25 });
-    assert!(error.to_string().contains("0.250000 outside"), "{error}");
+    let message = "the box selects nothing: the nearest vertex is at (1.000000, 0.000000, 0.000000), \
+                   0.250000 outside; move the box or make it larger";
+    assert_eq!(error.to_string(), message);
     let error = select(Selection::Sphere { center: [0.0, 0.0, -3.0], radius: 1.0 }).unwrap_err();
-    assert!(matches!(error, SelectionError::Nothing { distance, .. } if distance == 2.0));
+    let (shape, nearest) = ("sphere", [0.0; 3]);
+    assert_eq!(error, SelectionError::Nothing { shape, nearest, distance: 2.0 });
     let error = select(Selection::Plane { point: [0.0, 1.5, 0.0], normal: [0.0, 2.0, 0.0] }).unwrap_err();
-    assert!(matches!(error, SelectionError::Nothing { distance, .. } if distance == 0.5));
+    let (shape, nearest) = ("plane", [0.0, 1.0, 0.0]);
+    assert_eq!(error, SelectionError::Nothing { shape, nearest, distance: 0.5 });
 }
 
 #[test]
 fn invalid_selections_are_errors_with_the_value_and_the_way_out() {
     let wrong = [
-        (Selection::Box { min: [0.0, 2.0, 0.0], max: [1.0; 3] }, "min 2 > max 1 along y"),
-        (Selection::Box { min: [f64::NAN, 0.0, 0.0], max: [1.0; 3] }, "min is NaN"),
-        (Selection::Sphere { center: [0.0; 3], radius: 0.0 }, "radius is 0"),
-        (Selection::Sphere { center: [0.0; 3], radius: f64::INFINITY }, "radius is inf"),
-        (Selection::Plane { point: [0.0; 3], normal: [0.0; 3] }, "normal is zero"),
-        (Selection::Vertices(vec![]), "empty"),
+        (
+            Selection::Box { min: [0.0, 2.0, 0.0], max: [1.0; 3] },
+            "the box has min 2 > max 1 along y; swap the two",
+        ),
+        (Selection::Box { min: [f64::NAN, 0.0, 0.0], max: [1.0; 3] }, "min is NaN; it must be finite"),
+        (
+            Selection::Sphere { center: [0.0; 3], radius: 0.0 },
+            "the sphere's radius is 0; it must be greater than 0",
+        ),
+        (Selection::Sphere { center: [0.0; 3], radius: f64::INFINITY }, "radius is inf; it must be finite"),
+        (
+            Selection::Plane { point: [0.0; 3], normal: [0.0; 3] },
+            "the plane's normal is zero; give the direction of the side to select",
+        ),
+        (Selection::Vertices(vec![]), "the list of vertices is empty; name at least one lattice vertex"),
         (Selection::Vertices(vec![3, 8]), "vertex 8 is out of range: the lattice has 8 vertices, 0 to 7"),
     ];
     for (selection, message) in wrong {
@@ -93,9 +106,14 @@ fn invalid_keys_are_errors_with_their_index_and_value() {
     assert_eq!(Motion::new(vec![]), Err(MotionError::NoKeys));
     let twice = Motion::new(vec![key(0.5, [0.0; 3], [0.0; 3]); 2]).unwrap_err();
     assert_eq!(twice, MotionError::NotIncreasing { key: 1, time: 0.5, previous: 0.5 });
-    assert!(twice.to_string().contains("not after key 0 at 0.5"), "{twice}");
+    assert!(
+        twice
+            .to_string()
+            .contains("key 1 is at time 0.5, which is not after key 0 at 0.5; sort the keys by time"),
+        "{twice}"
+    );
     let error = Motion::new(vec![key(0.0, [0.0, f64::NAN, 0.0], [0.0; 3])]).unwrap_err();
-    assert!(error.to_string().contains("key 0: translate is NaN"), "{error}");
+    assert!(error.to_string().contains("key 0: translate is NaN; it must be finite"), "{error}");
 }
 
 /// A cube of eight vertices in reversed slots, far from the origin of world space.
@@ -179,8 +197,8 @@ fn a_pin_keeps_its_vertices_at_their_positions_at_start_and_releases_them_at_end
         assert_eq!(constraints.held(), [active, false, false, active, false, false, false, false]);
         for (k, v) in [0, 3].into_iter().enumerate() {
             if active {
-                // Equal bits from step to step. The captured position passes through world space, a million cells
-                // from the origin in f64.
+                // Equal bits from step to step. The captured position passes through world space, a million
+                // cells from the origin in f64.
                 assert_eq!(after[k], first[k]);
                 assert!((after[k] - captured[k]).norm() < 1e-9, "{} {}", after[k], captured[k]);
                 assert_eq!(body.velocity(v), Vector3::zeros());
@@ -284,5 +302,6 @@ fn empty_or_non_finite_time_windows_are_errors() {
     for (start, end) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (f64::INFINITY, 1.0)] {
         let error = Constraint::new(vec![0], window(start, end), None).unwrap_err();
         assert!(matches!(error, ConstraintError::TimeWindow { .. }), "{error}");
+        assert!(error.to_string().starts_with(&format!("start is {start} and end is {end}; ")), "{error}");
     }
 }

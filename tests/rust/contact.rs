@@ -1,4 +1,4 @@
-//! Contacts: displacement, restitution, rest, external impulses, and culling.
+//! Contacts: displacement, restitution, rest, contact displacements, culling.
 
 use crate::stand_in::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -63,7 +63,8 @@ fn a_flat_face_is_moved_to_the_surface_in_one_step_without_overshoot() {
 
 #[test]
 fn the_deepest_of_many_samples_is_moved_to_the_surface() {
-    // A curved lower side: 40 samples in each of 16 cells, few of them deep, moving down by half a cell per step.
+    // A curved lower side: 40 samples in each of 16 cells, few of them deep, moving down by half a cell per
+    // step.
     let mut seed = 1_u32;
     let mut random = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -192,7 +193,8 @@ fn hostile_colliders_displace_by_a_quarter_cell_per_step_and_give_finite_results
         let (count, set) = (set.len(), colliders(set));
         let mut block = Block::new([3, 3, 3], CELL, None);
         block.place(&Matrix3::identity(), Point3::origin());
-        // At rest a sample moves by at most a quarter of a cell per collider, and a vertex at most twice as far.
+        // At rest a sample moves by at most a quarter of a cell per collider, and a vertex at most twice as
+        // far.
         let before = vertices_of(&block);
         block.resolve(&set, Interval::of_step(0, DT));
         for (v, before) in before.iter().enumerate() {
@@ -235,8 +237,8 @@ fn contact_displacements_of_a_resting_body_carry_its_weight() {
     let touched: Vec<u32> = block.contacts.touched().collect();
     assert_eq!(displacements.len(), 16, "the vertices of the lowest layer");
     assert!(displacements.iter().all(|(v, push)| touched.contains(v) && push[0] == 0.0 && push[2] == 0.0));
-    // At rest, gravity adds g dt to the velocity of each vertex and g dt² to its displacement in a step. The contact
-    // displacement counts both: the push-out, and the velocity change times dt.
+    // At rest, gravity adds g dt to the velocity of each vertex and g dt² to its displacement in a step. The
+    // contact displacement counts both: the push-out, and the velocity change times dt.
     let sum: f64 = displacements.iter().map(|(_, push)| f64::from(push[1])).sum();
     let fall = 9.81 * DT * DT / CELL * block.rest.len() as f64;
     assert!((sum / (2.0 * fall) - 1.0).abs() < 0.01, "{sum} of {}", 2.0 * fall);

@@ -28,8 +28,8 @@ fn center(body: &Body) -> Vector3<f64> {
     sum / masses.iter().sum::<f64>()
 }
 
-/// Returns kinetic energy plus potential energy above `level`. Heights are taken at the middle of the last step, so that
-/// a free fall keeps the energy to rounding.
+/// Returns kinetic energy plus potential energy above `level`. Heights are taken at the middle of the last
+/// step, so that a free fall keeps the energy to rounding.
 fn energy(body: &Body, level: f64) -> f64 {
     let terms = body.positions().into_iter().zip(body.velocities()).zip(body.masses());
     terms.map(|((p, v), m)| m * (0.5 * v.norm_squared() + GRAVITY * (p.y - 0.5 * DT * v.y - level))).sum()
@@ -52,8 +52,8 @@ fn assert_gains_no_energy(name: &str, body: BodyBuilder, stiffness: f64, ground:
     let mut sim = drop(body.stiffness(stiffness).region_damping(0.0), ground, 3.0);
     let level = lowest(sim.body(0)) - 3.0;
     let start = energy(&sim.body(0), level);
-    // The conserved energy also has a term of the deformation between two steps, at least -stiffness/4 of the kinetic
-    // energy. 1e-4 is for rounding.
+    // The conserved energy also has a term of the deformation between two steps, at least -stiffness/4 of the
+    // kinetic energy. 1e-4 is for rounding.
     let limit = start / (1.0 - stiffness / 4.0) * (1.0 + 1e-4);
     for step in 0..600 {
         sim.step();

@@ -1,4 +1,5 @@
-//! Changes between steps (stiffness, damping, half-width, volume, constraints, threads), and states that keep them.
+//! Changes between steps (stiffness, damping, half-width, volume, constraints, threads), and states that keep
+//! them.
 
 use crate::common::{half_cells, momentum, without_gravity};
 use nalgebra::{Point3, Vector3};

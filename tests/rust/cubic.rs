@@ -123,7 +123,8 @@ fn double_and_triple_roots_are_found_at_any_scale() {
         let root = smallest_root(coefficients, f64::INFINITY);
         assert!(!root.capped);
         assert_backward_stable(coefficients, root);
-        // A rounding error of the evaluation moves a double root by its square root, a triple root by its cube root.
+        // A rounding error of the evaluation moves a double root by its square root, a triple root by its
+        // cube root.
         let (least, tolerance) = (r.abs().min(s.abs()), if (r - s).abs() < 2.0 { 1e-3 } else { 1e-6 });
         assert!(
             (root.lambda.abs() / scale - least).abs() <= tolerance * 49.0,

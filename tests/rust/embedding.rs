@@ -111,7 +111,8 @@ fn points_outside_all_cells_follow_the_nearest_cell() {
     let nearest = [[0, 0, 0], [2, 1, 0], [0, 0, 0], [2, 0, 0]];
     for (i, cell) in nearest.into_iter().enumerate() {
         assert_eq!(lattice.cells()[embedding.cell(i) as usize], cell, "point {i}");
-        // In exact arithmetic the weights sum to 1. Each is a sum of four products, rounded by less than 4 ulp.
+        // In exact arithmetic the weights sum to 1. Each is a sum of four products, rounded by less than 4
+        // ulp.
         let weights = embedding.weights(i).map(f64::from);
         let rounding = 4.0 * f64::from(f32::EPSILON) * weights.iter().map(|w| w.abs()).sum::<f64>();
         assert!((weights.iter().sum::<f64>() - 1.0).abs() <= rounding, "point {i}: {weights:?}");
@@ -140,6 +141,6 @@ fn non_finite_points_stay_non_finite_and_leave_other_points_alone() {
         assert!(out[i].iter().any(|x| !x.is_finite()), "{:?}", out[i]);
     }
     assert_eq!(out[2], finite.map(|x| x as f32));
-    let none = Embedding::new(&lattice, &[]);
-    assert!(none.is_empty() && none.by_cell().len() == 0);
+    let empty = Embedding::new(&lattice, &[]);
+    assert!(empty.is_empty() && empty.by_cell().len() == 0);
 }

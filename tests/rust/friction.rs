@@ -17,7 +17,8 @@ fn ground() -> Collider {
     Collider::plane([0.0; 3], [0.0, 1.0, 0.0])
 }
 
-/// Returns the displacement and the speed down a slope of `degrees` of a block that starts at rest, after `seconds`.
+/// Returns the displacement and the speed down a slope of `degrees` of a block that starts at rest, after
+/// `seconds`.
 fn on_slope(degrees: f64, friction: f64, seconds: f64) -> (f64, f64) {
     let turn = euler_degrees([0.0, 0.0, degrees]);
     let (downhill, normal) = (turn * -Vector3::x(), turn * Vector3::y());

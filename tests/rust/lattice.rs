@@ -42,13 +42,13 @@ fn check(lattice: &Lattice) {
     assert!(lattice.occupied_cells().iter().eq(occupied.values()));
     for (v, &index) in lattice.indices().iter().enumerate() {
         assert_eq!(lattice.vertex_at(index), Some(v as u32));
-        let neighbours = lattice.neighbours(v as u32);
-        for (n, neighbour) in neighbours.iter().enumerate() {
+        let neighbors = lattice.neighbors(v as u32);
+        for (n, neighbor) in neighbors.iter().enumerate() {
             assert_eq!(links.contains(&(index, n)), lattice.links()[v] >> n & 1 == 1);
             let mut expected = index;
             expected[n / 2] += if n % 2 == 0 { -1 } else { 1 };
-            assert_eq!(*neighbour, lattice.vertex_at(expected).filter(|_| links.contains(&(index, n))));
-            if let Some(other) = neighbour {
+            assert_eq!(*neighbor, lattice.vertex_at(expected).filter(|_| links.contains(&(index, n))));
+            if let Some(other) = neighbor {
                 let of = &lattice.components().of_vertex;
                 assert_eq!(of[v], of[*other as usize]);
             }
@@ -73,7 +73,7 @@ fn count_components(lattice: &Lattice) -> usize {
         count += usize::from(!seen[start as usize]);
         while let Some(v) = stack.pop() {
             if !std::mem::replace(&mut seen[v as usize], true) {
-                stack.extend(lattice.neighbours(v).into_iter().flatten());
+                stack.extend(lattice.neighbors(v).into_iter().flatten());
             }
         }
     }
@@ -113,7 +113,7 @@ fn the_sides_of_a_gap_are_not_linked() {
     assert_eq!(u.components().count, 1);
     let [left, right] = [[1, 3, 0], [2, 3, 0]].map(|index| u.vertex_at(index).expect("on an arm"));
     assert_eq!(right, left + 1);
-    assert_eq!((u.neighbours(left)[1], u.neighbours(right)[0]), (None, None));
+    assert_eq!((u.neighbors(left)[1], u.neighbors(right)[0]), (None, None));
 }
 
 #[test]
@@ -174,7 +174,8 @@ fn invalid_arguments_are_errors_with_their_values() {
     assert!(matches!(nan_origin, Err(LatticeError::Origin(0.0, y, 2.0)) if y.is_nan()));
     let cells = [[0, 0, 0], [0, i32::MIN, 0]];
     assert_eq!(from(&cells, 1.0, origin), Err(LatticeError::IndexRange { cell: 1, index: i32::MIN }));
-    // A bridge of six thousand million cells is an error before it is built. Without the bridge the lattice is small.
+    // A bridge of six thousand million cells is an error before it is built. Without the bridge the lattice
+    // is small.
     let far = [[-(1 << 30); 3], [1 << 30; 3]];
     assert!(matches!(from(&far, 1.0, origin), Err(LatticeError::TooMuchMemory { .. })));
     check(&lattice(&far, false));

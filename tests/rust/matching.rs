@@ -65,7 +65,8 @@ fn the_goals_of_a_rigid_motion_are_its_positions_also_far_away() {
             body.set_positions(&points(&x)).unwrap();
             let local: Vec<_> = x.iter().map(|x| x - shift).collect();
             let error = worst(&coordinates(&body.goals()), &x);
-            // The origin of the body is a multiple of its extent, so its coordinates are up to twice as large.
+            // The origin of the body is a multiple of its extent, so its coordinates are up to twice as
+            // large.
             assert!(error <= tolerance(2.0 * extent(&local)), "{name}, {away:e} cells away: {error:e}");
         }
     }
@@ -132,7 +133,8 @@ fn damping_equals_the_reference() {
     let mut random = Random(8);
     for (name, lattice) in shapes() {
         for half_width in 1..=3 {
-            // The goals of a rotated body are its positions, so the step adds nothing to the damped velocities.
+            // The goals of a rotated body are its positions, so the step adds nothing to the damped
+            // velocities.
             let turn = random.rotation();
             let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
             let v: Vec<_> = x.iter().map(|_| random.vector()).collect();

@@ -162,7 +162,8 @@ fn hard_edges_stay_hard_under_any_linear_deformation() {
 
 #[test]
 fn smooth_normals_follow_a_stretch() {
-    // A sphere with exact normals, stretched to an ellipsoid: the expected normals are those of the ellipsoid.
+    // A sphere with exact normals, stretched to an ellipsoid: the expected normals are those of the
+    // ellipsoid.
     let (mut text, mut faces) = (String::new(), String::new());
     let (rings, sectors) = (24, 48);
     for ring in 0..=rings {
@@ -195,7 +196,8 @@ fn smooth_normals_follow_a_stretch() {
     for (normal, [x, y, z]) in written.iter().zip(rest(part.mesh())) {
         let expected = Vector3::new(x / 2.0, y, z).cast::<f64>().normalize();
         let angle = normal.angle(&expected).to_degrees();
-        // Regression bounds. A vertex at a pole has only one corner, so its normal is not a mean over several faces.
+        // Regression bounds. A vertex at a pole has only one corner, so its normal is not a mean over several
+        // faces.
         let limit = if z.abs() == 1.0 { 2.0 } else { 0.25 };
         assert!(angle < limit, "at ({x}, {y}, {z}) off by {angle} degrees");
     }

@@ -76,7 +76,8 @@ fn regions_stop_at_a_gap() {
 
 #[test]
 fn the_two_regions_differ_at_a_concave_corner() {
-    // From the inner side of the left arm, the far vertex is one link down, then one along the top of the foot.
+    // From the inner side of the left arm, the far vertex is one link down, then one along the top of the
+    // foot.
     let lattice = lattice(&u_shape());
     let inner = lattice.vertex_at([1, 2, 0]).expect("on the left arm");
     let far = lattice.vertex_at([2, 1, 0]).expect("on the foot");
@@ -193,7 +194,7 @@ fn largest_trace(a: &Matrix3<f64>) -> f64 {
     k.symmetric_eigenvalues().max()
 }
 
-/// Asserts that the reference rotation of `a` is a rotation that maximises tr(R^T A).
+/// Asserts that the reference rotation of `a` is a rotation that maximizes tr(R^T A).
 fn check_rotation(a: &Matrix3<f64>) {
     let r = rotation(a);
     assert!((r.transpose() * r - Matrix3::identity()).amax() < 1e-14, "{a} {r}");

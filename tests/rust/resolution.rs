@@ -1,4 +1,5 @@
-//! Resolution of a lattice: cell sizes, requested vertex counts, memory limits, reports of floating and glued parts.
+//! Resolution of a lattice: cell sizes, requested vertex counts, memory limits, reports of floating and glued
+//! parts.
 
 use supple::{Lattice, LatticeError, LatticeOptions, Mesh, Resolution};
 
@@ -100,7 +101,7 @@ fn too_much_memory_is_an_error_with_a_cell_size_that_fits() {
             }
         }
     }
-    let error = build(&meshes[1], Resolution::CellSize(1.0), Some(1000)).expect_err("no room for a cell");
+    let error = build(&meshes[1], Resolution::CellSize(1.0), Some(1000)).expect_err("one cell does not fit");
     assert!(matches!(error, LatticeError::TooMuchMemory { fitting: None, .. }), "{error}");
     let default = build(&meshes[1], Resolution::CellSize(1e-30), None).expect_err("too much");
     assert!(matches!(default, LatticeError::TooMuchMemory { fitting: Some(_), .. }));
@@ -108,7 +109,8 @@ fn too_much_memory_is_an_error_with_a_cell_size_that_fits() {
 
 #[test]
 fn floating_and_touching_parts_are_reported() {
-    // A block, a cube that floats beside it, a box that touches the block one cell from the cube, a cube inside the block.
+    // A block, a cube that floats beside it, a box that touches the block one cell from the cube, a cube
+    // inside the block.
     let boxes = [
         ([0.0, 0.0, 0.0], [6.0, 6.0, 6.0]),
         ([8.0, 2.0, 2.0], [9.0, 3.0, 3.0]),

@@ -1,7 +1,7 @@
 //! Module dependencies of the crates: modules of the core form layers, and no crate has cyclic dependencies.
 //!
-//! Dependencies are read from the `use` lines. Within a module, an item used through `mod.rs` counts as a dependency on
-//! the file that defines it. Items that `mod.rs` defines itself count as no dependency.
+//! Dependencies are read from the `use` lines. Within a module, an item used through `mod.rs` counts as a
+//! dependency on the file that defines it. Items that `mod.rs` defines itself count as no dependency.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -25,7 +25,8 @@ const LAYERS: [&str; 14] = [
     "parallel",
 ];
 
-/// Modules outside the layers: the naive reference, range checks, the wrapping error, the internals for tests.
+/// Modules outside the layers: the naive reference, range checks, the wrapping error, the internals for
+/// tests.
 const UNLAYERED: [&str; 4] = ["reference", "range", "error", "internals"];
 
 /// The modules or files that each module or file uses.
@@ -110,7 +111,8 @@ fn segments(path: &str) -> impl Iterator<Item = String> {
     path.split("::").map(str::trim).filter(|part| !part.is_empty()).map(str::to_owned)
 }
 
-/// Returns the dependencies between the top-level modules of a crate, from `use crate::...` and from paths in the code.
+/// Returns the dependencies between the top-level modules of a crate, from `use crate::...` and from paths in
+/// the code.
 fn module_dependencies(krate: &str) -> Dependencies {
     let folder = source(krate);
     let mut dependencies = Dependencies::new();

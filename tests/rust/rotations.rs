@@ -72,8 +72,9 @@ fn a_rotation_depends_on_the_other_matrices_of_its_batch_only_by_rounding() {
     for (a, r) in matrices.iter().zip(&together) {
         let single = supple::rotations(std::slice::from_ref(a))[0];
         let s = signed_singular_values(a);
-        // A perturbation E of A rotates its factor by about E/(s1 + s2), the sum of the two smallest signed singular
-        // values. 4e-6 is 34 ulp of f32, a regression bound for E relative to the largest singular value.
+        // A perturbation E of A rotates its factor by about E/(s1 + s2), the sum of the two smallest signed
+        // singular values. 4e-6 is 34 ulp of f32, a regression bound for E relative to the largest singular
+        // value.
         assert!((single - r).amax() < 4e-6 * s[0] / (s[1] + s[2]).max(1e-3), "{a}");
     }
 }

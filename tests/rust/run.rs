@@ -89,7 +89,8 @@ fn an_observer_is_called_for_every_frame_and_can_stop_a_job_that_resumes() {
     assert_eq!((report.outcome, report.written), (Outcome::AlreadyFinished, 0));
 }
 
-/// Applies a force in every frame, changes settings at frame 2, and stops the job after the frame in the second field.
+/// Applies a force in every frame, changes settings at frame 2, and stops the job after the frame in the
+/// second field.
 struct Driver(Option<Arc<Mutex<Simulation>>>, u32);
 
 impl Observer for Driver {
@@ -186,16 +187,19 @@ fn invalid_jobs_are_input_errors_before_anything_is_written() {
         error.to_string()
     };
     let job = |overrides: &[&str]| Job::new(scene(folder.path(), overrides), &out);
-    assert!(refused(Job { every: 0, ..job(&[]) }).contains("every"));
-    assert!(refused(Job { stats: Some("rows.txt".into()), ..job(&[]) }).contains("rows.txt"));
-    assert!(refused(job(&["body.cube.mesh=none.obj"])).contains("none.obj"));
-    assert!(refused(job(&["body.cube.object=Head"])).contains("Head"));
+    assert!(refused(Job { every: 0, ..job(&[]) }).contains("`every` is 0; it must be at least 1"));
+    assert!(
+        refused(Job { stats: Some("rows.txt".into()), ..job(&[]) })
+            .contains("rows.txt must end in .csv or .json")
+    );
+    assert!(refused(job(&["body.cube.mesh=none.obj"])).starts_with("`body.cube.mesh`: cannot read "));
+    assert!(refused(job(&["body.cube.object=Head"])).contains("no object or group `Head` with faces"));
     let pin = "body.cube.pin=[{ sphere = { center = [9, 0, 0], radius = 1 } }]";
-    assert!(refused(job(&[pin])).contains("body.cube.pin.0"));
+    assert!(refused(job(&[pin])).contains("body.cube.pin.0: the sphere selects nothing"));
     let open = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let of_mesh = job(&["body.cube.volume=mesh"]);
     std::fs::write(folder.path().join("cube.obj"), open).unwrap();
-    assert!(refused(of_mesh).contains("use `cells`"));
+    assert!(refused(of_mesh).contains("3 edges of this one are open"));
 }
 
 #[test]

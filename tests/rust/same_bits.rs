@@ -9,7 +9,8 @@ use supple::{
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
-/// A body of several chunks with every stage: damping, a pin, a handle, a plane, a sphere, the regional correction.
+/// A body of several chunks with every stage: damping, a pin, a handle, a plane, a sphere, the regional
+/// correction.
 fn full_simulation(threads: usize) -> Simulation {
     let lattice = lattice(&block([33, 17, 19]));
     assert!(lattice.len() > 8_192, "more than two chunks of 4,096 lattice vertices");
@@ -79,8 +80,9 @@ fn evaluating_a_body_between_steps_changes_no_bit() {
 /// Coordinates of several points.
 type Vectors = Vec<[f64; 3]>;
 
-/// The results at one SIMD level: its name; the goals of a small deformed body; its positions after one step and after
-/// [`LEVEL_STEPS`]; positions, velocities and corrected positions of the full simulation on one thread and on three.
+/// The results at one SIMD level: its name; the goals of a small deformed body; its positions after one step
+/// and after [`LEVEL_STEPS`]; positions, velocities and corrected positions of the full simulation on one
+/// thread and on three.
 type LevelResults = (String, Vectors, [Vectors; 2], [Vectors; 2]);
 
 const LEVEL_STEPS: u64 = 20;
@@ -116,8 +118,8 @@ fn level_results() -> LevelResults {
     (supple::simd_level().to_owned(), goals, stepped, full)
 }
 
-/// The results of a process that runs at `level`; `None` if the machine lacks that level. The level is chosen once per
-/// process, so the test that calls this starts itself again.
+/// The results of a process that runs at `level`; `None` if the machine lacks that level. The level is chosen
+/// once per process, so the test that calls this starts itself again.
 fn results_at(level: &str, test: &str) -> Option<LevelResults> {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("results");
@@ -137,9 +139,10 @@ fn results_at(level: &str, test: &str) -> Option<LevelResults> {
 /// The environment variable that names the file for the results of a process started by [`results_at`].
 const LEVEL_OUTPUT: &str = "SUPPLE_TEST_LEVEL_OUTPUT";
 
-/// Within one SIMD level, results have the same bits for any number of threads and in any process. Between levels they
-/// differ: with FMA (`avx2`, `avx512`, `neon`) a product and its sum are rounded once, without it twice. So each level
-/// is compared with the f64 reference, to the tolerance of `matching::goals_equal_the_reference`.
+/// Within one SIMD level, results have the same bits for any number of threads and in any process. Between
+/// levels they differ: with FMA (`avx2`, `avx512`, `neon`) a product and its sum are rounded once, without it
+/// twice. So each level is compared with the f64 reference, to the tolerance of
+/// `matching::goals_equal_the_reference`.
 #[test]
 fn each_simd_level_is_thread_count_independent_and_close_to_the_reference() {
     if let Ok(file) = std::env::var(LEVEL_OUTPUT) {
@@ -153,8 +156,8 @@ fn each_simd_level_is_thread_count_independent_and_close_to_the_reference() {
     let names = ["scalar", "sse2", "sse4.2", "avx2", "avx512", "neon"];
     let levels: Vec<LevelResults> = names.iter().filter_map(|name| results_at(name, test)).collect();
     let ran: Vec<&str> = levels.iter().map(|(name, ..)| &**name).collect();
-    // Every x86-64 processor has SSE2 and every AArch64 one NEON. Scalar code is compiled only for targets that
-    // guarantee neither, and is the only level there.
+    // Every x86-64 processor has SSE2 and every AArch64 one NEON. Scalar code is compiled only for targets
+    // that guarantee neither, and is the only level there.
     #[cfg(target_arch = "x86_64")]
     {
         assert!(ran.contains(&"sse2"), "{ran:?}");
@@ -181,8 +184,9 @@ fn each_simd_level_is_thread_count_independent_and_close_to_the_reference() {
         // From rest, a step at stiffness 1 ends in the goals.
         let error = worst(&vectors(first), &naive);
         assert!(error <= 2.0 * goal_error, "{name}: {error:e} cells off the reference after one step");
-        // An error of a goal displaces its step and, as an error of the velocity, every later one: k errors after k
-        // steps, n (n + 1)/2 in all for a motion without a restoring force. Elastic modes and damping keep it smaller.
+        // An error of a goal displaces its step and, as an error of the velocity, every later one: k errors
+        // after k steps, n (n + 1)/2 in all for a motion without a restoring force. Elastic modes and damping
+        // keep it smaller.
         let growth = (LEVEL_STEPS * (LEVEL_STEPS + 1) / 2) as f64;
         let difference = worst(&vectors(last), &vectors(&levels[0].2[1]));
         assert!(

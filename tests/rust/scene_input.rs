@@ -69,15 +69,18 @@ fn overrides_change_values_of_the_scene() {
 #[test]
 fn invalid_overrides_are_errors_with_the_override_and_the_reason() {
     for (text, words) in [
-        ("simulation.frames", "KEY=VALUE"),
+        ("simulation.frames", "must be KEY=VALUE, such as body.bust.half_width=3"),
         ("simulation.frame=3", "unknown key `simulation.frame`; the nearest known one is `frames`"),
         ("body.bsut.half_width=3", "no element is called `bsut`; the nearest known name is `bust`"),
-        ("body.7.half_width=3", "the list has 1"),
-        ("body.bust.half_width=0", "must be a whole number from 1"),
+        ("body.7.half_width=3", "there is no element 7: the list has 1, counted from 0"),
+        (
+            "body.bust.half_width=0",
+            "`body.bust.half_width` is 0; it must be a whole number from 1 to 1000000",
+        ),
         ("body.bust.stiffness=soft", "a number, not the string \"soft\""),
-        ("body.bust.name.x=1", "has no keys"),
-        ("body..x=1", "is called"),
-        (".x=1", "empty"),
+        ("body.bust.name.x=1", "`x` is below the string \"bust\", which has no keys; shorten the key"),
+        ("body..x=1", "is called ``; the nearest known name is `bust`"),
+        (".x=1", "the key has an empty part; write one like body.bust.half_width"),
     ] {
         let message = parse_with(SMALL, &[text]).unwrap_err().to_string();
         assert!(message.contains(&format!("--set {text}")) && message.contains(words), "{message}");

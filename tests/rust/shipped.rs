@@ -15,7 +15,8 @@ fn scene(name: &str, overrides: &[&str]) -> (Scene, Prepared) {
     (scene, prepared)
 }
 
-/// Returns the enclosed volume and the bounds of the evaluated surface, in f32 coordinates as in the written frames.
+/// Returns the enclosed volume and the bounds of the evaluated surface, in f32 coordinates as in the written
+/// frames.
 fn surface_volume_and_bounds(body: BodyRef<'_>) -> (f64, [f32; 3], [f32; 3]) {
     let mesh = body.mesh().unwrap();
     let mut surface = vec![[0.0_f32; 3]; mesh.vertices().len()];

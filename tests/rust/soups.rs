@@ -1,4 +1,4 @@
-//! Random triangles: voxelisation compared with clipping and flood fill, and triangles on grid planes.
+//! Random triangles: voxelization compared with clipping and flood fill, and triangles on grid planes.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,5 @@
-//! A box of cells under global shape matching (Mueller et al. 2005), as a minimal body for the tests of contacts.
+//! A box of cells under global shape matching (Mueller et al. 2005), as a minimal body for the tests of
+//! contacts.
 
 #![allow(dead_code, reason = "not every test uses every item")]
 
@@ -24,8 +25,8 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// Creates a body with samples as (cell, position in the cell). `None` means every boundary vertex and the center of
-    /// every boundary face.
+    /// Creates a body with samples as (cell, position in the cell). `None` means every boundary vertex and
+    /// the center of every boundary face.
     pub(crate) fn new(size: [u32; 3], cell_size: f64, samples: Option<Vec<(u32, [f32; 3])>>) -> Self {
         let n = size.map(|s| s + 1);
         let vertex = |i: [u32; 3]| (i[2] * n[1] + i[1]) * n[0] + i[0];
@@ -60,8 +61,8 @@ impl Block {
         block
     }
 
-    /// Sets the positions to the rest shape, transformed by `rotation` about its corner, with that corner at `corner` in
-    /// world space.
+    /// Sets the positions to the rest shape, transformed by `rotation` about its corner, with that corner at
+    /// `corner` in world space.
     pub(crate) fn place(&mut self, rotation: &Matrix3<f64>, corner: Point3<f64>) {
         for (v, rest) in self.rest.iter().enumerate() {
             let world = corner + rotation * rest * self.frame.cell_size;

@@ -133,7 +133,7 @@ fn a_body_between_plates_bulges_sideways_only() {
     let forces: Vec<ExternalForce> = plates
         .map(|(vertex, index)| ExternalForce {
             vertex: vertex as u32,
-            offset: [0.0, 0.0, if index[2] == 0 { 0.2 } else { -0.2 }],
+            force: [0.0, 0.0, if index[2] == 0 { 0.2 } else { -0.2 }],
         })
         .collect();
     let correction = correction(&lattice, VolumeMeasure::Cells);
@@ -160,10 +160,11 @@ fn the_correction_is_continuous_in_the_contact_force() {
     for step in 0..400 {
         let force = 1e-6 * 1.05_f32.powi(step);
         let forces: Vec<ExternalForce> =
-            (0..25).map(|vertex| ExternalForce { vertex, offset: [0.0, 0.0, force] }).collect();
+            (0..25).map(|vertex| ExternalForce { vertex, force: [0.0, 0.0, force] }).collect();
         let now = apply(&correction, &squashed, &forces);
         for (a, b) in now.iter().flatten().zip(before.iter().flatten()) {
-            // Regression bound: forces differ by 5 %, and the whole range moves a vertex by about half a cell.
+            // Regression bound: forces differ by 5 %, and the whole range moves a vertex by about half a
+            // cell.
             assert!((a - b).abs() < 0.02, "a jump at {force}: {a} {b}");
         }
         before = now;
@@ -237,6 +238,7 @@ fn a_stretched_bust_keeps_its_volume_by_each_measure() {
         ratios[k] = surface_volume(&mesh, &lattice, &embedding, &corrected) / mesh.volume();
     }
     assert!((ratios[2] - 1.0).abs() < 1e-6, "{ratios:?}");
-    // Regression bound: the stretch adds a half; the other measures leave a few hundredths of it in the surface.
+    // Regression bound: the stretch adds a half; the other measures leave a few hundredths of it in the
+    // surface.
     assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.1), "{ratios:?}");
 }

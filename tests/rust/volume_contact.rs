@@ -1,5 +1,5 @@
-//! The volume correction beside colliders: the evaluated surface does not enter them, bulges sideways, and does not jump
-//! when a contact begins or ends.
+//! The volume correction beside colliders: the evaluated surface does not enter them, bulges sideways, and
+//! does not jump when a contact begins or ends.
 
 use crate::common::{block, lattice};
 use nalgebra::{Point3, Rotation3, Vector3};
@@ -9,8 +9,8 @@ use supple::{Body, BodyBuilder, BodyRef, Collider, Key, Simulation, VolumeOption
 const DT: f64 = 1.0 / 60.0;
 const SCOPES: [VolumeScope; 2] = [VolumeScope::Global, VolumeScope::Regional];
 
-/// Two simulations of the same body and colliders, with and without the correction. Cells have edge 1, and colliders do
-/// not rotate.
+/// Two simulations of the same body and colliders, with and without the correction. Cells have edge 1, and
+/// colliders do not rotate.
 struct Pair {
     corrected: Simulation,
     uncorrected: Simulation,
@@ -90,7 +90,8 @@ fn ball() -> BodyBuilder {
     Body::builder(crate::shapes::ball(4.0)).cell_size(1.0).region_damping(0.1)
 }
 
-/// Returns two plates at `height` above and below the origin that close by `distance` each, wait, and open again.
+/// Returns two plates at `height` above and below the origin that close by `distance` each, wait, and open
+/// again.
 fn plates(height: f64, distance: f64) -> [Collider; 2] {
     [1.0, -1.0].map(|side| {
         let key = |time, moved: f64| Key { time, translate: [0.0, -side * moved, 0.0], rotate: [0.0; 3] };
@@ -119,7 +120,8 @@ fn a_body_squeezed_between_plates_bulges_sideways_and_enters_neither() {
             let mut pair = Pair::new(|| ball().half_width(half_width), scope, &plates(4.2, 1.6), 0.0);
             let worst = worst(&mut pair, 180);
             assert!(worst.extra_depth < 1e-5 && worst.residual < 1e-12, "{scope:?}, {half_width}: {worst:?}");
-            // Regression bounds for jumps and widths. The plates move by 1.6 cells in a second, 0.027 in a step.
+            // Regression bounds for jumps and widths. The plates move by 1.6 cells in a second, 0.027 in a
+            // step.
             assert!(worst.jump < 0.15, "{scope:?}, {half_width}: {worst:?}");
             let [corrected, uncorrected] = worst.widths;
             assert!(corrected > uncorrected + 0.5, "no bulge: {scope:?}, {half_width}: {worst:?}");
@@ -132,8 +134,8 @@ fn a_body_squeezed_between_plates_bulges_sideways_and_enters_neither() {
     }
 }
 
-/// Presses a block of 6 x 6 x 6 cells to a fraction of its height along y, tilts it about z by `tilt` degrees among
-/// planes, and returns its positions in its own axes, with and without the correction.
+/// Presses a block of 6 x 6 x 6 cells to a fraction of its height along y, tilts it about z by `tilt` degrees
+/// among planes, and returns its positions in its own axes, with and without the correction.
 fn pressed(
     scope: VolumeScope,
     share: f64,

@@ -10,7 +10,8 @@ use supple::{FieldKind, Mesh, Resolution, VolumeMeasure, VolumeOptions};
 
 const FIELDS: [FieldKind; 3] = [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface];
 
-/// Returns the vertices of a mesh whose lattice is deformed by `pose`, after the correction with the measure `mesh`.
+/// Returns the vertices of a mesh whose lattice is deformed by `pose`, after the correction with the measure
+/// `mesh`.
 fn corrected(
     mesh: &Mesh,
     cell: f64,
@@ -32,8 +33,9 @@ fn corrected(
     points.into_iter().map(to_world).collect()
 }
 
-/// Rotates a bar of length 40 and width 1, stretches it by 1.5 and corrects its volume. Returns the mean width of its
-/// middle half, and the rms distance of the vertices there from an incompressible solid, in cells.
+/// Rotates a bar of length 40 and width 1, stretches it by 1.5 and corrects its volume. Returns the mean
+/// width of its middle half, and the rms distance of the vertices there from an incompressible solid, in
+/// cells.
 fn bar(field: FieldKind, cell: f64, turn: Rotation3<f64>) -> (f64, f64) {
     let (vertices, quads) = surface_of(&block([160, 4, 4]));
     let at_rest: Vec<Vector3<f64>> =

@@ -45,7 +45,8 @@ fn degenerate_deformations_give_finite_results_within_the_cap() {
             // No lattice vertex lies deeper than one cell below the boundary.
             assert!(component.lambda.abs() <= 1.0, "beyond the cap, {case}: {component:?}");
             let moved = corrected.iter().flatten().zip(deformed.iter().flatten()).map(|(a, b)| (a - b).abs());
-            // Regression bound: the cap of one cell, and 0.07 for the rounding of coordinates of 1e6 (ulp 0.0625).
+            // Regression bound: the cap of one cell, and 0.07 for the rounding of coordinates of 1e6 (ulp
+            // 0.0625).
             assert!(case > 3 || moved.fold(0.0, f32::max) <= 1.0 + 0.07, "{case}");
         }
     }
@@ -149,7 +150,7 @@ fn components_are_corrected_independently() {
     assert!(reports[1].lambda > 0.05 && !reports[1].capped);
     let of_vertex = &lattice.components().of_vertex;
     for (i, (a, b)) in corrected.iter().zip(&deformed).enumerate() {
-        let inner = lattice.neighbours(i as u32).iter().all(Option::is_some);
+        let inner = lattice.neighbors(i as u32).iter().all(Option::is_some);
         assert!(a == b || of_vertex[i] == 1, "{i} is in the first component");
         assert!(a != b || of_vertex[i] == 0 || inner, "{i} is at the boundary of the second component");
     }

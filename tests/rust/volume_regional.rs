@@ -2,7 +2,7 @@
 //!
 //! The factors of the assertions are regression bounds.
 
-use crate::common::{block, pulled, surface_of};
+use crate::common::{block, pull_apart, surface_of};
 use crate::shapes::apply;
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::internals::Correction;
@@ -17,7 +17,8 @@ fn cell_error(lattice: &Lattice, at: &[Vector3<f64>]) -> f64 {
     (errors.sum::<f64>() / lattice.cells().len() as f64).sqrt()
 }
 
-/// Returns the volume of a trilinear cell by Gauss quadrature with two points per axis, which is exact for it.
+/// Returns the volume of a trilinear cell by Gauss quadrature with two points per axis, which is exact for
+/// it.
 fn volume(corners: [Vector3<f64>; 8]) -> f64 {
     let at = [0.5 - 0.75_f64.sqrt() / 3.0, 0.5 + 0.75_f64.sqrt() / 3.0];
     let points = (0..8).map(|k| [at[k & 1], at[k >> 1 & 1], at[k >> 2 & 1]]);
@@ -65,7 +66,7 @@ fn outcome(simulate: impl Fn(VolumeOptions) -> Simulation) -> Outcome {
         outcome.errors[k + 1] = cell_error(lattice, &after);
         let moved: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
         for i in 0..lattice.len() as u32 {
-            for j in lattice.neighbours(i).into_iter().flatten() {
+            for j in lattice.neighbors(i).into_iter().flatten() {
                 let crease = (moved[i as usize] - moved[j as usize]).norm();
                 outcome.creases[k] = outcome.creases[k].max(crease);
             }
@@ -76,7 +77,8 @@ fn outcome(simulate: impl Fn(VolumeOptions) -> Simulation) -> Outcome {
     outcome
 }
 
-/// Two blocks of 10 x 10 x 10 cells with a neck of 10 x 4 x 4 between them that is stretched to twice its length.
+/// Two blocks of 10 x 10 x 10 cells with a neck of 10 x 4 x 4 between them that is stretched to twice its
+/// length.
 #[test]
 fn the_regional_scope_halves_the_cell_error_of_a_dumbbell_with_a_stretched_neck() {
     let neck = |c: &[i32; 3]| (10..20).contains(&c[0]);
@@ -91,8 +93,8 @@ fn the_regional_scope_halves_the_cell_error_of_a_dumbbell_with_a_stretched_neck(
         body.set_positions(&positions).unwrap();
         Simulation::builder().body(body).build().unwrap()
     });
-    let [none, global, regional] = outcome.errors;
-    assert!(global < none && regional < 0.5 * global, "{:?}", outcome.errors);
+    let [uncorrected, global, regional] = outcome.errors;
+    assert!(global < uncorrected && regional < 0.5 * global, "{:?}", outcome.errors);
     assert!(outcome.creases[1] < 0.75, "{:?}", outcome.creases);
 }
 
@@ -100,7 +102,7 @@ fn the_regional_scope_halves_the_cell_error_of_a_dumbbell_with_a_stretched_neck(
 fn stretched(body: BodyBuilder, [low, high]: [f64; 2]) -> Simulation {
     let height = high - low;
     let held = [low + 0.2 * height, low + 0.9 * height];
-    pulled(body.half_width(2).stiffness(0.5).region_damping(0.2), 1, held, 0.5 * height, 300)
+    pull_apart(body.half_width(2).stiffness(0.5).region_damping(0.2), 1, held, 0.5 * height, 300)
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! The evaluated surface compared with finite-element solutions of a nearly incompressible solid.
 //!
-//! `tests/data/README.md` describes the reference solutions in `tests/data/fem`. The factors of the assertions are
-//! regression bounds: a few percent above the measured ratios.
+//! `tests/data/README.md` describes the reference solutions in `tests/data/fem`. The factors of the
+//! assertions are regression bounds: a few percent above the measured ratios.
 
-use crate::common::{block, pulled, rms, surface_of};
+use crate::common::{block, pull_apart, rms, surface_of};
 use nalgebra::Point3;
 use supple::{Body, BodyBuilder, FieldKind, Mesh, Preservation, VolumeMeasure, VolumeOptions};
 
@@ -14,11 +14,11 @@ fn rows(name: &str) -> Vec<Vec<f64>> {
     text.lines().filter_map(|line| line.split(',').map(|x| x.parse().ok()).collect()).collect()
 }
 
-/// Returns the evaluated surface of a stiff body at rest, after the part above `bounds[1]` along `axis` has moved by
-/// `distance` and the part below `bounds[0]` has been pinned.
+/// Returns the evaluated surface of a stiff body at rest, after the part above `bounds[1]` along `axis` has
+/// moved by `distance` and the part below `bounds[0]` has been pinned.
 fn stretched_surface(body: BodyBuilder, axis: usize, bounds: [f64; 2], distance: f64) -> Vec<Point3<f64>> {
     let body = body.half_width(2).stiffness(0.8).region_damping(0.1);
-    pulled(body, axis, bounds, distance, 600).body(0).surface().positions
+    pull_apart(body, axis, bounds, distance, 600).body(0).surface().positions
 }
 
 /// Returns the options without a correction, with the field of the paper, and with the default field.
@@ -44,8 +44,8 @@ fn the_surface_field_brings_a_stretched_bar_closer_to_finite_elements() {
                 (surface[vertex] - Point3::new(row[3], row[4], row[5])).norm()
             }))
         });
-        let [none, paper, surface] = errors;
-        assert!(surface < paper && surface < 0.75 * none, "cells of {cell}: {errors:?}");
+        let [uncorrected, paper, surface] = errors;
+        assert!(surface < paper && surface < 0.75 * uncorrected, "cells of {cell}: {errors:?}");
     }
 }
 
@@ -63,7 +63,7 @@ fn the_surface_field_brings_a_stretched_bust_closer_to_finite_elements() {
                 .iter()
                 .map(|row| (surface[row[0] as usize] - Point3::new(row[4], row[5], row[6])).norm()))
         });
-        let [none, paper, surface] = errors;
-        assert!(surface < 0.85 * none && surface < 1.05 * paper, "{vertices} vertices: {errors:?}");
+        let [uncorrected, paper, surface] = errors;
+        assert!(surface < 0.85 * uncorrected && surface < 1.05 * paper, "{vertices} vertices: {errors:?}");
     }
 }

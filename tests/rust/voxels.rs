@@ -1,4 +1,4 @@
-//! Voxelisation: which cells a surface passes through or encloses.
+//! Voxelization: which cells a surface passes through or encloses.
 
 use std::collections::BTreeSet;
 
@@ -148,7 +148,8 @@ fn a_sheet_has_one_layer_of_cells_on_its_inner_side() {
         let boxes = joined(cuboid([0.0; 3], [1.0; 3], 1), cuboid([3.0, 9.0, 3.0], [4.0, 10.0, 4.0], 1));
         let cells = cell_set(&lattice(&joined((sheet(5.0).0, faces), boxes), 1.0));
         assert_eq!(cells.len(), 16 + 2);
-        // The inner side of a sheet that faces up is below it, of a reversed one above, of a two-sided one below.
+        // The inner side of a sheet that faces up is below it, of a reversed one above, of a two-sided one
+        // below.
         let y = if i == 1 { 5 } else { 4 };
         assert_eq!(
             cells.iter().filter(|c| c[1] == y).count(),
@@ -215,12 +216,13 @@ fn two_arms_with_a_gap_of_one_cell_are_linked_only_through_their_foot() {
     assert_eq!((lattice.cells().len(), lattice.components().count), (24 + 24 + 14, 1));
     assert_eq!(lattice.report().glued, [[0, 1, 2]]);
     let tip = lattice.vertex_at([3, 7, 0]).expect("the inner edge of the left arm");
-    assert!(lattice.vertex_at([4, 7, 0]).is_some() && lattice.neighbours(tip)[1].is_none());
+    assert!(lattice.vertex_at([4, 7, 0]).is_some() && lattice.neighbors(tip)[1].is_none());
 }
 
 #[test]
 fn a_cube_far_from_the_origin_is_filled_where_f64_is_coarser_than_the_cells() {
-    // One ulp is 0.125 at 1e15 and 2 at 1e16. The corners of the cube are exact; the grid is relative to them.
+    // One ulp is 0.125 at 1e15 and 2 at 1e16. The corners of the cube are exact; the grid is relative to
+    // them.
     for offset in [1e12, 1e15, -1e15, 1e16] {
         let (vertices, faces) = cuboid([offset; 3], [offset + 8.0; 3], 3);
         for (cell_size, n) in [(0.1, 80), (0.37, 22)] {

@@ -20,9 +20,9 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Simulate scenes or models and write the frames
     Run(RunArgs),
-    /// Print the mesh, the lattice, the memory and the disk space of a scene without running it
+    /// Describe a scene without running it: meshes, lattices, memory, and disk space of the frames
     Inspect(InspectArgs),
-    /// Measure error against run time of a scene, of the summation alone, or the stability of extreme cases
+    /// Measure the error against the run time of a scene, the accuracy of the summation, or the stability of extreme cases
     Study(StudyArgs),
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct RunArgs {
     /// Scenes (.toml) or models (.obj); several inputs run one after another
     #[arg(value_name = "INPUT", required = true)]
     pub(crate) inputs: Vec<PathBuf>,
-    /// Output folder [default: the scene's output.directory]; of several inputs, each writes to DIR/STEM
+    /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Format of the frames [default: the scene's output.format]
@@ -50,16 +50,16 @@ pub(crate) struct RunArgs {
     /// Number of threads; 0 uses all processors [default: the scene's simulation.threads]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Write statistics, one row per frame and body; of several inputs, each writes to FILE_STEM
-    #[arg(long, value_name = "FILE.csv|.json")]
+    /// Write statistics to a .csv or .json file, one row per frame and body; with several inputs, FILE.csv becomes FILE_INPUT.csv for each
+    #[arg(long, value_name = "FILE")]
     pub(crate) stats: Option<PathBuf>,
-    /// Continue an earlier run from its last checkpoint; without this flag existing frames are replaced
+    /// Continue an earlier run from its last checkpoint; without this flag all existing frames of the same names are removed
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Seconds between checkpoints for --resume
+    /// Seconds between checkpoints, from which --resume continues
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub(crate) checkpoint: Duration,
-    /// Print no progress; errors and the final line are still printed
+    /// Print no progress; errors and the summary are still printed
     #[arg(short, long)]
     pub(crate) quiet: bool,
     /// Print the complete scene with all defaults and overrides, without running it
@@ -98,16 +98,16 @@ pub(crate) struct StudyArgs {
     /// Run stiff and extreme cases, check each against its bounds, and write stability.json
     #[arg(long, conflicts_with_all = ["overrides", "up"])]
     pub(crate) stability: bool,
-    /// Output folder; created if it does not exist
+    /// Output directory; created if it does not exist
     #[arg(short, long, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
-    /// Run a selection that takes less than a minute on two cores
+    /// Run only the quick cases
     #[arg(long)]
     pub(crate) quick: bool,
     /// Continue an earlier study of the scene; without this flag an existing study is replaced
     #[arg(long, conflicts_with_all = ["sums", "stability"])]
     pub(crate) resume: bool,
-    /// Print no progress; the table, errors and the final line are still printed
+    /// Print no progress; the table, errors and the summary are still printed
     #[arg(short, long)]
     pub(crate) quiet: bool,
     #[command(flatten)]
@@ -174,5 +174,5 @@ impl From<Up> for scene::Up {
 /// Parses a non-negative number of seconds.
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse::<f64>().map_err(|_| "it must be a number of seconds".to_owned())?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| "it must be at least 0 seconds".to_owned())
+    Duration::try_from_secs_f64(seconds).map_err(|_| "it must be from 0 to 1e19 seconds".to_owned())
 }

@@ -17,7 +17,7 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
     }
     interrupt::listen();
     match args.inputs.as_slice() {
-        [input] => run_alone(args, input),
+        [input] => run_single(args, input),
         inputs => run_several(args, inputs),
     }
 }
@@ -50,11 +50,11 @@ fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     Ok(scene)
 }
 
-fn run_alone(args: &RunArgs, input: &Path) -> Exit {
-    let name = stem(input);
+fn run_single(args: &RunArgs, input: &Path) -> Exit {
+    let name = input_name(input);
     match run_one(args, input, &name, false) {
         Ok(report) => {
-            terminal::out(line(&name, &report));
+            terminal::out(summary_line(&name, &report));
             if report.outcome == Outcome::Stopped {
                 terminal::out(format_args!("resume with: {}", terminal::resume_command()));
                 return Exit::Interrupted;
@@ -68,15 +68,16 @@ fn run_alone(args: &RunArgs, input: &Path) -> Exit {
     }
 }
 
-/// Runs each input into its own folder and prints a table at the end. A failure does not stop the other
+/// Runs each input, writes to a directory of its own, and prints a table at the end. A failure does not stop the other
 /// inputs.
 fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
-    if let Some((first, second)) = same_stem(inputs) {
+    if let Some((first, second)) = same_name(inputs) {
         terminal::error(format_args!(
-            "{} and {} would both write to the directory {}; run them one at a time with different -o",
+            "{} and {} have the same name, {}, which their output directories would share; run them one at a time with \
+             different -o",
             first.display(),
             second.display(),
-            stem(first)
+            input_name(first)
         ));
         return Exit::Input;
     }
@@ -85,10 +86,10 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         if interrupt::requested() {
             break;
         }
-        let name = stem(input);
+        let name = input_name(input);
         let result = run_one(args, input, &name, true);
         match &result {
-            Ok(report) => terminal::out(line(&name, report)),
+            Ok(report) => terminal::out(summary_line(&name, report)),
             Err(error) => terminal::error(format_args!("{name}: {error}")),
         }
         results.push((name, result));
@@ -108,16 +109,16 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     }
 }
 
-/// Runs one input. If it is one of several, its folder and its stats file are named after it.
+/// Runs one input. If it is one of several, its directory and its stats file are named after it.
 fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<RunReport, RunError> {
     let scene = changed_scene(args, input)?;
-    let mut folder = args.output.clone().unwrap_or_else(|| scene.output_directory());
+    let mut directory = args.output.clone().unwrap_or_else(|| scene.output_directory());
     let mut stats = args.stats.clone();
     if several {
-        folder.push(name);
-        stats = stats.map(|path| stats_of(&path, name));
+        directory.push(name);
+        stats = stats.map(|path| stats_path(&path, name));
     }
-    let mut job = Job::new(scene, folder);
+    let mut job = Job::new(scene, directory);
     job.every = args.every;
     job.start_frame = args.start_frame;
     job.resume = args.resume;
@@ -129,37 +130,37 @@ fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<Ru
     result
 }
 
-/// Returns the first two inputs whose file names have the same stem.
-fn same_stem(inputs: &[PathBuf]) -> Option<(&Path, &Path)> {
+/// Returns the first two inputs whose file names have the same name.
+fn same_name(inputs: &[PathBuf]) -> Option<(&Path, &Path)> {
     inputs.iter().enumerate().find_map(|(index, second)| {
-        let first = inputs[..index].iter().find(|first| stem(first) == stem(second))?;
+        let first = inputs[..index].iter().find(|first| input_name(first) == input_name(second))?;
         Some((first.as_path(), second.as_path()))
     })
 }
 
-/// Returns the name of an input in tables and folders.
-fn stem(input: &Path) -> String {
+/// Returns the name of an input in tables and directorys.
+fn input_name(input: &Path) -> String {
     input.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Returns the stats file of one of several inputs: `stats.csv` becomes `stats_bust.csv` for `bust.toml`.
-fn stats_of(path: &Path, stem: &str) -> PathBuf {
+fn stats_path(path: &Path, stem: &str) -> PathBuf {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{name}_{stem}.{extension}"))
 }
 
-/// Formats the final line of a job.
-fn line(name: &str, report: &RunReport) -> String {
-    let folder = report.directory.display();
+/// Formats the summary line of a job.
+fn summary_line(name: &str, report: &RunReport) -> String {
+    let directory = report.directory.display();
     match report.outcome {
         Outcome::AlreadyFinished => {
-            format!("{name}: already finished, frame {} is in {folder}; nothing written", report.last)
+            format!("{name}: already finished at frame {} in {directory}; nothing written", report.last)
         }
         Outcome::Finished | Outcome::Stopped => {
             let ended = if report.outcome == Outcome::Stopped { "stopped after" } else { "finished at" };
             format!(
-                "{name}: {ended} frame {}, {} frames written to {folder} in {}",
+                "{name}: {ended} frame {}, {} frames written to {directory} in {}",
                 report.last,
                 report.written,
                 terminal::duration(report.elapsed.as_secs_f64())
@@ -168,12 +169,12 @@ fn line(name: &str, report: &RunReport) -> String {
     }
 }
 
-/// Formats the table of a batch of `inputs` jobs; jobs after an interruption have no result.
+/// Formats the table of several inputs; after an interruption `results` has fewer entries than `inputs`.
 fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> String {
     let width = results.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max("input".len());
     let row = |cells: [&str; 5]| {
-        let [name, outcome, frames, time, folder] = cells;
-        format!("{name:width$}  {outcome:8}  {frames:>7}  {time:>12}  {folder}").trim_end().to_owned()
+        let [name, outcome, frames, time, directory] = cells;
+        format!("{name:width$}  {outcome:15}  {frames:>7}  {time:>12}  {directory}").trim_end().to_owned()
     };
     let mut lines = vec![row(["input", "outcome", "frames", "time", "directory"])];
     for (name, result) in results {
@@ -182,11 +183,11 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
                 let outcome = match report.outcome {
                     Outcome::Finished => "done",
                     Outcome::Stopped => "stopped",
-                    Outcome::AlreadyFinished => "complete",
+                    Outcome::AlreadyFinished => "finished before",
                 };
                 let time = terminal::duration(report.elapsed.as_secs_f64());
-                let folder = report.directory.display().to_string();
-                row([name, outcome, &report.written.to_string(), &time, &folder])
+                let directory = report.directory.display().to_string();
+                row([name, outcome, &report.written.to_string(), &time, &directory])
             }
             Err(error) => row([name, "failed", "", "", &error.to_string()]),
         });
@@ -203,9 +204,9 @@ mod tests {
 
     #[test]
     fn stats_files_and_stems_of_several_inputs_are_distinct() {
-        assert_eq!(stats_of(Path::new("a/stats.csv"), "bust"), Path::new("a/stats_bust.csv"));
+        assert_eq!(stats_path(Path::new("a/stats.csv"), "bust"), Path::new("a/stats_bust.csv"));
         let inputs = ["a/x.toml", "b/y.toml", "b/x.obj"].map(PathBuf::from);
-        assert_eq!(same_stem(&inputs), Some((Path::new("a/x.toml"), Path::new("b/x.obj"))));
-        assert_eq!(same_stem(&inputs[..2]), None);
+        assert_eq!(same_name(&inputs), Some((Path::new("a/x.toml"), Path::new("b/x.obj"))));
+        assert_eq!(same_name(&inputs[..2]), None);
     }
 }

@@ -41,7 +41,7 @@ fn text_and_json_describe_the_scene() {
 }
 
 #[test]
-fn the_plan_is_printed_only_with_its_flag() {
+fn text_contains_the_plan_only_with_the_flag() {
     let stage = Stage::new();
     let json = stage.supple(&["inspect", "scene.toml", "--json"]);
     let value: serde_json::Value = serde_json::from_str(&json.out).unwrap();
@@ -60,7 +60,7 @@ fn the_plan_is_printed_only_with_its_flag() {
 }
 
 #[test]
-fn missing_contact_between_bodies_is_noted() {
+fn output_states_that_contact_between_bodies_is_not_simulated() {
     let second = "\n[[body]]\nname = \"other\"\nmesh = \"block.obj\"\ntranslate = [9, 1, 0]\n";
     let stage = Stage::of(&format!("{SCENE}{second}"));
     let words = "contact between bodies is not simulated";
@@ -69,7 +69,7 @@ fn missing_contact_between_bodies_is_noted() {
 }
 
 #[test]
-fn a_model_is_inspected_as_its_default_scene() {
+fn inspecting_a_model_uses_its_default_scene() {
     let stage = Stage::new();
     let ended = stage.supple(&["inspect", "block.obj", "--json", "--set", "body.block.cell_size=0.5"]);
     ended.expect(0, &[]);

@@ -1,21 +1,22 @@
-//! Invalid input gives exit code 2 and a message that helps to correct it, and nothing is written.
+//! Invalid input is rejected with exit code 2 and a message that helps to correct it, and nothing is written. A second
+//! run in a directory is rejected with exit code 1.
 
 mod support;
 
 use support::{SCENE, Stage};
 
-/// Runs an invalid scene and checks the message and that no folder was created.
+/// Runs an invalid scene and checks the message and that the output directory was not created.
 #[track_caller]
 fn refused(scene: &str, options: &[&str], words: &[&str]) {
     let stage = Stage::of(scene);
     let mut arguments = vec!["run", "scene.toml"];
     arguments.extend(options);
     stage.supple(&arguments).expect(2, words);
-    assert!(!stage.path("out").exists(), "something was written");
+    assert!(!stage.path("out").exists(), "the output directory was created");
 }
 
 #[test]
-fn invalid_arguments_are_refused() {
+fn invalid_arguments_are_rejected() {
     let stage = Stage::new();
     stage.supple(&["run"]).expect(2, &["INPUT"]);
     stage.supple(&["run", "scene.toml", "--every", "0"]).expect(2, &["--every"]);
@@ -31,7 +32,7 @@ fn invalid_arguments_are_refused() {
 }
 
 #[test]
-fn invalid_scenes_are_refused() {
+fn invalid_scenes_are_rejected() {
     for (from, to, words) in [
         ("half_width", "half_widht", ["scene.toml:15", "body.block.half_widht", "`half_width`"].as_slice()),
         ("fps = 30", "fps = 0", &["scene.toml:4", "simulation.fps", "above 0"]),
@@ -58,7 +59,7 @@ fn invalid_scenes_are_refused() {
 }
 
 #[test]
-fn invalid_overrides_are_refused() {
+fn invalid_overrides_are_rejected() {
     refused(SCENE, &["--set", "body.block.half_widht=3"], &["--set body.block.half_widht=3", "`half_width`"]);
     refused(SCENE, &["--set", "body.blok.half_width=3"], &["blok", "`block`"]);
     refused(SCENE, &["--set", "body.block.stiffness=3"], &["body.block.stiffness", "(0, 1]"]);
@@ -66,7 +67,7 @@ fn invalid_overrides_are_refused() {
 }
 
 #[test]
-fn invalid_meshes_are_refused() {
+fn invalid_meshes_are_rejected() {
     for (mesh, words) in [
         ("", ["block.obj"].as_slice()),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", &["block.obj", "face"]),
@@ -85,7 +86,7 @@ fn invalid_meshes_are_refused() {
 }
 
 #[test]
-fn a_lattice_larger_than_the_memory_is_refused_with_a_feasible_cell_size() {
+fn a_lattice_larger_than_the_memory_is_rejected_with_a_suggested_cell_size() {
     refused(SCENE, &["--set", "body.block.cell_size=1e-5"], &["memory", "cell size"]);
 }
 
@@ -100,7 +101,7 @@ fn inputs_are_never_overwritten() {
 }
 
 #[test]
-fn a_second_run_in_one_folder_is_refused() {
+fn a_second_run_in_one_directory_is_rejected() {
     let stage = Stage::new();
     std::fs::create_dir(stage.path("out")).unwrap();
     let lock = std::fs::File::create(stage.path("out/supple.lock")).unwrap();
@@ -109,14 +110,14 @@ fn a_second_run_in_one_folder_is_refused() {
         stage.supple(options).expect(1, &["supple.lock", "another run"]);
     }
     assert!(stage.frames("out").is_empty());
-    // A killed run leaves the file without its lock.
+    // A killed run leaves the lock file behind, but the operating system has released the lock.
     drop(lock);
     stage.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
     assert!(!stage.path("out/supple.lock").exists());
 }
 
 #[test]
-fn an_unavailable_simd_level_is_refused() {
+fn an_unavailable_simd_level_is_rejected() {
     let stage = Stage::new();
     let mut command = stage.command(&["run", "scene.toml"]);
     let ended = support::Ended::of(command.env("SUPPLE_SIMD", "avx9").output().unwrap());

@@ -32,13 +32,14 @@
 //! 1. **Mesh** ([`Mesh`], module `mesh`): polygons of any size. Open, non-manifold and self-intersecting
 //!    surfaces are accepted and reported.
 //! 2. **Lattice** ([`Lattice`], modules `voxel`, `lattice`): the cells that the surface passes through or
-//!    encloses. The lattice vertices are the corners of the cells, and links join neighbours along an axis.
+//!    encloses. The lattice vertices are the corners of the cells, and links join neighbors along an axis.
 //!    Parts that are a cell or more apart are not glued together.
 //! 3. **Embedding** (module `lattice`): the cell of each mesh vertex and its coordinates in this cell.
 //!
 //! [`Simulation::step`] runs these stages for each body. In the formulas, h is the step length, x, v and m
 //! are the position, velocity and mass of a vertex, n is the number of regions that contain it, superscript 0
-//! is the rest pose, f is an external force and a is gravity:
+//! is the rest pose, f is an external force, a is gravity, and alpha and d are the stiffness and the region
+//! damping per step:
 //!
 //! 1. **External forces** ([`Body::apply_force`], module `dynamics::forces`): v += h f/m.
 //! 2. **Region damping** ([`RegionDamping`], module `dynamics::damping`): v += d (v̄ - v), where v̄ is the
@@ -46,9 +47,9 @@
 //! 3. **Shape matching** ([`Body::goals`], module `matching`): for each region the centers of mass c and c⁰,
 //!    weighted by m/n, and the rotation R of Σ m/n (x - c)(x⁰ - c⁰)ᵀ ([`rotations()`]); for each vertex the
 //!    goal position g, the mean of R (x⁰ - c⁰) + c over its regions (Rivers & James 2007, Eqs. (5) and (6)).
-//!    The sums over regions are window sums along x, y and z. Then v += alpha (g - x)/h + h a (Müller et al.
-//!    2005, Eq. (9)).
-//! 4. **Integration** (module `dynamics::integration`): x += h v. The momenta of free bodies are tracked in
+//!    The sums over regions are window sums along x, y and z.
+//! 4. **Integration** (module `dynamics::integration`): v += alpha (g - x)/h + h a (Müller et al. 2005,
+//!    Eq. (9)), then x += h v. The momenta of free bodies are tracked in
 //!    f64 (module `dynamics::momentum`).
 //! 5. **Contacts** ([`Collider`], module `contact`): impulses on the visible surface.
 //! 6. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
@@ -59,8 +60,9 @@
 //!
 //! 1. **Volume correction** ([`VolumeOptions`], module `volume`): the lattice moves to P~ = P^ + lambda V
 //!    (Takamatsu & Kanai 2009, Eq. (1)). The field V moves the surface along its normals, and lambda is the
-//!    root of a cubic.
-//! 2. **Mesh update** (module `skin`): trilinear interpolation in the cells, and normals.
+//!    root of a cubic (`volume::cubic`). The directions of external forces are first removed from V (Eq. (2),
+//!    `volume::external_forces`).
+//! 2. **Mesh update** (module `skin`): trilinear interpolation in the cells (`skin::mesh_update`), and normals.
 //!
 //! [`Simulation::plan`] lists the stages of a simulation. A stage that a body does not need takes no time and
 //! no memory. [`reference`](mod@reference) implements the method naively; the tests compare against it.

@@ -83,9 +83,9 @@ pub fn rms(lengths: impl Iterator<Item = f64>) -> f64 {
     f64::sqrt(sum / count)
 }
 
-/// Pins a body below `low`, moves its part above `high` by `distance` along `axis` in one second, and returns the
-/// simulation after `steps` steps.
-pub fn pulled(
+/// Pins a body below `low`, moves its part above `high` by `distance` along `axis` in one second, and returns
+/// the simulation after `steps` steps.
+pub fn pull_apart(
     body: BodyBuilder,
     axis: usize,
     [low, high]: [f64; 2],
@@ -183,8 +183,8 @@ pub fn worst(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
 }
 
-/// Returns the largest permitted difference of positions from the reference, in cells of edge 1: 1e-5, or 4 ulp of
-/// the largest coordinate `extent` if that is more.
+/// Returns the largest permitted difference of positions from the reference, in cells of edge 1: 1e-5, or 4
+/// ulp of the largest coordinate `extent` if that is more.
 pub fn tolerance(extent: f64) -> f64 {
     let ulp = 2.0_f64.powi(extent.log2().floor() as i32 - 23);
     (4.0 * ulp).max(1e-5)

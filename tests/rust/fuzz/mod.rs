@@ -1,9 +1,10 @@
 //! A mutation fuzzer on the stable toolchain: fails if a reader panics, hangs or takes more than a gigabyte.
 //!
-//! Inputs are mutations of a corpus: changed bytes, lines, numbers and words. An input whose answer has new words joins
-//! the corpus, so that later inputs get further into the reader. Runs with the same seed start with the same inputs.
-//! `SUPPLE_FUZZ_SECONDS` is the duration per reader (20 by default), `SUPPLE_FUZZ_SEED` the seed (1 by default). A
-//! failing input is written to the folder for temporary files, and the failure names its path.
+//! Inputs are mutations of a corpus: changed bytes, lines, numbers and words. An input whose answer has new
+//! words joins the corpus, so that later inputs get further into the reader. Runs with the same seed start
+//! with the same inputs. `SUPPLE_FUZZ_SECONDS` is the duration per reader (20 by default), `SUPPLE_FUZZ_SEED`
+//! the seed (1 by default). A failing input is written to the folder for temporary files, and the failure
+//! names its path.
 
 mod mutation;
 

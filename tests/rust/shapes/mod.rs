@@ -19,8 +19,8 @@ pub(crate) fn lattice(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).expect("cells make a lattice")
 }
 
-/// Returns a sphere: the six faces of a cube, of `n` x `n` quads each, projected to a radius. The six faces share no
-/// vertices.
+/// Returns a sphere: the six faces of a cube, of `n` x `n` quads each, projected to a radius. The six faces
+/// share no vertices.
 pub(crate) fn sphere(center: [f64; 3], radius: f64, n: i32) -> (Vec<[f64; 3]>, Vec<Vec<u32>>) {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for side in 0..6 {

@@ -139,7 +139,7 @@ impl BodyBuilder {
         self.resolution(Resolution::CellSize(cell_size))
     }
 
-    /// Sets whether bridges of cells join separate parts of a mesh to their nearest neighbour; default true.
+    /// Sets whether bridges of cells join separate parts of a mesh to their nearest neighbor; default true.
     pub fn join(mut self, join: bool) -> Self {
         self.options.join = join;
         self

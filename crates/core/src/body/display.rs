@@ -136,7 +136,7 @@ pub struct Display {
     slot_rotations: Lanes<4>,
     /// The same rotations in vertex order.
     rotations: Vec<[f32; 4]>,
-    displacements: Vec<ExternalForce>,
+    external_forces: Vec<ExternalForce>,
     components: Vec<ComponentReport>,
     times: DisplayTimes,
 }
@@ -172,7 +172,7 @@ impl Display {
             // The field V is rotated by the rotations of the current positions.
             self.slot_rotations.copy_from(&state.rotations);
             let fitted = (&state.positions, &mut self.slot_rotations);
-            matching.fit(&mut self.sums, &executor, fitted, None, Purpose::Transform);
+            matching.fit(&mut self.sums, &executor, fitted, None, Purpose::Regions);
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
             self.correct(body, correction, &executor);
@@ -184,12 +184,12 @@ impl Display {
     /// Runs the volume correction: constrained vertices, external forces (Eq. (2)), lambda (Eq. (1)),
     /// colliders.
     fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Self { correction: workspace, deformed, corrected, rotations, displacements, .. } = self;
+        let Self { correction: workspace, deformed, corrected, rotations, external_forces, .. } = self;
         correction.set_constrained(workspace, body.constrained_vertices());
-        displacements.clear();
-        displacements
-            .extend(body.context.into_iter().flat_map(|context| body.body.displacements(context.dt)));
-        correction.solve(workspace, executor, deformed, rotations, displacements);
+        external_forces.clear();
+        external_forces
+            .extend(body.context.into_iter().flat_map(|context| body.body.external_forces(context.dt)));
+        correction.solve(workspace, executor, deformed, rotations, external_forces);
         corrected.resize(deformed.len(), [0.0; 3]);
         let context = body.context.filter(|context| !context.colliders.is_empty());
         if let Some(DisplayContext { colliders, time, .. }) = context {
@@ -209,7 +209,7 @@ impl Display {
     pub fn bytes(&self) -> usize {
         let lattice =
             size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.displayed);
-        let correction = self.correction.bytes() + size_of_val(&*self.displacements);
+        let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
         let rotations = self.sums.bytes() + self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         lattice + correction + rotations + self.skin.bytes()
     }
@@ -305,12 +305,12 @@ impl Body {
 
     /// Returns the displacements by contacts and forces since the frame began, divided by alpha (Eq. (2)):
     /// they have more effect on the correction of a softer body.
-    fn displacements(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
+    fn external_forces(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
         let scale = (1.0 / self.material.alpha(dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.displacements());
         let forces = self.forces.iter().flat_map(|forces| forces.displacements());
         contacts
             .chain(forces)
-            .map(move |(vertex, push)| ExternalForce { vertex, offset: push.map(|v| v * scale) })
+            .map(move |(vertex, push)| ExternalForce { vertex, force: push.map(|v| v * scale) })
     }
 }

@@ -36,7 +36,7 @@ use crate::skin::Skin;
 use crate::state::State;
 use crate::volume::{self, Correction, VolumeMeasures, VolumeOptions};
 
-/// Limit of coordinates, in cells, and of speeds, in cells/s. Beyond it f64 does not resolve neighbouring
+/// Limit of coordinates, in cells, and of speeds, in cells/s. Beyond it f64 does not resolve neighboring
 /// lattice vertices.
 const MAX_CELLS: f64 = 1e15;
 
@@ -182,7 +182,7 @@ impl Body {
         let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
         let mut rotations = self.state.rotations.clone();
         let fitted = (&self.state.positions, &mut rotations);
-        self.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Adjoint);
+        self.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Goals);
         let goals = self.matching.goals(&workspace, &executor);
         self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
     }
@@ -274,7 +274,7 @@ pub enum ArrayError {
         /// Value of the entry.
         value: [f64; 3],
     },
-    /// A number so large that f64 does not resolve neighbouring vertices.
+    /// A number so large that f64 does not resolve neighboring vertices.
     #[error("{name}[{index}] = {value:?} is too large: the limit is {limit:.3e}, 10^15 cells")]
     TooFar {
         /// Name of the array.

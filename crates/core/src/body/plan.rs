@@ -13,7 +13,7 @@ impl Body {
         self.plan().bytes()
     }
 
-    /// Returns the stages of a step and of a display, in order.
+    /// Returns the stages of a step, then those that evaluate the displayed surface, with their memory.
     pub(crate) fn plan(&self) -> BodyPlan {
         let mut plan = BodyPlan {
             name: self.name.clone(),
@@ -36,13 +36,13 @@ impl Body {
             detail: format!("measure {}", correction.measure()),
             bytes: correction.bytes() + measures,
         });
-        let update = self.surface.as_ref().map(|surface| PlannedStage {
+        let mesh_update = self.surface.as_ref().map(|surface| PlannedStage {
             when: When::Display,
             name: "mesh update",
             detail: format!("{} mesh vertices", surface.mesh.vertices().len()),
             bytes: surface.embedding.memory() + surface.skin.bytes(),
         });
-        for (name, stage) in [("volume correction", correction), ("mesh update", update)] {
+        for (name, stage) in [("volume correction", correction), ("mesh update", mesh_update)] {
             match stage {
                 Some(stage) => plan.stages.push(stage),
                 None => plan.left_out.push(name),
@@ -54,32 +54,36 @@ impl Body {
     /// Returns the name, the parameters and the memory of a stage.
     fn describe(&self, stage: Stage) -> PlannedStage {
         let (detail, bytes) = match stage {
-            Stage::BeginConstraints => ("capture positions".to_owned(), 0),
+            Stage::BeginConstraints => ("captures positions".to_owned(), 0),
             Stage::Constraints => self.constraints.as_ref().map_or_else(Default::default, |constraints| {
                 let list = constraints.list();
-                let held: usize = list.iter().map(|constraint| constraint.vertices().len()).sum();
-                (format!("{} on {held} lattice vertices", list.len()), constraints.bytes())
+                let count: usize = list.iter().map(|constraint| constraint.vertices().len()).sum();
+                (format!("{} on {count} lattice vertices", list.len()), constraints.bytes())
             }),
-            Stage::Forces => {
-                ("for one step".to_owned(), self.forces.as_ref().map_or(0, |forces| forces.bytes()))
-            }
+            Stage::Forces => (
+                "applied in the next step".to_owned(),
+                self.forces.as_ref().map_or(0, |forces| forces.bytes()),
+            ),
             Stage::Momentum => {
-                (format!("f64, components: {}", self.state.momenta.len()), self.momentum.bytes())
+                (format!("connected components: {}, f64", self.state.momenta.len()), self.momentum.bytes())
             }
             Stage::RegionDamping => {
-                let rate = match self.material.region_damping {
-                    RegionDamping::PerStep(share) => format!("{share} per step"),
+                let detail = match self.material.region_damping {
+                    RegionDamping::PerStep(fraction) => format!("{fraction} per step"),
                     RegionDamping::Rate(rate) => format!("{rate} per second"),
                 };
-                (rate, self.region_damping.as_ref().map_or(0, |damping| damping.bytes()))
+                (detail, self.region_damping.as_ref().map_or(0, |damping| damping.bytes()))
             }
-            Stage::BeginContacts => ("velocities before shape matching".to_owned(), 0),
+            Stage::BeginContacts => ("stores the velocities before shape matching".to_owned(), 0),
             Stage::Matching => {
                 let limiter = self.energy.as_ref();
                 let limited = if limiter.is_some() { ", energy limiter" } else { "" };
                 let (width, blocks) = (self.half_width(), self.matching.layout.blocks());
                 let bytes = self.matching.bytes() + self.workspace.bytes() + limiter.map_or(0, |l| l.bytes());
-                (format!("half-width {width}, x y z, blocks: {blocks}{limited}"), bytes)
+                (
+                    format!("half-width {width}, window sums along x, y, z, SIMD blocks: {blocks}{limited}"),
+                    bytes,
+                )
             }
             Stage::Integration => (format!("{} lattice vertices, f32", self.lattice.len()), 0),
             Stage::Contacts => self.contacts.as_ref().map_or_else(Default::default, |contacts| {
@@ -106,7 +110,7 @@ impl Stage {
         }
     }
 
-    /// Returns whether the stage is not the first half of another stage.
+    /// Returns false for the stages that only prepare a later stage.
     fn is_main(self) -> bool {
         !matches!(self, Self::BeginConstraints | Self::BeginContacts)
     }

@@ -2,7 +2,8 @@
 //!
 //! Symbols: h is the step length, x, v and m are the position, velocity and mass of a vertex, n is the number
 //! of regions that contain it, c is the center of mass of a region and x̄ that of a component, superscript 0
-//! is the rest pose, f is an external force and a is gravity. The crate page has the citations.
+//! is the rest pose, f is an external force, a is gravity, and
+//! alpha and d are the stiffness and the region damping per step. The crate page has the citations.
 
 use nalgebra::Vector3;
 
@@ -88,7 +89,7 @@ impl Body {
             Stage::BeginContacts => self.begin_contacts(),
             // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ, g = mean of R (x⁰ - c⁰) + c over regions.
             // dynamics::integration: v += alpha (g - x)/h + h a.
-            Stage::Matching => self.accelerate(context, executor),
+            Stage::Matching => self.match_shapes(context, executor),
             // dynamics::integration: x += h v, with v corrected to P and L.
             Stage::Integration => self.integrate(context, executor),
             // contact: v += J/m, x += h J/m, with impulses J where the visible surface touches a collider.
@@ -174,7 +175,7 @@ impl Body {
         };
         if !state.fitted {
             let fitted = (&state.positions, &mut state.rotations);
-            matching.fit(workspace, executor, fitted, None, Purpose::Transform);
+            matching.fit(workspace, executor, fitted, None, Purpose::Regions);
         }
         let share = material.region_damping_share(context.interval.dt);
         region_damping.apply(matching, workspace, executor, state, share as f32);
@@ -191,7 +192,7 @@ impl Body {
     ///
     /// Where the best rotation of a region is nearly ambiguous, the energy limiter acts on a free body. The
     /// region sums are then computed twice.
-    fn accelerate(&mut self, context: &StepContext, executor: &Executor) {
+    fn match_shapes(&mut self, context: &StepContext, executor: &Executor) {
         let is_free = self.is_free();
         let Self { matching, workspace, momentum, energy, material, lattice, state, .. } = self;
         let dt = context.interval.dt;
@@ -202,14 +203,14 @@ impl Body {
         }
 
         let fitted = (&state.positions, &mut state.rotations);
-        let unconverged = matching.fit(workspace, executor, fitted, None, Purpose::Adjoint);
+        let unconverged = matching.fit(workspace, executor, fitted, None, Purpose::Goals);
         self.unconverged += unconverged;
         state.fitted = true;
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {
             let fitted = (&state.positions, &mut state.rotations);
-            matching.fit(workspace, executor, fitted, Some(limiter.potential()), Purpose::Adjoint);
+            matching.fit(workspace, executor, fitted, Some(limiter.potential()), Purpose::Goals);
         }
         let limiter = limiter.map(|limiter| {
             limiter.begin(&state.velocities);

@@ -1,4 +1,5 @@
-//! Contact constraints: the target velocity of a surface patch at a collider, and its impulse.
+//! Contact constraints: target velocity and impulse of a surface patch that touches a collider. The impulse
+//! lies in the Coulomb friction cone.
 
 use std::ops::Range;
 
@@ -46,9 +47,9 @@ impl SurfacePoint {
     ///
     /// * A point that approaches from outside faster than `min_bounce` separates at the speed of approach
     ///   times the restitution.
-    /// * A point that separated before the step, and that the step turned back, may return as fast as it
-    ///   separated, which keeps its energy, but not into the collider.
-    /// * Any other point stops.
+    /// * A point that moved away before the step may approach at up to the speed at which it moved away, because
+    ///   that adds no energy, but not so fast that it enters the collider.
+    /// * For any other point the target is 0.
     ///
     /// `depth`: depth of the deepest sample, in cells. `min_bounce`: least speed of approach that bounces, in
     /// cells per second.
@@ -77,16 +78,20 @@ impl SurfacePoint {
     }
 }
 
-/// Returns the weighted mean of `vector` over pairs of row and weight.
+/// Returns the weighted mean of `vector`. `vertices`: pairs of the row of a vertex in the contact stage, and its
+/// weight.
 pub(super) fn mean(vertices: impl Iterator<Item = (u32, f32)>, vector: impl Fn(usize) -> Vec4) -> Vec4 {
     vertices.fold(Vec4::zeros(), |sum, (row, weight)| sum + vector(row as usize) * weight)
 }
 
-/// Returns the weighted mean of positions over pairs of row and weight.
-pub(super) fn mean_place(vertices: impl Iterator<Item = (u32, f32)> + Clone, places: &[Vec4]) -> Point3<f64> {
+/// Returns the weighted mean of `positions`. `vertices`: see [`mean`].
+pub(super) fn mean_position(
+    vertices: impl Iterator<Item = (u32, f32)> + Clone,
+    positions: &[Vec4],
+) -> Point3<f64> {
     // Relative to the first vertex: offsets are small, so f32 is accurate at any distance from the origin.
-    let from = vertices.clone().next().map_or_else(Vec4::zeros, |(row, _)| places[row as usize]);
-    let offset = mean(vertices, |row| places[row] - from);
+    let from = vertices.clone().next().map_or_else(Vec4::zeros, |(row, _)| positions[row as usize]);
+    let offset = mean(vertices, |row| positions[row] - from);
     (wide(&from) + wide(&offset)).into()
 }
 
@@ -117,9 +122,9 @@ impl ContactConstraint {
         self.inverse_response = 1.0 / response;
     }
 
-    /// Returns the speed that an impulse causes.
+    /// Returns the magnitude of the velocity change by an impulse.
     #[inline(always)]
-    pub(super) fn speed(&self, impulse: &Vec4) -> f32 {
+    pub(super) fn speed_change(&self, impulse: &Vec4) -> f32 {
         dot(impulse, impulse).sqrt() * self.response
     }
 
@@ -131,13 +136,14 @@ impl ContactConstraint {
 
     /// Updates the impulses for the current `velocity` of the point; returns the change of the total impulse.
     ///
-    /// Only the change of the normal impulse is multiplied by `over_relaxation`.
+    /// The normal impulse is at least 0, and the friction impulse lies in the Coulomb friction cone. `over_relaxation`
+    /// multiplies the change of the normal impulse; the friction impulse is not over-relaxed.
     #[inline(always)]
-    pub(super) fn correct(&mut self, velocity: &Vec4, over_relaxation: f32) -> Vec4 {
+    pub(super) fn update_impulses(&mut self, velocity: &Vec4, over_relaxation: f32) -> Vec4 {
         let Contact { normal, slip_before, target, friction, .. } = &self.contact;
         let inverse = self.inverse_response;
         let normal_velocity = dot(velocity, normal);
-        // A contact displacements and never pulls: the accumulated normal impulse is clamped at zero.
+        // A contact pushes and never pulls: the accumulated normal impulse is clamped at zero.
         let impulse = (self.normal_impulse + over_relaxation * (target - normal_velocity) * inverse).max(0.0);
         let mut change = normal * (impulse - self.normal_impulse);
         self.normal_impulse = impulse;
@@ -148,8 +154,9 @@ impl ContactConstraint {
             free += self.friction_impulse * -self.response;
             let slip_change = slowest_slip(&free, slip_before) - free;
             // Coulomb friction cone: clamps the tangential impulse to `friction` times the normal impulse.
-            let (limit, length) = (friction * impulse, dot(&slip_change, &slip_change).sqrt() * inverse);
-            let scale = if length > limit { inverse * (limit / length) } else { inverse };
+            let (max_friction, length) =
+                (friction * impulse, dot(&slip_change, &slip_change).sqrt() * inverse);
+            let scale = if length > max_friction { inverse * (max_friction / length) } else { inverse };
             let friction_impulse = slip_change * scale;
             change += friction_impulse;
             change -= self.friction_impulse;
@@ -162,21 +169,23 @@ impl ContactConstraint {
 /// Returns the slowest slip that friction may cause without adding energy.
 ///
 /// `free` is the slip without friction, and `before` is the slip before the step. An impulse f that changes
-/// the slip from `free` to u does the work f . (u + before)/2. It takes energy from the point if u lies in
-/// the ball whose diameter runs from `free` to -`before`. Zero usually lies in this ball; it does not if the
+/// the slip from `free` to u does the work f . (u + before)/2. It does no positive work if and only if u lies
+/// in the ball whose diameter runs from `free` to -`before`. Zero usually lies in this ball; it does not if the
 /// point reverses its direction during the step, for instance while it vibrates.
 #[inline(always)]
 fn slowest_slip(free: &Vec4, before: &Vec4) -> Vec4 {
     if dot(free, before) >= 0.0 {
         return Vec4::zeros();
     }
-    // Twice the center of the ball, and its diameter. The center is farther from zero than the radius.
-    let (center, diagonal) = (free - before, free + before);
-    let (distance, diameter) = (dot(&center, &center).sqrt(), dot(&diagonal, &diagonal).sqrt());
+    // The ball has the center `double_center` / 2 and the diameter |`diameter_vector`|. Zero is outside of it here.
+    let (double_center, diameter_vector) = (free - before, free + before);
+    let (distance, diameter) =
+        (dot(&double_center, &double_center).sqrt(), dot(&diameter_vector, &diameter_vector).sqrt());
+    // The squares overflow f32: stop the slip.
     if !distance.is_finite() {
         return Vec4::zeros();
     }
-    center.map(|x| 0.5 * x * (1.0 - diameter / distance))
+    double_center.map(|x| 0.5 * x * (1.0 - diameter / distance))
 }
 
 #[cfg(test)]
@@ -184,12 +193,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn friction_on_a_point_that_reverses_adds_no_energy() {
+    fn slowest_slip_adds_no_energy() {
         let x = |x: f32| Vec4::new(x, 0.0, 0.0, 0.0);
         let free = x(2.0);
-        for (before, slowed) in [(0.0, 0.0), (5.0, 0.0), (-0.5, 0.5), (-1.5, 1.5), (-2.0, 2.0), (-7.0, 2.0)] {
+        for (before, expected) in [(0.0, 0.0), (5.0, 0.0), (-0.5, 0.5), (-1.5, 1.5), (-2.0, 2.0), (-7.0, 2.0)]
+        {
             let slip = slowest_slip(&free, &x(before));
-            assert!((slip - x(slowed)).norm() < 1e-6, "{before}: {slip:?}");
+            assert!((slip - x(expected)).norm() < 1e-6, "{before}: {slip:?}");
         }
         assert_eq!(slowest_slip(&x(1e30), &x(-1e20)), Vec4::zeros(), "squares overflow f32");
         // In two dimensions: the slip lies on the ball's surface, at the point nearest to zero.

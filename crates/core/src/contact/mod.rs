@@ -20,7 +20,7 @@
 //! be the mass matrix and V a quadratic deformation energy, and let two steps of length h lead from x- to x
 //! and from x to x+. The energy of the step is |x+ - x|^2 / 2h^2 in the norm of M, plus V between x and x+.
 //! An impulse changes this energy by its product with (x+ - x-) / 2h, the mean of the velocities before and
-//! after the step. A contact that displacements and separates no faster than it approached therefore does no
+//! after the step. A contact that pushes and separates no faster than it approached therefore does no
 //! positive work. Friction against that mean velocity does no positive work either. (Paoli & Schatzman 1993
 //! base their time-stepping of impacts on the same product.)
 //!

@@ -6,10 +6,10 @@ use super::samples::SampleBlock;
 use crate::lattice::corner_sums;
 use crate::simd::lanes::LANES;
 
-/// Size of the neighbourhood of a vertex: 3 x 3 x 3 vertices, x fastest, the vertex itself at index 13.
+/// Size of the neighborhood of a vertex: 3 x 3 x 3 vertices, x fastest, the vertex itself at index 13.
 const NEIGHBORHOOD: usize = 27;
 
-/// Corner k of a cell has the index `13 + OFFSETS[k] - OFFSETS[l]` in the neighbourhood of corner l.
+/// Corner k of a cell has the index `13 + OFFSETS[k] - OFFSETS[l]` in the neighborhood of corner l.
 const OFFSETS: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
 
 /// Touching samples that have the same lattice vertex as their nearest cell corner.
@@ -17,11 +17,11 @@ const OFFSETS: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
 /// They act as one contact point: the mean of their positions, weighted by depth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patch {
-    /// Bit mask of the neighbours that have a weight.
+    /// Bit mask of the neighbors that have a weight.
     used: u32,
-    /// Row of each neighbour.
+    /// Row of each neighbor.
     rows: [u32; NEIGHBORHOOD],
-    /// Weight of each neighbour: the sum over the samples of sample weight times trilinear weight.
+    /// Weight of each neighbor: the sum over the samples of sample weight times trilinear weight.
     weights: [f64; NEIGHBORHOOD],
     /// Sum of the weights of all samples.
     total: f64,

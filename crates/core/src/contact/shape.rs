@@ -47,7 +47,8 @@ pub enum Shape {
 pub struct SignedDistance {
     /// Distance, in the unit of the point.
     pub distance: f64,
-    /// Gradient of the distance, a unit vector; the x axis where it does not exist (center of a sphere).
+    /// Gradient of the distance, a unit vector. Where it does not exist: the x axis at the center of a sphere, a perpendicular
+    /// direction on the axis of a capsule, the normal of the first nearest face inside a box.
     pub normal: Vector3<f64>,
 }
 
@@ -118,16 +119,20 @@ impl PosedShape {
             }
             Self::Capsule { a, axis, radius } => {
                 let offset = p - a;
-                let square = axis.norm_squared();
-                let along = if square > 0.0 { (offset.dot(axis) / square).clamp(0.0, 1.0) } else { 0.0 };
-                let from_axis = offset - axis * along;
-                if from_axis.norm_squared() > 0.0 || square == 0.0 {
+                let length_squared = axis.norm_squared();
+                let t = if length_squared > 0.0 {
+                    (offset.dot(axis) / length_squared).clamp(0.0, 1.0)
+                } else {
+                    0.0
+                };
+                let from_axis = offset - axis * t;
+                if from_axis.norm_squared() > 0.0 || length_squared == 0.0 {
                     ball_distance(from_axis, *radius)
                 } else {
-                    // On the axis all perpendicular directions are equivalent: use the cross product with the
-                    // coordinate axis of the smallest component.
-                    let least = axis.iamin();
-                    let across = axis.cross(&Vector3::ith(least, 1.0));
+                    // On the axis all perpendicular directions are equivalent: use the cross product of the axis
+                    // and the coordinate axis along which its component is smallest.
+                    let smallest_axis = axis.iamin();
+                    let across = axis.cross(&Vector3::ith(smallest_axis, 1.0));
                     SignedDistance { distance: -radius, normal: across.normalize() }
                 }
             }
@@ -146,8 +151,8 @@ impl PosedShape {
 
     /// Returns a lower bound of the signed distance over the AABB `center ± half`, in cells.
     ///
-    /// The bound is exact for a plane. Other distances are 1-Lipschitz: in the box they are at most its half
-    /// diagonal less than at the center.
+    /// The bound is exact for a plane. The other distance functions are 1-Lipschitz: anywhere in the AABB
+    /// the distance is at least the distance at its center minus half its diagonal.
     pub(crate) fn lower_bound(&self, center: &Point3<f64>, half: &Vector3<f64>) -> f64 {
         let spread = match self {
             Self::Plane { normal, .. } => normal.abs().dot(half),
@@ -164,7 +169,8 @@ fn ball_distance(offset: Vector3<f64>, radius: f64) -> SignedDistance {
     SignedDistance { distance: length - radius, normal }
 }
 
-/// Returns the signed distance of `p` from the box `±half`; inside the box, that from the nearest face.
+/// Returns the signed distance of `p` from the box `±half`: inside the box, minus the distance to the nearest
+/// face.
 ///
 /// Of several equally near faces the first in the order x, y, z determines the normal.
 fn box_distance(p: &Vector3<f64>, half: &Vector3<f64>) -> SignedDistance {

@@ -187,8 +187,8 @@ impl Solver {
         let mut greatest = 0.0_f32;
         for constraint in constraints {
             let velocity = mean(links, constraint, changes) + constraint.contact.velocity;
-            let change = constraint.correct(&velocity, over_relaxation);
-            greatest = greatest.max(constraint.speed(&change));
+            let change = constraint.update_impulses(&velocity, over_relaxation);
+            greatest = greatest.max(constraint.speed_change(&change));
             for link in &links[constraint.links.clone()] {
                 sums[link.vertex as usize] += change * link.response;
             }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::SKIN;
 use super::collider::Colliders;
-use super::constraint::{Contact, SurfacePoint, mean, mean_place};
+use super::constraint::{Contact, SurfacePoint, mean, mean_position};
 use super::detection::{ContactReport, Detection};
 use super::rows::buffer_bytes;
 use super::samples::SampleCells;
@@ -26,7 +26,7 @@ const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 
 /// deep body out at once would flatten it on the surface, and its elastic energy would then throw it up.
 const PUSH_LIMIT: f64 = 0.25;
 
-/// Maximum number of push-out rounds in a step. Each round displacements out the contact point of each patch; the
+/// Maximum number of push-out rounds in a step. Each round pushes out the contact point of each patch; the
 /// samples that remain inside form the patches of the next round.
 const PUSH_ROUNDS: usize = 4;
 
@@ -108,7 +108,7 @@ impl Contacts {
             }
             for patch in detection.patches() {
                 let point = SurfacePoint {
-                    place: mean_place(patch.vertices(), detection.places()),
+                    place: mean_position(patch.vertices(), detection.places()),
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
@@ -162,7 +162,7 @@ impl Contacts {
             for collider in colliders.during(step, state.frame) {
                 detection.find(&collider.shape, samples, 0.0, &mut report);
                 for patch in detection.patches() {
-                    let place = mean_place(patch.vertices(), detection.places());
+                    let place = mean_position(patch.vertices(), detection.places());
                     let here = collider.shape.signed_distance(&place);
                     let (normal, target) = (narrow(here.normal), (-here.distance).min(PUSH_LIMIT) as f32);
                     let contact = Contact { normal, target, limit: target, ..Contact::default() };

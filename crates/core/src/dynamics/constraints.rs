@@ -106,7 +106,7 @@ impl Constraint {
         self.motion = Some(motion);
     }
 
-    /// Checks deserialised data: whether all indices and lengths fit a lattice of `vertices` vertices.
+    /// Checks deserialized data: whether all indices and lengths fit a lattice of `vertices` vertices.
     fn is_valid(&self, vertices: usize) -> bool {
         self.vertices.iter().all(|&vertex| (vertex as usize) < vertices)
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
@@ -240,7 +240,7 @@ impl Constraints {
         self.constraints.get_mut(index).ok_or(ConstraintError::NoSuchConstraint { index, count })
     }
 
-    /// Checks deserialised data: whether all indices and lengths fit a lattice of `vertices` vertices.
+    /// Checks deserialized data: whether all indices and lengths fit a lattice of `vertices` vertices.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         self.held.len() == vertices && self.constraints.iter().all(|constraint| constraint.is_valid(vertices))
     }

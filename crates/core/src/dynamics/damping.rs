@@ -35,7 +35,7 @@ impl RegionDamper {
     /// Moves the velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
     ///
     /// v̄ is the mean rigid velocity of the regions that contain the vertex. Uses the rotations of the last
-    /// fit. `for_each` is in (0, 1].
+    /// fit. `share` is in (0, 1].
     pub(crate) fn apply(
         &self,
         matching: &Matching,
@@ -51,7 +51,7 @@ impl RegionDamper {
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
         // A vector of `()` does not allocate.
         let memory = &mut vec![(); layout.blocks()];
-        cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Adjoint);
+        cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Goals);
         let update = Damp { weights, share };
         cascade.adjoint(layout, executor, workspace, &update, velocities.blocks_mut(), &mut []);
     }

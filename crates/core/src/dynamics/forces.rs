@@ -14,7 +14,7 @@ use crate::state::{Interval, State};
 pub(crate) struct Forces {
     /// Forces of the next step, in scene units of mass x length / s^2.
     next: Vec<(u32, [f64; 3])>,
-    /// Velocity change times dt, in cells, for the volume correction.
+    /// Velocity change times dt, in cells: f of Eq. (2) in `volume::external_forces`.
     displacements: Vec<(u32, [f32; 3])>,
 }
 
@@ -71,7 +71,7 @@ impl Forces {
             + self.displacements.capacity() * size_of::<(u32, [f32; 3])>()
     }
 
-    /// Checks deserialised data: whether all indices fit a lattice of `vertices` vertices.
+    /// Checks deserialized data: whether all indices fit a lattice of `vertices` vertices.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         let in_range = |vertex: u32| (vertex as usize) < vertices;
         self.next.iter().all(|&(vertex, _)| in_range(vertex))

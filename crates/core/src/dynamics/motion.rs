@@ -52,7 +52,7 @@ pub enum MotionError {
         /// The value.
         value: f64,
     },
-    /// A displacement so large that the positions of neighbouring vertices would round to the same number.
+    /// A displacement so large that the positions of neighboring vertices would round to the same number.
     #[error("key {key}: translate is {value:e}, too far: the limit is {limit:.3e}, 10^15 cells")]
     TooFar {
         /// Index of the key, from 0.

@@ -51,7 +51,7 @@ pub(super) fn lattice(
 struct Corner {
     /// Grid index.
     index: [i32; 3],
-    /// Bit n is set iff the vertex is linked to its neighbour n: -x, +x, -y, +y, -z, +z.
+    /// Bit n is set iff the vertex is linked to its neighbor n: -x, +x, -y, +y, -z, +z.
     links: u8,
     /// Number of occupied cells that have this corner, 1 to 8.
     cells: u8,

@@ -87,7 +87,7 @@ pub(super) fn label(cells: &GridSet) -> RunLabels {
     RunLabels { count, of_run }
 }
 
-/// Unites the runs of two neighbouring rows that share at least a corner.
+/// Unites the runs of two neighboring rows that share at least a corner.
 fn unite_rows(cells: &GridSet, a: usize, b: usize, sets: &mut UnionFind) {
     let (mut a, mut b) = (cells.row_runs(a), cells.row_runs(b));
     while !a.is_empty() && !b.is_empty() {
@@ -148,7 +148,7 @@ fn largest(cells: &GridSet, labels: &RunLabels) -> u32 {
 /// Finds the bridges that join all parts (Borůvka 1926).
 ///
 /// A group is a set of parts that are joined already; at first each part is a group. Each round joins every
-/// group, except that of the largest part, to its nearest neighbour, until one group is left.
+/// group, except that of the largest part, to its nearest neighbor, until one group is left.
 fn bridges(cells: &GridSet, labels: &RunLabels, largest: u32) -> Vec<Bridge> {
     let mut bridges = Vec::new();
     if labels.count < 2 {

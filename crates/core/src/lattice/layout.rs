@@ -94,7 +94,7 @@ impl Layout {
 
         let mut axis = 0;
         let axes = links.map(|links| {
-            let across = (axis != candidate.lanes).then(|| Neighbours::new(&keys, candidate.component(axis)));
+            let across = (axis != candidate.lanes).then(|| Neighbors::new(&keys, candidate.component(axis)));
             axis += 1;
             AxisLinks { links, across }
         });
@@ -188,22 +188,22 @@ fn fewest_blocks(indices: &[[i32; 3]]) -> Candidate {
 pub(crate) struct AxisLinks {
     /// Bit `l` of a block is set iff its vertex in lane `l` is linked to the next vertex along the axis.
     pub(crate) links: Vec<u8>,
-    /// The neighbours of each block along the axis. `None` for the lane axis, where the next block along the
+    /// The neighbors of each block along the axis. `None` for the lane axis, where the next block along the
     /// axis is the next in storage.
-    pub(crate) across: Option<Neighbours>,
+    pub(crate) across: Option<Neighbors>,
 }
 
-/// The neighbours of each block along an axis.
+/// The neighbors of each block along an axis.
 #[derive(Clone, Debug)]
-pub(crate) struct Neighbours {
+pub(crate) struct Neighbors {
     /// Next block along the axis, or the block itself if there is no next block.
     pub(crate) next: Vec<u32>,
     /// Previous block along the axis, or the block itself if there is no previous block.
     pub(crate) previous: Vec<u32>,
 }
 
-impl Neighbours {
-    /// Finds the neighbours of the blocks with the sorted keys `keys`, along the axis that component
+impl Neighbors {
+    /// Finds the neighbors of the blocks with the sorted keys `keys`, along the axis that component
     /// `component` of a key counts.
     fn new(keys: &[[i32; 3]], component: usize) -> Self {
         let mut next: Vec<u32> = (0..keys.len() as u32).collect();
@@ -233,15 +233,15 @@ impl AxisLinks {
             return None;
         }
         Some(match &self.across {
-            Some(neighbours) => neighbours.next[block] as usize * LANES + lane,
+            Some(neighbors) => neighbors.next[block] as usize * LANES + lane,
             None => slot + 1,
         })
     }
 
     /// Returns the memory of the links, in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Neighbours { next, previous } = match &self.across {
-            Some(neighbours) => neighbours,
+        let Neighbors { next, previous } = match &self.across {
+            Some(neighbors) => neighbors,
             None => return self.links.len(),
         };
         self.links.len() + size_of_val(next.as_slice()) + size_of_val(previous.as_slice())

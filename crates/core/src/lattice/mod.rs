@@ -32,7 +32,7 @@ pub use components::Components;
 pub(crate) use embedding::extrapolate;
 pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
-pub(crate) use layout::{AxisLinks, Layout, Neighbours};
+pub(crate) use layout::{AxisLinks, Layout, Neighbors};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use trilinear::{corner_sums, monomials, polynomial};
 
@@ -53,7 +53,7 @@ pub(crate) use trilinear::{corner_sums, monomials, polynomial};
 /// ```
 ///
 /// A *link* joins two vertices one step apart along an axis iff some occupied cell has that edge. Two
-/// vertices on opposite sides of a gap are not neighbours, however close they are.
+/// vertices on opposite sides of a gap are not neighbors, however close they are.
 ///
 /// Rivers & James 2007 put the particles at the centers of the cells. Here they are at the corners: each
 /// vertex is then a corner of at least one cell, so that every region spans three dimensions even where a
@@ -141,7 +141,7 @@ impl Lattice {
         self.cell_set.find(index)
     }
 
-    /// Returns the links of each vertex, shape `(n,)`: bit n is set iff the vertex is linked to its neighbour
+    /// Returns the links of each vertex, shape `(n,)`: bit n is set iff the vertex is linked to its neighbor
     /// n, in the order -x, +x, -y, +y, -z, +z.
     pub fn links(&self) -> &[u8] {
         &self.links
@@ -152,7 +152,7 @@ impl Lattice {
     /// # Panics
     ///
     /// If there is no such vertex.
-    pub fn neighbours(&self, vertex: u32) -> [Option<u32>; 6] {
+    pub fn neighbors(&self, vertex: u32) -> [Option<u32>; 6] {
         let index = self.indices[vertex as usize];
         let links = self.links[vertex as usize];
         std::array::from_fn(|n| match n {
@@ -160,9 +160,9 @@ impl Lattice {
             0 => Some(vertex - 1),
             1 => Some(vertex + 1),
             _ => {
-                let mut neighbour = index;
-                neighbour[n / 2] += if n % 2 == 0 { -1 } else { 1 };
-                self.vertex_set.find(neighbour)
+                let mut neighbor = index;
+                neighbor[n / 2] += if n % 2 == 0 { -1 } else { 1 };
+                self.vertex_set.find(neighbor)
             }
         })
     }

@@ -15,7 +15,7 @@ pub enum Resolution {
 pub struct LatticeOptions {
     /// Resolution. Default: about 1000 vertices.
     pub resolution: Resolution,
-    /// Whether separate parts are joined, each to its nearest neighbour by a bridge of cells. If false, each
+    /// Whether separate parts are joined, each to its nearest neighbor by a bridge of cells. If false, each
     /// part is a component of its own. Default: true.
     pub join: bool,
     /// Memory limit of the lattice and a simulation of it, in bytes. Default (`None`): half of the machine's

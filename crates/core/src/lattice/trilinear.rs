@@ -1,4 +1,7 @@
 //! Trilinear interpolation in a cell, continued linearly outside.
+//!
+//! The update of the mesh is `skin::mesh_update`. It uses [`polynomial`], and [`CellMap`] only for vertices outside
+//! their cell.
 
 use std::ops::{Mul, Sub};
 

@@ -56,7 +56,7 @@ impl Matching {
     }
 
     /// Fits a rigid motion to each region at `positions`. `rotations` is the warm start and receives the
-    /// result; `potential` receives the elastic potential. [`Purpose::Adjoint`] prepares the evaluation of
+    /// result; `potential` receives the elastic potential. [`Purpose::Goals`] prepares the evaluation of
     /// goal positions.
     ///
     /// Returns the number of rotations that did not converge in Newton's method and went through the robust

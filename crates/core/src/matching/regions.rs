@@ -5,14 +5,15 @@ use nalgebra::{Matrix3, Vector3};
 use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{LANES, Lanes};
 
-/// The regions of a lattice: one around each vertex, of half-width w.
+/// The regions of a lattice: one around each vertex, of half-width w. [`cascade`](super::cascade) defines them.
 ///
 /// Masses are in units of a full cell's mass: m = (number of occupied cells of the vertex) / 8. The weight of
 /// vertex i in each of its regions is m/n, with n the number of regions that contain i. So Σ m g = Σ m x, and
 /// the shape matching conserves linear momentum.
 #[derive(Clone, Debug)]
 pub(crate) struct Regions {
-    /// m and 1/n of each vertex. Zero in lanes without a vertex.
+    /// m and 1/n of each vertex: their product is its weight in a region ([`Weighted`](super::Weighted)), and
+    /// 1/n averages over its regions. Zero in lanes without a vertex.
     pub(crate) weights: Lanes<2>,
     /// 1/M of the region around each vertex, and d, its rest centroid relative to its center vertex in cells.
     /// Zero in lanes without a vertex.

@@ -44,7 +44,7 @@ fn window(lattice: &Lattice, start: u32, axis: usize, half_width: usize) -> Vec<
     for direction in [2 * axis, 2 * axis + 1] {
         let mut vertex = start;
         for _ in 0..half_width {
-            let Some(next) = lattice.neighbours(vertex)[direction] else { break };
+            let Some(next) = lattice.neighbors(vertex)[direction] else { break };
             reached.push(next);
             vertex = next;
         }
@@ -56,7 +56,7 @@ fn breadth_first(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> 
     let mut members = vec![vertex];
     let mut frontier = vec![vertex];
     for _ in 0..half_width {
-        let mut next: Vec<u32> = frontier.iter().flat_map(|&v| cell_neighbours(lattice, v)).collect();
+        let mut next: Vec<u32> = frontier.iter().flat_map(|&v| cell_neighbors(lattice, v)).collect();
         next.sort_unstable();
         next.dedup();
         next.retain(|v| !members.contains(v));
@@ -68,8 +68,8 @@ fn breadth_first(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> 
 
 /// Returns the vertices of all cells that have `vertex` as a corner.
 ///
-/// In a full box these are the 26 neighbours and `vertex` itself, some of them repeated.
-fn cell_neighbours(lattice: &Lattice, vertex: u32) -> Vec<u32> {
+/// In a full box these are the 26 neighbors and `vertex` itself, some of them repeated.
+fn cell_neighbors(lattice: &Lattice, vertex: u32) -> Vec<u32> {
     let index = lattice.indices()[vertex as usize];
     let around = (0..8).map(|k| [index[0] - (k & 1), index[1] - (k >> 1 & 1), index[2] - (k >> 2 & 1)]);
     around.filter_map(|cell| lattice.cell_at(cell)).flat_map(|cell| lattice.cell_corners(cell)).collect()

@@ -160,7 +160,7 @@ fn split(slot: u32) -> (usize, usize) {
     (slot as usize / LANES, slot as usize % LANES)
 }
 
-/// Serialises the numbers as little-endian bytes, which is exact, compact and fast.
+/// Serializes the numbers as little-endian bytes, which is exact, compact and fast.
 #[cfg(feature = "serde")]
 impl<const N: usize> serde::Serialize for Lanes<N> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

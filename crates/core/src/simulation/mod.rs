@@ -37,7 +37,10 @@ impl Simulation {
         SimulationBuilder::default()
     }
 
-    /// Advances all bodies by one step of length `dt`. The crate page lists the stages of a step.
+    /// Advances all bodies by one step of length `dt`: see [the pipeline](crate#the-pipeline).
+    ///
+    /// A step does not evaluate the displayed surface (volume correction, mesh update): see
+    /// [`Simulation::body`] and [`BodyRef::surface`].
     pub fn step(&mut self) {
         self.steps(1);
     }

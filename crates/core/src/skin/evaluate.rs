@@ -4,9 +4,9 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f64x4};
 
 use super::Pose;
+use super::mesh_update::{EmbeddedPoints, EmbeddedPointsBuilder};
 use super::normals::{ring_normal, to_xyz};
-use super::rings::{CHUNK, OneRingBlocks, TileLayout, TileOffsets};
-use super::trilinear::{EmbeddedPoints, EmbeddedPointsBuilder};
+use super::one_ring_blocks::{CHUNK, OneRingBlocks, TileLayout, TileOffsets};
 use crate::lattice::Embedding;
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
@@ -60,7 +60,7 @@ impl Positions {
 
 /// Evaluation of normals, with or without positions.
 ///
-/// In the order of the input if that keeps neighbours in common chunks, and in Morton order otherwise.
+/// In the order of the input if that keeps neighbors in common chunks, and in Morton order otherwise.
 #[derive(Debug)]
 pub(super) enum Normals {
     InOrder(Neighborhoods),
@@ -104,7 +104,7 @@ impl Normals {
     }
 }
 
-/// Vertices and their one-rings, in an order that keeps most neighbours in common chunks.
+/// Vertices and their one-rings, in an order that keeps most neighbors in common chunks.
 #[derive(Debug)]
 pub(super) struct Neighborhoods {
     embedded: EmbeddedPoints,

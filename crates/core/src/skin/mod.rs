@@ -1,19 +1,17 @@
 //! The displayed mesh: positions and normals of the mesh vertices, computed from the lattice vertices.
 //!
-//! Vertices are evaluated in chunks. The files, in the order of the data flow:
+//! Vertices are evaluated in chunks. [`evaluate`] runs these steps for all chunks and writes the outputs:
 //!
-//! * [`one_ring`]: the one-ring of a vertex. Prepared once.
-//! * [`rings`]: the one-rings of all vertices, in blocks of eight. Prepared once.
-//! * [`trilinear`]: the trilinear update of the mesh. It interpolates the vertices of a chunk, cell by cell,
+//! * [`mesh_update`]: the trilinear update of the mesh. It interpolates the vertices of a chunk, cell by cell,
 //!   into a tile (a small buffer of the thread).
-//! * [`normals`]: vertex normals from the one-rings in the tile.
-//! * [`evaluate`]: runs these steps for all chunks and writes the outputs.
+//! * [`normals`]: vertex normals, from the one-rings in the tile.
+//! * [`one_ring_blocks`], [`one_ring`]: the one-rings, in blocks of eight. Prepared once, for normals only.
 
 mod evaluate;
+mod mesh_update;
 mod normals;
 mod one_ring;
-mod rings;
-mod trilinear;
+mod one_ring_blocks;
 
 pub use normals::{VertexNormals, vertex_normals};
 

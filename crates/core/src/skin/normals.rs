@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8};
 
 use nalgebra::Vector3;
 
-use super::rings::{CHUNK, NO_NORMAL, OneRingBlock, OneRingBlocks, TileLayout};
+use super::one_ring_blocks::{CHUNK, NO_NORMAL, OneRingBlock, OneRingBlocks, TileLayout};
 use crate::mesh::Mesh;
 use crate::simd::level;
 use crate::simd::tile::{Tile, with_tiles};

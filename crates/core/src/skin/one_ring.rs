@@ -1,4 +1,4 @@
-//! The one-ring of a vertex: its neighbours in the order around it.
+//! The one-ring of a vertex: its neighbors in the order around it.
 
 use crate::mesh::Csr;
 

@@ -81,7 +81,7 @@ impl State {
         state
     }
 
-    /// Checks deserialised data: whether all arrays have `blocks` blocks, and there are `components`
+    /// Checks deserialized data: whether all arrays have `blocks` blocks, and there are `components`
     /// components.
     pub(crate) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let Self { positions, compensation, velocities, rotations, .. } = self;

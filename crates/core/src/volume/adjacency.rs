@@ -2,11 +2,11 @@
 
 use crate::lattice::Lattice;
 
-/// Unit steps along the axes, in neighbour order: -x, +x, -y, +y, -z, +z.
+/// Unit steps along the axes, in neighbor order: -x, +x, -y, +y, -z, +z.
 pub(super) const DIRECTIONS: [[i32; 3]; 6] =
     [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
 
-/// Corners of each face of a cell, counter-clockwise seen from outside; the faces are in neighbour order.
+/// Corners of each face of a cell, counter-clockwise seen from outside; the faces are in neighbor order.
 ///
 /// ```text
 ///        6-----7      corner k lies at (k & 1, k >> 1 & 1, k >> 2 & 1)
@@ -22,7 +22,7 @@ pub(super) const FACE_CORNERS: [[usize; 4]; 6] =
 /// Links of a lattice, and the component of each vertex.
 #[derive(Clone, Debug)]
 pub(super) struct Adjacency {
-    /// Neighbours of each vertex in neighbour order; a missing neighbour is replaced by the vertex itself.
+    /// Neighbors of each vertex in neighbor order; a missing neighbor is replaced by the vertex itself.
     pub(super) rows: Vec<[u32; 6]>,
     /// Component of each vertex.
     pub(super) of_vertex: Vec<u32>,
@@ -32,7 +32,7 @@ pub(super) struct Adjacency {
 
 impl Adjacency {
     pub(super) fn new(lattice: &Lattice) -> Self {
-        let row = |i: u32| lattice.neighbours(i).map(|j| j.unwrap_or(i));
+        let row = |i: u32| lattice.neighbors(i).map(|j| j.unwrap_or(i));
         let components = lattice.components();
         Self {
             rows: (0..lattice.len() as u32).map(row).collect(),
@@ -56,12 +56,12 @@ impl Adjacency {
         self.of_vertex[i] as usize
     }
 
-    /// Returns whether vertex `i` has a neighbour on `side`, an index in neighbour order.
-    pub(super) fn has_neighbour(&self, i: usize, side: usize) -> bool {
+    /// Returns whether vertex `i` has a neighbor on `side`, an index in neighbor order.
+    pub(super) fn has_neighbor(&self, i: usize, side: usize) -> bool {
         self.rows[i][side] as usize != i
     }
 
-    /// Returns the existing neighbours, in neighbour order.
+    /// Returns the existing neighbors, in neighbor order.
     pub(super) fn linked(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         self.rows[i].iter().map(|&j| j as usize).filter(move |&j| j != i)
     }
@@ -90,7 +90,7 @@ impl Adjacency {
     }
 }
 
-/// Returns the boundary faces, which belong to one cell only: the side in neighbour order, and the corners
+/// Returns the boundary faces, which belong to one cell only: the side in neighbor order, and the corners
 /// counter-clockwise seen from outside.
 pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
     lattice.cells().iter().enumerate().flat_map(|(cell, index)| {

@@ -1,6 +1,7 @@
-//! Root of the cubic: the real root of least absolute value of a cubic polynomial, within a cap.
+//! Root of the cubic: the real root of least absolute value of a cubic polynomial, within a cap (`max_correction`
+//! times the thickness of the component).
 //!
-//! Takamatsu & Kanai 2009, Eq. (1), is a cubic in the scale `lambda` of the correction; they use the root of
+//! Takamatsu & Kanai 2009, Eq. (1), vol(P^ + lambda V) - vol(P) = 0, is a cubic in the scale `lambda` of the correction; they use the root of
 //! least absolute value. A closed-form solution loses that root if the leading coefficients almost vanish,
 //! which happens whenever the field encloses little volume of its own. Here the line is split at the
 //! stationary points, and the interval nearest to zero with a change of sign is bisected over the bit

@@ -14,7 +14,7 @@ pub struct ExternalForce {
     /// Lattice vertex.
     pub vertex: u32,
     /// Force vector in cells, in world axes. Zero and non-finite forces have no effect.
-    pub offset: [f32; 3],
+    pub force: [f32; 3],
 }
 
 /// Force, in cells, that removes half of the field's component along it.
@@ -27,11 +27,11 @@ pub const HALF_FORCE: f64 = 1e-3;
 /// Clamp of a force, in units of [`HALF_FORCE`]; it keeps the matrix of the solve well conditioned.
 const MAX_FORCE: f64 = 1e4;
 
-/// Removes the directions of external forces from the field: Takamatsu & Kanai 2009, Eq. (2), regularised.
+/// Removes the directions of external forces from the field: Takamatsu & Kanai 2009, Eq. (2), regularized.
 ///
 /// ```text
 /// paper:   v' = v - (v . f^) f^,  f^ = f / |f|                                              (Eq. 2)
-/// here:    v' minimises |v' - v|^2 + sum (f . v')^2 / f0^2,  the sum over the forces f on the vertex
+/// here:    v' minimizes |v' - v|^2 + sum (f . v')^2 / f0^2,  the sum over the forces f on the vertex
 ///          which is (I + F) v' = v,  F = sum f f^T / f0^2,  f0 = HALF_FORCE
 /// ```
 ///
@@ -52,7 +52,7 @@ pub(super) fn remove_force_directions(
         // Upper triangle of I + F: xx, xy, xz, yy, yz, zz.
         let mut matrix = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
         for &(_, index) in group {
-            let [x, y, z] = in_half_forces(&forces[index as usize].offset);
+            let [x, y, z] = in_half_forces(&forces[index as usize].force);
             for (sum, term) in matrix.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]) {
                 *sum += term;
             }
@@ -63,8 +63,8 @@ pub(super) fn remove_force_directions(
 }
 
 /// Returns a force in units of [`HALF_FORCE`], clamped to the length [`MAX_FORCE`]; zero if it is not finite.
-fn in_half_forces(offset: &[f32; 3]) -> [f64; 3] {
-    let f = offset.map(|x| f64::from(x) / HALF_FORCE);
+fn in_half_forces(force: &[f32; 3]) -> [f64; 3] {
+    let f = force.map(|x| f64::from(x) / HALF_FORCE);
     let length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
     if !length.is_finite() {
         return [0.0; 3];
@@ -73,7 +73,7 @@ fn in_half_forces(offset: &[f32; 3]) -> [f64; 3] {
     f.map(|f| f * factor)
 }
 
-/// Solves a symmetric system with eigenvalues >= 1, by an LDL^T (square-root-free Cholesky) factorisation.
+/// Solves a symmetric system with eigenvalues >= 1, by an LDL^T (square-root-free Cholesky) factorization.
 fn solve(&[xx, xy, xz, yy, yz, zz]: &[f64; 6], b: [f64; 3]) -> [f64; 3] {
     let (l10, l20) = (xy / xx, xz / xx);
     let d1 = (yy - l10 * xy).max(1.0);
@@ -104,7 +104,7 @@ mod tests {
     /// Returns the field direction `v` after the removal of the forces `offsets`.
     fn remaining(v: [f32; 3], offsets: &[[f32; 3]]) -> [f32; 3] {
         let forces: Vec<ExternalForce> =
-            offsets.iter().map(|&offset| ExternalForce { vertex: 0, offset }).collect();
+            offsets.iter().map(|&force| ExternalForce { vertex: 0, force }).collect();
         let mut points = [Moving::new([0.0; 3], v)];
         remove_force_directions(&forces, &mut Vec::new(), &mut points);
         points[0].direction()

@@ -124,10 +124,10 @@ impl<const N: usize> RowMeasure<N> {
     }
 }
 
-/// Sums eight times the measure `lattice` (Takamatsu & Kanai 2009) over the vertices with these neighbours.
+/// Sums eight times the measure `lattice` (Takamatsu & Kanai 2009) over the vertices with these neighbors.
 ///
-/// The term of a vertex is `det[dx, dy, dz]`, where `da` is the difference of its two neighbours along axis
-/// `a`. It is twice the edge vector of the vertex's volume, hence the factor of 8. A missing neighbour is
+/// The term of a vertex is `det[dx, dy, dz]`, where `da` is the difference of its two neighbors along axis
+/// `a`. It is twice the edge vector of the vertex's volume, hence the factor of 8. A missing neighbor is
 /// replaced by the vertex itself. A vertex on a face of a box then counts half a cell, on an edge a quarter
 /// and at a corner an eighth, so that the volume of a box of cells is exact.
 #[inline(always)]
@@ -140,7 +140,7 @@ fn vertex_sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4
     sum.coefficients()
 }
 
-/// Returns the differences of a vertex's neighbours along each axis; their determinant is 8 times its volume.
+/// Returns the differences of a vertex's neighbors along each axis; their determinant is 8 times its volume.
 #[inline(always)]
 pub(super) fn differences<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving]) -> (Line<S>, Arm<S>, Arm<S>) {
     let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);

@@ -7,7 +7,7 @@ use std::fmt;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VolumeMeasure {
-    /// Sum over the lattice vertices of a volume from their six neighbours (Takamatsu & Kanai 2009). Cheap
+    /// Sum over the lattice vertices of a volume from their six neighbors (Takamatsu & Kanai 2009). Cheap
     /// and approximate: the embedded surface keeps its volume to a few per cent.
     Lattice,
     /// Exact volume of the trilinear cells.
@@ -91,7 +91,7 @@ impl VolumeScope {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FieldKind {
     /// Field of Takamatsu & Kanai (2009). Boundary vertices have unit normals, computed from their existing
-    /// neighbours. Interior vertices have the mean direction of the previous layer, with a length that
+    /// neighbors. Interior vertices have the mean direction of the previous layer, with a length that
     /// decreases from 1 at the boundary to 0 at the center.
     Paper,
     /// Smoothest field that moves the boundary faces of the cells by 1 along their normals.

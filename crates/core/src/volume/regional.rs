@@ -4,7 +4,7 @@
 //! `lambda`: the volume that its vertices have lost, divided by the volume that they gain per unit of
 //! `lambda`. A region is a vertex with the vertices up to one link away in z, y and x. The scale of a vertex
 //! is the mean over the regions that contain it, computed by the adjoint of the same window sums, so that
-//! neighbouring vertices have similar scales.
+//! neighboring vertices have similar scales.
 
 use fearless_simd::{Simd, dispatch};
 
@@ -17,7 +17,7 @@ use crate::simd::level;
 /// Number of passes. The first makes most of the correction, and the second corrects its overshoot.
 const PASSES: usize = 2;
 
-/// Regularisation: damps regions whose volume gradient is below this fraction of that at rest.
+/// Regularization: damps regions whose volume gradient is below this fraction of that at rest.
 const MIN_GRADIENT: f32 = 0.4;
 
 /// Bound of a region's `lambda` in each pass, as a fraction of the cap. In parts that collapse, for example
@@ -118,7 +118,7 @@ impl Regional {
 
 /// Returns the `lambda` of a region with the volume loss `lost` and the volume gradient `gradient`.
 ///
-/// The result is `lost / gradient`, regularised by [`MIN_GRADIENT`] and bounded by [`MAX_SCALE`]. `at_rest`
+/// The result is `lost / gradient`, regularized by [`MIN_GRADIENT`] and bounded by [`MAX_SCALE`]. `at_rest`
 /// is the gradient at rest.
 #[inline]
 fn scale([lost, gradient]: [f32; 2], at_rest: f32, cap: f32) -> f32 {
@@ -165,7 +165,7 @@ impl<const N: usize> Buffer<N> {
         size_of_val(&*self.values) + size_of_val(&*self.previous)
     }
 
-    /// Replaces each value by the sum over its vertex and its neighbours along an axis, for each axis in
+    /// Replaces each value by the sum over its vertex and its neighbors along an axis, for each axis in
     /// turn.
     fn sum(&mut self, executor: &Executor, adjacency: &Adjacency, axes: [usize; 3]) {
         for axis in axes {
@@ -176,10 +176,10 @@ impl<const N: usize> Buffer<N> {
                 for ((i, row), value) in (chunk * CHUNK..).zip(rows).zip(values) {
                     *value = previous[i];
                     for side in [2 * axis, 2 * axis + 1] {
-                        let neighbour = row[side] as usize;
-                        if neighbour != i {
+                        let neighbor = row[side] as usize;
+                        if neighbor != i {
                             for k in 0..N {
-                                value[k] += previous[neighbour][k];
+                                value[k] += previous[neighbor][k];
                             }
                         }
                     }

@@ -8,7 +8,7 @@ use super::bitmap::Bitmap;
 pub(super) struct Walls<'a> {
     /// Cells that the surface passes through.
     pub(super) cells: &'a Bitmap,
-    /// For each axis, a bit is set iff the surface lies on the face between the cell and its lower neighbour
+    /// For each axis, a bit is set iff the surface lies on the face between the cell and its lower neighbor
     /// along the axis. `None` stands for no such face.
     pub(super) faces: [Option<&'a Bitmap>; 3],
 }
@@ -16,7 +16,7 @@ pub(super) struct Walls<'a> {
 /// Returns the cells, margin included, that are connected to the margin through faces without passing a wall.
 ///
 /// Works on rows of bits along x. A row is filled along x in two passes and then spreads into its four
-/// neighbours. A neighbour that gets new bits is added to the queue.
+/// neighbors. A neighbor that gets new bits is added to the queue.
 pub(super) fn outside(walls: &Walls<'_>) -> Bitmap {
     let mut reached = Bitmap::new(walls.cells.size());
     let rows = reached.row_count();
@@ -29,13 +29,13 @@ pub(super) fn outside(walls: &Walls<'_>) -> Bitmap {
         fill_row(reached.row_mut(row), walls.cells.row(row), walls.faces[0].map(|faces| faces.row(row)));
         let y = row % plane;
         // The face between two rows is stored with the upper row.
-        let neighbours = [
+        let neighbors = [
             (y > 0).then(|| (row - 1, row, 1)),
             (y + 1 < plane).then(|| (row + 1, row + 1, 1)),
             (row >= plane).then(|| (row - plane, row, 2)),
             (row + plane < rows).then(|| (row + plane, row + plane, 2)),
         ];
-        for (next, upper, axis) in neighbours.into_iter().flatten() {
+        for (next, upper, axis) in neighbors.into_iter().flatten() {
             let faces = walls.faces[axis].map(|faces| faces.row(upper));
             if spread_to(&mut reached, row, next, walls.cells.row(next), faces) && !queued[next] {
                 queued[next] = true;
@@ -75,7 +75,7 @@ fn spread(mut bits: usize, mut open: usize, shifted: impl Fn(usize, u32) -> usiz
     bits
 }
 
-/// Spreads the reached bits of a row to a neighbouring row. Returns whether any bit is new.
+/// Spreads the reached bits of a row to a neighboring row. Returns whether any bit is new.
 fn spread_to(reached: &mut Bitmap, from: usize, to: usize, walls: &[usize], faces: Option<&[usize]>) -> bool {
     let mut changed = false;
     for (word, wall) in walls.iter().enumerate() {

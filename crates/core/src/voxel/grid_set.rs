@@ -131,10 +131,10 @@ impl GridSet {
     /// Returns the cell of the set that contains a point, given in cells, if there is one.
     ///
     /// A point at a boundary belongs to cell `floor(point)` if that is in the set, and otherwise to the first
-    /// neighbour that is in the set.
+    /// neighbor that is in the set.
     pub(crate) fn locate(&self, point: [f64; 3]) -> Option<u32> {
         let middle = point.map(|x| x.floor());
-        // On each axis, the neighbour beyond the face near which the point lies, or else the cell of the
+        // On each axis, the neighbor beyond the face near which the point lies, or else the cell of the
         // point.
         let beside: [f64; 3] = std::array::from_fn(|a| match point[a] - middle[a] {
             depth if depth <= SLACK => middle[a] - 1.0,

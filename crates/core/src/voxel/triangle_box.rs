@@ -79,7 +79,7 @@ impl TriangleAxes {
 /// Returns the depth along an axis, with a longest coordinate of 1, up to which an intersection counts as
 /// touching.
 ///
-/// Where the surface crosses the line between the centers of two neighbouring cells, its depth in one of them
+/// Where the surface crosses the line between the centers of two neighboring cells, its depth in one of them
 /// is at least half the sum of the two shorter coordinates. The limit is a quarter of this sum, so that no
 /// closed surface has a leak.
 fn touch_depth(axis: &Vector3<f64>) -> f64 {

@@ -21,7 +21,7 @@ pub(super) fn rewritten(library: &Library, input: &Path, output: &Path) -> Optio
     Some(bytes(&relative(&target, &resolve_directory(output))))
 }
 
-/// Returns whether `name` starts with a drive (`C:\...`), which `Path` recognises on Windows only.
+/// Returns whether `name` starts with a drive (`C:\...`), which `Path` recognizes on Windows only.
 fn has_drive(name: &str) -> bool {
     matches!(name.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }

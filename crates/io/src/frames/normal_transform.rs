@@ -2,7 +2,7 @@
 //!
 //! A `vn` generally differs from the normal computed from the faces: hard edges, smoothed bevels, baked
 //! normals. Each face corner therefore transforms its own input normal, so that the difference is kept. With
-//! `e1`, `e2` the edges from the corner to its neighbours in the face, `m = e1 x e2`, and a prime for the
+//! `e1`, `e2` the edges from the corner to its neighbors in the face, `m = e1 x e2`, and a prime for the
 //! deformed surface, the normal `n` becomes
 //!
 //! ```text
@@ -14,7 +14,7 @@
 //! normal is unknown and taken to be the mean stretch `s` within the face. Under a rigid motion or a uniform
 //! scale every normal is transformed exactly. A face normal remains the face normal under any deformation.
 //!
-//! A `vn` that several corners share becomes the mean of their unit normals, normalised.
+//! A `vn` that several corners share becomes the mean of their unit normals, normalized.
 
 mod corner;
 
@@ -139,7 +139,7 @@ pub fn count_shared_normals(document: &Document, part: &Part) -> usize {
     shared.into_iter().filter(|&shared| shared).count()
 }
 
-/// Returns `vector` normalised, or zero if its length is zero.
+/// Returns `vector` normalized, or zero if its length is zero.
 #[inline]
 fn unit(vector: [f32; 3]) -> [f32; 3] {
     let squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];

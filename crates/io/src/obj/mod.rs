@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The file is parsed in one pass. The parser accepts polygons of any size, texture coordinates, normals,
-//! several `o` and `g`, negative indices, vertex colours, a fourth coordinate, any line ends, continued
+//! several `o` and `g`, negative indices, vertex colors, a fourth coordinate, any line ends, continued
 //! lines, names with spaces, bytes that are not UTF-8, and statements of other programs. Tests compare the
 //! result with [obj-rs](https://crates.io/crates/obj-rs), which accepts fewer files and keeps no byte ranges.
 

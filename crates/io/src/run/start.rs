@@ -28,12 +28,13 @@ pub(super) enum Start {
 }
 
 impl Job {
-    /// Runs the job. All input is checked before any file is written.
+    /// Runs the job. All input is checked before any frame is written.
     ///
-    /// Frames appear under their final names only when they are complete. [`Job::resume`] has three cases.
-    /// Without earlier frames, the job starts at frame 0. A finished sequence is left unchanged. A sequence
-    /// that ended early, or that is now longer, continues after its checkpoint and is bit-identical to an
-    /// uninterrupted run.
+    /// Frames appear under their final names only when they are complete. With [`Job::resume`],
+    /// a finished sequence is left unchanged, and a sequence that ended early, or that is now longer, continues
+    /// after its checkpoint. On the same SIMD level it is bit-identical to an uninterrupted run. Without a
+    /// checkpoint, or if a frame is missing, the job starts at frame 0. A checkpoint of another motion is an
+    /// error.
     ///
     /// # Errors
     ///
@@ -85,7 +86,7 @@ impl Job {
             let written = (0..=done).filter(|&frame| self.is_written(frame));
             match sequence.format {
                 Format::Pc2 => {
-                    // A finished point cache has its final name.
+                    // A point cache is called `.part` until its run ends.
                     let unfinished = done < self.scene.simulation.frames;
                     let exists = |path: &PathBuf| path.is_file() || unfinished && part_path(path).is_file();
                     Some(file(0)).filter(|path| !exists(path))
@@ -122,7 +123,7 @@ impl Job {
         let next = self.number(frame) + 1;
         let open = |sequence, source: Source<'_>| FrameWriter::resume(sequence, source, next);
         let writers = match self.writers(&prepared, open) {
-            // The point cache has other frames of the same motion.
+            // The point cache does not fit: other point count, first frame or frame step, or too few frames.
             Err(error @ OutputError::Cache { .. }) => {
                 observer.note(&Note::Restarted { reason: error.to_string() });
                 return self.open(prepared, fingerprint);

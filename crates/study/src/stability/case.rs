@@ -34,7 +34,7 @@ pub struct Case {
     pub family: &'static str,
     /// Unique name: what is done to the body.
     pub name: String,
-    /// Expected behaviour.
+    /// Expected behavior.
     pub expected: &'static str,
     /// Bounds that the figures must satisfy; every case has the bound of zero non-finite numbers.
     pub bounds: Vec<Bound>,
@@ -50,7 +50,7 @@ pub struct Row {
     pub family: &'static str,
     /// Name of the case.
     pub case: String,
-    /// Expected behaviour.
+    /// Expected behavior.
     pub expected: &'static str,
     /// Whether all bounds are satisfied.
     pub passed: bool,

@@ -40,7 +40,7 @@ use crate::simd::level;
 use adjoint_x::AdjointX;
 use plane::{PlanePasses, Scratch};
 
-/// A function that is applied to the sums of each region.
+/// A function that is applied to the sums of each region: the fit of the rotations, or region damping.
 pub(crate) trait RegionTransform: Sync {
     /// Data that the transform reads and writes, per block of regions.
     type Memory: Send;
@@ -76,10 +76,10 @@ fn restart_interval(half_width: usize) -> usize {
 /// The last pass of [`Cascade::forward`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// The adjoint y pass, after the transform and the adjoint z pass.
-    Adjoint,
-    /// The z pass with the transform, whose memory is the result.
-    Transform,
+    /// Prepares the adjoint, which evaluates the goals: runs up to the adjoint y pass.
+    Goals,
+    /// Computes the memory of the transform, such as the rotations: runs up to the z pass.
+    Regions,
 }
 
 /// The local-moment cascade for regions of one half-width, and its division into tasks. Its buffers are in a
@@ -167,7 +167,7 @@ impl Cascade {
     /// Allocates the buffers of all passes, for one thread.
     pub(crate) fn workspace(&self, layout: &Layout) -> Workspace {
         let mut workspace = Workspace::default();
-        self.reserve(&mut workspace, layout, Purpose::Adjoint, 1);
+        self.reserve(&mut workspace, layout, Purpose::Goals, 1);
         workspace
     }
 
@@ -181,7 +181,7 @@ impl Cascade {
             *workspace = Workspace { shape, ..Workspace::default() };
         }
         let Workspace { adjoint_y, scratch, .. } = workspace;
-        if purpose == Purpose::Adjoint && adjoint_y.blocks().is_empty() {
+        if purpose == Purpose::Goals && adjoint_y.blocks().is_empty() {
             *adjoint_y = Lanes::zeros(layout.blocks());
         }
         if scratch.len() < threads {
@@ -215,7 +215,7 @@ impl Cascade {
         &self.bounds
     }
 
-    /// Sums `field` over each region and transforms the sums. With [`Purpose::Adjoint`] it also runs the
+    /// Sums `field` over each region and transforms the sums. With [`Purpose::Goals`] it also runs the
     /// adjoint z and y passes; [`Cascade::adjoint`] then runs the adjoint x pass.
     pub(crate) fn forward<T: RegionTransform>(
         &self,
@@ -230,8 +230,8 @@ impl Cascade {
         let mut adjoint_y = std::mem::take(&mut workspace.adjoint_y);
         let passes = PlanePasses { layout, windows: self.windows(layout), field, transform, purpose };
         let out = match purpose {
-            Purpose::Adjoint => adjoint_y.blocks_mut(),
-            Purpose::Transform => &mut [],
+            Purpose::Goals => adjoint_y.blocks_mut(),
+            Purpose::Regions => &mut [],
         };
         executor.tasks(&self.bounds, (out, memory, &mut []), |task, out, memory, _: &mut [()]| {
             let mut scratch = workspace.scratch(executor);

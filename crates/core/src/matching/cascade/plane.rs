@@ -159,7 +159,7 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
                     z.forward(simd, blocks.clone(), source(after_y, base), running_z, sums);
                     self.transform.apply(simd, blocks.start, sums, memory);
                 }
-                if self.purpose == Purpose::Transform {
+                if self.purpose == Purpose::Regions {
                     continue;
                 }
                 if let Some(blocks) = strip(lag_adjoint_z) {

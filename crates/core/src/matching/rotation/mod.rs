@@ -6,10 +6,10 @@
 //! rotation, so that the motion stays continuous.
 //!
 //! Newton's method on the quaternion ([`newton`]) computes the rotations of two blocks of eight lanes at a
-//! time. An eigenvalue test decides whether a lane has converged to the maximum. The other lanes are solved
-//! as an eigenvalue problem in f64 ([`eigen`], the robust path).
+//! time. Its eigenvalue test decides whether a lane has converged to the maximum. The other lanes are solved
+//! in f64 as the eigenvalue problem of Davenport ([`davenport`], the robust path).
 
-mod eigen;
+mod davenport;
 pub(super) mod newton;
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x16};

@@ -13,7 +13,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
-use super::{columns, eigen};
+use super::{columns, davenport};
 use crate::simd::lanes::LANES;
 use crate::simd::vector::{dot_fused as dot, scaled};
 
@@ -79,7 +79,7 @@ fn solve_robustly(
 ) {
     for lane in (0..2 * LANES).filter(|lane| unconverged >> lane & 1 != 0) {
         let matrix = if collapsed >> lane & 1 != 0 { [0.0; 9] } else { a.map(|row| row[lane]) };
-        let best = eigen::rotation(matrix, warm.map(|row| row[lane]));
+        let best = davenport::rotation(matrix, warm.map(|row| row[lane]));
         for (row, component) in quaternions.iter_mut().zip(best) {
             row[lane] = component;
         }
@@ -133,8 +133,10 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
 
     let bound = half_trace * half_trace * inverse;
     let condition = bound * half_trace;
-    // The eigenvalue test: H is positive definite (Sylvester's criterion).
+    // The eigenvalue test. 1. H is positive definite, by Sylvester's criterion: its leading minors are h00,
+    // c22 = h00 h11 - h01² and det H = 1/inverse.
     let definite = half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & inverse.simd_gt(zero);
+    // 2. It stays so over the step.
     let margin = (square * condition * condition).simd_lt(f32x16::splat(simd, MARGIN * MARGIN));
     let rho = delta * bound * 0.5;
     let fourth = (rho * rho) * (rho * rho);
@@ -151,7 +153,7 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
     (rotated(simd, q, rotation), converged.to_bitmask() as u16)
 }
 
-/// Computes the product q (1, u), normalised. The length of q is close to 1; one Newton step of 1/√ corrects
+/// Computes the product q (1, u), normalized. The length of q is close to 1; one Newton step of 1/√ corrects
 /// it.
 #[inline(always)]
 fn rotated<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 4] {

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8};
 
 use super::NARROW_ACROSS;
 use super::terms::Terms;
-use crate::lattice::Neighbours;
+use crate::lattice::Neighbors;
 use crate::simd::lanes::LANES;
 
 /// Sums the windows of a block along an axis across the lanes.
@@ -12,7 +12,7 @@ use crate::simd::lanes::LANES;
 pub(super) fn across<S: Simd, T: Terms<S>>(
     simd: S,
     links: &[u8],
-    neighbours: &Neighbours,
+    neighbors: &Neighbors,
     half_width: usize,
     block: usize,
     row: &impl Fn(usize, usize) -> f32x8<S>,
@@ -30,7 +30,7 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
         if has_early_exit && linked == 0 {
             break;
         }
-        at = neighbours.next[at] as usize;
+        at = neighbors.next[at] as usize;
         sums.add(
             simd,
             linked,
@@ -41,7 +41,7 @@ pub(super) fn across<S: Simd, T: Terms<S>>(
     }
     let (mut linked, mut at) = (0xff, block);
     for offset in 1..=half_width {
-        let before = neighbours.previous[at] as usize;
+        let before = neighbors.previous[at] as usize;
         let has_previous = u8::from(before != at).wrapping_neg();
         linked &= links[before] & has_previous;
         if has_early_exit && linked == 0 {

@@ -199,16 +199,16 @@ impl Window<'_> {
     ) {
         let Self { axis: AxisLinks { links, across }, half_width, occupied, slides } = self;
         match (across, &mut running.history, slides, &mut running.block_sums) {
-            (Some(neighbours), Some(history), Some(slides), _) => {
+            (Some(neighbors), Some(history), Some(slides), _) => {
                 for (block, out) in blocks.zip(out) {
                     let slide = (half_width, slides[block]);
-                    let sums: C = running::across(simd, links, neighbours, slide, block, &row, history);
+                    let sums: C = running::across(simd, links, neighbors, slide, block, &row, history);
                     sums.into().store(out);
                 }
             }
-            (Some(neighbours), ..) => {
+            (Some(neighbors), ..) => {
                 for (block, out) in blocks.zip(out) {
-                    direct::across::<S, T>(simd, links, neighbours, half_width, block, &row).store(out);
+                    direct::across::<S, T>(simd, links, neighbors, half_width, block, &row).store(out);
                 }
             }
             (None, _, _, Some(block_sums)) => {

@@ -14,7 +14,7 @@ use fearless_simd::{Simd, f32x8};
 
 use super::terms::Running;
 use super::{NARROW_ACROSS, direct};
-use crate::lattice::{AxisLinks, Neighbours};
+use crate::lattice::{AxisLinks, Neighbors};
 use crate::simd::lanes::{Block, Lanes};
 
 /// The step of the running sums from the previous block along an axis to a block.
@@ -44,7 +44,7 @@ pub(in crate::matching) fn slides(
     occupied: &[u8],
     restart: impl Fn(usize, usize) -> bool,
 ) -> Option<Vec<Slide>> {
-    let Neighbours { next, previous } = axis.across.as_ref().filter(|_| half_width > NARROW_ACROSS)?;
+    let Neighbors { next, previous } = axis.across.as_ref().filter(|_| half_width > NARROW_ACROSS)?;
     let links = &axis.links;
     let mut place = vec![0; occupied.len()];
     let slide = |block: usize| {
@@ -122,16 +122,16 @@ impl<const N: usize> History<N> {
 pub(super) fn across<S: Simd, T: Running<S>, const N: usize>(
     simd: S,
     links: &[u8],
-    neighbours: &Neighbours,
+    neighbors: &Neighbors,
     (half_width, slide): (usize, Slide),
     block: usize,
     row: &impl Fn(usize, usize) -> f32x8<S>,
     history: &mut History<N>,
 ) -> T {
     let sums = if slide.restarts {
-        direct::across(simd, links, neighbours, half_width, block, row)
+        direct::across(simd, links, neighbors, half_width, block, row)
     } else {
-        let mut sums = T::load(simd, history.at(neighbours.previous[block] as usize)).recentered();
+        let mut sums = T::load(simd, history.at(neighbors.previous[block] as usize)).recentered();
         let (entering, leaving, width) = (slide.entering as usize, slide.leaving as usize, half_width as f32);
         sums.add(
             simd,

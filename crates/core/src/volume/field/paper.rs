@@ -11,10 +11,10 @@ use crate::volume::adjacency::{Adjacency, DIRECTIONS};
 /// the direction `(k & 1, k >> 1 & 1, k >> 2 & 1)`, where 0 is the negative side. An interior vertex has all
 /// eight bits.
 ///
-/// The normal points away from the existing neighbours (Takamatsu & Kanai 2009): it is the sum of the missing
-/// directions. That sum vanishes at concave edges, where no neighbour is missing, and where missing
+/// The normal points away from the existing neighbors (Takamatsu & Kanai 2009): it is the sum of the missing
+/// directions. That sum vanishes at concave edges, where no neighbor is missing, and where missing
 /// directions cancel. There the normal is the first of these that does not vanish: the direction away from
-/// the occupied octants, the mean normal of the neighbours, the direction away from the center of the
+/// the occupied octants, the mean normal of the neighbors, the direction away from the center of the
 /// component, the first missing direction (x if there is none).
 pub(super) fn boundary_normals(
     adjacency: &Adjacency,
@@ -49,20 +49,20 @@ pub(super) fn boundary_normals(
     normals
 }
 
-/// Normalises `v`; `None` if it vanishes. The vectors here have small integer components or are sums of unit
+/// Normalizes `v`; `None` if it vanishes. The vectors here have small integer components or are sums of unit
 /// vectors, so a length below the threshold of 1e-9 is rounding.
 fn unit(v: Vector3<f64>) -> Option<Vector3<f64>> {
     v.try_normalize(1e-9)
 }
 
-/// Returns the sum of the directions without a neighbour.
+/// Returns the sum of the directions without a neighbor.
 fn missing_directions(adjacency: &Adjacency, i: usize) -> Vector3<f64> {
-    (0..6).filter(|&side| !adjacency.has_neighbour(i, side)).map(|side| position(DIRECTIONS[side])).sum()
+    (0..6).filter(|&side| !adjacency.has_neighbor(i, side)).map(|side| position(DIRECTIONS[side])).sum()
 }
 
-/// Returns the first direction without a neighbour; x if all neighbours exist.
+/// Returns the first direction without a neighbor; x if all neighbors exist.
 fn first_missing(adjacency: &Adjacency, i: usize) -> Vector3<f64> {
-    let side = (0..6).find(|&side| !adjacency.has_neighbour(i, side)).unwrap_or(1);
+    let side = (0..6).find(|&side| !adjacency.has_neighbor(i, side)).unwrap_or(1);
     position(DIRECTIONS[side])
 }
 
@@ -87,7 +87,7 @@ fn component_centers(adjacency: &Adjacency, indices: &[[i32; 3]]) -> Vec<Vector3
     sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { sum }).collect()
 }
 
-/// Computes the field: each interior vertex gets the mean direction of its neighbours in the previous layer.
+/// Computes the field: each interior vertex gets the mean direction of its neighbors in the previous layer.
 /// The length decreases from 1 at the boundary to 0 at the center.
 ///
 /// * `depth`: number of links from the boundary to each vertex; `greatest`: the maximum in each component.

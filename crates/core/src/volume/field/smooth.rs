@@ -1,7 +1,7 @@
 //! The smoothest field that moves the boundary by 1 along its normals.
 //!
 //! A wall is a piece of the boundary at a lattice vertex, with area m and unit normal n. The field v
-//! minimises
+//! minimizes
 //!
 //! ```text
 //! sum over links |v_i - v_j|^2  +  STIFFNESS * sum over walls m ((n . v - 1)^2 + SLIDING |v - (n . v) n|^2)
@@ -26,7 +26,7 @@ const SLIDING: f64 = 0.3;
 /// Tolerance: the norm of the residual relative to that of the right-hand side.
 const TOLERANCE: f64 = 1e-2;
 
-/// Maximum number of iterations; an approximate minimiser is sufficient.
+/// Maximum number of iterations; an approximate minimizer is sufficient.
 const MAX_ITERATIONS: usize = 200;
 
 /// Computes the field from `start` by conjugate gradients (Hestenes & Stiefel 1952) with Jacobi

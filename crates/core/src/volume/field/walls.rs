@@ -27,7 +27,7 @@ impl Parts {
         Self(vec![[Vector3::zeros(); 6]; vertices])
     }
 
-    /// Adds `for_each` times an area vector.
+    /// Adds `share` times an area vector.
     fn add(&mut self, vertex: u32, area: &Vector3<f64>, share: f64) {
         let axis = area.iamax();
         self.0[vertex as usize][2 * axis + usize::from(area[axis] > 0.0)] += area * share;

@@ -1,4 +1,4 @@
-//! Marks of points, colours and text styles.
+//! Marks of points, colors and text styles.
 
 use plotters::coord::Shift;
 use plotters::prelude::{Circle, DrawingArea, DrawingAreaErrorKind, PathElement, Polygon, SVGBackend};
@@ -48,23 +48,23 @@ impl Mark {
     }
 
     /// Draws the mark at a pixel, with a ring if `ringed`.
-    pub(super) fn draw(self, area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, ringed: bool) -> Drawn {
+    pub(super) fn draw(self, area: &Area<'_>, (x, y): (i32, i32), color: RGBColor, ringed: bool) -> Drawn {
         if ringed {
             area.draw(&Circle::new((x, y), RING, WHITE.filled()))?;
             area.draw(&Circle::new((x, y), RING, BLACK.stroke_width(2)))?;
         }
         let polygon = |corners: &[(i32, i32)]| {
             let corners: Vec<_> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
-            area.draw(&Polygon::new(corners, colour.filled()))
+            area.draw(&Polygon::new(corners, color.filled()))
         };
         let r = RADIUS;
         match self {
-            Self::Circle => area.draw(&Circle::new((x, y), r, colour.filled())),
+            Self::Circle => area.draw(&Circle::new((x, y), r, color.filled())),
             Self::Triangle => polygon(&[(0, -r), (r, r - 1), (-r, r - 1)]),
             Self::Square => polygon(&[(-r, -r), (r, -r), (r, r), (-r, r)]),
             Self::Diamond => polygon(&[(0, -r - 1), (r + 1, 0), (0, r + 1), (-r - 1, 0)]),
             Self::Cross => {
-                let stroke = colour.stroke_width(3);
+                let stroke = color.stroke_width(3);
                 area.draw(&PathElement::new([(x - r, y - r), (x + r, y + r)], stroke))?;
                 area.draw(&PathElement::new([(x - r, y + r), (x + r, y - r)], stroke))
             }
@@ -72,7 +72,7 @@ impl Mark {
     }
 }
 
-/// Colour of each method, from a palette that is safe for colour-blind readers (Okabe & Ito 2008).
+/// Color of each method, from a palette that is safe for color-blind readers (Okabe & Ito 2008).
 pub(super) const METHODS: [(&str, RGBColor); 7] = [
     ("off", RGBColor(130, 130, 130)),
     ("lattice global", RGBColor(230, 159, 0)),
@@ -83,15 +83,15 @@ pub(super) const METHODS: [(&str, RGBColor); 7] = [
     ("mesh regional", RGBColor(204, 121, 167)),
 ];
 
-/// Colour of the front.
+/// Color of the front.
 pub(super) const FRONT: RGBColor = RGBColor(40, 40, 40);
 
-/// Returns the colour of a method.
-pub(super) fn colour(method: &str) -> RGBColor {
-    METHODS.iter().find(|(name, _)| *name == method).map_or(BLACK, |(_, colour)| *colour)
+/// Returns the color of a method.
+pub(super) fn color(method: &str) -> RGBColor {
+    METHODS.iter().find(|(name, _)| *name == method).map_or(BLACK, |(_, color)| *color)
 }
 
-/// Returns a text style of a size and a colour.
-pub(super) fn text<'a>(size: f64, colour: &'a impl Color) -> TextStyle<'a> {
-    ("sans-serif", size, FontStyle::Normal).into_font().color(colour)
+/// Returns a text style of a size and a color.
+pub(super) fn text<'a>(size: f64, color: &'a impl Color) -> TextStyle<'a> {
+    ("sans-serif", size, FontStyle::Normal).into_font().color(color)
 }

@@ -67,9 +67,9 @@ const MARK: i32 = 232;
 /// Draws the legend at the bottom of the page, `top` pixels from the top.
 fn legend(page: &Area<'_>, top: i32) -> Drawn {
     let style = text(14.0, &BLACK);
-    for (index, (name, colour)) in METHODS.iter().enumerate() {
+    for (index, (name, color)) in METHODS.iter().enumerate() {
         let at = (30 + METHOD * index as i32, top + 22);
-        Mark::Circle.draw(page, at, *colour, false)?;
+        Mark::Circle.draw(page, at, *color, false)?;
         let label = if *name == "off" { "volume not preserved" } else { name };
         page.draw_text(label, &style, (at.0 + 12, at.1 - 8))?;
     }

@@ -8,7 +8,7 @@ use plotters::prelude::PathElement;
 use plotters::style::{BLACK, Color};
 
 use super::axis::{Axis, number};
-use super::mark::{Area, Drawn, FRONT, METHODS, Mark, RADIUS, colour, text};
+use super::mark::{Area, Drawn, FRONT, METHODS, Mark, RADIUS, color, text};
 use crate::scene::point::{Front, Point};
 use crate::scene::setting;
 
@@ -68,8 +68,8 @@ impl Panel<'_> {
         self.front(page, &placed)?;
         for Placed { point, at } in &placed {
             let ringed = point.front.contains(&self.front);
-            let colour = if point.sums == "fast" { colour(&point.method) } else { BLACK };
-            Mark::of(point).draw(page, *at, colour, ringed)?;
+            let color = if point.sums == "fast" { color(&point.method) } else { BLACK };
+            Mark::of(point).draw(page, *at, color, ringed)?;
         }
         self.labels(
             page,
@@ -80,7 +80,7 @@ impl Panel<'_> {
 
     /// Draws a thin line per method, from coarse to fine lattices.
     fn lines(&self, page: &Area<'_>, placed: &[Placed<'_>]) -> Drawn {
-        for (method, colour) in METHODS {
+        for (method, color) in METHODS {
             let of_line = |point: &Point| {
                 point.method == method
                     && matches!(point.axis, setting::Axis::Base | setting::Axis::Resolution)
@@ -89,7 +89,7 @@ impl Panel<'_> {
             line.sort_by_key(|placed| placed.point.lattice_vertices);
             page.draw(&PathElement::new(
                 line.iter().map(|placed| placed.at).collect::<Vec<_>>(),
-                colour.mix(0.6),
+                color.mix(0.6),
             ))?;
         }
         Ok(())

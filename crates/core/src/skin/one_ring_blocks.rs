@@ -24,7 +24,7 @@ pub(super) trait TileLayout {
 
 /// The one-rings of vertices, by chunk in the order of the vertices.
 ///
-/// A chunk is evaluated in a tile with the positions of its vertices and their neighbours, welded. Its
+/// A chunk is evaluated in a tile with the positions of its vertices and their neighbors, welded. Its
 /// normals are written to a second tile, block by block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OneRingBlocks {

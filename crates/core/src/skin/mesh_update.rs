@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
-use super::rings::TileLayout;
+use super::one_ring_blocks::TileLayout;
 use crate::lattice::{Embedding, extrapolate, polynomial};
 use crate::simd::level;
 use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes};
