@@ -1,4 +1,4 @@
-//! Shared by the benchmarks: bodies to measure, and the table of results.
+//! Provides the benchmarks with bodies to measure and with the table of results.
 //!
 //! The cases are in `cases/`, one file per subject.
 

@@ -1,4 +1,4 @@
-//! The table of results: measured figures, targets and verdicts.
+//! Formats the table of results: measured figures, targets, and whether the targets are met.
 
 use std::fmt;
 
@@ -15,8 +15,8 @@ impl Target {
     /// Returns whether a figure meets the target.
     pub fn is_met(self, measured: f64) -> bool {
         match self {
-            Self::AtMost(most) => measured <= most,
-            Self::AtLeast(least) => measured >= least,
+            Self::AtMost(maximum) => measured <= maximum,
+            Self::AtLeast(minimum) => measured >= minimum,
         }
     }
 }
@@ -36,47 +36,47 @@ pub struct Row {
     pub comparison: String,
 }
 
-/// Figures under headings. `Display` formats them in columns.
+/// Sections of rows under headings. `Display` formats the rows in columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    parts: Vec<(String, Vec<Row>)>,
+    sections: Vec<(String, Vec<Row>)>,
 }
 
 impl Table {
-    /// Starts a part. Parts without rows are not printed.
-    pub fn part(&mut self, heading: impl Into<String>) {
-        self.parts.push((heading.into(), Vec::new()));
+    /// Starts a section. Sections without rows are not printed.
+    pub fn section(&mut self, heading: impl Into<String>) {
+        self.sections.push((heading.into(), Vec::new()));
     }
 
-    /// Adds a row to the last part.
+    /// Adds a row to the last section.
     ///
     /// # Panics
     ///
-    /// If there is no part yet.
+    /// Panics if no section was started.
     pub fn row(&mut self, row: Row) {
-        self.parts.last_mut().expect("a part to add a row to").1.push(row);
+        self.sections.last_mut().expect("a section was started").1.push(row);
     }
 
-    /// Returns the rows of all parts.
+    /// Returns the rows of all sections.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
-        self.parts.iter().flat_map(|(_, rows)| rows)
+        self.sections.iter().flat_map(|(_, rows)| rows)
     }
 }
 
-/// Headings of the columns: case, measured value, target, verdict, comparison.
+/// Headings of the columns: case, measured value, target, `met` or `MISSED`, comparison.
 const HEADINGS: [&str; 5] = ["", "measured", "target", "", "compared with"];
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let parts: Vec<_> = self.parts.iter().filter(|(_, rows)| !rows.is_empty()).collect();
+        let sections: Vec<_> = self.sections.iter().filter(|(_, rows)| !rows.is_empty()).collect();
         let lines: Vec<Vec<[String; 5]>> =
-            parts.iter().map(|(_, rows)| rows.iter().map(Row::columns).collect()).collect();
+            sections.iter().map(|(_, rows)| rows.iter().map(Row::columns).collect()).collect();
         let widths: [usize; 5] = std::array::from_fn(|column| {
             let cells = lines.iter().flatten().map(|line| line[column].chars().count());
             cells.chain([HEADINGS[column].len()]).max().unwrap_or(0)
         });
         write_line(f, &HEADINGS.map(str::to_owned), &widths)?;
-        for ((heading, _), lines) in parts.iter().zip(&lines) {
+        for ((heading, _), lines) in sections.iter().zip(&lines) {
             writeln!(f, "\n{heading}")?;
             lines.iter().try_for_each(|line| write_line(f, line, &widths))?;
         }
@@ -86,6 +86,7 @@ impl fmt::Display for Table {
     }
 }
 
+/// Writes the cells of one line, padded to `widths`.
 fn write_line(
     f: &mut fmt::Formatter<'_>,
     [case, measured, target, verdict, comparison]: &[String; 5],
@@ -97,13 +98,14 @@ fn write_line(
 }
 
 impl Row {
+    /// Returns the cells of the row.
     fn columns(&self) -> [String; 5] {
         let (target, verdict) = match self.target {
             None => (String::new(), ""),
             Some(target) => {
                 let text = match target {
-                    Target::AtMost(most) => format!("<= {}", figure(most)),
-                    Target::AtLeast(least) => format!(">= {}", figure(least)),
+                    Target::AtMost(maximum) => format!("<= {}", figure(maximum)),
+                    Target::AtLeast(minimum) => format!(">= {}", figure(minimum)),
                 };
                 (text, if target.is_met(self.measured) { "met" } else { "MISSED" })
             }
@@ -128,8 +130,8 @@ mod tests {
     #[test]
     fn a_table_prints_verdicts() {
         let mut table = Table::default();
-        table.part("empty");
-        table.part("step");
+        table.section("empty");
+        table.section("step");
         let row = |case: &str, measured, target| Row {
             case: case.to_owned(),
             measured,

@@ -1,10 +1,11 @@
-"""Equilibrium of a nearly incompressible Neo-Hookean solid of cubes: `Problem`, `solve`.
+"""Computes the equilibrium of a nearly incompressible Neo-Hookean solid of cubes: `Problem`, `solve`.
 
-The energy density is mu/2 (F:F - 3) - mu ln det F + kappa/2 (J - 1)^2, where J is the mean of det F over the cell
-("mean dilatation", Q1-P0: only the volume of whole cells is constrained, so that the elements do not lock). See Bonet &
-Wood 2008, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd edition, chapters 6 to 9. The load increases in
-steps. Each step is solved by Newton's method with one pressure per cell, which is eliminated before the linear solve. A
-line search shortens the Newton steps so that no cell inverts.
+The energy density is mu/2 (F:F - 3) - mu ln det F + kappa/2 (J - 1)^2. F is the deformation gradient, mu the shear
+modulus (`SHEAR`), kappa the bulk modulus (`BULK`), and J the mean of det F over the cell ("mean dilatation", Q1-P0:
+only the volume of whole cells is constrained, so that the elements do not lock). See Bonet & Wood 2008, Nonlinear
+Continuum Mechanics for Finite Element Analysis, 2nd edition, chapters 6 to 9. The load increases in steps. Each load
+step is solved by Newton's method with one pressure per cell, which is eliminated before the linear solve. A line search
+shortens the Newton steps so that no cell inverts.
 """
 
 from __future__ import annotations
@@ -17,32 +18,32 @@ from fem_grid import Floats, Grid, Ints
 from scipy.sparse import coo_matrix, csc_matrix
 from scipy.sparse.linalg import splu
 
-SHEAR = 1.0  # Only the ratio of the moduli matters, because displacements and no forces are prescribed.
+SHEAR = 1.0  # Only the ratio of the moduli matters, because no forces are prescribed.
 BULK = 2000.0
 
 
 class ConvergenceError(Exception):
-    """Newton's method did not converge: the load step is too long."""
+    """Newton's method did not converge, because the load step is too long."""
 
 
 @dataclass
 class Problem:
     """A solid of cubes and its boundary conditions.
 
-    `shares` (cells, 2, 2, 2) is the filled share of each eighth of each cell. `held` are the constrained degrees of
-    freedom, 3 node + axis. `target` has one entry per degree of freedom: the displacement of the constrained ones at
-    full load.
+    A degree of freedom has the index 3 node + axis. `fractions` (cells, 2, 2, 2) are the filled fractions of the
+    eighths of each cell. `constrained` are the indices of the constrained degrees of freedom. `target` has one entry
+    per degree of freedom: for constrained degrees of freedom the displacement at full load, otherwise 0.
     """
 
     grid: Grid
-    shares: Floats
-    held: Ints
+    fractions: Floats
+    constrained: Ints
     target: Floats
 
 
 @dataclass
 class Solution:
-    """Displacements (nodes, 3), the final fraction of the load, and the relative volume change of the solid."""
+    """Displacements of the nodes (nodes, 3), final fraction of the load, and relative volume change of the solid."""
 
     grid: Grid
     displacement: Floats
@@ -65,7 +66,7 @@ class Solid:
         self.gradients = np.array([scalar.basis[corner][0].grad[:, 0] for corner in range(8)])
         # There is one quadrature point in each eighth of a cell.
         eighths = (scalar.X > 0.5).astype(int)
-        self.weights = scalar.dx * problem.shares[:, eighths[0], eighths[1], eighths[2]]
+        self.weights = scalar.dx * problem.fractions[:, eighths[0], eighths[1], eighths[2]]
         self.cell_volumes = self.weights.sum(axis=1)
         laplacian = np.einsum("aJq,bJq,eq->eab", self.gradients, self.gradients, self.weights)
         self.shear_stiffness = SHEAR * np.kron(laplacian, np.eye(3))
@@ -100,10 +101,11 @@ class Solid:
         volume_gradient = np.einsum("eqm,eq->em", spatial, determinant * self.weights)
 
         tension = pressure[:, None] * determinant
-        along = _weighted_squares(spatial, tension * self.weights)
-        across = _weighted_squares(spatial, (SHEAR - tension) * self.weights)
-        across = across.reshape(count, 8, 3, 8, 3).swapaxes(2, 4).reshape(count, 24, 24)
-        stiffness = self.shear_stiffness + along + across
+        direct = _weighted_squares(spatial, tension * self.weights)
+        transposed = _weighted_squares(spatial, (SHEAR - tension) * self.weights)
+        # Exchange the coordinate axes of the two nodes of each entry.
+        transposed = transposed.reshape(count, 8, 3, 8, 3).swapaxes(2, 4).reshape(count, 24, 24)
+        stiffness = self.shear_stiffness + direct + transposed
         stiffness += (BULK / self.cell_volumes)[:, None, None] * volume_gradient[:, :, None] * volume_gradient[:, None]
 
         forces = SHEAR * np.einsum("eqiJ,aJq,eq->eai", deformation, self.gradients, self.weights).reshape(count, 24)
@@ -122,18 +124,18 @@ class Solid:
 
 
 def _weighted_squares(vectors: Floats, weights: Floats) -> Floats:
-    """Returns sum_q w_q v_q v_q^T of each cell."""
+    """Returns the sum of w v v^T over the quadrature points of each cell, with weights w and vectors v."""
     return vectors.swapaxes(1, 2) @ (vectors * weights[:, :, None])
 
 
 def dissection(positions: Floats, nodes: Ints, leaf: int = 60) -> Ints:
-    """Returns a nested-dissection order, which keeps the factors sparse: the separating plane of nodes comes last."""
+    """Returns the nodes in nested-dissection order, which keeps the factors sparse: separating planes come last."""
     if len(nodes) <= leaf:
         return nodes
-    here = positions[nodes]
-    axis = np.argmax(np.ptp(here, axis=0))
-    middle = np.sort(here[:, axis])[len(nodes) // 2]
-    below, above = here[:, axis] < middle - 1e-9, here[:, axis] > middle + 1e-9
+    points = positions[nodes]
+    axis = np.argmax(np.ptp(points, axis=0))
+    median = np.sort(points[:, axis])[len(nodes) // 2]
+    below, above = points[:, axis] < median - 1e-9, points[:, axis] > median + 1e-9
     if not below.any() or not above.any():
         return nodes
     parts = dissection(positions, nodes[below], leaf), dissection(positions, nodes[above], leaf)
@@ -141,12 +143,12 @@ def dissection(positions: Floats, nodes: Ints, leaf: int = 60) -> Ints:
 
 
 def solve(problem: Problem, first_step: float) -> Solution:
-    """Increases the load from 0 to 1. Stops below 1 if even the shortest step fails."""
+    """Solves for loads that increase from 0 to 1. Stops below 1 if even the shortest load step fails."""
     solid = Solid(problem)
     order = dissection(problem.grid.nodes, np.arange(len(problem.grid.nodes)))
     dofs = solid.basis.nodal_dofs[:, order].T.ravel()
-    free = dofs[~np.isin(dofs, problem.held)]
-    displacement, pressure = np.zeros(solid.basis.N), np.zeros(len(problem.shares))
+    free = dofs[~np.isin(dofs, problem.constrained)]
+    displacement, pressure = np.zeros(solid.basis.N), np.zeros(len(problem.fractions))
     load, step = 0.0, first_step
     while load < 1 and step > first_step / 50:
         next_load = min(1.0, load + step)
@@ -165,12 +167,12 @@ def solve(problem: Problem, first_step: float) -> Solution:
 def _equilibrium(
     solid: Solid, problem: Problem, free: Ints, load: float, displacement: Floats, pressure: Floats
 ) -> tuple[Floats, Floats, int]:
-    """Solves one load by Newton's method. Returns displacement, pressure and number of iterations."""
-    held, cell = problem.held, problem.grid.cell_size
+    """Solves for one load by Newton's method. Returns displacement, pressure and number of iterations."""
+    constrained, cell_size = problem.constrained, problem.grid.cell_size
     for iterations in range(1, 21):
         matrix, forces, volume_gradient = solid.linearize(displacement, pressure)
         change = np.zeros_like(displacement)
-        change[held] = load * problem.target[held] - displacement[held]
+        change[constrained] = load * problem.target[constrained] - displacement[constrained]
         right = -forces - matrix @ change
         # The matrix is symmetric and ordered; pivoting would only add fill-in.
         options = {"SymmetricMode": True}
@@ -182,7 +184,7 @@ def _equilibrium(
         length = _step_length(solid, displacement, change)
         displacement = displacement + length * change
         pressure = pressure + length * (new_pressure - pressure)
-        if length == 1 and np.abs(change).max() < 1e-6 * cell:
+        if length == 1 and np.abs(change).max() < 1e-6 * cell_size:
             return displacement, pressure, iterations
     raise ConvergenceError
 

@@ -1,19 +1,20 @@
-//! A closed, smooth surface of any resolution: a cube mapped to a ball and then deformed.
+//! Generates a closed, smooth surface of any resolution: a cube is mapped to a ball, and the ball is
+//! deformed.
 
 use std::fmt::Write;
 
 use nalgebra::Vector3;
 use supple::{Mesh, vertex_normals};
 
-/// A standing figure without limbs, about 2.4 high and 1 wide.
+/// A standing figure without limbs, 2.4 units high and approximately 1 unit wide.
 #[derive(Clone, Debug)]
 pub struct Statue {
     vertices: Vec<[f64; 3]>,
     faces: Vec<Vec<u32>>,
 }
 
-/// Axes of the sides of a cube: along a row, across rows, and outward. Each entry is used for two opposite
-/// sides.
+/// Three axes for each pair of opposite sides of a cube: the axis along the rows of quads, the axis across
+/// the rows, and the axis of the outward normals.
 const SIDES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
 
 impl Statue {
@@ -35,27 +36,27 @@ impl Statue {
     ///
     /// # Panics
     ///
-    /// If it has no faces.
+    /// Panics if the statue has no faces.
     pub fn mesh(&self) -> Mesh {
-        Mesh::new(self.vertices.clone(), &self.faces).expect("a closed surface")
+        Mesh::new(self.vertices.clone(), &self.faces).expect("the mesh is valid")
     }
 
-    /// Returns the mesh as an OBJ file in the usual form: positions, texture coordinates and normals with six
+    /// Returns the text of an OBJ file with positions, texture coordinates and normals, each with six
     /// decimals.
     ///
     /// # Panics
     ///
-    /// If it has no faces.
+    /// Panics if the statue has no faces.
     pub fn obj(&self) -> String {
         let mesh = self.mesh();
         let positions: Vec<_> = self.vertices.iter().map(|vertex| vertex.map(|x| x as f32)).collect();
         let mut normals = vec![[0.0; 3]; positions.len()];
         vertex_normals(mesh.triangles(), &positions, mesh.weld(), &mut normals);
         let mut text = String::from("o statue\n");
-        let mut line = |word: &str, numbers: &[f64]| {
-            text.push_str(word);
-            for number in numbers {
-                write!(text, " {number:.6}").expect("room for text");
+        let mut line = |keyword: &str, values: &[f64]| {
+            text.push_str(keyword);
+            for value in values {
+                write!(text, " {value:.6}").expect("writing to a string succeeds");
             }
             text.push('\n');
         };
@@ -68,7 +69,7 @@ impl Statue {
         for face in &self.faces {
             text.push('f');
             for corner in face.iter().map(|corner| corner + 1) {
-                write!(text, " {corner}/{corner}/{corner}").expect("room for text");
+                write!(text, " {corner}/{corner}/{corner}").expect("writing to a string succeeds");
             }
             text.push('\n');
         }
@@ -76,34 +77,40 @@ impl Statue {
     }
 }
 
-/// Maps a point of the cube of edge 2 about the origin to the surface of the statue.
+/// Maps a point on the surface of the cube of edge 2 centered at the origin to the surface of the statue.
 fn shape(cube: [f64; 3]) -> [f64; 3] {
-    // Equal angles: otherwise the faces at the center of a side would be much larger than at its corners.
+    // The tangent spaces the grid lines of a side at equal angles around the origin. Without it, the quads at
+    // the center of a side would be much larger than the quads at its corners.
     let ball = Vector3::from(cube.map(|x| (x * std::f64::consts::FRAC_PI_4).tan())).normalize();
-    let waist = 1.0 + 0.25 * (5.0 * ball.y).cos() + 0.06 * (9.0 * ball.x).sin() * (7.0 * ball.z).cos();
-    [0.45 * waist * ball.x, 1.2 * ball.y + 1.2, 0.4 * waist * ball.z]
+    let radius_factor =
+        1.0 + 0.25 * (5.0 * ball.y).cos() + 0.06 * (9.0 * ball.x).sin() * (7.0 * ball.z).cos();
+    [0.45 * radius_factor * ball.x, 1.2 * ball.y + 1.2, 0.4 * radius_factor * ball.z]
 }
 
-/// A cube of edge 2 about the origin with `n` x `n` quads per side. Sides share the vertices on their edges.
+/// The surface of the cube of edge 2 centered at the origin, with `n` x `n` quads per side. Sides share the
+/// vertices on their common edges.
 struct Grid {
     n: usize,
     vertices: Vec<[f64; 3]>,
-    /// Vertex index of each grid point `(x, y, z)`, 0 to `n` along each axis; [`UNASSIGNED`] if it has none.
-    numbers: Vec<u32>,
+    /// Vertex index of each grid point `(x, y, z)`, whose coordinates are 0 to `n`; [`UNASSIGNED`] for grid
+    /// points without a vertex.
+    vertex_indices: Vec<u32>,
     quads: Vec<Vec<u32>>,
 }
 
+/// Vertex index of grid points without a vertex.
 const UNASSIGNED: u32 = u32::MAX;
 
 impl Grid {
     fn new(n: usize) -> Self {
         let points = (n + 1).pow(3);
-        let mut grid = Self { n, vertices: Vec::new(), numbers: vec![UNASSIGNED; points], quads: Vec::new() };
+        let vertex_indices = vec![UNASSIGNED; points];
+        let mut grid = Self { n, vertices: Vec::new(), vertex_indices, quads: Vec::new() };
         for axes in SIDES {
             for outer in [0, n] {
                 for row in 0..n {
                     for column in 0..n {
-                        grid.quad(axes, outer, [column, row]);
+                        grid.add_quad(axes, outer, [column, row]);
                     }
                 }
             }
@@ -111,31 +118,31 @@ impl Grid {
         grid
     }
 
-    /// Adds the quad at `column` and `row` of a side.
-    fn quad(&mut self, [along, across, outward]: [usize; 3], outer: usize, [column, row]: [usize; 2]) {
+    /// Adds the quad at `column` and `row` of the side at `outer` (0 or `n`) along the outward axis.
+    fn add_quad(&mut self, [along, across, outward]: [usize; 3], outer: usize, [column, row]: [usize; 2]) {
         let mut quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[right, up]| {
-            let mut place = [0; 3];
-            place[along] = column + right;
-            place[across] = row + up;
-            place[outward] = outer;
-            self.vertex(place)
+            let mut point = [0; 3];
+            point[along] = column + right;
+            point[across] = row + up;
+            point[outward] = outer;
+            self.vertex(point)
         });
-        // Counter-clockwise seen from outside.
+        // The corners must be counter-clockwise, seen from outside.
         if outer == 0 {
             quad.reverse();
         }
         self.quads.push(quad.to_vec());
     }
 
-    /// Returns the vertex of a grid point, and creates it if necessary.
-    fn vertex(&mut self, place: [usize; 3]) -> u32 {
-        let [x, y, z] = place;
-        let number = &mut self.numbers[(z * (self.n + 1) + y) * (self.n + 1) + x];
-        if *number == UNASSIGNED {
-            *number = self.vertices.len() as u32;
-            self.vertices.push(place.map(|k| 2.0 * k as f64 / self.n as f64 - 1.0));
+    /// Returns the vertex index of a grid point. Creates the vertex if it does not exist.
+    fn vertex(&mut self, point: [usize; 3]) -> u32 {
+        let [x, y, z] = point;
+        let index = &mut self.vertex_indices[(z * (self.n + 1) + y) * (self.n + 1) + x];
+        if *index == UNASSIGNED {
+            *index = self.vertices.len() as u32;
+            self.vertices.push(point.map(|k| 2.0 * k as f64 / self.n as f64 - 1.0));
         }
-        *number
+        *index
     }
 }
 

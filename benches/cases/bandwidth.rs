@@ -1,4 +1,5 @@
-//! Memory bandwidth: copy and triad over arrays much larger than the caches (McCalpin 1995, STREAM).
+//! Measures the memory bandwidth with the STREAM kernels copy, a = b, and triad, a = b + 3 c (McCalpin 1995),
+//! over arrays much larger than the caches.
 
 use std::time::Duration;
 
@@ -6,34 +7,37 @@ use supple_benches::Target;
 
 use crate::measure::{Bench, Sampling, timed};
 
-/// Length of each of the three arrays, which have 128 MiB each.
+/// Number of elements of each of the three arrays. One array has 128 MiB.
 const LENGTH: usize = 32 << 20;
 
-/// Bytes read and written per iteration, as STREAM counts them: without write-allocate reads.
-const COPIED: usize = 2 * LENGTH * size_of::<f32>();
-const TRIAD: usize = 3 * LENGTH * size_of::<f32>();
+/// Bytes that one copy of the arrays reads and writes, without write-allocate reads, as STREAM counts them.
+const COPY_BYTES: usize = 2 * LENGTH * size_of::<f32>();
+/// Bytes that one triad over the arrays reads and writes, counted in the same way.
+const TRIAD_BYTES: usize = 3 * LENGTH * size_of::<f32>();
 
-/// Bandwidth in bytes per second, the better of copy and triad.
+/// Bandwidth in bytes per second: the higher of the bandwidths of copy and triad.
 pub(crate) struct Bandwidth {
     one_thread: f64,
     two_threads: f64,
 }
 
 impl Bandwidth {
-    /// Returns the bandwidth with one or two threads.
-    pub(crate) fn of(&self, threads: usize) -> f64 {
+    /// Returns the bandwidth with `threads` threads, 1 or 2.
+    pub(crate) fn with_threads(&self, threads: usize) -> f64 {
         if threads == 1 { self.one_thread } else { self.two_threads }
     }
 }
 
+/// The operands of copy and triad; `a` is written.
 struct Arrays {
     a: Vec<f32>,
     b: Vec<f32>,
     c: Vec<f32>,
 }
 
+/// Measures copy and triad with one and two threads. Returns `None` if the filter excludes these cases.
 pub(crate) fn bench(bench: &mut Bench) -> Option<Bandwidth> {
-    bench.part("memory bandwidth, arrays of 128 MiB");
+    bench.section("memory bandwidth, arrays of 128 MiB");
     let mut best = [0.0; 2];
     for threads in [1, 2] {
         let arrays = || Arrays { a: vec![1.0; LENGTH], b: vec![2.0; LENGTH], c: vec![3.0; LENGTH] };
@@ -41,15 +45,15 @@ pub(crate) fn bench(bench: &mut Bench) -> Option<Bandwidth> {
             ["bandwidth", &format!("threads={threads}")],
             Sampling::Few,
             arrays,
-            |arrays, n| [arrays.each(threads, n, copy), arrays.each(threads, n, triad)],
+            |arrays, n| [arrays.time(threads, n, copy), arrays.time(threads, n, triad)],
         )?;
-        let rates = [COPIED as f64 / samples.seconds(0), TRIAD as f64 / samples.seconds(1)];
+        let rates = [COPY_BYTES as f64 / samples.seconds(0), TRIAD_BYTES as f64 / samples.seconds(1)];
         best[threads - 1] = rates[0].max(rates[1]);
-        let none: Option<Target> = None;
+        let no_target: Option<Target> = None;
         bench.row(
             &format!("the better of copy and triad, threads: {threads}"),
             (best[threads - 1] / 1e9, "GB/s"),
-            none,
+            no_target,
             format!("copy {:.1}, triad {:.1}", rates[0] / 1e9, rates[1] / 1e9),
         );
     }
@@ -57,14 +61,16 @@ pub(crate) fn bench(bench: &mut Bench) -> Option<Bandwidth> {
 }
 
 impl Arrays {
-    /// Times `count` passes over the arrays, split among the threads.
-    fn each(&mut self, threads: usize, count: u64, pass: fn(&mut [f32], &[f32], &[f32])) -> Duration {
-        let part = LENGTH.div_ceil(threads);
+    /// Applies `kernel` to the whole arrays `count` times and returns the total time. Each time, every thread
+    /// processes one contiguous chunk of the arrays.
+    fn time(&mut self, threads: usize, count: u64, kernel: fn(&mut [f32], &[f32], &[f32])) -> Duration {
+        let length = LENGTH.div_ceil(threads);
         timed(|| {
             for _ in 0..count {
                 std::thread::scope(|scope| {
-                    let parts = self.a.chunks_mut(part).zip(self.b.chunks(part)).zip(self.c.chunks(part));
-                    parts.for_each(|((a, b), c)| drop(scope.spawn(move || pass(a, b, c))));
+                    let (b, c) = (self.b.chunks(length), self.c.chunks(length));
+                    let chunks = self.a.chunks_mut(length).zip(b).zip(c);
+                    chunks.for_each(|((a, b), c)| drop(scope.spawn(move || kernel(a, b, c))));
                 });
             }
         })

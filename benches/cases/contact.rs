@@ -1,4 +1,5 @@
-//! The cost of contact in a step: a fine mesh at rest on a plane, and one in free fall without contact.
+//! Measures the cost of contact in a step: for a fine mesh at rest on a plane, and for a fine mesh that falls
+//! far above a plane. Each is compared with the same mesh in a simulation without a plane.
 
 use supple::{Body, Collider, Mesh, Preservation, Simulation};
 use supple_benches::Target::AtMost;
@@ -6,26 +7,28 @@ use supple_benches::bodies::Statue;
 
 use crate::frame::{LATTICE_VERTICES, QUADS};
 use crate::measure::{Bench, Sampling};
-use crate::step::interleaved;
+use crate::step::step_alternately;
 
-/// Steps until the statue is at rest: 1.5 s.
+/// Number of steps after which the statue is at rest; they cover 1.5 s.
 const SETTLING: u64 = 180;
 
 pub(crate) fn bench(bench: &mut Bench) {
-    bench.part("contact in a step: 1,000 lattice vertices, mesh of 60,002 vertices, one thread");
+    bench.section("contact in a step: 1,000 lattice vertices, mesh of 60,002 vertices, one thread");
     let mesh = Statue::of_quads(QUADS).mesh();
-    let simulation = |gravity: f64, ground: Option<f64>| stand(&mesh, gravity, ground);
+    let simulation = |gravity: f64, ground: Option<f64>| simulate(&mesh, gravity, ground);
 
-    let pair = || {
+    let simulations = || {
         // The lowest point of the statue is at height 0.
         let mut resting = simulation(-9.81, Some(0.0));
         resting.steps(SETTLING);
-        let mut floating = simulation(0.0, None);
+        // Without gravity and ground, the same pose stays at rest without contact.
+        let mut without_ground = simulation(0.0, None);
         let positions = resting.body(0).positions();
-        floating.body_mut(0).set_positions(&positions).expect("one finite position per vertex");
-        [resting, floating]
+        without_ground.body_mut(0).set_positions(&positions).expect("positions are finite, one per vertex");
+        [resting, without_ground]
     };
-    let samples = bench.measure(["contact", "resting on a plane"], Sampling::Many, pair, interleaved);
+    let samples =
+        bench.measure(["contact", "resting on a plane"], Sampling::Many, simulations, step_alternately);
     if let Some(samples) = samples {
         let comparison = comparison(&samples, "without contact");
         bench.row(
@@ -36,9 +39,10 @@ pub(crate) fn bench(bench: &mut Bench) {
         );
     }
 
-    // Gravity is so small that the statue stays far from the ground in the longest run.
-    let pair = || [simulation(-1e-3, Some(-1e9)), simulation(-1e-3, None)];
-    if let Some(samples) = bench.measure(["contact", "falling"], Sampling::Many, pair, interleaved) {
+    // Gravity is so weak that the statue stays far above the ground in the longest run.
+    let simulations = || [simulation(-1e-3, Some(-1e9)), simulation(-1e-3, None)];
+    let samples = bench.measure(["contact", "falling"], Sampling::Many, simulations, step_alternately);
+    if let Some(samples) = samples {
         let comparison = comparison(&samples, "without a plane");
         bench.row(
             "falling, nothing touched",
@@ -49,23 +53,25 @@ pub(crate) fn bench(bench: &mut Bench) {
     }
 }
 
-fn comparison(samples: &crate::measure::Samples<2>, without: &str) -> String {
-    let [with, other] = [0, 1].map(|k| samples.seconds(k) * 1e3);
-    format!("step: {with:.3} ms, {without}: {other:.3} ms")
+/// Formats the times of both simulations; `label` describes the second one.
+fn comparison(samples: &crate::measure::Samples<2>, label: &str) -> String {
+    let [with_plane, without_plane] = [0, 1].map(|k| samples.seconds(k) * 1e3);
+    format!("step: {with_plane:.3} ms, {label}: {without_plane:.3} ms")
 }
 
-/// Builds a simulation of the statue, with damping so that it comes to rest.
-fn stand(mesh: &Mesh, gravity: f64, ground: Option<f64>) -> Simulation {
+/// Builds a simulation of the statue, with damping so that it comes to rest. `gravity` is along y; `ground`
+/// is the height of a horizontal plane, if there is one.
+fn simulate(mesh: &Mesh, gravity: f64, ground: Option<f64>) -> Simulation {
     let body = Body::builder(mesh.clone())
         .lattice_vertices(LATTICE_VERTICES)
         .region_damping_rate(4.0)
         .volume(Preservation::Off)
         .build()
-        .expect("a closed surface is a body");
+        .expect("the mesh and the body options are valid");
     let mut simulation =
         Simulation::builder().body(body).gravity([0.0, gravity, 0.0]).dt(1.0 / 120.0).threads(1);
     if let Some(height) = ground {
         simulation = simulation.collider(Collider::plane([0.0, height, 0.0], [0.0, 1.0, 0.0]));
     }
-    simulation.build().expect("numbers in range")
+    simulation.build().expect("the simulation parameters are valid")
 }

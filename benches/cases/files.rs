@@ -1,4 +1,4 @@
-//! Files: reading a large OBJ, and simulating and writing frames.
+//! Times reading a large OBJ file, and simulating and writing frames.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -19,36 +19,36 @@ pub(crate) fn bench(bench: &mut Bench) {
     writing(bench);
 }
 
-/// A temporary folder with a statue.
-struct Folder {
-    folder: TempDir,
-    /// Size of the statue's file.
+/// A temporary directory with the OBJ file of a statue.
+struct StatueDirectory {
+    directory: TempDir,
+    /// Size of the OBJ file.
     bytes: usize,
 }
 
-/// Name of the statue's file.
+/// Name of the OBJ file of the statue.
 const FILE: &str = "statue.obj";
 
-impl Folder {
+impl StatueDirectory {
     fn with(statue: &Statue) -> Self {
-        let folder = tempfile::tempdir().expect("a folder for temporary files");
+        let directory = tempfile::tempdir().expect("a temporary directory can be created");
         let text = statue.obj();
-        std::fs::write(folder.path().join(FILE), &text).expect("space for temporary files");
-        Self { folder, bytes: text.len() }
+        std::fs::write(directory.path().join(FILE), &text).expect("the temporary directory is writable");
+        Self { directory, bytes: text.len() }
     }
 
     fn path(&self) -> &Path {
-        self.folder.path()
+        self.directory.path()
     }
 }
 
 fn reading(bench: &mut Bench) {
-    bench.part("reading OBJ: 501,128 vertices with normals and texture coordinates, 1,002,252 triangles");
+    bench.section("reading OBJ: 501,128 vertices with normals and texture coordinates, 1,002,252 triangles");
     let mut bytes = 0;
-    let folder = || Folder::with(&Statue::of_triangles(build::QUADS));
-    let samples = bench.measure(["files", "read obj"], Sampling::Few, folder, |folder, n| {
-        bytes = folder.bytes;
-        [timed(|| (0..n).for_each(|_| drop(supple_io::obj::read(folder.path().join(FILE)))))]
+    let directory = || StatueDirectory::with(&Statue::of_triangles(build::QUADS));
+    let samples = bench.measure(["files", "read obj"], Sampling::Few, directory, |directory, n| {
+        bytes = directory.bytes;
+        [timed(|| (0..n).for_each(|_| drop(supple_io::obj::read(directory.path().join(FILE)))))]
     });
     if let Some(samples) = samples {
         let megabytes = bytes as f64 / 1e6;
@@ -58,7 +58,7 @@ fn reading(bench: &mut Bench) {
 }
 
 fn writing(bench: &mut Bench) {
-    bench.part(
+    bench.section(
         "frames: 1,000 lattice vertices, 2 steps, mesh of 60,002 vertices, with correction, two threads",
     );
     for (format, frames, target) in [
@@ -66,12 +66,12 @@ fn writing(bench: &mut Bench) {
         (Format::Ply, 40, None),
         (Format::Pc2, 200, Some(AtLeast(500.0))),
     ] {
-        let folder = || Folder::with(&Statue::of_quads(QUADS));
+        let directory = || StatueDirectory::with(&Statue::of_quads(QUADS));
         let mut written = 0;
         let name = format!("write {frames} frames {format}");
-        let samples = bench.measure(["files", &name], Sampling::Few, folder, |folder, n| {
-            let time = (0..n).map(|_| run(folder.path(), format, frames)).sum();
-            written = bytes_per_frame(folder.path(), format);
+        let samples = bench.measure(["files", &name], Sampling::Few, directory, |directory, n| {
+            let time = (0..n).map(|_| run(directory.path(), format, frames)).sum();
+            written = bytes_per_frame(directory.path(), format);
             [time]
         });
         if let Some(samples) = samples {
@@ -87,8 +87,9 @@ fn writing(bench: &mut Bench) {
     }
 }
 
-/// Runs a job and returns the time from the first step to the last frame on disk.
-fn run(folder: &Path, format: Format, frames: u32) -> Duration {
+/// Simulates the statue, writes its frames, and returns the time from the first step until the last frame is
+/// on disk.
+fn run(directory: &Path, format: Format, frames: u32) -> Duration {
     let text = format!(
         "[simulation]\nframes = {}\nsubsteps = 2\nthreads = 2\n\n[output]\nformat = \"{format}\"\n\n\
          [[body]]\nname = \"statue\"\nmesh = \"{FILE}\"\nlattice_vertices = {LATTICE_VERTICES}\n\
@@ -97,13 +98,13 @@ fn run(folder: &Path, format: Format, frames: u32) -> Duration {
         // Frame 0 counts as a frame.
         frames - 1
     );
-    let scene = Scene::parse(&text, "bench.toml", folder, &[]).expect("a scene");
+    let scene = Scene::parse(&text, "bench.toml", directory, &[]).expect("the scene is valid");
     let mut start_time = StartTime(None);
-    Job::new(scene, folder.join("frames")).run(&mut start_time).expect("space for frames");
+    Job::new(scene, directory.join("frames")).run(&mut start_time).expect("the frames can be written");
     start_time.0.map_or(Duration::ZERO, |start| start.elapsed())
 }
 
-/// Records the time when the meshes are read and the bodies are built.
+/// Records when the first step begins, after the meshes are read and the bodies are built.
 struct StartTime(Option<Instant>);
 
 impl Observer for StartTime {
@@ -112,11 +113,13 @@ impl Observer for StartTime {
     }
 }
 
-/// Returns the bytes per frame: the size of the first file; for a point cache, 12 bytes per point.
-fn bytes_per_frame(folder: &Path, format: Format) -> u64 {
-    let frame = |name: &str| std::fs::metadata(folder.join("frames").join(name)).map_or(0, |file| file.len());
+/// Returns the bytes per frame. For OBJ and PLY this is the size of the first file; for PC2, which stores all
+/// frames in one file, it is 12 bytes per vertex.
+fn bytes_per_frame(directory: &Path, format: Format) -> u64 {
+    let size =
+        |name: &str| std::fs::metadata(directory.join("frames").join(name)).map_or(0, |file| file.len());
     match format {
         Format::Pc2 => 12 * (6 * QUADS * QUADS + 2) as u64,
-        _ => frame(&format!("statue_0000.{format}")),
+        _ => size(&format!("statue_0000.{format}")),
     }
 }

@@ -1,4 +1,4 @@
-//! The cost of a frame of a fine mesh on a coarse lattice: step, volume correction, mesh update with normals.
+//! Times a frame of a fine mesh on a coarse lattice: step, volume correction, and mesh update with normals.
 
 use std::time::Duration;
 
@@ -8,87 +8,90 @@ use supple_benches::bodies::{Statue, deform};
 
 use crate::measure::{Bench, Sampling, steps, timed};
 
-/// Quads along an edge of the statue's cube: 60,002 mesh vertices.
+/// Quads along each edge of the cube that is mapped to the statue; gives 60,002 mesh vertices.
 pub(crate) const QUADS: usize = 100;
 pub(crate) const LATTICE_VERTICES: usize = 1000;
 
-/// A simulation with its display and output buffers.
-pub(crate) struct Displayed {
+/// A simulation of the statue, with the display and the buffers for the evaluated surface.
+pub(crate) struct DisplayedStatue {
     simulation: Simulation,
     display: Display,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
 }
 
-/// Indices of the measured times: the whole frame, its step, its correction, its mesh update.
+/// Index of the time of the whole frame among the measured times.
 const FRAME: usize = 0;
+/// Index of the time of the step.
 pub(crate) const STEP: usize = 1;
+/// Index of the time of the volume correction.
 pub(crate) const CORRECTION: usize = 2;
+/// Index of the time of the mesh update.
 const UPDATE: usize = 3;
-/// The whole frame of a body without volume preservation.
-const PLAIN: usize = 4;
+/// Index of the time of the whole frame of a second body, which is simulated without volume preservation.
+const UNCORRECTED: usize = 4;
 
 pub(crate) fn bench(bench: &mut Bench) {
-    bench.part("frame: 1,000 lattice vertices, w = 2, mesh of 60,002 vertices, two threads");
+    bench.section("frame: 1,000 lattice vertices, w = 2, mesh of 60,002 vertices, two threads");
     let measures = [
         (VolumeMeasure::Lattice, Some(AtMost(0.30))),
         (VolumeMeasure::Cells, None),
         (VolumeMeasure::Mesh, Some(AtMost(0.45))),
     ];
     for (measure, target) in measures {
-        let pair = || {
-            let preserved = [Preservation::By(measure), Preservation::Off];
-            preserved.map(|preserved| Displayed::new(preserved.into(), LATTICE_VERTICES))
+        let simulations = || {
+            let options = [Preservation::By(measure), Preservation::Off];
+            options.map(|volume| DisplayedStatue::new(volume.into(), LATTICE_VERTICES))
         };
-        let frames = |[preserved, plain]: &mut [Displayed; 2], n| {
-            let [whole, step, correction, update] = preserved.frames(n);
-            [whole, step, correction, update, plain.frames(n)[FRAME]]
+        let frames = |[corrected, uncorrected]: &mut [DisplayedStatue; 2], n| {
+            let [frame, step, correction, update] = corrected.frames(n);
+            [frame, step, correction, update, uncorrected.frames(n)[FRAME]]
         };
-        let Some(samples) = bench.measure(["frame", measure.name()], Sampling::Many, pair, frames) else {
-            continue;
-        };
-        let times: [f64; 5] = std::array::from_fn(|part| samples.seconds(part) * 1e3);
-        let comparison = format!("without correction: {:.3} ms", times[PLAIN]);
+        let samples = bench.measure(["frame", measure.name()], Sampling::Many, simulations, frames);
+        let Some(samples) = samples else { continue };
+        let times: [f64; 5] = std::array::from_fn(|index| samples.seconds(index) * 1e3);
+        let comparison = format!("without correction: {:.3} ms", times[UNCORRECTED]);
         let case = format!("step, correction `{measure}`, mesh update with normals");
         bench.row(&case, (times[FRAME], "ms"), target, comparison);
-        let share = 100.0 * samples.ratio(CORRECTION, FRAME);
-        let target_share = (measure == VolumeMeasure::Lattice).then_some(AtMost(10.0));
-        let parts = format!(
+        let percentage = 100.0 * samples.ratio(CORRECTION, FRAME);
+        let target = (measure == VolumeMeasure::Lattice).then_some(AtMost(10.0));
+        let comparison = format!(
             "step {:.3}, correction {:.3}, mesh update {:.3} ms",
             times[STEP], times[CORRECTION], times[UPDATE]
         );
-        bench.row(&format!("share of the correction `{measure}`"), (share, "%"), target_share, parts);
+        bench.row(&format!("share of the correction `{measure}`"), (percentage, "%"), target, comparison);
     }
 }
 
-impl Displayed {
+impl DisplayedStatue {
+    /// Builds the simulation of a deformed statue on two threads.
     pub(crate) fn new(volume: VolumeOptions, lattice_vertices: usize) -> Self {
         let body = Body::builder(Statue::of_quads(QUADS).mesh()).lattice_vertices(lattice_vertices);
-        let mut body = body.volume(volume).build().expect("a closed surface is a body");
+        let mut body = body.volume(volume).build().expect("the mesh and the body options are valid");
         deform(&mut body);
         let count = body.mesh().map_or(0, |mesh| mesh.vertices().len());
         let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(2);
         Self {
             display: Display::new(),
-            simulation: simulation.build().expect("numbers in range"),
+            simulation: simulation.build().expect("the simulation parameters are valid"),
             positions: vec![[0.0; 3]; count],
             normals: vec![[0.0; 3]; count],
         }
     }
 
-    /// Runs `count` frames of one step each. Returns the total times of the frames, steps, corrections and
-    /// mesh updates.
+    /// Runs `count` frames of one step each. Returns the total times of the frames, of the steps, of the
+    /// corrections and of the mesh updates.
     pub(crate) fn frames(&mut self, count: u64) -> [Duration; 4] {
-        let mut parts = [Duration::ZERO; 3];
-        let whole = timed(|| {
+        let [mut step, mut correction, mut update] = [Duration::ZERO; 3];
+        let frame = timed(|| {
             for _ in 0..count {
-                parts[0] += steps(&mut self.simulation, 1);
+                step += steps(&mut self.simulation, 1);
                 let mut evaluated = self.display.evaluate(self.simulation.body(0));
                 evaluated.surface_into(&mut self.positions, Some(&mut self.normals));
-                parts[1] += evaluated.times().volume;
-                parts[2] += evaluated.times().embed;
+                correction += evaluated.times().volume;
+                update += evaluated.times().mesh_update;
             }
         });
-        [whole, parts[0], parts[1], parts[2]]
+        [frame, step, correction, update]
     }
 }

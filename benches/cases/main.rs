@@ -1,7 +1,7 @@
-//! Runs all benchmarks and prints one table: measured values, targets and comparisons.
+//! Runs all benchmarks and prints one table of measured values, targets and comparisons.
 //!
-//! `cargo bench` runs all cases, `cargo bench -- frame` the cases with "frame" in their names, and
-//! `cargo bench -- --test` every case once without a table.
+//! `cargo bench` runs all cases. `cargo bench -- frame` runs the cases with "frame" in their names.
+//! `cargo bench -- --test` runs every case once and prints no table.
 
 mod bandwidth;
 mod build;

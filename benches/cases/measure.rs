@@ -1,4 +1,5 @@
-//! Timing with criterion. The table contains medians, and ratios of variants that are timed alternately.
+//! Times cases with criterion and collects the results in a table. The table contains medians, and ratios and
+//! differences of variants that are timed alternately.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -25,7 +26,7 @@ impl Sampling {
     }
 }
 
-/// Seconds per iteration of each of `N` variants, one entry per sample. Within a sample the variants run one
+/// Seconds per iteration of each of `N` variants, one entry per sample. In each sample, the variants run one
 /// after the other.
 pub(crate) struct Samples<const N: usize>(Vec<[f64; N]>);
 
@@ -35,17 +36,17 @@ impl<const N: usize> Samples<N> {
         self.median(|sample| sample[variant])
     }
 
-    /// Returns the median over the samples of the ratio of a variant's time to `other`'s.
+    /// Returns the median over the samples of the time of `variant` divided by the time of `other`.
     pub(crate) fn ratio(&self, variant: usize, other: usize) -> f64 {
         self.median(|sample| sample[variant] / sample[other])
     }
 
-    /// Returns the median over the samples of the difference between a variant's time and `other`'s, in
-    /// seconds.
+    /// Returns the median over the samples of the time of `variant` minus the time of `other`, in seconds.
     pub(crate) fn difference(&self, variant: usize, other: usize) -> f64 {
         self.median(|sample| sample[variant] - sample[other])
     }
 
+    /// Returns the median of `value` over the samples.
     fn median(&self, value: impl Fn(&[f64; N]) -> f64) -> f64 {
         let mut values: Vec<f64> = self.0.iter().map(value).collect();
         values.sort_by(f64::total_cmp);
@@ -54,7 +55,7 @@ impl<const N: usize> Samples<N> {
     }
 }
 
-/// Criterion and the table of results.
+/// A benchmark run: criterion and the table of results.
 pub(crate) struct Bench {
     criterion: Criterion,
     table: Table,
@@ -71,8 +72,8 @@ impl Bench {
 
     /// Measures the case `group/name`. Returns `None` if the filter excludes it.
     ///
-    /// `work(state, n)` does `n` iterations of each of `N` variants, one variant after the other, and returns
-    /// the time of each. Criterion reports the first variant.
+    /// `work(state, n)` does `n` iterations of the first variant, then `n` of the next, and so on, and
+    /// returns the time of each of the `N` variants. Criterion reports the time of the first variant.
     pub(crate) fn measure<S, const N: usize>(
         &mut self,
         [group, name]: [&str; 2],
@@ -97,17 +98,17 @@ impl Bench {
             });
         });
         group.finish();
-        // The samples before these belong to the warm-up.
+        // Earlier samples belong to the warm-up.
         samples.drain(..samples.len().saturating_sub(sampling.samples()));
         (!samples.is_empty()).then_some(Samples(samples))
     }
 
-    /// Starts a part of the table.
-    pub(crate) fn part(&mut self, heading: &str) {
-        self.table.part(heading);
+    /// Starts a section of the table.
+    pub(crate) fn section(&mut self, heading: &str) {
+        self.table.section(heading);
     }
 
-    /// Adds a row to the table.
+    /// Adds a row to the last section of the table.
     pub(crate) fn row(
         &mut self,
         case: &str,
@@ -118,7 +119,7 @@ impl Bench {
         self.table.row(Row { case: case.to_owned(), measured, unit, target, comparison: comparison.into() });
     }
 
-    /// Prints the table, unless `--test` ran every case only once.
+    /// Prints the table, unless the option `--test` is set, which runs every case only once.
     pub(crate) fn finish(self) {
         let text = format!("\n{}, {}\n\n{}", processor(), simd_level(), self.table);
         if self.table.rows().next().is_some() && !std::env::args().any(|argument| argument == "--test") {

@@ -1,16 +1,18 @@
-//! A global allocator that counts allocated bytes on demand.
+//! Defines a global allocator that counts allocated bytes on demand.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering};
 
 struct Counting;
 
-/// Whether allocations are counted; off during timing.
-static COUNTS: AtomicBool = AtomicBool::new(false);
+/// Whether allocations are counted. False while cases are timed.
+static IS_COUNTING: AtomicBool = AtomicBool::new(false);
+/// Allocated minus freed bytes since counting began.
 static BYTES: AtomicIsize = AtomicIsize::new(0);
 
+/// Adds to the count, unless counting is off.
 fn count(bytes: isize) {
-    if COUNTS.load(Ordering::Relaxed) {
+    if IS_COUNTING.load(Ordering::Relaxed) {
         BYTES.fetch_add(bytes, Ordering::Relaxed);
     }
 }
@@ -42,11 +44,11 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Returns the result of `work` and the bytes that remain allocated for it.
+/// Returns the result of `work` and the number of bytes that it allocated and did not free.
 pub(crate) fn allocated_by<R>(work: impl FnOnce() -> R) -> (R, usize) {
     BYTES.store(0, Ordering::Relaxed);
-    COUNTS.store(true, Ordering::Relaxed);
-    let made = work();
-    COUNTS.store(false, Ordering::Relaxed);
-    (made, usize::try_from(BYTES.load(Ordering::Relaxed)).unwrap_or(0))
+    IS_COUNTING.store(true, Ordering::Relaxed);
+    let result = work();
+    IS_COUNTING.store(false, Ordering::Relaxed);
+    (result, usize::try_from(BYTES.load(Ordering::Relaxed)).unwrap_or(0))
 }

@@ -1,4 +1,5 @@
-//! The full step of solid blocks: matching, links, momentum tracker, integration; without evaluation.
+//! Times the full step of solid blocks and of the bust: region matching, integration and momentum tracker,
+//! without the evaluation for display.
 
 use std::time::Duration;
 
@@ -10,9 +11,11 @@ use crate::bandwidth::Bandwidth;
 use crate::measure::{Bench, Sampling, steps};
 use crate::memory::allocated_by;
 
+/// Lattice vertices of the large block along x, y and z; 1,000,000 in total.
 const LARGE: [i32; 3] = [100, 100, 100];
-/// 97,336 lattice vertices.
+/// Lattice vertices of the middle block along x, y and z; 97,336 in total.
 pub(crate) const MIDDLE: [i32; 3] = [46, 46, 46];
+/// Lattice vertices of the small block along x, y and z; 1,000 in total.
 const SMALL: [i32; 3] = [10, 10, 10];
 
 pub(crate) fn bench(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
@@ -22,39 +25,44 @@ pub(crate) fn bench(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     many(bench);
 }
 
-/// Measures a million lattice vertices: time, memory, and the bandwidth limit.
+/// Measures a block of 1,000,000 lattice vertices: the time of a step on one and two threads, the memory
+/// traffic, the allocated memory, and wide regions relative to narrow ones.
 fn large(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
-    bench.part("solid block, 1,000,000 lattice vertices, full step");
+    bench.section("solid block, 1,000,000 lattice vertices, full step");
     let lattice = block(LARGE);
-    let two = |half_width| in_motion(&lattice, half_width, 2);
+    let on_two_threads = |half_width| in_motion(&lattice, half_width, 2);
     let per_vertex = 1e9 / lattice.len() as f64;
 
-    let pair = || [two(2), in_motion(&lattice, 2, 1)];
-    if let Some(samples) = bench.measure(["step 1,000,000", "w=2"], Sampling::Few, pair, interleaved) {
-        let [both, one] = [0, 1].map(|k| samples.seconds(k) * per_vertex);
-        let comparison = format!("one thread: {one:.1} ns");
-        bench.row("w = 2, two threads", (both, "ns/vertex"), Some(AtMost(22.0)), comparison);
-        let comparison = format!("{one:.1} ns, {both:.1} ns");
+    let simulations = || [on_two_threads(2), in_motion(&lattice, 2, 1)];
+    let samples = bench.measure(["step 1,000,000", "w=2"], Sampling::Few, simulations, step_alternately);
+    if let Some(samples) = samples {
+        let [two_threads, one_thread] = [0, 1].map(|k| samples.seconds(k) * per_vertex);
+        let comparison = format!("one thread: {one_thread:.1} ns");
+        bench.row("w = 2, two threads", (two_threads, "ns/vertex"), Some(AtMost(22.0)), comparison);
+        let comparison = format!("{one_thread:.1} ns, {two_threads:.1} ns");
         bench.row(
             "w = 2, two threads against one",
             (samples.ratio(1, 0), "times"),
             Some(AtLeast(1.7)),
             comparison,
         );
-        let simulation = two(2);
-        roofline(bench, &simulation, bandwidth, [(1, one), (2, both)]);
+        let simulation = on_two_threads(2);
+        bandwidth_bound(bench, &simulation, bandwidth, [(1, one_thread), (2, two_threads)]);
         drop(simulation);
         memory(bench, "total memory", Some(AtMost(200.0)), || {
-            let mut simulation = two(2);
+            let mut simulation = on_two_threads(2);
             simulation.step();
             (simulation, Display::new())
         });
-        memory(bench, "total memory with volume preservation and display", None, || displayed(&lattice));
+        memory(bench, "total memory with volume preservation and display", None, || {
+            stepped_and_evaluated(&lattice)
+        });
     }
     for (half_width, limit) in [(8, 1.5), (16, 2.0)] {
-        let pair = || [two(half_width), two(2)];
+        let simulations = || [on_two_threads(half_width), on_two_threads(2)];
         let name = format!("w={half_width}");
-        if let Some(samples) = bench.measure(["step 1,000,000", &name], Sampling::Few, pair, interleaved) {
+        let samples = bench.measure(["step 1,000,000", &name], Sampling::Few, simulations, step_alternately);
+        if let Some(samples) = samples {
             let [wide, narrow] = [0, 1].map(|k| samples.seconds(k) * per_vertex);
             let case = format!("w = {half_width} against w = 2, two threads");
             let comparison = format!("{wide:.1} ns, {narrow:.1} ns");
@@ -63,8 +71,10 @@ fn large(bench: &mut Bench, bandwidth: Option<&Bandwidth>) {
     }
 }
 
-/// Adds the memory traffic limit: a step must at minimum read all its buffers once and write its state once.
-fn roofline(
+/// Adds the lower bound of the time of a step that follows from the memory bandwidth. A step must at least
+/// read all its buffers once and write the state (positions, velocities, rotations) once. `measured` contains
+/// thread counts and the measured times of a step in ns per lattice vertex.
+fn bandwidth_bound(
     bench: &mut Bench,
     simulation: &Simulation,
     bandwidth: Option<&Bandwidth>,
@@ -82,62 +92,66 @@ fn roofline(
     );
     let Some(bandwidth) = bandwidth else { return };
     for (threads, nanoseconds) in measured {
-        let minimum = bytes / bandwidth.of(threads) * 1e9;
+        let minimum = bytes / bandwidth.with_threads(threads) * 1e9;
         let case = format!("share of the memory bandwidth, threads: {threads}");
         bench.row(&case, (100.0 * minimum / nanoseconds, "%"), None, format!("minimum: {minimum:.1} ns"));
     }
 }
 
-/// Adds the allocated bytes of a body and its display, compared with the bytes that they report.
+/// Adds the bytes that remain allocated for the simulation and the display that `build` returns, and compares
+/// them with the bytes that [`Simulation::plan`] and the display report.
 fn memory(
     bench: &mut Bench,
     case: &str,
     target: Option<Target>,
-    simulation: impl FnOnce() -> (Simulation, Display),
+    build: impl FnOnce() -> (Simulation, Display),
 ) {
-    let ((simulation, display), bytes) = allocated_by(simulation);
+    let ((simulation, display), bytes) = allocated_by(build);
     let lattice = simulation.body(0).lattice();
     let reported = simulation.plan().bodies[0].bytes() + display.bytes();
     let [bytes, reported] = [bytes, reported].map(|bytes| bytes as f64 / lattice.len() as f64);
     bench.row(case, (bytes, "bytes/vertex"), target, format!("plan and display report {reported:.0}"));
 }
 
-/// Builds a simulation with volume preservation, and runs one step and one evaluation.
-fn displayed(lattice: &Lattice) -> (Simulation, Display) {
-    let body = Body::from_lattice(lattice.clone()).build().expect("a block is a body");
-    let mut simulation = Simulation::builder().body(body).build().expect("numbers in range");
+/// Builds a simulation with volume preservation, makes one step, and evaluates the body once for display.
+fn stepped_and_evaluated(lattice: &Lattice) -> (Simulation, Display) {
+    let body = Body::from_lattice(lattice.clone()).build().expect("the body options are valid");
+    let simulation = Simulation::builder().body(body).build();
+    let mut simulation = simulation.expect("the simulation parameters are valid");
     simulation.step();
     let mut display = Display::new();
     drop(display.evaluate(simulation.body(0)).positions());
     (simulation, display)
 }
 
+/// Measures a block of 97,336 lattice vertices, which fits the caches, on one and two threads.
 fn middle(bench: &mut Bench) {
-    bench.part("solid block, 97,336 lattice vertices, full step");
+    bench.section("solid block, 97,336 lattice vertices, full step");
     let lattice = block(MIDDLE);
     for (half_width, targets) in [(1, [22.0, 12.0]), (3, [30.0, 17.0])] {
-        let pair = || [in_motion(&lattice, half_width, 1), in_motion(&lattice, half_width, 2)];
+        let simulations = || [1, 2].map(|threads| in_motion(&lattice, half_width, threads));
         let name = format!("w={half_width}");
-        let Some(samples) = bench.measure(["step 100,000", &name], Sampling::Many, pair, interleaved) else {
-            continue;
-        };
+        let samples = bench.measure(["step 100,000", &name], Sampling::Many, simulations, step_alternately);
+        let Some(samples) = samples else { continue };
         let times = [0, 1].map(|k| samples.seconds(k) * 1e9 / lattice.len() as f64);
-        for (threads, word) in [(1, "one thread"), (2, "two threads")] {
-            let other = format!("other thread count: {:.1} ns", times[2 - threads]);
+        for (threads, label) in [(1, "one thread"), (2, "two threads")] {
+            let comparison = format!("other thread count: {:.1} ns", times[2 - threads]);
             let target = Some(AtMost(targets[threads - 1]));
-            bench.row(&format!("w = {half_width}, {word}"), (times[threads - 1], "ns/vertex"), target, other);
+            let case = format!("w = {half_width}, {label}");
+            bench.row(&case, (times[threads - 1], "ns/vertex"), target, comparison);
         }
     }
 }
 
+/// Measures two blocks and the bust with approximately 1,000 lattice vertices each, on one thread.
 fn small(bench: &mut Bench) {
-    bench.part("about 1,000 lattice vertices, w = 2, one thread, full step");
+    bench.section("about 1,000 lattice vertices, w = 2, one thread, full step");
     for (name, lattice) in
         [("16x8x8", block([16, 8, 8])), ("10x10x10", block(SMALL)), ("bust", bust_lattice(1000))]
     {
         let simulation = || in_motion(&lattice, 2, 1);
-        let once = |simulation: &mut Simulation, n| [steps(simulation, n)];
-        if let Some(samples) = bench.measure(["step 1,000", name], Sampling::Many, simulation, once) {
+        let work = |simulation: &mut Simulation, n| [steps(simulation, n)];
+        if let Some(samples) = bench.measure(["step 1,000", name], Sampling::Many, simulation, work) {
             let case = format!("{name}: {} vertices", lattice.len());
             let comparison = format!("{:.1} ns/vertex", samples.seconds(0) * 1e9 / lattice.len() as f64);
             bench.row(&case, (samples.seconds(0) * 1e6, "us"), Some(AtMost(40.0)), comparison);
@@ -145,22 +159,26 @@ fn small(bench: &mut Bench) {
     }
 }
 
+/// Measures a simulation of 100 bodies, which are distributed over the threads.
 fn many(bench: &mut Bench) {
     const BODIES: usize = 100;
-    bench.part("100 bodies of 1,000 lattice vertices, w = 2, full step");
+    bench.section("100 bodies of 1,000 lattice vertices, w = 2, full step");
     let lattice = block(SMALL);
     let bodies = |threads| {
         bodies::simulation((0..BODIES).map(|_| Body::from_lattice(lattice.clone()).half_width(2)), threads)
     };
-    let pair = || [bodies(2), bodies(1)];
-    if let Some(samples) = bench.measure(["step 100 x 1,000", "w=2"], Sampling::Many, pair, interleaved) {
-        let [both, one] = [0, 1].map(|k| samples.seconds(k) * 1e9 / (BODIES * lattice.len()) as f64);
-        let comparison = format!("one thread: {one:.1} ns");
-        bench.row("two threads", (both, "ns/vertex"), Some(AtMost(25.0)), comparison);
+    let simulations = || [bodies(2), bodies(1)];
+    let samples = bench.measure(["step 100 x 1,000", "w=2"], Sampling::Many, simulations, step_alternately);
+    if let Some(samples) = samples {
+        let [two_threads, one_thread] =
+            [0, 1].map(|k| samples.seconds(k) * 1e9 / (BODIES * lattice.len()) as f64);
+        let comparison = format!("one thread: {one_thread:.1} ns");
+        bench.row("two threads", (two_threads, "ns/vertex"), Some(AtMost(25.0)), comparison);
     }
 }
 
-/// Times `count` steps of each of two simulations, one after the other.
-pub(crate) fn interleaved(pair: &mut [Simulation; 2], count: u64) -> [Duration; 2] {
-    pair.each_mut().map(|simulation| steps(simulation, count))
+/// Makes `count` steps of the first simulation, then `count` steps of the second, and returns both times.
+/// Each sample calls this function once, so the simulations alternate from sample to sample.
+pub(crate) fn step_alternately(simulations: &mut [Simulation; 2], count: u64) -> [Duration; 2] {
+    simulations.each_mut().map(|simulation| steps(simulation, count))
 }

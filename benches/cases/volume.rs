@@ -1,4 +1,5 @@
-//! The cost of each measure, scope and field of the volume correction, compared with the plain step.
+//! Times each measure and scope of the volume correction, compared with a step, and the construction of each
+//! field.
 
 use supple::internals::{Correction, Embedding, Surface};
 use supple::{
@@ -7,39 +8,40 @@ use supple::{
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
 
-use crate::frame::{CORRECTION, Displayed, QUADS, STEP};
+use crate::frame::{CORRECTION, DisplayedStatue, QUADS, STEP};
 use crate::measure::{Bench, Sampling, timed};
 
 const LATTICE_VERTICES: [usize; 2] = [1000, 100_000];
 
 pub(crate) fn bench(bench: &mut Bench) {
     for vertices in LATTICE_VERTICES {
-        bench.part(&format!(
+        bench.section(&format!(
             "volume correction: {vertices} lattice vertices, mesh of 60,002 vertices, two threads"
         ));
         for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh] {
             scopes(bench, vertices, measure);
         }
         for field in [FieldKind::Paper, FieldKind::Cells, FieldKind::Surface] {
-            build(bench, vertices, field);
+            build_field(bench, vertices, field);
         }
     }
 }
 
-/// Measures an evaluation with both scopes; its cost does not depend on the field.
+/// Measures the correction with both scopes. Its cost does not depend on the field.
 fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
-    let pair = || {
+    let simulations = || {
         [VolumeScope::Global, VolumeScope::Regional].map(|scope| {
             let measure = Preservation::By(measure);
-            Displayed::new(VolumeOptions { measure, scope, ..VolumeOptions::default() }, vertices)
+            DisplayedStatue::new(VolumeOptions { measure, scope, ..VolumeOptions::default() }, vertices)
         })
     };
-    let frames = |[global, regional]: &mut [Displayed; 2], n| {
+    let corrections = |[global, regional]: &mut [DisplayedStatue; 2], n| {
         let (global, regional) = (global.frames(n), regional.frames(n));
         [global[CORRECTION], regional[CORRECTION], global[STEP]]
     };
     let name = format!("{measure} {vertices}");
-    let Some(samples) = bench.measure(["volume", &name], Sampling::Many, pair, frames) else { return };
+    let samples = bench.measure(["volume", &name], Sampling::Many, simulations, corrections);
+    let Some(samples) = samples else { return };
     let step = format!("plain step: {:.3} ms", samples.seconds(2) * 1e3);
     bench.row(&format!("`{measure}`, global"), (samples.seconds(0) * 1e3, "ms"), None, step);
     let regional = format!("{:.3} ms", samples.seconds(1) * 1e3);
@@ -48,22 +50,24 @@ fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
 }
 
 /// Measures the construction of a field, which happens once per body.
-fn build(bench: &mut Bench, vertices: usize, field: FieldKind) {
-    let built = || {
+fn build_field(bench: &mut Bench, vertices: usize, field: FieldKind) {
+    let prepare = || {
         let mesh = Statue::of_quads(QUADS).mesh();
         let resolution = Resolution::Vertices(vertices);
         let options = LatticeOptions { resolution, ..LatticeOptions::default() };
-        let lattice = Lattice::from_mesh(&mesh, &options).expect("a closed surface has a lattice");
+        let lattice = Lattice::from_mesh(&mesh, &options).expect("the lattice options are valid");
         let embedding = Embedding::new(&lattice, mesh.vertices());
+        // The topology is cached in the mesh; compute it outside the timing.
         mesh.topology();
         (mesh, lattice, embedding)
     };
     let options = VolumeOptions { field, ..VolumeMeasure::Mesh.into() };
     let name = format!("field {} {vertices}", field.name());
-    let samples = bench.measure(["volume", &name], Sampling::Few, built, |(mesh, lattice, embedding), n| {
-        let surface = Surface { mesh, embedding };
-        [timed(|| (0..n).for_each(|_| drop(Correction::new(lattice, Some(surface), &options))))]
-    });
+    let samples =
+        bench.measure(["volume", &name], Sampling::Few, prepare, |(mesh, lattice, embedding), n| {
+            let surface = Surface { mesh, embedding };
+            [timed(|| (0..n).for_each(|_| drop(Correction::new(lattice, Some(surface), &options))))]
+        });
     if let Some(samples) = samples {
         let row = format!("building the field `{}`, with the measure", field.name());
         bench.row(&row, (samples.seconds(0) * 1e3, "ms"), None, "");

@@ -28,7 +28,7 @@ Floats = NDArray[np.floating]
 
 
 def main() -> None:
-    """Prints a table."""
+    """Runs all cases and prints a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="make only one or two calls of each function")
     quick = parser.parse_args().quick
@@ -39,16 +39,16 @@ def main() -> None:
 
 
 def step(quick: bool) -> None:
-    """Times many calls of one step, and one call of many. The overhead of a call is clearest for a single cell."""
+    """Times many calls of one step each, and one call of many steps. The overhead is clearest for one cell."""
     for sides in (1, 9):
         body = supple.Body(supple.Lattice.from_cells(np.ones((sides, sides, sides), dtype=bool)), spin=(0, 0, 1))
         sim = supple.Simulation([body], gravity=(0, 0, 0), threads=1)
         count = 2 if quick else 500
         calls = [partial(step_by_step, sim, count), partial(sim.step, count)]
-        alone, together = (seconds / count for seconds in alternately(calls, 2 if quick else 41))
-        row(f"step of {len(body)} lattice vertices, called from Python", alone)
-        row("the same within one call, in Rust", together)
-        row("overhead of a call (target: at most 10 us)", alone - together)
+        one_step_per_call, one_call = (seconds / count for seconds in alternately(calls, 2 if quick else 41))
+        row(f"step of {len(body)} lattice vertices, called from Python", one_step_per_call)
+        row("the same within one call, in Rust", one_call)
+        row("overhead of a call (target: at most 10 us)", one_step_per_call - one_call)
 
 
 def step_by_step(sim: supple.Simulation, count: int) -> None:
@@ -60,8 +60,8 @@ def step_by_step(sim: supple.Simulation, count: int) -> None:
 def surface(quick: bool) -> None:
     """Times the surface of 60,000 vertices: into `out=`, as a new array, in Rust; a copy and an update in numpy."""
     mesh = globe(20 if quick else 245)
-    with tempfile.TemporaryDirectory() as folder:
-        rust = rust_evaluation(mesh, Path(folder), 2 if quick else 60)
+    with tempfile.TemporaryDirectory() as directory:
+        rust = rust_evaluation(mesh, Path(directory), 2 if quick else 60)
     body = supple.Body(mesh, lattice_vertices=1000, name="globe", spin=(0, 0, 1))
     sim = supple.Simulation([body], gravity=(0, 0, 0))
     sim.step(10)
@@ -98,7 +98,7 @@ def rotations(quick: bool) -> None:
 
 
 def alternately(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]:
-    """Returns the median seconds of alternating calls. Each call follows an untimed one that warms the caches."""
+    """Calls the functions alternately and returns their median seconds. An untimed call precedes each timed call."""
     times: list[list[float]] = [[] for _ in calls]
     for _ in range(rounds):
         for call, samples in zip(calls, times, strict=True):
@@ -118,22 +118,22 @@ def globe(sides: int) -> supple.Mesh:
     """Returns a ball of (sides + 1) x sides vertices, closed at its poles."""
     polar, around = np.linspace(0, np.pi, sides + 1), np.arange(sides) * 2 * np.pi / sides
     sin, cos = np.sin(polar)[:, None], np.cos(polar)[:, None]
-    # Exact zeros, so that all vertices of a pole coincide.
+    # The sine is set to exactly zero at the poles, so that all vertices of a pole coincide.
     sin[[0, -1]] = 0
     ones = np.ones_like(around)
     points = np.stack([sin * np.cos(around), sin * np.sin(around), cos * ones], axis=-1).reshape(-1, 3)
-    ring, place = (index.ravel() for index in np.meshgrid(np.arange(sides), np.arange(sides), indexing="ij"))
-    following = (place + 1) % sides
-    a, b = ring * sides + place, ring * sides + following
+    ring, column = (index.ravel() for index in np.meshgrid(np.arange(sides), np.arange(sides), indexing="ij"))
+    next_column = (column + 1) % sides
+    a, b = ring * sides + column, ring * sides + next_column
     return supple.Mesh(points, np.stack([a, a + sides, b + sides, b], axis=1))
 
 
-def rust_evaluation(mesh: supple.Mesh, folder: Path, frames: int) -> float:
+def rust_evaluation(mesh: supple.Mesh, directory: Path, frames: int) -> float:
     """Returns the median seconds of volume correction and mesh update in a run, from its statistics."""
     vertices = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist())
     faces = "".join(f"f {a} {b} {c}\n" for a, b, c in (mesh.faces + 1).tolist())
-    (folder / "globe.obj").write_text(vertices + faces)
-    (folder / "globe.toml").write_text(
+    (directory / "globe.obj").write_text(vertices + faces)
+    (directory / "globe.toml").write_text(
         f"""
         [simulation]
         frames = {frames}
@@ -146,8 +146,8 @@ def rust_evaluation(mesh: supple.Mesh, folder: Path, frames: int) -> float:
         spin = [0, 0, 1]
         """
     )
-    supple.run(folder / "globe.toml", folder / "out", "pc2", stats=folder / "stats.csv")
-    with (folder / "stats.csv").open() as file:
+    supple.run(directory / "globe.toml", directory / "out", "pc2", stats=directory / "stats.csv")
+    with (directory / "stats.csv").open() as file:
         rows = list(csv.DictReader(file))
     return statistics.median(float(row["ms_volume"]) + float(row["ms_embed"]) for row in rows) / 1e3
 
@@ -159,14 +159,14 @@ class Embedding:
         """Computes cells and weights in the rest pose."""
         mesh, lattice = body.mesh, body.lattice
         assert mesh is not None
-        inside = (mesh.vertices - lattice.origin) / lattice.cell_size
+        in_cells = (mesh.vertices - lattice.origin) / lattice.cell_size
         low, high = lattice.cells.min(axis=0), lattice.cells.max(axis=0)
-        cells = np.clip(np.floor(inside).astype(int), low, high)
-        number = {tuple(index): vertex for vertex, index in enumerate(lattice.indices.tolist())}
+        cells = np.clip(np.floor(in_cells).astype(int), low, high)
+        vertices = {tuple(index): vertex for vertex, index in enumerate(lattice.indices.tolist())}
         corners = list(itertools.product((0, 1), repeat=3))
-        # A vertex on the face of a missing cell belongs to the neighboring cell; for timing, any lattice vertex does.
-        self.corners = np.array([[number.get(tuple(cell + corner), 0) for corner in corners] for cell in cells])
-        local = inside - cells
+        # A mesh vertex on the face of a missing cell would need the neighboring cell. For timing, vertex 0 suffices.
+        self.corners = np.array([[vertices.get(tuple(cell + corner), 0) for corner in corners] for cell in cells])
+        local = in_cells - cells
         weights = [np.where(corner, local, 1 - local).prod(axis=1) for corner in corners]
         self.weights = np.stack(weights, axis=1).astype(np.float32)
         self.positions = body.positions.astype(np.float32)

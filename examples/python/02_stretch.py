@@ -17,7 +17,7 @@ def main() -> None:
     mesh = supple.read_obj(MODEL)
     low, high = mesh.bounds[:, 1]
     height = high - low
-    # Bodies do not collide with each other, so both can be at the same place.
+    # Bodies do not collide with each other, so the two bodies can be at the same position.
     corrected = supple.Body(mesh, name="corrected", lattice_vertices=1000, half_width=2, region_damping_rate=6.0)
     plain = supple.Body(mesh, name="plain", lattice_vertices=1000, half_width=2, region_damping_rate=6.0, volume="off")
     for body in (corrected, plain):
@@ -32,14 +32,14 @@ def main() -> None:
     print("  time   volume without   volume with   scale of the correction   height")
     for _ in range(6):
         # Evaluating the surface and its volume does not change the simulation.
-        report, other = corrected.volume_report(), plain.volume_report()
-        tall = np.ptp(corrected.surface()[:, 1]) / height
+        report, plain_report = corrected.volume_report(), plain.volume_report()
+        relative_height = np.ptp(corrected.surface()[:, 1]) / height
         print(
-            f"{sim.time:5.2f}s {other.after / other.rest:16.4f} {report.after / report.rest:13.6f}"
-            f" {report.lambda_:25.4f} {tall:8.3f}"
+            f"{sim.time:5.2f}s {plain_report.after / plain_report.rest:16.4f} {report.after / report.rest:13.6f}"
+            f" {report.lambda_:25.4f} {relative_height:8.3f}"
         )
         sim.step(24)
-    assert abs(report.residual) < 1e-5 < 0.1 < other.after / other.rest - 1
+    assert abs(report.residual) < 1e-5 < 0.1 < plain_report.after / plain_report.rest - 1
 
 
 if __name__ == "__main__":

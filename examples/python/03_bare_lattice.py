@@ -23,14 +23,14 @@ def main() -> None:
     positions[(x >= 4) & (y >= 5), 2] += 0.15
     body.positions = positions
     distances = np.linalg.norm(body.goals() - positions, axis=1)
-    print(f"farthest goal: {distances.max():.4f} away")
+    print(f"greatest distance of a vertex from its goal: {distances.max():.4f}")
 
     # Shape matching conserves momentum: without external forces the center of mass stays in place.
     before = np.average(body.positions, axis=0, weights=body.masses)
     sim = supple.Simulation([body], dt=1 / 60, gravity=(0, 0, 0))
     sim.step(600)
-    moved = np.linalg.norm(np.average(body.positions, axis=0, weights=body.masses) - before)
-    print(f"center of mass after 600 steps: moved by {moved:.1e}")
+    displacement = np.linalg.norm(np.average(body.positions, axis=0, weights=body.masses) - before)
+    print(f"center of mass after 600 steps: moved by {displacement:.1e}")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ FRAMES, STEPS = 90, 4
 
 
 def main() -> None:
-    """Move the crown along a circle and print how far the tip of the nose lags behind."""
+    """Move the crown along a circle, and print the distance of the tip of the nose from this motion."""
     body = supple.Body("examples/scenes/bust.obj", lattice_vertices=1000, frequency=6.0, region_damping_rate=3.0)
     surface = body.surface()
     low, high = surface[:, 1].min(), surface[:, 1].max()
@@ -30,14 +30,14 @@ def main() -> None:
     angles = np.linspace(0, 2 * np.pi, FRAMES + 1)
     path = 0.2 * (high - low) * np.stack([np.sin(angles), np.zeros_like(angles), 1 - np.cos(angles)], axis=1)
     lag = []
-    for here, there in pairwise(path):
-        # Move from `here` at the current time to `there` at the end of the frame.
-        crown.set_keys([(sim.time, here), (sim.time + STEPS * sim.dt, there)])
+    for current, target in pairwise(path):
+        # The handle moves from `current` at the current time to `target` at the end of the frame.
+        crown.set_keys([(sim.time, current), (sim.time + STEPS * sim.dt, target)])
         for _ in range(STEPS):
             body.apply_force((2.0 * body.masses.sum(), 0, 0), vertices=windward)
             sim.step()
         body.surface(out=surface)
-        lag.append(np.linalg.norm(surface[nose] - start - there))
+        lag.append(np.linalg.norm(surface[nose] - start - target))
     print(f"{FRAMES} frames; the nose lags behind the crown by up to {max(lag):.3f}, at the end by {lag[-1]:.3f}")
 
 

@@ -1,10 +1,10 @@
-"""Write a PC2 file for Blender, where the Mesh Cache modifier plays it back on the model.
+"""Write a PC2 file for Blender. In Blender the Mesh Cache modifier applies the file to the model.
 
 python examples/python/06_blender.py [SCENE.toml [DIR]]
 
 Then, in Blender:
 
-1. Output properties: set the frame rate to that of the scene, here 30.
+1. Output properties: set the frame rate to the frame rate of the scene, which is 30 in twist.toml.
 2. File > Import > Wavefront (.obj): choose the model of the scene, examples/scenes/bust.obj. In the import settings set
    Forward Axis to Y and Up Axis to Z, so that the model is not rotated, and switch Split By Object and Split By Group
    off, so that the mesh has the vertices of the file in the same order.
@@ -24,7 +24,7 @@ import supple
 
 
 def main(scene: str = "examples/scenes/twist.toml", output: str = "frames/blender") -> None:
-    """Run the first second of the scene and print the header of the file."""
+    """Run the first 30 frames of the scene, and print the header of each PC2 file."""
     report = supple.run(scene, output, "pc2", frames=30)
     for body in report.bodies:
         path = Path(report.directory, f"{body.name}.pc2")

@@ -14,7 +14,7 @@ import supple
 
 
 def main(output: str = "squeezed.ply") -> None:
-    """Squeeze a ball to less than its diameter and write the result."""
+    """Squeeze a ball to a height below its diameter, and write the result."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     # Any object with `vertices` and `faces` is accepted as a mesh.
     body = supple.Body(ball, lattice_vertices=1500, half_width=2, region_damping_rate=5.0)
@@ -25,7 +25,7 @@ def main(output: str = "squeezed.ply") -> None:
 
     squeezed = body.to_trimesh()
     width, height, depth = np.ptp(squeezed.vertices, axis=0)
-    print(f"{width:.3f} wide, {height:.3f} high, {depth:.3f} deep; diameter at rest {np.ptp(ball.vertices, axis=0)[0]:.3f}")
+    print(f"{width:.3f} wide, {height:.3f} high, {depth:.3f} deep; at rest {np.ptp(ball.vertices, axis=0)[0]:.3f}")
     print(f"volume {squeezed.volume:.6f}, at rest {ball.volume:.6f}; watertight: {squeezed.is_watertight}")
     assert abs(squeezed.volume / ball.volume - 1) < 1e-5
     squeezed.export(output)

@@ -5,8 +5,8 @@ Also plots the volumes over time.
     pip install . pyvista
     python examples/python/compare_volume.py docs/images
 
-Writes volume.png and volume_over_time.svg to the given directory, in about two minutes. On a machine without a display
-and without a software renderer, run it with `xvfb-run -a`.
+Writes volume.png and volume_over_time.svg to the given directory. This takes approximately two minutes. On a machine
+without a display and without a software renderer, run the program with `xvfb-run -a`.
 """
 
 from __future__ import annotations
@@ -49,14 +49,14 @@ FRAMES_PER_SECOND = 30
 
 @dataclass(frozen=True)
 class Run:
-    """Surfaces and volumes of a scene: one entry per frame."""
+    """Surfaces and volumes by measure of a scene: one entry per frame."""
 
     surfaces: list[pyvista.PolyData]
     volumes: list[dict[str, float]]
 
 
 def run(scene: str, setting: str) -> Run:
-    """Step a scene; store the surface, and each volume measure relative to rest, for every frame."""
+    """Simulate a scene, and store the surface and all volumes relative to rest for every frame."""
     simulation = supple.load_scene(SCENES / f"{scene}.toml", overrides={"body.bust.volume": SETTINGS[setting]})
     body = simulation.bodies[0]
     substeps = round(1 / (FRAMES_PER_SECOND * simulation.dt))

@@ -7,8 +7,8 @@
     python examples/python/render_frames.py stretch.png "plain=frames/plain" "global=frames/kept" \
         "regional=frames/regional" --frames 0 24 48 240 --titles rest "half way" "full stretch" landed
 
-Needs pyvista (which brings matplotlib). On a machine without a display and without a software
-renderer, run it with `xvfb-run -a`.
+Needs pyvista, which installs matplotlib. On a machine without a display and without a software renderer, run the
+program with `xvfb-run -a`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def load(directory: Path, frame: int) -> pyvista.PolyData:
 
 
 def bounds(meshes: list[pyvista.PolyData]) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the common bounding box, so that one camera shows every frame completely."""
+    """Compute the common bounding box of all meshes, so that one camera shows every frame completely."""
     limits = np.array([mesh.bounds for mesh in meshes])
     return limits[:, 0::2].min(axis=0), limits[:, 1::2].max(axis=0)
 

@@ -20,7 +20,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let directory = args.next().map_or_else(|| "frames/01_drop".into(), PathBuf::from);
     let last = args.next().map_or(Ok(90), |frames| frames.to_string_lossy().parse())?;
 
-    // The document keeps all bytes of the file, so that frames differ from it in positions and normals only.
+    // The document keeps all bytes of the file, so that frames differ from the file only in positions and
+    // normals.
     let document = Arc::new(Document::read(&model)?);
     let part = document.part(None)?;
     let (low, high) = part.mesh().bounds();

@@ -1,4 +1,4 @@
-//! Stretches a bust by its crown: handles, and the effect of the volume correction.
+//! Stretches a bust by its crown, and prints the volume before and after the volume correction.
 //!
 //!     cargo run --release -p supple-io --example 02_stretch
 

@@ -1,4 +1,4 @@
-//! Simulates a lattice without a mesh: explicit cells, goal positions, momentum.
+//! Simulates a lattice without a mesh: cells, goal positions, momentum.
 //!
 //!     cargo run --release -p supple-io --example 03_bare_lattice
 
@@ -28,21 +28,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     body.set_positions(&positions)?;
     let goals = body.goals();
-    let farthest = goals.iter().zip(&positions).map(|(goal, at)| (goal - at).norm()).fold(0.0, f64::max);
-    println!("farthest goal: {farthest:.4} away");
+    let distances = goals.iter().zip(&positions).map(|(goal, position)| (goal - position).norm());
+    println!("greatest distance of a vertex from its goal: {:.4}", distances.fold(0.0, f64::max));
 
     // Shape matching conserves momentum: without external forces the center of mass stays in place.
     let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 60.0).build()?;
     let before = center(&simulation.body(0));
     simulation.steps(600);
-    let moved = (center(&simulation.body(0)) - before).norm();
-    println!("center of mass after {} steps: moved by {moved:.1e}", simulation.step_count());
+    let displacement = (center(&simulation.body(0)) - before).norm();
+    println!("center of mass after {} steps: moved by {displacement:.1e}", simulation.step_count());
     Ok(())
 }
 
 /// Returns the center of mass.
 fn center(body: &Body) -> Vector3<f64> {
     let masses = body.masses();
-    let sum: Vector3<f64> = body.positions().iter().zip(&masses).map(|(at, mass)| at.coords * *mass).sum();
+    let sum: Vector3<f64> = body.positions().iter().zip(&masses).map(|(p, mass)| p.coords * *mass).sum();
     sum / masses.iter().sum::<f64>()
 }

@@ -12,7 +12,7 @@
 A `Body` is a *lattice* of cubic cells that covers the mesh. Each step fits a rigid motion to the region around every
 lattice vertex, moves the vertices towards the goal positions that these motions give, and integrates. The lattice
 deforms the mesh, and a volume correction restores the volume of the displayed surface. The correction never feeds back
-into the simulation: evaluating a surface does not change later steps.
+into the simulation, so evaluating a surface does not change later steps.
 
 Contents:
 
@@ -23,15 +23,16 @@ Contents:
     Simulation                              step(n); dt, time, gravity, colliders can be set between steps
     Plane, Sphere, Box, Capsule             colliders
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
-    plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; each needs an extra
-    rotations, reference.goals              single parts of the method
+    plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
+                                            packages of the extras plot and view
+    rotations, reference.goals              rotations of matrices; goal positions by naive sums
     SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
                                             OutputError (also an OSError)
 
-Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). Only
-gravity distinguishes an axis. Array arguments may be lists, tuples or arrays of any real dtype, strided or read-only.
-Returned arrays are float64: state is a new copy, or written to `out=`; constant data are read-only views. To change
-positions, assign the whole array: `body.positions = body.positions + offset`.
+Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). No axis is
+special; only gravity defines a vertical direction. Array arguments may be lists, tuples or arrays of any real dtype,
+strided or read-only. State is returned as a new float64 array, or surfaces are written to the array `out=`. Constant
+data are read-only views. To change positions, assign the whole array: `body.positions = body.positions + offset`.
 
 The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. Results are bit-identical for any number
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.

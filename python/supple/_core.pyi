@@ -1,4 +1,4 @@
-"""Types of the compiled module of supple."""
+"""Declares the types of the compiled module `supple._core`."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence

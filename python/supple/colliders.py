@@ -1,4 +1,4 @@
-"""Colliders: shapes that bodies cannot penetrate, static or moved along keys."""
+"""Defines colliders: shapes that bodies cannot penetrate, static or moved along keyframes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from . import _core
 
 __all__ = ["Box", "Capsule", "Collider", "Key", "Plane", "Sphere"]
 
-#: `(time, translate, rotate)`, or a dict with these keys: seconds, (3,) length, (3,) degrees.
+#: A keyframe: `(time, translate, rotate)`, or a dict with these keys. In seconds, (3,) length and (3,) degrees.
 Key: TypeAlias = Sequence[Any] | Mapping[str, Any]
 
 _NO_ROTATION = (0.0, 0.0, 0.0)
@@ -27,8 +27,9 @@ class Collider:
         Ratio of the speeds after and before an impact, in [0, 1]. Impacts slower than two steps of free fall do not
         bounce.
     keys : list of (time, translate, rotate), default empty
-        Motion of the collider relative to its center: seconds, length, degrees about the fixed axes x, then y, then z.
-        Translations and angles are interpolated linearly.
+        Keyframes of the motion of the collider, relative to its given position: time in seconds, displacement, and
+        degrees about the fixed axes x, then y, then z through its center. Translations and angles are interpolated
+        linearly.
 
     Raises ValueError for an invalid number.
     """
@@ -51,7 +52,7 @@ class Plane(Collider):
     point : (3,) float
         Any point of the plane.
     normal : (3,) float
-        Points to the free side; any length except zero.
+        Vector to the free side of the plane, of any length except zero.
     """
 
     shape: ClassVar[str] = "plane"

@@ -1,4 +1,4 @@
-"""Exceptions of supple. Invalid values may also raise a plain `ValueError`, and wrong types raise `TypeError`."""
+"""Defines the exceptions of supple. Other invalid values raise `ValueError`, and wrong types raise `TypeError`."""
 
 __all__ = ["LatticeError", "MeshError", "OutputError", "SceneError", "SuppleError"]
 
@@ -20,4 +20,4 @@ class SceneError(SuppleError, ValueError):
 
 
 class OutputError(SuppleError, OSError):
-    """Frames that cannot be written: no space, no permission, or another run in the same folder."""
+    """Frames that cannot be written: no space, no permission, or another run in the same directory."""

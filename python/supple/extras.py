@@ -1,17 +1,21 @@
-"""Import of optional dependencies."""
+"""Imports optional dependencies."""
 
 from __future__ import annotations
 
 from importlib import import_module
 from typing import Any
 
-__all__ = ["need"]
+__all__ = ["import_optional"]
 
 
-def need(module: str, extra: str) -> Any:
-    """Import a module, or raise a ModuleNotFoundError with the install command of the extra that provides it."""
+def import_optional(module: str, extra: str) -> Any:
+    """Import a module. If it is missing, raise a ModuleNotFoundError with the install command of the extra.
+
+    The extra is the group of optional dependencies in pyproject.toml that contains the module.
+    """
     try:
         return import_module(module)
     except ModuleNotFoundError as missing:
-        message = f'{module} is not installed; install it with `pip install "supple[{extra}]"`'
+        command = f'pip install ".[{extra}]"'
+        message = f"{missing.name or module} is not installed; install it with `{command}` in a checkout of supple"
         raise ModuleNotFoundError(message, name=missing.name) from missing

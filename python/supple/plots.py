@@ -1,4 +1,4 @@
-"""Plots of volumes and studies, with matplotlib."""
+"""Plots volumes and studies with matplotlib."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from .extras import need
+from .extras import import_optional
 from .reports import BodyReport, VolumeReport
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ __all__ = ["plot_study", "plot_volume"]
 
 _BEFORE, _AFTER = "tab:orange", "tab:blue"
 
-#: Functions that read an error of a study from the errors of a point; None for an unknown error.
+#: Functions that read an error from the errors of a point in a study. They return None if the error is not known.
 _ERRORS: dict[str, Callable[[Mapping[str, Any]], float | None]] = {
     "surface": lambda errors: errors["surface_rms"],
     "volume": lambda errors: errors["cells_volume"] if errors["mesh_volume"] is None else errors["mesh_volume"],
@@ -27,7 +27,7 @@ _ERRORS: dict[str, Callable[[Mapping[str, Any]], float | None]] = {
 }
 _LABELS = {
     "surface": "surface, rms distance / diagonal",
-    "volume": "volume, greatest relative error",
+    "volume": "volume, maximum relative error",
     "cells": "volumes of cells, rms relative error",
     "path": "path, rms distance from naive sums [cells]",
 }
@@ -48,18 +48,18 @@ def plot_volume(
     ax : matplotlib Axes, optional
         Axes to draw on. Default: a new figure.
 
-    Returns the Axes. Needs matplotlib (`pip install "supple[plot]"`).
+    Returns the Axes. Needs matplotlib (in a checkout: `pip install ".[plot]"`).
     """
     single = isinstance(report, (VolumeReport, BodyReport))
     given = [report] if isinstance(report, (VolumeReport, BodyReport)) else list(report)
-    reports = [_volume(one) for one in given]
+    reports = [_volume_report(item) for item in given]
     if not reports:
         raise ValueError("report is an empty list; it must have at least one report")
     if times is not None and (single or len(times) != len(reports)):
         expected = "a single report has no times" if single else f"it must have {len(reports)}, one per report"
         raise ValueError(f"times has {len(times)} entries; {expected}")
     if ax is None:
-        ax = need("matplotlib.pyplot", "plot").subplots()[1]
+        ax = import_optional("matplotlib.pyplot", "plot").subplots()[1]
     if single:
         _bars(ax, reports[0])
     else:
@@ -70,8 +70,8 @@ def plot_volume(
     return ax
 
 
-def _volume(report: VolumeReport | BodyReport) -> VolumeReport:
-    """Return the volume report of a report."""
+def _volume_report(report: VolumeReport | BodyReport) -> VolumeReport:
+    """Return the report itself, or the volume report of a BodyReport."""
     volume = report.volume if isinstance(report, BodyReport) else report
     if not isinstance(volume, VolumeReport):
         raise TypeError(f"report must be a VolumeReport, or a list of them, not {type(report).__name__}")
@@ -79,7 +79,7 @@ def _volume(report: VolumeReport | BodyReport) -> VolumeReport:
 
 
 def _bars(ax: Axes, report: VolumeReport) -> None:
-    """Draw the volumes of one report by each measure."""
+    """Draw the volumes of one report as a pair of bars for each measure."""
     names = list(report.volumes)
     ticks = range(len(names))
     for offset, color, label, column in [(-0.2, _BEFORE, "before", 1), (0.2, _AFTER, "after", 2)]:
@@ -89,11 +89,11 @@ def _bars(ax: Axes, report: VolumeReport) -> None:
 
 
 def _lines(ax: Axes, reports: list[VolumeReport], times: Sequence[float] | None) -> None:
-    """Draw the volumes of several reports over time."""
+    """Draw the volumes of several reports as lines over time."""
     x = list(range(len(reports))) if times is None else list(times)
     measure = reports[0].measure
-    ax.plot(x, [one.before / one.rest for one in reports], color=_BEFORE, label=f"{measure}, before")
-    ax.plot(x, [one.after / one.rest for one in reports], color=_AFTER, label=f"{measure}, after")
+    ax.plot(x, [report.before / report.rest for report in reports], color=_BEFORE, label=f"{measure}, before")
+    ax.plot(x, [report.after / report.rest for report in reports], color=_AFTER, label=f"{measure}, after")
     ax.set_xlabel("report" if times is None else "time [s]")
 
 
@@ -103,27 +103,27 @@ def plot_study(
     *,
     ax: Axes | None = None,
 ) -> Axes:
-    """Plot error against run time, as measured by `supple study`: one point per setting, and the Pareto front as a line.
+    """Plot error against run time from `supple study`: one point per setting, and the Pareto front as a line.
 
     study : str, os.PathLike or dict
-        A study.json, its folder, or its content.
+        A file study.json, its directory, or its content.
     error : "surface", "volume", "cells" or "path"
-        "surface": rms distance from the mesh on the finest lattice, as a fraction of the diagonal; "volume": greatest
-        relative error of the volume; "cells": rms of the relative errors of the cell volumes; "path": rms distance of
-        the lattice vertices from their positions with naive sums, in cells.
+        "surface": rms distance of the mesh from the mesh on the finest lattice, as a fraction of the diagonal of the
+        mesh; "volume": maximum relative error of the volume; "cells": rms of the relative errors of the cell volumes;
+        "path": rms distance of the lattice vertices from their positions in a motion with naive sums, in cells.
     ax : matplotlib Axes, optional
         Axes to draw on. Default: a new figure.
 
-    The front consists of the points that no other point of the study beats in both speed and error. Points with an
-    unknown error are omitted, as are points with a zero error, which the logarithmic axis cannot show. Returns the
-    Axes. Needs matplotlib (`pip install "supple[plot]"`).
+    The Pareto front consists of the points for which no other point of the study has both a shorter run time and a
+    smaller error. Points whose error is unknown are omitted, and so are points whose error is zero, because the
+    logarithmic axis cannot show zero. Returns the Axes. Needs matplotlib (in a checkout: `pip install ".[plot]"`).
     """
     if error not in _ERRORS:
         known = " or ".join(f'"{name}"' for name in _ERRORS)
         raise ValueError(f'error is "{error}"; it must be {known}')
     points = _points(study)
     if ax is None:
-        ax = need("matplotlib.pyplot", "plot").subplots()[1]
+        ax = import_optional("matplotlib.pyplot", "plot").subplots()[1]
     by_method: dict[str, list[tuple[float, float]]] = {}
     front: list[tuple[float, float]] = []
     for point in points:

@@ -1,4 +1,4 @@
-"""Naive implementation of the method in float64: slow, for comparison with the fast implementation."""
+"""Computes goal positions by naive sums in float64. This is slow; use it to check the fast implementation."""
 
 from ._core import reference_goals as goals
 

@@ -1,4 +1,4 @@
-"""Reports of simulations and runs: plain data that can be compared, printed and pickled."""
+"""Defines reports on simulations and runs: plain data that can be compared, printed and pickled."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ class ComponentReport:
     #: Volume after the correction.
     after: float
     #: Scale of the correction: displacement of a free boundary vertex along its normal, as a length, positive outwards.
-    #: With the scope "regional", the scale of the final correction after the regional one.
+    #: With the scope "regional", the scale of the global correction that follows the regional correction.
     lambda_: float
     #: `(after - rest) / rest`.
     residual: float
-    #: Whether the volume is still off by more than 1e-6: no scale within the cap keeps it, or colliders prevent it.
+    #: Whether the magnitude of the residual exceeds 1e-6, because no scale within the cap preserves the volume or
+    #: because colliders limit the correction.
     capped: bool
 
 
@@ -38,19 +39,19 @@ class ComponentReport:
 class VolumeReport:
     """Volume of a body before and after the correction, in cubed units of length.
 
-    With several components, rest, before and after are sums, and lambda_ and residual are the values of greatest
-    magnitude.
+    For a lattice with several components, rest, before and after are sums over the components, and lambda_ and residual
+    are the values of greatest magnitude.
     """
 
-    #: Measure of the correction: `"mesh"`, `"cells"` or `"lattice"`; with volume "off" the one that "auto" would choose.
+    #: Measure of the correction: "mesh", "cells" or "lattice". With volume "off", the measure that "auto" would choose.
     measure: str
     #: Volume at rest by this measure.
     rest: float
     #: Volume before the correction.
     before: float
-    #: Volume after the correction; without correction the same as before.
+    #: Volume after the correction. Without a correction it equals `before`.
     after: float
-    #: Displacement of a free boundary vertex along its normal, as a length, positive outwards.
+    #: Scale of the correction: displacement of a free boundary vertex along its normal, as a length, positive outwards.
     lambda_: float
     #: `(after - rest) / rest`.
     residual: float
@@ -58,7 +59,7 @@ class VolumeReport:
     capped: bool
     #: One report per component of the lattice.
     components: tuple[ComponentReport, ...]
-    #: Volumes (rest, before, after) by each measure that the body has.
+    #: Volumes (rest, before, after) by each measure that is available for the body.
     volumes: dict[str, tuple[float, float, float]]
 
 
@@ -86,7 +87,7 @@ class BodyReport:
     name: str
     #: Number of lattice vertices.
     lattice_vertices: int
-    #: Volume at the last frame.
+    #: Report on the volume at the last frame.
     volume: VolumeReport
 
 
@@ -94,11 +95,12 @@ class BodyReport:
 class RunReport:
     """Result of a run."""
 
-    #: Folder of the frames.
+    #: Directory of the frames.
     directory: Path
-    #: "finished"; "stopped" by the callback, can be resumed; or "already finished", nothing written.
+    #: "finished"; "stopped": the callback stopped the run, which can be resumed; or "already finished": an earlier run
+    #: had finished, and nothing was written.
     outcome: Literal["finished", "stopped", "already finished"]
-    #: Number of the frame after which the run resumed; None if it started from frame 0.
+    #: Number of the frame after which the run resumed; None if the run started from frame 0.
     resumed_after: int | None
     #: Number of the last completed frame, from 0.
     last: int

@@ -1,4 +1,4 @@
-"""Load scenes as live simulations, or run them to frames on disk."""
+"""Loads scenes as live simulations, or runs them to frames on disk."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
     path : str or os.PathLike
         A scene (.toml), or a model (.obj), which is dropped on a ground plane just below it.
     overrides : dict, optional
-        Changes to the scene by key path: `{"simulation.gravity": [0, 0, 0], "body.bust.half_width": 3}`. A path
-        contains bodies by name and the entries of other lists by number.
+        Changes to the scene by key path: `{"simulation.gravity": [0, 0, 0], "body.bust.half_width": 3}`. In a key
+        path a body is given by its name, and an entry of another list by its index from 0.
 
     Returns a Simulation with dt = 1 / (fps * substeps). Raises FileNotFoundError for a missing file, SceneError, with
     file, line and key, for an invalid scene, and MeshError or LatticeError for an invalid mesh or lattice.
@@ -48,24 +48,24 @@ def run(
     path : str or os.PathLike
         A scene (.toml) or a model (.obj), as for load_scene.
     output : str or os.PathLike, default the scene's `output.directory`
-        Folder of the frames `NAME_0000.obj`. It is created if it does not exist.
+        Directory of the frames `NAME_0000.obj`, ... The directory is created if it does not exist.
     format : "obj", "ply" or "pc2", default the scene's
         File format of the frames.
     frames : int, default the scene's
-        Number of frames after frame 0, the rest pose as placed.
+        Number of frames after frame 0. Frame 0 is the rest pose in its initial placement.
     progress : callable, optional
         Called with a Progress after each frame, from frame 0 on. Its `simulation` is live: the callback can change
         settings, apply forces and evaluate surfaces. If the callback returns False, the run stops and can be resumed.
-        If it raises, the run stops and run raises the same exception. A resumed run keeps the changes of the callback
-        except those of colliders.
+        If the callback raises an exception, the run stops and raises this exception. A resumed run keeps the changes
+        that the callback made, except changes of colliders.
     every : int, default 1
-        Interval of the frames that are written, at least 1.
+        Interval between written frames, at least 1: every k-th frame is written.
     start_frame : int, default 0
         Number of frame 0 in the file names.
     stats : str or os.PathLike, optional
         A .csv or .json file to write, with one row per frame and body.
     resume : bool, default False
-        Continues an earlier run. If False, an existing sequence is replaced.
+        Whether to continue an earlier run. If False, existing frames of the same names and format are replaced.
     threads : int, default the scene's
         Number of threads; 0 means one per processor.
     overrides : dict, optional
@@ -96,7 +96,7 @@ def _assignments(overrides: Mapping[str, Any] | None) -> list[str]:
 
 def _toml(value: Any) -> str:
     """Format a value as TOML."""
-    if hasattr(value, "tolist"):  # numpy
+    if hasattr(value, "tolist"):  # a numpy array or scalar
         value = value.tolist()
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + " }"

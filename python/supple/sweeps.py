@@ -1,4 +1,4 @@
-"""Runs of one scene with different parameters."""
+"""Runs one scene with different parameters."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .scenes import run
 
 __all__ = ["SweepResult", "sweep"]
 
-#: A frame interval greater than the length of any run, so that only frame 0 is written.
-_FIRST_FRAME_ONLY = 2**32 - 1
+#: An interval between written frames that no run exceeds, so that only frame 0 is written.
+_FRAME_0_ONLY = 2**32 - 1
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class SweepResult:
 
     #: Changes to the scene in this run.
     parameters: dict[str, Any]
-    #: Report of the run. Its directory does not exist if the sweep kept no frames.
+    #: Report of the run. If the sweep kept no frames, `report.directory` does not exist.
     report: RunReport
 
 
@@ -44,13 +44,13 @@ def sweep(
     scene : str or os.PathLike
         A scene (.toml) or a model (.obj).
     parameters : dict of lists, or list of dicts
-        A dict such as `{"body.bust.half_width": [1, 2, 3]}` gives one run per combination of the values, a list of
-        dicts one run per dict. Keys are the same as for `overrides` of load_scene.
+        A dict such as `{"body.bust.half_width": [1, 2, 3]}` gives one run per combination of the values. A list of
+        dicts gives one run per dict. The keys are key paths as for `overrides` of load_scene.
     executor : concurrent.futures.Executor, optional
-        Executes the runs: threads, processes, `dask.distributed.Client.get_executor()`, ... It is not shut down. By
-        default the runs are executed in this process, one after another.
+        Executes the runs: threads, processes, `dask.distributed.Client.get_executor()`, ... The executor is not shut
+        down. By default the runs are executed in this process, one after another.
     output : str or os.PathLike, optional
-        Folder for the frames; run k writes to `output/k`. By default no frames are kept.
+        Directory for the frames; run k, counted from 0, writes to `output/k`. By default no frames are kept.
     frames : int, default the scene's
         Number of frames after frame 0.
     threads : int, default 1
@@ -61,12 +61,11 @@ def sweep(
     """
     path = os.path.abspath(os.fspath(scene))
     sets = _combinations(parameters)
-    folders = [None if output is None else os.path.abspath(Path(output, str(k))) for k in range(len(sets))]
+    outputs = [None if output is None else os.path.abspath(Path(output, str(k))) for k in range(len(sets))]
+    runs = [(path, values, directory, frames, threads) for values, directory in zip(sets, outputs, strict=True)]
     if executor is None:
-        return [_run_one(path, one, folder, frames, threads) for one, folder in zip(sets, folders, strict=True)]
-    futures: list[Future[SweepResult]] = [
-        executor.submit(_run_one, path, one, folder, frames, threads) for one, folder in zip(sets, folders, strict=True)
-    ]
+        return [_run(*arguments) for arguments in runs]
+    futures: list[Future[SweepResult]] = [executor.submit(_run, *arguments) for arguments in runs]
     try:
         return [future.result() for future in futures]
     except BaseException:
@@ -79,18 +78,19 @@ def sweep(
 def _combinations(
     parameters: Mapping[str, Any] | Iterable[Mapping[str, Any]],
 ) -> list[dict[str, Any]]:
-    """Return the parameters of each run."""
+    """Return one dict of parameters for each run."""
     if isinstance(parameters, Mapping):
         return [dict(zip(parameters, values, strict=True)) for values in itertools.product(*parameters.values())]
-    return [dict(one) for one in parameters]
+    return [dict(values) for values in parameters]
 
 
-def _run_one(
-    scene: str, parameters: dict[str, Any], folder: str | None, frames: int | None, threads: int
+def _run(
+    scene: str, parameters: dict[str, Any], directory: str | None, frames: int | None, threads: int
 ) -> SweepResult:
-    if folder is not None:
-        report = run(scene, folder, frames=frames, threads=threads, overrides=parameters)
+    """Run a scene with one set of parameters. Without a directory, the frames go to a temporary one."""
+    if directory is not None:
+        report = run(scene, directory, frames=frames, threads=threads, overrides=parameters)
         return SweepResult(parameters, report)
     with tempfile.TemporaryDirectory(prefix="supple-") as temporary:
-        report = run(scene, temporary, "pc2", frames, every=_FIRST_FRAME_ONLY, threads=threads, overrides=parameters)
+        report = run(scene, temporary, "pc2", frames, every=_FRAME_0_ONLY, threads=threads, overrides=parameters)
     return SweepResult(parameters, report)

@@ -1,4 +1,4 @@
-"""Interactive viewer for simulations, with polyscope."""
+"""Shows simulations in an interactive viewer, with polyscope."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 
 from ._core import Body, Simulation
 from .colliders import Plane
-from .extras import need
+from .extras import import_optional
 
 __all__ = ["Viewer", "view"]
 
 #: Maximum frame rate of the window, in Hz.
 _MAX_RATE = 60.0
-#: Greatest half-width of the slider, in cells.
+#: Maximum half-width that the slider can set, in cells.
 _MAX_HALF_WIDTH = 8
 
 
@@ -24,9 +24,9 @@ def view(shown: Simulation | Body) -> None:
     shown : Simulation or Body
         A body is displayed with its simulation. A body outside a simulation does not move.
 
-    The window has controls to start and stop time, and, for each body, sliders for stiffness (or frequency) and
-    half-width and a checkbox for the volume correction. Of the colliders only static planes are drawn. Needs polyscope
-    (`pip install "supple[view]"`) and a display.
+    The window has controls to run and pause the simulation. For each body it has sliders for the stiffness (or
+    frequency) and the half-width, and a checkbox for the volume correction. Static planes are drawn; other colliders
+    are not. Needs polyscope (in a checkout: `pip install ".[view]"`) and a display.
     """
     Viewer(shown).show()
 
@@ -48,8 +48,8 @@ class Viewer:
         """Set up the content of the window without opening it."""
         if not isinstance(shown, (Simulation, Body)):
             raise TypeError(f"shown must be a Simulation or a Body, not {type(shown).__name__}")
-        self._polyscope = need("polyscope", "view")
-        self._imgui = need("polyscope.imgui", "view")
+        self._polyscope = import_optional("polyscope", "view")
+        self._imgui = import_optional("polyscope.imgui", "view")
         bodies: tuple[Body, ...] = (shown,) if isinstance(shown, Body) else shown.bodies
         self._simulation = shown.simulation if isinstance(shown, Body) else shown
         if self._simulation is not None:
@@ -61,7 +61,7 @@ class Viewer:
         self._polyscope.remove_all_structures()
         self._polyscope.set_ground_plane_mode("none")
         self._panels = [_Panel(self._polyscope, self._imgui, body, index) for index, body in enumerate(bodies)]
-        # The camera frames the bodies only, so the planes are added afterwards.
+        # The planes are added after the camera is set, so that the camera frames the bodies only.
         self._polyscope.reset_camera_to_home_view()
         self._draw_planes()
         self._polyscope.set_user_callback(self.frame)
@@ -73,20 +73,20 @@ class Viewer:
     def frame(self) -> None:
         """Update one frame of the window: controls, steps if the simulation is running, and surfaces."""
         if self._simulation is not None:
-            self._step(self._simulation)
+            self._control_time(self._simulation)
         for panel in self._panels:
             panel.frame()
 
-    def _step(self, simulation: Simulation) -> None:
-        """Draw the time controls and step the simulation."""
+    def _control_time(self, simulation: Simulation) -> None:
+        """Draw the time controls, and step the simulation if it is running or a single step is requested."""
         _, self.running = self._imgui.Checkbox("run", self.running)
         self._imgui.SameLine()
-        one_step = self._imgui.Button("one step")
+        single_step = self._imgui.Button("one step")
         self._imgui.SameLine()
         self._imgui.Text(f"{simulation.time:.3f} s")
         if self.running:
             simulation.step(max(1, round(1.0 / (_MAX_RATE * simulation.dt))))
-        elif one_step:
+        elif single_step:
             simulation.step()
 
     def _draw_planes(self) -> None:
@@ -96,7 +96,7 @@ class Viewer:
         size = 1.2 * float(np.linalg.norm(high - low))
         for index, plane in enumerate(colliders):
             if isinstance(plane, Plane) and not plane.keys:
-                corners = _square(
+                corners = _square_corners(
                     np.asarray(plane.point, float), np.asarray(plane.normal, float), (low + high) / 2, size
                 )
                 quad = np.array([[0, 1, 2, 3]])
@@ -122,7 +122,7 @@ class _Panel:
         """Draw the controls and update the displayed surface."""
         self._imgui.PushID(self._label)
         self._imgui.Text(self._label)
-        self._control()
+        self._control_body()
         self._imgui.PopID()
         points = self._points()
         if self._body.mesh is None:
@@ -130,7 +130,7 @@ class _Panel:
         else:
             self._shape.update_vertex_positions(points)
 
-    def _control(self) -> None:
+    def _control_body(self) -> None:
         """Draw the controls of the body and apply changes."""
         body, imgui = self._body, self._imgui
         if body.stiffness is not None:
@@ -150,7 +150,7 @@ class _Panel:
             self._switch_correction(enable)
 
     def _switch_correction(self, enable: bool) -> None:
-        """Switch the correction off, or on with the options before it was switched off."""
+        """Switch the volume correction off, or on with the options that it had when it was switched off."""
         if enable:
             self._body.volume_options = self._last_options if self._last_options["measure"] != "off" else "auto"
         else:
@@ -158,12 +158,12 @@ class _Panel:
             self._body.volume_options = "off"
 
     def _points(self) -> Any:
-        """Return the points to draw: the displayed surface, or the lattice of a body without a mesh."""
+        """Return the points to draw: displayed mesh vertices, or lattice vertices if the body has no mesh."""
         return self._body.corrected_positions() if self._body.mesh is None else self._body.surface()
 
 
-def _square(point: Any, normal: Any, near: Any, size: float) -> Any:
-    """Return the corners of a square in a plane, centered at the point of the plane that is nearest to `near`."""
+def _square_corners(point: Any, normal: Any, near: Any, size: float) -> Any:
+    """Return the corners of a square in a plane. Its center is the point of the plane that is nearest to `near`."""
     normal = normal / np.linalg.norm(normal)
     center = near - np.dot(near - point, normal) * normal
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])

@@ -45,7 +45,7 @@ def main() -> None:
         ("plot", lambda: supple.plot_volume(body.volume_report())),
         ("view", body.show),
     ]:
-        assert f'pip install "supple[{extra}]"' in refusal(call)
+        assert f'pip install ".[{extra}]"' in refusal(call)
     print(f"supple {supple.__version__} from {Path(supple.__file__).parent} works ({supple.simd_level()})")
 
 

@@ -22,7 +22,7 @@ def _program(page):
 
 
 def test_pages_with_programs_are_found():
-    assert {page.name for page in PAGES} >= {"README.md", "python.md", "control.md", "runs.md", "looking.md"}
+    assert {page.name for page in PAGES} >= {"README.md", "python.md", "control.md", "runs.md", "display.md"}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -194,7 +194,7 @@ fn a_pin_keeps_its_vertices_at_their_positions_at_start_and_releases_them_at_end
         }
         let active = (6..18).contains(&count);
         assert_eq!(constraints.any_active(), active, "step {count}");
-        assert_eq!(constraints.held(), [active, false, false, active, false, false, false, false]);
+        assert_eq!(constraints.constrained(), [active, false, false, active, false, false, false, false]);
         for (k, v) in [0, 3].into_iter().enumerate() {
             if active {
                 // Equal bits from step to step. The captured position passes through world space, a million
@@ -265,11 +265,11 @@ fn the_later_of_two_overlapping_constraints_wins() {
     assert!(
         (rise(&body, 0) - 1.0).abs() < 1e-5 && rise(&body, 1).abs() < 1e-9 && rise(&body, 2).abs() < 1e-9
     );
-    assert_eq!(constraints.held()[..4], [true, true, true, false]);
+    assert_eq!(constraints.constrained()[..4], [true, true, true, false]);
     // After the end of the later constraint the earlier one holds the shared vertex again.
     body.step(&mut constraints, 30);
     assert!((rise(&body, 1) - 1.0).abs() < 1e-5 && rise(&body, 2).abs() > 1e-3);
-    assert_eq!(constraints.held()[..4], [true, true, false, false]);
+    assert_eq!(constraints.constrained()[..4], [true, true, false, false]);
 }
 
 #[test]
@@ -292,9 +292,9 @@ fn captured_poses_survive_serialization() {
         one.step(&mut first, count);
         two.step(&mut second, count);
         assert_eq!((&one.positions, &one.velocities), (&two.positions, &two.velocities));
-        assert_eq!(second.held(), first.held());
+        assert_eq!(second.constrained(), first.constrained());
     }
-    assert!(first.held()[6]);
+    assert!(first.constrained()[6]);
 }
 
 #[test]

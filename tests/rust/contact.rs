@@ -1,6 +1,6 @@
-//! Contacts: displacement, restitution, rest, contact displacements, culling.
+//! Contacts: push-out, restitution, rest, contact displacements, culling.
 
-use crate::stand_in::Block;
+use crate::block_body::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
 use proptest::prelude::*;
 use supple::Collider;

@@ -30,8 +30,7 @@ fn bodies_swapped_between_simulations_collide_with_the_colliders_of_the_new_one(
     // Symplectic Euler from rest: g dt² n (n + 1)/2 with dt 1/60 and n = 120.
     let fallen = 9.81 / 3600.0 * 120.0 * 121.0 / 2.0;
     assert!((lowest(free.body(0)) + fallen).abs() < 1e-4, "{}", lowest(free.body(0)));
-    // Regression bound: half a cell above the ground at first, then at rest with its weight on the lowest
-    // layer.
+    // Regression bound: 0.02 cells below the ground at -0.5.
     assert!(lowest(grounded.body(0)) > -0.52, "the ground stops the swapped body");
     let contacts = |simulation: &Simulation| {
         simulation.plan().bodies[0].stages.iter().any(|stage| stage.name == "contacts")

@@ -44,7 +44,7 @@ fn shuffled_and_collapsed_bodies_gain_no_energy() {
         for _ in 0..40 {
             sim.steps(50);
             let now = energy(&naive, &sim.body(0));
-            // Regression bounds: the energy limiter works on f32 positions.
+            // Regression bounds.
             assert!(now < 1.02 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
             assert!(now > 0.5 * start, "{name}: {start} became {now} in {} steps", sim.step_count());
         }

@@ -180,7 +180,7 @@ fn a_point_cache_resumes_at_the_given_frame() {
     assert_eq!(read_pc2(&done).0.4, 8);
 
     let error = FrameWriter::resume(cached.clone(), source, 12).unwrap_err().to_string();
-    assert!(error.ends_with("it has 8 of the 12 frames to keep"), "{error}");
+    assert!(error.contains(": it has 8 of the 12 frames to keep; "), "{error}");
     let (other, other_part) = open("tests/data/seams.obj", None);
     let error = FrameWriter::resume(cached, Source::Document(&other, &other_part), 2).unwrap_err();
     let OutputError::Cache { path, .. } = &error else { panic!("{error}") };
@@ -246,8 +246,8 @@ fn a_failed_frame_leaves_nothing_behind() {
     assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
 
     let error = writer.write(1, &[[0.0; 3], [0.0, f32::NAN, 0.0], [0.0; 3]], &[]).unwrap_err();
-    let expected = "frame 1 is not written: the position of vertex 1 (counted from 0) is not finite";
-    assert_eq!(error.to_string(), expected);
+    let expected = "frame 1 is not written: the position of vertex 1 (counted from 0) is not finite; ";
+    assert!(error.to_string().starts_with(expected), "{error}");
 
     let blocked = sequence(&taken.join("sub"), Format::Pc2);
     fs::remove_dir(&taken).unwrap();

@@ -1,6 +1,6 @@
 //! Friction: sticking and sliding on slopes, and transport by moving colliders.
 
-use crate::stand_in::Block;
+use crate::block_body::Block;
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::euler_degrees;
 use supple::internals::Colliders;

@@ -1,5 +1,6 @@
 //! Tests of the crates through their public interfaces, in one program, so that it is built and linked once.
 
+mod block_body;
 mod collider;
 mod common;
 mod constraints;
@@ -23,6 +24,7 @@ mod matching;
 mod mesh;
 mod obj;
 mod obj_frames;
+mod random_triangles;
 mod reference;
 mod resolution;
 mod rooms;
@@ -33,8 +35,6 @@ mod scene;
 mod scene_input;
 mod shapes;
 mod shipped;
-mod soups;
-mod stand_in;
 mod volume;
 mod volume_contact;
 mod volume_field;

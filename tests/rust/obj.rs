@@ -153,7 +153,7 @@ fn errors_name_the_line_the_value_and_the_reason() {
         assert!(message.starts_with(expected), "{text:?}\n  gives    {message}\n  expected {expected}");
     }
     let latin = refusal(b"v 0 0 0\nv 1 \xb5 0\nv 0 1 0\nf 1 2 3");
-    assert_eq!(latin, "x.obj:2: `µ` in `v` is not a number");
+    assert!(latin.starts_with("x.obj:2: `µ` in `v` is not a number"), "{latin}");
 }
 
 #[test]

@@ -88,7 +88,7 @@ type LevelResults = (String, Vectors, [Vectors; 2], [Vectors; 2]);
 const LEVEL_STEPS: u64 = 20;
 const LEVEL_HALF_WIDTH: usize = 2;
 
-/// The lattice of the small body and its deformed positions.
+/// Returns the lattice of the small body and its deformed positions.
 fn deformed() -> (Lattice, Vec<Vector3<f64>>) {
     let lattice = lattice(&block([9, 6, 7]));
     let mut random = Random(32);
@@ -96,6 +96,7 @@ fn deformed() -> (Lattice, Vec<Vector3<f64>>) {
     (lattice, x)
 }
 
+/// Computes the results at the SIMD level of this process.
 fn level_results() -> LevelResults {
     let plain = |x: &[Vector3<f64>]| -> Vectors { x.iter().map(|&x| x.into()).collect() };
     let (lattice, x) = deformed();
@@ -112,14 +113,14 @@ fn level_results() -> LevelResults {
         let mut sim = full_simulation(threads);
         sim.steps(LEVEL_STEPS);
         let body = sim.body(0);
-        let shown = coordinates(&body.corrected_positions());
-        plain(&[coordinates(&body.positions()), body.velocities(), shown].concat())
+        let corrected = coordinates(&body.corrected_positions());
+        plain(&[coordinates(&body.positions()), body.velocities(), corrected].concat())
     });
     (supple::simd_level().to_owned(), goals, stepped, full)
 }
 
-/// The results of a process that runs at `level`; `None` if the machine lacks that level. The level is chosen
-/// once per process, so the test that calls this starts itself again.
+/// Returns the results of a process that runs at `level`, or `None` if the machine lacks that level. The
+/// level is chosen once per process, so the test that calls this starts itself again.
 fn results_at(level: &str, test: &str) -> Option<LevelResults> {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("results");
@@ -181,7 +182,7 @@ fn each_simd_level_is_thread_count_independent_and_close_to_the_reference() {
         assert!(one == three, "{name}: three threads differ from one");
         let error = worst(&vectors(goals), &naive);
         assert!(error <= goal_error, "{name}: goals {error:e} cells off the reference");
-        // From rest, a step at stiffness 1 ends in the goals.
+        // From rest, a step at stiffness 1 ends in the goals; the new positions are rounded once more.
         let error = worst(&vectors(first), &naive);
         assert!(error <= 2.0 * goal_error, "{name}: {error:e} cells off the reference after one step");
         // An error of a goal displaces its step and, as an error of the velocity, every later one: k errors

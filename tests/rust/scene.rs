@@ -177,7 +177,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             5,
             "pin.0.plane.normal",
             "[0, 0, 0]",
-            "a vector of any length but zero",
+            "a vector that is not zero",
         ),
         (
             "[[body.pin]]\nbox = { min = [1,0,0], max = [0,1,1] }",
@@ -239,7 +239,7 @@ fn values_of_the_wrong_type_are_errors_with_the_expected_type() {
         (
             "[[body.handle]]\nbox = { min = [0,0,0], max = [1,1,1] }\nkeys = 3",
             "handle.0.keys",
-            "a list of poses",
+            "a list of keyframes",
             "3",
         ),
     ] {
@@ -309,7 +309,7 @@ fn key_times_must_increase() {
     assert!(
         handle("[{ time = 1 }, { time = 1 }]").contains("keys.1.time` is 1; it must be a number above 1")
     );
-    assert!(handle("[]").contains("at least one pose"));
+    assert!(handle("[]").contains("at least one keyframe"));
     assert!(handle("[{ translate = [0,0,0] }]").contains("keys.0.time` is missing"));
 }
 

@@ -80,7 +80,7 @@ fn invalid_overrides_are_errors_with_the_override_and_the_reason() {
         ("body.bust.stiffness=soft", "a number, not the string \"soft\""),
         ("body.bust.name.x=1", "`x` is below the string \"bust\", which has no keys; shorten the key"),
         ("body..x=1", "is called ``; the nearest known name is `bust`"),
-        (".x=1", "the key has an empty part; write one like body.bust.half_width"),
+        (".x=1", "the key has an empty part; write a key like body.bust.half_width"),
     ] {
         let message = parse_with(SMALL, &[text]).unwrap_err().to_string();
         assert!(message.contains(&format!("--set {text}")) && message.contains(words), "{message}");

@@ -1,7 +1,7 @@
 //! The evaluated surface compared with finite-element solutions of a nearly incompressible solid.
 //!
 //! `tests/data/README.md` describes the reference solutions in `tests/data/fem`. The factors of the
-//! assertions are regression bounds: a few percent above the measured ratios.
+//! assertions are regression bounds.
 
 use crate::common::{block, pull_apart, rms, surface_of};
 use nalgebra::Point3;

@@ -22,7 +22,7 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Describe a scene without running it: meshes, lattices, memory, and disk space of the frames
     Inspect(InspectArgs),
-    /// Measure the error against the run time of a scene, the accuracy of the summation, or the stability of extreme cases
+    /// Measure error against run time for a scene, the accuracy of the summation, or the stability of extreme cases
     Study(StudyArgs),
 }
 
@@ -114,7 +114,7 @@ pub(crate) struct StudyArgs {
     pub(crate) scene: SceneArgs,
 }
 
-/// Arguments that change a scene.
+/// Arguments that select or change the scene of an input.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
     /// Override a scene key, e.g. body.bust.half_width=3 or simulation.frames=60; may be repeated
@@ -143,12 +143,12 @@ pub(crate) enum Format {
     Pc2,
 }
 
-/// Possible up axes.
+/// Axes of a model that can point up.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Up {
-    /// y
+    /// The y axis
     Y,
-    /// z
+    /// The z axis
     Z,
 }
 

@@ -1,4 +1,4 @@
-//! The outcome of a command and its exit code.
+//! Converts the outcome of a command to an exit code.
 
 use std::process::ExitCode;
 
@@ -9,9 +9,9 @@ use supple_io::run::RunError;
 pub(crate) enum Exit {
     /// The command completed.
     Done,
-    /// A failure during the run.
+    /// The run failed, one of several inputs failed, or a stability case failed.
     Failed,
-    /// Invalid arguments, scene or mesh; nothing was written.
+    /// The arguments, the scene or a mesh are invalid; nothing was written.
     Input,
     /// The user pressed Ctrl-C.
     Interrupted,

@@ -1,4 +1,5 @@
-//! Ctrl-C: the first press stops after the current frame, the second exits immediately.
+//! Handles Ctrl-C: the first press stops after the current frame or study point, and the second exits
+//! immediately.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,17 +9,19 @@ use crate::terminal;
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// Installs the handler for Ctrl-C.
-pub(crate) fn listen() {
+pub(crate) fn install_handler() {
     let installed = ctrlc::set_handler(|| {
         if REQUESTED.swap(true, Ordering::Relaxed) {
-            // Complete frames are renamed to their final names, so no file with a final name is incomplete.
+            // No file with a final name is incomplete: files get their final names when they are complete.
             process::exit(130);
         }
-        terminal::err("\nstopping after this frame; press Ctrl-C again to exit immediately");
+        terminal::print_to_stderr(
+            "\nstopping after the current frame or study point; press Ctrl-C again to exit immediately",
+        );
     });
     if let Err(error) = installed {
-        terminal::err(format_args!(
-            "warning: cannot handle Ctrl-C, so it will not write a checkpoint: {error}"
+        terminal::print_to_stderr(format_args!(
+            "warning: cannot install the handler for Ctrl-C, which will exit without a checkpoint: {error}"
         ));
     }
 }

@@ -1,7 +1,12 @@
-//! The command line of supple as a library: parses arguments, runs jobs and studies, prints the results.
+//! The program `supple` as a library: parses the command line, runs, inspects or studies scenes, and prints
+//! the results.
 //!
-//! Exit codes: 0 success; 1 a failure during the run; 2 invalid arguments, scene or mesh (nothing was
-//! written); 130 stopped by Ctrl-C.
+//! Exit codes:
+//!
+//! * 0: success;
+//! * 1: the run failed, one of several inputs failed, or a stability case failed;
+//! * 2: the arguments, the scene or a mesh are invalid, and nothing was written;
+//! * 130: Ctrl-C stopped the program.
 
 mod args;
 mod exit;
@@ -23,7 +28,7 @@ use exit::Exit;
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
     if let Err(error) = supple::check_simd_request() {
-        terminal::error(error);
+        terminal::print_error(error);
         return Exit::Input.into();
     }
     let exit = match command {

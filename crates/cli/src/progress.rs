@@ -1,4 +1,6 @@
-//! Progress of a job or a study: a bar on a terminal, a line every 10 % in a pipe, or nothing.
+//! Prints the progress of a job or a study: a bar on a terminal, a line every 10 % in a pipe, or nothing.
+//!
+//! A job is the run of one scene: see [`supple_io::run::Job`].
 
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
@@ -14,7 +16,7 @@ pub(crate) struct Reporter {
     name: String,
     output: Output,
     start: Instant,
-    /// First frame of the job.
+    /// First frame of this run of a job, from 0.
     first: u32,
 }
 
@@ -22,15 +24,16 @@ pub(crate) struct Reporter {
 enum Output {
     Nothing,
     Bar(ProgressBar),
-    /// Lines in a pipe: the number of tenths printed so far.
+    /// Lines in a pipe. The value is the number of tenths of the work that have been reported.
     Lines(u32),
 }
 
-/// Positions of the bar.
+/// Number of positions of the bar.
 const STEPS: f64 = 10_000.0;
 
 impl Reporter {
-    /// Creates a reporter for the job or study `name`. If `quiet`, only notes are printed.
+    /// Creates a reporter for the job or study `name`. If `quiet`, it prints only notes, except
+    /// [`Note::Resumed`].
     pub(crate) fn new(name: &str, quiet: bool) -> Self {
         let output = match (quiet, io::stderr().is_terminal()) {
             (true, _) => Output::Nothing,
@@ -40,27 +43,32 @@ impl Reporter {
         Self { name: name.to_owned(), output, start: Instant::now(), first: 0 }
     }
 
-    /// Removes the bar.
+    /// Removes the bar from the terminal.
     pub(crate) fn finish(&self) {
         if let Output::Bar(bar) = &self.output {
             bar.finish_and_clear();
         }
     }
 
-    /// Updates the output: the fraction `done` of the work took `elapsed`; `at` names the current position.
-    fn update(&mut self, done: f64, elapsed: Duration, at: &str) -> Flow {
+    /// Prints that the fraction `done` of the work took `elapsed`. `position` names the current frame or
+    /// study point. Returns [`Flow::Stop`] after Ctrl-C.
+    fn update(&mut self, done: f64, elapsed: Duration, position: &str) -> Flow {
         match &mut self.output {
             Output::Nothing => {}
             Output::Bar(bar) => {
                 bar.set_position((done * STEPS) as u64);
-                bar.set_message(at.to_owned());
+                bar.set_message(position.to_owned());
             }
             Output::Lines(printed) => {
                 let tenths = (done * 10.0) as u32;
                 if tenths > *printed {
                     *printed = tenths;
                     let left = terminal::duration(elapsed.as_secs_f64() * (1.0 / done - 1.0));
-                    terminal::err(format_args!("{}: {} %, {at}, {left} left", self.name, tenths * 10));
+                    terminal::print_to_stderr(format_args!(
+                        "{}: {} %, {position}, {left} left",
+                        self.name,
+                        tenths * 10
+                    ));
                 }
             }
         }
@@ -85,9 +93,9 @@ impl run::Observer for Reporter {
     fn note(&mut self, note: &Note) {
         let line = format!("{}: {note}", self.name);
         match &self.output {
-            Output::Bar(bar) => bar.suspend(|| terminal::err(line)),
+            Output::Bar(bar) => bar.suspend(|| terminal::print_to_stderr(line)),
             Output::Nothing if matches!(note, Note::Resumed { .. }) => {}
-            _ => terminal::err(line),
+            _ => terminal::print_to_stderr(line),
         }
     }
 }
@@ -98,10 +106,10 @@ impl study::Observer for Reporter {
     }
 }
 
-/// Creates a bar with a name, a message and the time left.
+/// Creates a progress bar with the name, the percentage, a message and the remaining time.
 fn bar(name: &str) -> ProgressBar {
     let bar = ProgressBar::new(STEPS as u64).with_prefix(name.to_owned());
-    // The template is constant; should parsing fail, the default style remains.
+    // The template is constant and valid; if parsing failed, the bar would keep its default style.
     if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {percent} % {msg}, {eta} left") {
         bar.set_style(style);
     }

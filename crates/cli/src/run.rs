@@ -1,4 +1,4 @@
-//! `supple run`: runs one or several inputs, one after another.
+//! `supple run`: simulates one or several inputs, one after another, and writes their frames.
 
 use std::path::{Path, PathBuf};
 
@@ -10,12 +10,12 @@ use crate::exit::Exit;
 use crate::progress::Reporter;
 use crate::{interrupt, terminal};
 
-/// Runs every input.
+/// Runs every input, or prints the scenes if `--print-scene` is set.
 pub(crate) fn run(args: &RunArgs) -> Exit {
     if args.print_scene {
         return print_scenes(args);
     }
-    interrupt::listen();
+    interrupt::install_handler();
     match args.inputs.as_slice() {
         [input] => run_single(args, input),
         inputs => run_several(args, inputs),
@@ -25,9 +25,9 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
 fn print_scenes(args: &RunArgs) -> Exit {
     for input in &args.inputs {
         match changed_scene(args, input) {
-            Ok(scene) => terminal::out(scene.to_toml().trim_end()),
+            Ok(scene) => terminal::print(scene.to_toml().trim_end()),
             Err(error) => {
-                terminal::error(&error);
+                terminal::print_error(&error);
                 return Exit::Input;
             }
         }
@@ -35,7 +35,7 @@ fn print_scenes(args: &RunArgs) -> Exit {
     Exit::Done
 }
 
-/// Reads the scene of an input and applies the options of the command line.
+/// Reads the scene of an input and applies the command-line options that change the scene.
 fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     let mut scene = args.scene.open(input)?;
     if let Some(frames) = args.frames {
@@ -54,27 +54,27 @@ fn run_single(args: &RunArgs, input: &Path) -> Exit {
     let name = input_name(input);
     match run_one(args, input, &name, false) {
         Ok(report) => {
-            terminal::out(summary_line(&name, &report));
+            terminal::print(summary_line(&name, &report));
             if report.outcome == Outcome::Stopped {
-                terminal::out(format_args!("resume with: {}", terminal::resume_command()));
+                terminal::print(format_args!("resume with: {}", terminal::resume_command()));
                 return Exit::Interrupted;
             }
             Exit::Done
         }
         Err(error) => {
-            terminal::error(&error);
+            terminal::print_error(&error);
             Exit::from(&error)
         }
     }
 }
 
-/// Runs each input, writes to a directory of its own, and prints a table at the end. A failure does not stop the other
-/// inputs.
+/// Runs each input in a directory of its own, and prints a table at the end. If an input fails, the next
+/// inputs still run.
 fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     if let Some((first, second)) = same_name(inputs) {
-        terminal::error(format_args!(
-            "{} and {} have the same name, {}, which their output directories would share; run them one at a time with \
-             different -o",
+        terminal::print_error(format_args!(
+            "{} and {} have the same name, {}, so they would have the same output directory; run them one at \
+             a time, each with its own -o",
             first.display(),
             second.display(),
             input_name(first)
@@ -89,18 +89,18 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         let name = input_name(input);
         let result = run_one(args, input, &name, true);
         match &result {
-            Ok(report) => terminal::out(summary_line(&name, report)),
-            Err(error) => terminal::error(format_args!("{name}: {error}")),
+            Ok(report) => terminal::print(summary_line(&name, report)),
+            Err(error) => terminal::print_error(format_args!("{name}: {error}")),
         }
         results.push((name, result));
     }
-    terminal::out(table(&results, inputs.len()));
+    terminal::print(table(&results, inputs.len()));
 
     let stopped = |result: &Result<RunReport, _>| {
         result.as_ref().is_ok_and(|report| report.outcome == Outcome::Stopped)
     };
     if results.len() < inputs.len() || results.iter().any(|(_, result)| stopped(result)) {
-        terminal::out(format_args!("resume with: {}", terminal::resume_command()));
+        terminal::print(format_args!("resume with: {}", terminal::resume_command()));
         Exit::Interrupted
     } else if results.iter().any(|(_, result)| result.is_err()) {
         Exit::Failed
@@ -109,7 +109,8 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
     }
 }
 
-/// Runs one input. If it is one of several, its directory and its stats file are named after it.
+/// Runs one input. If `several` is set, appends `name`, the name of the input, to the output directory and to
+/// the name of the stats file.
 fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<RunReport, RunError> {
     let scene = changed_scene(args, input)?;
     let mut directory = args.output.clone().unwrap_or_else(|| scene.output_directory());
@@ -130,7 +131,7 @@ fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<Ru
     result
 }
 
-/// Returns the first two inputs whose file names have the same name.
+/// Returns the first pair of inputs with the same [`input_name`].
 fn same_name(inputs: &[PathBuf]) -> Option<(&Path, &Path)> {
     inputs.iter().enumerate().find_map(|(index, second)| {
         let first = inputs[..index].iter().find(|first| input_name(first) == input_name(second))?;
@@ -138,16 +139,17 @@ fn same_name(inputs: &[PathBuf]) -> Option<(&Path, &Path)> {
     })
 }
 
-/// Returns the name of an input in tables and directorys.
+/// Returns the name of an input: its file name without the extension. If there are several inputs, the output
+/// directory of each ends in its name.
 fn input_name(input: &Path) -> String {
     input.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Returns the stats file of one of several inputs: `stats.csv` becomes `stats_bust.csv` for `bust.toml`.
-fn stats_path(path: &Path, stem: &str) -> PathBuf {
+/// Returns the stats file for one of several inputs: `stats.csv` becomes `stats_bust.csv` for `bust.toml`.
+fn stats_path(path: &Path, input_name: &str) -> PathBuf {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{name}_{stem}.{extension}"))
+    path.with_file_name(format!("{name}_{input_name}.{extension}"))
 }
 
 /// Formats the summary line of a job.
@@ -158,18 +160,18 @@ fn summary_line(name: &str, report: &RunReport) -> String {
             format!("{name}: already finished at frame {} in {directory}; nothing written", report.last)
         }
         Outcome::Finished | Outcome::Stopped => {
-            let ended = if report.outcome == Outcome::Stopped { "stopped after" } else { "finished at" };
+            let outcome = if report.outcome == Outcome::Stopped { "stopped after" } else { "finished at" };
             format!(
-                "{name}: {ended} frame {}, {} frames written to {directory} in {}",
+                "{name}: {outcome} frame {}, {} written to {directory} in {}",
                 report.last,
-                report.written,
+                terminal::counted(report.written as usize, "frame"),
                 terminal::duration(report.elapsed.as_secs_f64())
             )
         }
     }
 }
 
-/// Formats the table of several inputs; after an interruption `results` has fewer entries than `inputs`.
+/// Formats the table of several inputs. `inputs` is their number; after Ctrl-C, `results` has fewer entries.
 fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> String {
     let width = results.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max("input".len());
     let row = |cells: [&str; 5]| {
@@ -193,7 +195,7 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
         });
     }
     if results.len() < inputs {
-        lines.push(format!("{} of {inputs} not started", inputs - results.len()));
+        lines.push(format!("{} of {inputs} inputs not started", inputs - results.len()));
     }
     lines.join("\n")
 }
@@ -203,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stats_files_and_stems_of_several_inputs_are_distinct() {
+    fn stats_paths_contain_the_input_name_and_equal_input_names_are_found() {
         assert_eq!(stats_path(Path::new("a/stats.csv"), "bust"), Path::new("a/stats_bust.csv"));
         let inputs = ["a/x.toml", "b/y.toml", "b/x.obj"].map(PathBuf::from);
         assert_eq!(same_name(&inputs), Some((Path::new("a/x.toml"), Path::new("b/x.obj"))));

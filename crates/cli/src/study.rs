@@ -1,4 +1,5 @@
-//! `supple study`: error against run time of a scene or of the summation alone; stability of extreme cases.
+//! `supple study`: measures error against run time for a scene or for the summation alone, or checks the
+//! stability of extreme cases.
 
 use std::path::Path;
 
@@ -13,7 +14,7 @@ use crate::{interrupt, terminal};
 
 /// Runs the study that the arguments select.
 pub(crate) fn study(args: &StudyArgs) -> Exit {
-    interrupt::listen();
+    interrupt::install_handler();
     let mut reporter = Reporter::new("study", args.quiet);
     let result = match &args.input {
         Some(input) => scene(args, input, &mut reporter),
@@ -22,12 +23,12 @@ pub(crate) fn study(args: &StudyArgs) -> Exit {
     };
     result.unwrap_or_else(|error| {
         reporter.finish();
-        terminal::error(&error);
+        terminal::print_error(&error);
         if error.is_input() { Exit::Input } else { Exit::Failed }
     })
 }
 
-/// Runs `supple study SCENE`: error against run time.
+/// Runs `supple study SCENE`, which measures the error of the scene against its run time.
 fn scene(args: &StudyArgs, input: &Path, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     let study = Study {
         scene: args.scene.open(input).map_err(RunError::from)?,
@@ -38,43 +39,44 @@ fn scene(args: &StudyArgs, input: &Path, reporter: &mut Reporter) -> Result<Exit
     };
     let (report, outcome) = study.run(reporter)?;
     reporter.finish();
-    terminal::out(report.table());
-    let folder = args.output.display();
+    terminal::print(report.table());
+    let directory = args.output.display();
     match outcome {
         Outcome::Finished => {
-            terminal::out(format_args!("written to {folder}: study.csv, study.json, study.svg"))
+            terminal::print(format_args!("written to {directory}: study.csv, study.json, study.svg"))
         }
         Outcome::AlreadyFinished => {
-            terminal::out(format_args!("already finished in {folder}; nothing written"));
+            terminal::print(format_args!("already finished in {directory}; nothing written"));
         }
         Outcome::Stopped => {
-            let (points, command) = (report.points.len(), terminal::resume_command());
-            terminal::out(format_args!("stopped after {points} points; resume with: {command}"));
+            let points = terminal::counted(report.points.len(), "point");
+            let command = terminal::resume_command();
+            terminal::print(format_args!("stopped after {points}; resume with: {command}"));
             return Ok(Exit::Interrupted);
         }
     }
     Ok(Exit::Done)
 }
 
-/// Runs `supple study --sums`: the summation alone.
+/// Runs `supple study --sums`, which measures the error and the run time of the summation alone.
 fn sums(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     let study = SumsStudy { directory: args.output.clone(), quick: args.quick };
     let (report, outcome) = study.run(reporter)?;
     reporter.finish();
-    terminal::out(report.table());
-    terminal::out(format_args!("written to {}: sums.csv, sums.json", args.output.display()));
+    terminal::print(report.table());
+    terminal::print(format_args!("written to {}: sums.csv, sums.json", args.output.display()));
     Ok(if outcome == Outcome::Stopped { Exit::Interrupted } else { Exit::Done })
 }
 
-/// Runs `supple study --stability`: stiff and extreme cases, each checked against bounds.
+/// Runs `supple study --stability`, which runs stiff and extreme cases and checks each against its bounds.
 fn stability(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
     let study = StabilityStudy { directory: args.output.clone(), quick: args.quick };
     let report = study.run(reporter)?;
     reporter.finish();
     let passed = report.rows.iter().filter(|row| row.passed).count();
     let (cases, path) = (report.requested, study.path());
-    terminal::out(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));
-    terminal::out(format_args!("{passed} of {cases} cases passed; written to {}", path.display()));
+    terminal::print(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));
+    terminal::print(format_args!("{passed} of {cases} cases passed; written to {}", path.display()));
     Ok(match (report.complete, report.passed) {
         (false, _) => Exit::Interrupted,
         (true, false) => Exit::Failed,

@@ -1,25 +1,32 @@
-//! Prints lines, and formats sizes, durations and commands.
+//! Prints lines, and formats counts, sizes, durations and commands.
+//!
+//! The printing functions ignore all write errors. The usual cause is a closed pipe, as in
+//! `supple ... | head`, which is not a failure of the command.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 
 /// Prints a line to standard output.
-pub(crate) fn out(line: impl Display) {
-    // A closed pipe is not an error.
+pub(crate) fn print(line: impl Display) {
     let _ = writeln!(io::stdout().lock(), "{line}");
 }
 
 /// Prints a line to standard error.
-pub(crate) fn err(line: impl Display) {
+pub(crate) fn print_to_stderr(line: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// Prints an error to standard error.
-pub(crate) fn error(error: impl Display) {
-    err(format_args!("error: {error}"));
+/// Prints a line to standard error: `error: ` and the message.
+pub(crate) fn print_error(error: impl Display) {
+    print_to_stderr(format_args!("error: {error}"));
 }
 
-/// Formats a size in bytes, e.g. `1.2 MB`.
+/// Formats a count and its noun: `1 frame`, `2 frames`.
+pub(crate) fn counted(count: usize, singular: &str) -> String {
+    if count == 1 { format!("1 {singular}") } else { format!("{count} {singular}s") }
+}
+
+/// Formats a number of bytes with a decimal unit: `1.2 MB` is 1.2 million bytes.
 pub(crate) fn bytes(bytes: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
     let (mut value, mut unit) = (bytes as f64, 0);
@@ -30,7 +37,7 @@ pub(crate) fn bytes(bytes: u64) -> String {
     if unit == 0 { format!("{bytes} B") } else { format!("{value:.1} {}", units[unit]) }
 }
 
-/// Formats a duration: `4.2 s`, `3 min 07 s` or `2 h 05 min`.
+/// Formats a duration in seconds: `4.2 s`, `3 min 07 s` or `2 h 05 min`.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
@@ -40,7 +47,7 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
-/// Returns the command that resumes the current one.
+/// Returns the command line of this process with `--resume` added, quoted for a shell.
 pub(crate) fn resume_command() -> String {
     let mut words: Vec<String> = std::env::args().map(|word| quoted(&word)).collect();
     if !words.iter().any(|word| word == "--resume") {
@@ -62,6 +69,11 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counts_of_one_have_a_singular_noun() {
+        assert_eq!([0, 1, 2].map(|count| counted(count, "cell")), ["0 cells", "1 cell", "2 cells"]);
+    }
 
     #[test]
     fn sizes_and_durations_have_units() {

@@ -1,34 +1,35 @@
-//! Invalid input is rejected with exit code 2 and a message that helps to correct it, and nothing is written. A second
-//! run in a directory is rejected with exit code 1.
+//! Invalid input is rejected with exit code 2 and a message that helps to correct it, and nothing is written.
+//! A second run in a directory is rejected with exit code 1 while the first one runs.
 
 mod support;
 
-use support::{SCENE, Stage};
+use support::{SCENE, Workspace};
 
-/// Runs an invalid scene and checks the message and that the output directory was not created.
+/// Runs an invalid scene with `options`. Checks that the message contains all `words` and that the output
+/// directory is not created.
 #[track_caller]
-fn refused(scene: &str, options: &[&str], words: &[&str]) {
-    let stage = Stage::of(scene);
+fn check_rejected(scene: &str, options: &[&str], words: &[&str]) {
+    let workspace = Workspace::with_scene(scene);
     let mut arguments = vec!["run", "scene.toml"];
     arguments.extend(options);
-    stage.supple(&arguments).expect(2, words);
-    assert!(!stage.path("out").exists(), "the output directory was created");
+    workspace.supple(&arguments).expect(2, words);
+    assert!(!workspace.path("out").exists(), "the output directory was created");
 }
 
 #[test]
 fn invalid_arguments_are_rejected() {
-    let stage = Stage::new();
-    stage.supple(&["run"]).expect(2, &["INPUT"]);
-    stage.supple(&["run", "scene.toml", "--every", "0"]).expect(2, &["--every"]);
-    stage.supple(&["run", "scene.toml", "--format", "abc"]).expect(2, &["--format", "pc2"]);
-    stage.supple(&["run", "scene.toml", "--frames", "-3"]).expect(2, &[]);
-    stage.supple(&["run", "scene.toml", "--no-such-thing"]).expect(2, &["--no-such-thing"]);
-    stage.supple(&["run", "none.toml"]).expect(2, &["none.toml"]);
-    stage.supple(&["run", "none.obj"]).expect(2, &["none.obj"]);
-    stage.supple(&["run", "block.xyz"]).expect(2, &["block.xyz", ".toml", ".obj"]);
-    stage.supple(&["run", "scene.toml", "--stats", "s.txt"]).expect(2, &["s.txt", ".csv", ".json"]);
-    stage.supple(&["run", "scene.toml", "-o", "block.obj"]).expect(2, &["block.obj", "is a file"]);
-    assert!(!stage.path("out").exists());
+    let workspace = Workspace::new();
+    workspace.supple(&["run"]).expect(2, &["INPUT"]);
+    workspace.supple(&["run", "scene.toml", "--every", "0"]).expect(2, &["--every"]);
+    workspace.supple(&["run", "scene.toml", "--format", "abc"]).expect(2, &["--format", "pc2"]);
+    workspace.supple(&["run", "scene.toml", "--frames", "-3"]).expect(2, &[]);
+    workspace.supple(&["run", "scene.toml", "--no-such-thing"]).expect(2, &["--no-such-thing"]);
+    workspace.supple(&["run", "none.toml"]).expect(2, &["none.toml"]);
+    workspace.supple(&["run", "none.obj"]).expect(2, &["none.obj"]);
+    workspace.supple(&["run", "block.xyz"]).expect(2, &["block.xyz", ".toml", ".obj"]);
+    workspace.supple(&["run", "scene.toml", "--stats", "s.txt"]).expect(2, &["s.txt", ".csv", ".json"]);
+    workspace.supple(&["run", "scene.toml", "-o", "block.obj"]).expect(2, &["block.obj", "is a file"]);
+    assert!(!workspace.path("out").exists());
 }
 
 #[test]
@@ -54,16 +55,20 @@ fn invalid_scenes_are_rejected() {
         ("fps = 30", "fps = ", &["scene.toml:4", "TOML"]),
     ] {
         assert!(SCENE.contains(from), "{from}");
-        refused(&SCENE.replacen(from, to, 1), &[], words);
+        check_rejected(&SCENE.replacen(from, to, 1), &[], words);
     }
 }
 
 #[test]
 fn invalid_overrides_are_rejected() {
-    refused(SCENE, &["--set", "body.block.half_widht=3"], &["--set body.block.half_widht=3", "`half_width`"]);
-    refused(SCENE, &["--set", "body.blok.half_width=3"], &["blok", "`block`"]);
-    refused(SCENE, &["--set", "body.block.stiffness=3"], &["body.block.stiffness", "(0, 1]"]);
-    refused(SCENE, &["--set", "simulation.frames"], &["KEY=VALUE"]);
+    check_rejected(
+        SCENE,
+        &["--set", "body.block.half_widht=3"],
+        &["--set body.block.half_widht=3", "`half_width`"],
+    );
+    check_rejected(SCENE, &["--set", "body.blok.half_width=3"], &["blok", "`block`"]);
+    check_rejected(SCENE, &["--set", "body.block.stiffness=3"], &["body.block.stiffness", "(0, 1]"]);
+    check_rejected(SCENE, &["--set", "simulation.frames"], &["KEY=VALUE"]);
 }
 
 #[test]
@@ -76,54 +81,54 @@ fn invalid_meshes_are_rejected() {
         ("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", &["block.obj", "extent"]),
         ("\u{0}\u{1}\u{2}ELF", &["block.obj", "OBJ"]),
     ] {
-        let stage = Stage::new();
-        stage.write("block.obj", mesh);
-        stage.supple(&["run", "scene.toml"]).expect(2, words);
-        stage.supple(&["run", "block.obj"]).expect(2, words);
-        stage.supple(&["inspect", "scene.toml"]).expect(2, words);
-        assert!(!stage.path("out").exists() && !stage.path("frames").exists());
+        let workspace = Workspace::new();
+        workspace.write("block.obj", mesh);
+        workspace.supple(&["run", "scene.toml"]).expect(2, words);
+        workspace.supple(&["run", "block.obj"]).expect(2, words);
+        workspace.supple(&["inspect", "scene.toml"]).expect(2, words);
+        assert!(!workspace.path("out").exists() && !workspace.path("frames").exists());
     }
 }
 
 #[test]
 fn a_lattice_larger_than_the_memory_is_rejected_with_a_suggested_cell_size() {
-    refused(SCENE, &["--set", "body.block.cell_size=1e-5"], &["memory", "cell size"]);
+    check_rejected(SCENE, &["--set", "body.block.cell_size=1e-5"], &["memory", "cell size"]);
 }
 
 #[test]
-fn inputs_are_never_overwritten() {
-    let stage = Stage::of(&SCENE.replace("block.obj", "block_0003.obj"));
-    stage.write("block_0003.obj", support::BLOCK);
-    stage
+fn output_that_would_overwrite_an_input_is_rejected() {
+    let workspace = Workspace::with_scene(&SCENE.replace("block.obj", "block_0003.obj"));
+    workspace.write("block_0003.obj", support::BLOCK);
+    workspace
         .supple(&["run", "scene.toml", "-o", "."])
         .expect(2, &["block_0003.obj is the input", "choose another output directory"]);
-    assert_eq!(std::fs::read_to_string(stage.path("block_0003.obj")).unwrap(), support::BLOCK);
+    assert_eq!(std::fs::read_to_string(workspace.path("block_0003.obj")).unwrap(), support::BLOCK);
 }
 
 #[test]
 fn a_second_run_in_one_directory_is_rejected() {
-    let stage = Stage::new();
-    std::fs::create_dir(stage.path("out")).unwrap();
-    let lock = std::fs::File::create(stage.path("out/supple.lock")).unwrap();
+    let workspace = Workspace::new();
+    std::fs::create_dir(workspace.path("out")).unwrap();
+    let lock = std::fs::File::create(workspace.path("out/supple.lock")).unwrap();
     lock.lock().unwrap();
     for options in [["run", "scene.toml"].as_slice(), &["run", "scene.toml", "--resume"]] {
-        stage.supple(options).expect(1, &["supple.lock", "another run"]);
+        workspace.supple(options).expect(1, &["supple.lock", "another run"]);
     }
-    assert!(stage.frames("out").is_empty());
+    assert!(workspace.frames("out").is_empty());
     // A killed run leaves the lock file behind, but the operating system has released the lock.
     drop(lock);
-    stage.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
-    assert!(!stage.path("out/supple.lock").exists());
+    workspace.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
+    assert!(!workspace.path("out/supple.lock").exists());
 }
 
 #[test]
 fn an_unavailable_simd_level_is_rejected() {
-    let stage = Stage::new();
-    let mut command = stage.command(&["run", "scene.toml"]);
-    let ended = support::Ended::of(command.env("SUPPLE_SIMD", "avx9").output().unwrap());
-    ended.expect(2, &["SUPPLE_SIMD is \"avx9\"", "it has"]);
-    assert!(!stage.path("out").exists());
+    let workspace = Workspace::new();
+    let mut command = workspace.command(&["run", "scene.toml"]);
+    let output = support::ProgramOutput::new(command.env("SUPPLE_SIMD", "avx9").output().unwrap());
+    output.expect(2, &["SUPPLE_SIMD is \"avx9\"", "it has"]);
+    assert!(!workspace.path("out").exists());
     // An empty value counts as unset.
-    let mut command = stage.command(&["run", "scene.toml", "--frames", "1"]);
-    support::Ended::of(command.env("SUPPLE_SIMD", "").output().unwrap()).expect(0, &[]);
+    let mut command = workspace.command(&["run", "scene.toml", "--frames", "1"]);
+    support::ProgramOutput::new(command.env("SUPPLE_SIMD", "").output().unwrap()).expect(0, &[]);
 }

@@ -1,36 +1,37 @@
-//! `--resume` after completion, changes, damage, Ctrl-C and `kill -9`. Frames equal those of an uninterrupted
-//! run.
+//! `--resume` continues a finished, stopped or killed run, with the same frames as an uninterrupted run. It
+//! rejects damaged checkpoints and changes of the motion.
 
 mod support;
 
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-use support::{Ended, SCENE, Stage};
+use support::{ProgramOutput, SCENE, Workspace};
 
+/// Arguments of a run that takes long enough to be killed, and writes a checkpoint after every frame.
 const LONG: [&str; 6] = ["run", "scene.toml", "--frames", "300", "--checkpoint", "0"];
 
 #[test]
 fn resuming_a_finished_run_writes_only_additional_frames() {
     for format in ["obj", "ply", "pc2"] {
-        let stage = Stage::new();
+        let workspace = Workspace::new();
         let run = |frames: &str, more: &[&str]| {
             let mut arguments = vec!["run", "scene.toml", "--format", format, "--frames", frames];
             arguments.extend(more);
-            let ended = stage.supple(&arguments);
-            ended.expect(0, &[]);
-            ended
+            let output = workspace.supple(&arguments);
+            output.expect(0, &[]);
+            output
         };
         run("12", &["-o", "whole", "--stats", "whole.csv"]);
         run("5", &["--resume", "--stats", "s.csv"]);
-        let before: Vec<_> = times(&stage, "out");
+        let before: Vec<_> = times(&workspace, "out");
         let again = run("5", &["--resume", "--stats", "s.csv"]);
         assert!(again.out.contains("nothing written"), "{}", again.out);
         run("3", &["--resume"]);
-        assert_eq!(times(&stage, "out"), before);
+        assert_eq!(times(&workspace, "out"), before);
         run("12", &["--resume", "--stats", "s.csv"]);
-        assert!(stage.frames("out") == stage.frames("whole"), "{format}");
-        let rows = std::fs::read_to_string(stage.path("s.csv")).unwrap();
+        assert!(workspace.frames("out") == workspace.frames("whole"), "{format}");
+        let rows = std::fs::read_to_string(workspace.path("s.csv")).unwrap();
         let frames: Vec<&str> = rows.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
         assert!(
             frames.iter().enumerate().all(|(index, frame)| frame.parse() == Ok(index)) && frames.len() == 13
@@ -38,9 +39,9 @@ fn resuming_a_finished_run_writes_only_additional_frames() {
     }
 }
 
-/// Returns names and modification times of the files in a folder.
-fn times(stage: &Stage, folder: &str) -> Vec<(std::ffi::OsString, std::time::SystemTime)> {
-    let entries = std::fs::read_dir(stage.path(folder)).unwrap().map(|entry| entry.unwrap());
+/// Returns the names and modification times of the files in a directory.
+fn times(workspace: &Workspace, directory: &str) -> Vec<(std::ffi::OsString, std::time::SystemTime)> {
+    let entries = std::fs::read_dir(workspace.path(directory)).unwrap().map(|entry| entry.unwrap());
     let mut times: Vec<_> =
         entries.map(|entry| (entry.file_name(), entry.metadata().unwrap().modified().unwrap())).collect();
     times.sort();
@@ -48,13 +49,13 @@ fn times(stage: &Stage, folder: &str) -> Vec<(std::ffi::OsString, std::time::Sys
 }
 
 #[test]
-fn resuming_is_refused_only_after_changes_of_the_motion() {
-    let stage = Stage::new();
-    stage.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
+fn resuming_is_rejected_only_if_the_scene_changes_the_motion() {
+    let workspace = Workspace::new();
+    workspace.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
     let resume = |more: &[&str]| {
         let mut arguments = vec!["run", "scene.toml", "--frames", "6", "--resume"];
         arguments.extend(more);
-        stage.supple(&arguments)
+        workspace.supple(&arguments)
     };
     for (change, words) in [
         ("body.block.half_width=2", ["half_width = 1", "half_width = 2"]),
@@ -64,33 +65,33 @@ fn resuming_is_refused_only_after_changes_of_the_motion() {
     ] {
         resume(&["--set", change]).expect(2, &words);
     }
-    stage.write("block.obj", support::BLOCK.replace("1 3 0.5", "1.5 3 0.5"));
+    workspace.write("block.obj", support::BLOCK.replace("1 3 0.5", "1.5 3 0.5"));
     resume(&[]).expect(2, &["mesh file has changed", "without resuming"]);
-    stage.write("block.obj", support::BLOCK);
-    assert_eq!(stage.frames("out").len(), 5);
-    // The number of threads and the folder of the scene do not affect the result.
-    std::fs::create_dir(stage.path("moved")).unwrap();
-    stage.write("moved/scene.toml", SCENE.replace("\"block.obj\"", "\"../block.obj\""));
-    stage
+    workspace.write("block.obj", support::BLOCK);
+    assert_eq!(workspace.frames("out").len(), 5);
+    // The number of threads and the directory of the scene do not affect the result.
+    std::fs::create_dir(workspace.path("moved")).unwrap();
+    workspace.write("moved/scene.toml", SCENE.replace("\"block.obj\"", "\"../block.obj\""));
+    workspace
         .supple(&["run", "moved/scene.toml", "-o", "out", "--frames", "6", "--threads", "1", "--resume"])
         .expect(0, &[]);
-    assert_eq!(stage.frames("out").len(), 7);
+    assert_eq!(workspace.frames("out").len(), 7);
 }
 
 #[test]
 fn resuming_with_another_frame_interval_starts_from_frame_0() {
-    let stage = Stage::new();
-    stage.supple(&["run", "scene.toml", "--frames", "6", "--every", "2"]).expect(0, &[]);
-    stage.supple(&["run", "scene.toml", "--frames", "6", "--resume"]).expect(0, &["block_0001.obj"]);
-    stage.supple(&["run", "scene.toml", "--frames", "6", "-o", "whole"]).expect(0, &[]);
-    assert!(stage.frames("out") == stage.frames("whole"));
+    let workspace = Workspace::new();
+    workspace.supple(&["run", "scene.toml", "--frames", "6", "--every", "2"]).expect(0, &[]);
+    workspace.supple(&["run", "scene.toml", "--frames", "6", "--resume"]).expect(0, &["block_0001.obj"]);
+    workspace.supple(&["run", "scene.toml", "--frames", "6", "-o", "whole"]).expect(0, &[]);
+    assert!(workspace.frames("out") == workspace.frames("whole"));
 }
 
 #[test]
-fn a_damaged_checkpoint_is_refused_with_a_message() {
-    let stage = Stage::new();
-    stage.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
-    let path = stage.path("out/supple.checkpoint");
+fn a_damaged_checkpoint_is_rejected_with_a_message() {
+    let workspace = Workspace::new();
+    workspace.supple(&["run", "scene.toml", "--frames", "4"]).expect(0, &[]);
+    let path = workspace.path("out/supple.checkpoint");
     let whole = std::fs::read(&path).unwrap();
     let mut flipped = whole.clone();
     flipped[whole.len() / 2] ^= 1;
@@ -98,43 +99,47 @@ fn a_damaged_checkpoint_is_refused_with_a_message() {
         [&[][..], &whole[..7], &whole[..whole.len() - 1], &flipped, b"not a checkpoint, but long enough"]
     {
         std::fs::write(&path, bytes).unwrap();
-        let ended = stage.supple(&["run", "scene.toml", "--frames", "6", "--resume"]);
-        ended.expect(2, &["supple.checkpoint", "start again"]);
-        assert!(!ended.err.contains("panicked"));
+        let output = workspace.supple(&["run", "scene.toml", "--frames", "6", "--resume"]);
+        output.expect(2, &["supple.checkpoint", "start again"]);
+        assert!(!output.err.contains("panicked"));
     }
-    stage.supple(&["run", "scene.toml", "--frames", "6"]).expect(0, &[]);
-    assert_eq!(stage.frames("out").len(), 7);
+    workspace.supple(&["run", "scene.toml", "--frames", "6"]).expect(0, &[]);
+    assert_eq!(workspace.frames("out").len(), 7);
 }
 
 #[test]
 fn resuming_after_kills_at_random_times_gives_the_same_frames() {
     for (format, seed) in [("obj", 1), ("ply", 2), ("pc2", 3)] {
-        let stage = Stage::new();
+        let workspace = Workspace::new();
         let mut whole = LONG.to_vec();
         whole.extend(["--format", format, "--quiet", "-o", "whole", "--stats", "whole.json"]);
         let start_time = Instant::now();
-        stage.supple(&whole).expect(0, &[]);
+        workspace.supple(&whole).expect(0, &[]);
         let length = start_time.elapsed();
 
         let mut arguments = LONG.to_vec();
         arguments.extend(["--format", format, "--quiet", "--resume", "--stats", "s.json"]);
         let mut random = Random(seed);
         for _ in 0..6 {
-            let mut child = start(&stage, &arguments);
+            let mut child = start(&workspace, &arguments);
             std::thread::sleep(length.mul_f64(random.next() / 3.0));
             child.kill().unwrap();
             child.wait().unwrap();
             // Every file with a final name is complete.
-            let expected = stage.frames("whole");
-            for (name, bytes) in stage.frames("out") {
+            let expected = workspace.frames("whole");
+            for (name, bytes) in workspace.frames("out") {
                 let is_final = name.ends_with(&format!(".{format}"));
                 assert!(!is_final || expected[&name] == bytes, "{name} is not complete");
             }
         }
-        stage.supple(&arguments).expect(0, &[]);
-        assert!(stage.frames("out") == stage.frames("whole"), "{format}: {:?}", stage.frames("out").keys());
+        workspace.supple(&arguments).expect(0, &[]);
+        assert!(
+            workspace.frames("out") == workspace.frames("whole"),
+            "{format}: {:?}",
+            workspace.frames("out").keys()
+        );
         let rows = |name: &str| {
-            let text = std::fs::read_to_string(stage.path(name)).unwrap();
+            let text = std::fs::read_to_string(workspace.path(name)).unwrap();
             let mut rows: Vec<serde_json::Map<String, serde_json::Value>> =
                 serde_json::from_str(&text).unwrap();
             rows.iter_mut().for_each(|row| row.retain(|key, _| !key.starts_with("ms_")));
@@ -144,8 +149,8 @@ fn resuming_after_kills_at_random_times_gives_the_same_frames() {
     }
 }
 
-fn start(stage: &Stage, arguments: &[&str]) -> Child {
-    stage.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+fn start(workspace: &Workspace, arguments: &[&str]) -> Child {
+    workspace.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 /// Random numbers in [0, 1), seeded by the clock: each test run kills at other times.
@@ -163,20 +168,20 @@ impl Random {
 #[test]
 fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
     for format in ["obj", "pc2"] {
-        let stage = Stage::new();
-        // The default checkpoint interval is longer than this run, so the checkpoint is that of Ctrl-C.
+        let workspace = Workspace::new();
+        // The default checkpoint interval is longer than this run, so only Ctrl-C writes a checkpoint.
         let arguments = ["run", "scene.toml", "--frames", "20000", "--format", format, "--stats", "s.json"];
-        let child = start(&stage, &arguments);
-        wait_until(|| std::fs::metadata(stage.path("s.json")).is_ok_and(|file| file.len() > 5000));
+        let child = start(&workspace, &arguments);
+        wait_until(|| std::fs::metadata(workspace.path("s.json")).is_ok_and(|file| file.len() > 5000));
         let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
         assert!(killed.unwrap().success());
-        let ended = Ended::of(child.wait_with_output().unwrap());
-        ended.expect(130, &[]);
-        assert!(ended.out.contains("--resume"), "{ended:?}");
-        let text = std::fs::read_to_string(stage.path("s.json")).unwrap();
+        let output = ProgramOutput::new(child.wait_with_output().unwrap());
+        output.expect(130, &[]);
+        assert!(output.out.contains("--resume"), "{output:?}");
+        let text = std::fs::read_to_string(workspace.path("s.json")).unwrap();
         let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
         let done = rows.len();
-        let frames = stage.frames("out");
+        let frames = workspace.frames("out");
         assert!(
             !frames.keys().any(|name| name.contains("part") || name.contains("tmp")),
             "{:?}",
@@ -189,15 +194,15 @@ fn ctrl_c_keeps_frames_and_writes_a_checkpoint() {
         let run = |more_arguments: &[&str]| {
             let mut arguments = vec!["run", "scene.toml", "--frames", &more, "--format", format];
             arguments.extend(more_arguments);
-            stage.supple(&arguments).expect(0, &[]);
+            workspace.supple(&arguments).expect(0, &[]);
         };
         run(&["--resume"]);
         run(&["-o", "whole"]);
         if format == "pc2" {
-            assert!(stage.frames("out") == stage.frames("whole"));
+            assert!(workspace.frames("out") == workspace.frames("whole"));
         } else {
             // The frame count of a run determines the number of digits, so names can differ.
-            assert!(stage.frames("out").values().eq(stage.frames("whole").values()));
+            assert!(workspace.frames("out").values().eq(workspace.frames("whole").values()));
         }
     }
 }

@@ -1,18 +1,18 @@
-//! `supple run`: files, file names and terminal output.
+//! `supple run` writes the expected files under the expected names, and prints progress and a summary.
 
 mod support;
 
-use support::{SCENE, Stage};
+use support::{SCENE, Workspace};
 
 #[test]
 fn frames_are_numbered_from_the_rest_pose() {
-    let stage = Stage::new();
-    let ended = stage.supple(&["run", "scene.toml"]);
-    ended.expect(0, &[]);
-    let frames = stage.frames("out");
+    let workspace = Workspace::new();
+    let output = workspace.supple(&["run", "scene.toml"]);
+    output.expect(0, &[]);
+    let frames = workspace.frames("out");
     let names: Vec<String> = (0..=20).map(|frame| format!("block_{frame:04}.obj")).collect();
     assert!(frames.keys().eq(&names), "{:?}", frames.keys());
-    // Frame 0 is the rest pose as placed: y is one higher than in the file.
+    // Frame 0 is the rest pose after `translate`: y is higher by 1 than in the file.
     let rest = String::from_utf8(frames["block_0000.obj"].clone()).unwrap();
     let vertices = |text: &str| -> Vec<Vec<f64>> {
         text.lines()
@@ -25,7 +25,7 @@ fn frames_are_numbered_from_the_rest_pose() {
     for (found, expected) in vertices(&rest).iter().zip(&expected) {
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?} {expected:?}");
     }
-    // All other lines equal those of the input.
+    // All other lines are equal to the lines of the input.
     let others = |text: &str| -> Vec<String> {
         text.lines().filter(|line| !line.starts_with("v ")).map(str::to_owned).collect()
     };
@@ -34,12 +34,12 @@ fn frames_are_numbered_from_the_rest_pose() {
 
 #[test]
 fn options_select_frames_numbers_and_formats() {
-    let stage = Stage::new();
-    let run = |options: &[&str], folder: &str| {
-        let mut arguments = vec!["run", "scene.toml", "-o", folder];
+    let workspace = Workspace::new();
+    let run = |options: &[&str], directory: &str| {
+        let mut arguments = vec!["run", "scene.toml", "-o", directory];
         arguments.extend(options);
-        stage.supple(&arguments).expect(0, &[]);
-        stage.frames(folder)
+        workspace.supple(&arguments).expect(0, &[]);
+        workspace.frames(directory)
     };
     let all = run(&["--frames", "7"], "all");
     assert_eq!(all.len(), 8);
@@ -60,37 +60,37 @@ fn options_select_frames_numbers_and_formats() {
 
 #[test]
 fn a_run_replaces_only_the_existing_sequence() {
-    let stage = Stage::new();
-    stage.supple(&["run", "scene.toml", "--frames", "9"]).expect(0, &[]);
+    let workspace = Workspace::new();
+    workspace.supple(&["run", "scene.toml", "--frames", "9"]).expect(0, &[]);
     for name in ["out/block_notes.txt", "out/other_0000.obj", "out/block_0000.ply"] {
-        stage.write(name, "mine");
+        workspace.write(name, "mine");
     }
-    stage.supple(&["run", "scene.toml", "--frames", "3"]).expect(0, &[]);
-    let frames = stage.frames("out");
+    workspace.supple(&["run", "scene.toml", "--frames", "3"]).expect(0, &[]);
+    let frames = workspace.frames("out");
     assert_eq!(frames.keys().filter(|name| name.starts_with("block_") && name.ends_with(".obj")).count(), 4);
     assert_eq!(frames.values().filter(|bytes| bytes.as_slice() == b"mine").count(), 3);
 }
 
 #[test]
 fn frames_do_not_depend_on_threads_or_frame_interval() {
-    let stage = Stage::new();
-    for (folder, options) in
+    let workspace = Workspace::new();
+    for (directory, options) in
         [("one", ["--threads", "1", "--every", "1"]), ("two", ["--threads", "2", "--every", "5"])]
     {
-        let mut arguments = vec!["run", "scene.toml", "-o", folder];
+        let mut arguments = vec!["run", "scene.toml", "-o", directory];
         arguments.extend(options);
-        stage.supple(&arguments).expect(0, &[]);
+        workspace.supple(&arguments).expect(0, &[]);
     }
-    let (one, two) = (stage.frames("one"), stage.frames("two"));
+    let (one, two) = (workspace.frames("one"), workspace.frames("two"));
     assert_eq!(two.len(), 5);
     assert!(two.iter().all(|(name, bytes)| one[name] == *bytes));
 }
 
 #[test]
 fn statistics_have_one_row_per_frame_and_body() {
-    let stage = Stage::new();
-    stage.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.csv"]).expect(0, &[]);
-    let text = std::fs::read_to_string(stage.path("s.csv")).unwrap();
+    let workspace = Workspace::new();
+    workspace.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.csv"]).expect(0, &[]);
+    let text = std::fs::read_to_string(workspace.path("s.csv")).unwrap();
     let mut lines = text.lines();
     assert_eq!(
         lines.next().unwrap(),
@@ -106,8 +106,8 @@ fn statistics_have_one_row_per_frame_and_body() {
         assert!((number(9) / number(7) - 1.0).abs() < 1e-5, "the volume is not preserved: {row:?}");
     }
 
-    stage.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.json"]).expect(0, &[]);
-    let text = std::fs::read_to_string(stage.path("s.json")).unwrap();
+    workspace.supple(&["run", "scene.toml", "--frames", "4", "--stats", "s.json"]).expect(0, &[]);
+    let text = std::fs::read_to_string(workspace.path("s.json")).unwrap();
     let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
     assert_eq!(rows.len(), 5);
     assert_eq!((&rows[3]["frame"], &rows[3]["body"]), (&3.into(), &"block".into()));
@@ -115,21 +115,21 @@ fn statistics_have_one_row_per_frame_and_body() {
 
 #[test]
 fn a_pipe_gets_a_line_per_tenth_and_a_summary() {
-    let stage = Stage::new();
-    let ended = stage.supple(&["run", "scene.toml"]);
-    let lines: Vec<&str> = ended.err.lines().filter(|line| line.contains(" %")).collect();
-    assert_eq!(lines.len(), 10, "{ended:?}");
+    let workspace = Workspace::new();
+    let output = workspace.supple(&["run", "scene.toml"]);
+    let lines: Vec<&str> = output.err.lines().filter(|line| line.contains(" %")).collect();
+    assert_eq!(lines.len(), 10, "{output:?}");
     assert!(lines.iter().all(|line| line.contains("left")), "{lines:?}");
-    assert!(ended.out.contains("21 frames written") && ended.out.lines().count() == 1, "{ended:?}");
-    let quiet = stage.supple(&["run", "scene.toml", "--quiet"]);
+    assert!(output.out.contains("21 frames written") && output.out.lines().count() == 1, "{output:?}");
+    let quiet = workspace.supple(&["run", "scene.toml", "--quiet"]);
     assert_eq!((quiet.err.as_str(), quiet.out.lines().count()), ("", 1));
 }
 
 #[test]
 fn a_model_without_a_scene_falls_on_the_ground() {
-    let stage = Stage::new();
-    stage.supple(&["run", "block.obj", "-o", "fall"]).expect(0, &[]);
-    let frames = stage.frames("fall");
+    let workspace = Workspace::new();
+    workspace.supple(&["run", "block.obj", "-o", "fall"]).expect(0, &[]);
+    let frames = workspace.frames("fall");
     let lowest = |name: &str| {
         let text = String::from_utf8(frames[name].clone()).unwrap();
         let heights =
@@ -137,22 +137,22 @@ fn a_model_without_a_scene_falls_on_the_ground() {
         heights.fold(f64::INFINITY, f64::min)
     };
     assert!(lowest("block_0000.obj").abs() < 1e-6);
-    // The ground is a tenth of the height (0.3) below the block, which comes to rest on it.
+    // The ground is 0.3, a tenth of the height, below the block. The block comes to rest on the ground.
     let last = lowest("block_0090.obj");
     assert!((last + 0.3).abs() < 0.02, "{last}");
-    let printed = stage.supple(&["run", "block.obj", "--print-scene", "--up", "z"]);
+    let printed = workspace.supple(&["run", "block.obj", "--print-scene", "--up", "z"]);
     printed.expect(0, &[]);
-    stage.write("printed.toml", &printed.out);
+    workspace.write("printed.toml", &printed.out);
     assert!(printed.out.contains("gravity = [0.0, 0.0, -8.0]"), "{}", printed.out);
-    stage.supple(&["run", "printed.toml", "--frames", "1", "-o", "again"]).expect(0, &[]);
+    workspace.supple(&["run", "printed.toml", "--frames", "1", "-o", "again"]).expect(0, &[]);
 }
 
 #[test]
 fn a_batch_continues_after_a_failure() {
-    let stage = Stage::new();
-    stage.write("bad.toml", SCENE.replace("half_width", "half_widht"));
-    stage.write("last.toml", SCENE);
-    let ended = stage.supple(&[
+    let workspace = Workspace::new();
+    workspace.write("bad.toml", SCENE.replace("half_width", "half_widht"));
+    workspace.write("last.toml", SCENE);
+    let output = workspace.supple(&[
         "run",
         "scene.toml",
         "bad.toml",
@@ -164,14 +164,14 @@ fn a_batch_continues_after_a_failure() {
         "--stats",
         "s.csv",
     ]);
-    ended.expect(1, &["bad", "half_width"]);
-    assert_eq!(stage.frames("all/scene").len(), 3);
-    assert_eq!(stage.frames("all/last").len(), 3);
-    assert!(!stage.path("all/bad").exists());
-    assert!(stage.path("s_scene.csv").is_file() && stage.path("s_last.csv").is_file());
-    let table: Vec<&str> = ended.out.lines().skip_while(|line| !line.starts_with("input")).collect();
-    assert_eq!(table.len(), 4, "{}", ended.out);
+    output.expect(1, &["bad", "half_width"]);
+    assert_eq!(workspace.frames("all/scene").len(), 3);
+    assert_eq!(workspace.frames("all/last").len(), 3);
+    assert!(!workspace.path("all/bad").exists());
+    assert!(workspace.path("s_scene.csv").is_file() && workspace.path("s_last.csv").is_file());
+    let table: Vec<&str> = output.out.lines().skip_while(|line| !line.starts_with("input")).collect();
+    assert_eq!(table.len(), 4, "{}", output.out);
     assert!(table[2].starts_with("bad") && table[2].contains("failed"));
-    let same = stage.supple(&["run", "scene.toml", "scene.toml"]);
+    let same = workspace.supple(&["run", "scene.toml", "scene.toml"]);
     same.expect(2, &["scene.toml", "one at a time"]);
 }

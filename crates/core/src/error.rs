@@ -1,4 +1,4 @@
-//! The error type of the crate. [`Error`] wraps one error type per stage.
+//! The error type of the crate. [`Error`] wraps the error types of the modules.
 
 use crate::body::{ArrayError, StateError};
 use crate::contact::ColliderError;

@@ -2,8 +2,9 @@
 //!
 //! A body is a lattice of cubic cells that covers its mesh. Each step fits a rigid motion to the region
 //! around every lattice vertex and moves the vertices towards the goal positions that these motions give;
-//! this is unconditionally stable (Müller et al. 2005). The lattice deforms the mesh, and a volume correction
-//! restores the volume of the displayed surface. There is no tetrahedral mesh and no stiffness matrix.
+//! this method is unconditionally stable (Müller et al. 2005). The lattice deforms the mesh, and a volume
+//! correction restores the volume of the displayed surface. There is no tetrahedral mesh and no stiffness
+//! matrix.
 //!
 //! ```
 //! use supple::{Body, Collider, Mesh, Simulation};
@@ -33,47 +34,54 @@
 //!    surfaces are accepted and reported.
 //! 2. **Lattice** ([`Lattice`], modules `voxel`, `lattice`): the cells that the surface passes through or
 //!    encloses. The lattice vertices are the corners of the cells, and links join neighbors along an axis.
-//!    Parts that are a cell or more apart are not glued together.
-//! 3. **Embedding** (module `lattice`): the cell of each mesh vertex and its coordinates in this cell.
+//!    Parts of the surface that are a cell or more apart are not linked, except by the optional bridges of
+//!    [`LatticeOptions::join`].
+//! 3. **Embedding** (module `lattice`): the cell that contains each mesh vertex, and the coordinates of the
+//!    mesh vertex in this cell.
 //!
-//! [`Simulation::step`] runs these stages for each body. In the formulas, h is the step length, x, v and m
-//! are the position, velocity and mass of a vertex, n is the number of regions that contain it, superscript 0
-//! is the rest pose, f is an external force, a is gravity, and alpha and d are the stiffness and the region
-//! damping per step:
+//! [`Simulation::step`] runs these stages for each body. In the formulas, h is the step length; x, v and m
+//! are the position, velocity and mass of a lattice vertex; f is the external force on the vertex; n is the
+//! number of regions that contain the vertex; a is gravity; alpha and d are the stiffness and the region
+//! damping per step; superscript 0 marks values in the rest pose, such as x⁰:
 //!
 //! 1. **External forces** ([`Body::apply_force`], module `dynamics::forces`): v += h f/m.
 //! 2. **Region damping** ([`RegionDamping`], module `dynamics::damping`): v += d (v̄ - v), where v̄ is the
-//!    mean of the rigid velocities of the vertex's regions (Rivers & James 2007, section 5).
+//!    mean of the rigid velocities of the n regions at the vertex (Rivers & James 2007, section 5).
 //! 3. **Shape matching** ([`Body::goals`], module `matching`): for each region the centers of mass c and c⁰,
 //!    weighted by m/n, and the rotation R of Σ m/n (x - c)(x⁰ - c⁰)ᵀ ([`rotations()`]); for each vertex the
-//!    goal position g, the mean of R (x⁰ - c⁰) + c over its regions (Rivers & James 2007, Eqs. (5) and (6)).
-//!    The sums over regions are window sums along x, y and z.
+//!    goal position g, the mean of R (x⁰ - c⁰) + c over the n regions (Rivers & James 2007, Eqs. (5) and
+//!    (6)). The sums over regions are window sums along x, y and z.
 //! 4. **Integration** (module `dynamics::integration`): v += alpha (g - x)/h + h a (Müller et al. 2005,
-//!    Eq. (9)), then x += h v. The momenta of free bodies are tracked in
-//!    f64 (module `dynamics::momentum`).
-//! 5. **Contacts** ([`Collider`], module `contact`): impulses on the visible surface.
+//!    Eq. (9)), then x += h v. The linear and angular momenta of connected components without constrained
+//!    vertices are tracked in f64, and the velocities are corrected to them (module `dynamics::momentum`).
+//! 5. **Contacts** ([`Collider`], module `contact`): impulses at samples of the displayed surface, or at the
+//!    boundary vertices of a bare lattice; then samples that are still inside a collider are pushed out.
 //! 6. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
 //!    position and the velocity of their pin or handle.
 //!
-//! [`Display`] and [`BodyRef::surface`] evaluate the displayed surface. Its result never feeds back into the
-//! dynamics:
+//! [`Display`] and [`BodyRef::surface`] evaluate the displayed surface in two stages. The displayed surface
+//! never feeds back into the dynamics:
 //!
-//! 1. **Volume correction** ([`VolumeOptions`], module `volume`): the lattice moves to P~ = P^ + lambda V
-//!    (Takamatsu & Kanai 2009, Eq. (1)). The field V moves the surface along its normals, and lambda is the
-//!    root of a cubic (`volume::cubic`). The directions of external forces are first removed from V (Eq. (2),
-//!    `volume::external_forces`).
-//! 2. **Mesh update** (module `skin`): trilinear interpolation in the cells (`skin::mesh_update`), and normals.
+//! 1. **Volume correction** ([`VolumeOptions`], module `volume`): the lattice vertices move from their
+//!    positions P^ to P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1)). The field V moves the surface
+//!    along its normals, and the scale lambda is the root of a cubic (`volume::cubic`). The directions of
+//!    external forces are first removed from V (Eq. (2), `volume::external_forces`).
+//! 2. **Mesh update** (module `skin`): trilinear interpolation of the mesh in the cells
+//!    (`skin::mesh_update`), and normals.
 //!
 //! [`Simulation::plan`] lists the stages of a simulation. A stage that a body does not need takes no time and
-//! no memory. [`reference`](mod@reference) implements the method naively; the tests compare against it.
+//! no memory. The module [`reference`](mod@reference) implements the method by naive sums; the tests compare
+//! the stages with it.
 //!
 //! # Units and conventions
 //!
 //! * Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees. `spin`
 //!   is in rad/s.
-//! * Axes are right-handed. Only gravity distinguishes an axis. Axes 0, 1, 2 are x, y, z.
-//! * Positions and vectors are nalgebra's `Point3<f64>` and `Vector3<f64>`. A single point or vector is
-//!   passed as `[f64; 3]`. Mesh vertices are passed, and displayed surfaces written, as rows `[T; 3]`.
+//! * Axes are right-handed. No axis is special; only gravity defines a vertical direction. Axes 0, 1, 2 are
+//!   x, y, z.
+//! * Arrays of positions and vectors have nalgebra's `Point3<f64>` and `Vector3<f64>` as elements. A single
+//!   point or vector is passed as `[f64; 3]`. Mesh vertices are passed, and displayed surfaces written, as
+//!   rows `[T; 3]`.
 //! * Corner k of a cell is at the offset `(k & 1, k >> 1 & 1, k >> 2 & 1)`. Lattice vertices are sorted by z,
 //!   then y, then x.
 //! * Results are bit-identical for any number of threads.
@@ -97,7 +105,7 @@
 //!   SIGGRAPH 2005.
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
-// The feature `internals` exports stage internals; without it parts of them are unused.
+// The feature `internals` exports internals of the stages. Some of them are unused without this feature.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unreachable_pub, unused_imports))]
 
 mod body;

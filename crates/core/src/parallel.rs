@@ -1,14 +1,15 @@
-//! Runs work on threads, in chunks. No other module starts threads.
+//! Runs work on threads. No other module starts threads.
 //!
-//! A chunk is a fixed number of blocks for any number of threads, and one thread computes each output value
-//! in a fixed order. Results are therefore bit-identical for any number of threads.
+//! Work is divided into tasks: ranges of blocks, which are eight lattice vertices each (see `simd::lanes`).
+//! The division does not depend on the number of threads, and one thread computes each output value in a
+//! fixed order. Results are therefore bit-identical for any number of threads.
 
 use std::sync::Arc;
 #[cfg(feature = "rayon")]
 use std::sync::{Mutex, PoisonError};
 
-/// Blocks per task: 4,096 lattice vertices. A smaller body is one task, since joining threads costs more than
-/// its work.
+/// Number of blocks in a chunk, the size of a task: 4,096 lattice vertices. A smaller body is one task,
+/// because joining threads takes longer than its work.
 pub(crate) const CHUNK: usize = 512;
 
 /// Runs work on the calling thread or on a pool of threads. Clones share the pool.
@@ -60,7 +61,7 @@ impl Executor {
         1
     }
 
-    /// Runs `work` inside the pool. Call it once for many steps, since entering a pool is slow.
+    /// Runs `work` inside the pool. Call this function once for many steps, because entering a pool is slow.
     pub(crate) fn enter<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         #[cfg(feature = "rayon")]
         if let Some(pool) = &self.pool {
@@ -98,43 +99,43 @@ impl Executor {
             let helpers = pool.current_num_threads().min(items.len()) - 1;
             let items = Mutex::new(items);
             let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let help = || {
+            let drain = || {
                 while let Some(item) = next() {
                     work(item);
                 }
             };
             return pool.in_place_scope(|scope| {
-                (0..helpers).for_each(|_| scope.spawn(|_| help()));
-                help();
+                (0..helpers).for_each(|_| scope.spawn(|_| drain()));
+                drain();
             });
         }
         items.for_each(work);
     }
 
-    /// Calls `work(task, a, b, c)` for tasks that own parts of arrays. Task `task` owns the items
-    /// `bounds[task]` to `bounds[task + 1]` of `a` and `b`. `c` is divided equally. An empty array means that
-    /// there is no array.
+    /// Calls `work(task, a, b, c)` for tasks that own slices of three arrays. Task `task` owns the items
+    /// `offsets[task]` to `offsets[task + 1]` of the first two arrays. The third array is divided equally
+    /// among the tasks. An array that is not needed is empty.
     pub(crate) fn tasks<A: Send, B: Send, C: Send>(
         &self,
-        bounds: &[usize],
-        parts: (&mut [A], &mut [B], &mut [C]),
+        offsets: &[usize],
+        arrays: (&mut [A], &mut [B], &mut [C]),
         work: impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync,
     ) {
         #[cfg(feature = "rayon")]
-        if self.pool.is_some() && bounds.len() > 2 {
-            return self.enter(|| run_tasks(0, bounds, parts, &work));
+        if self.pool.is_some() && offsets.len() > 2 {
+            return self.enter(|| run_tasks(0, offsets, arrays, &work));
         }
-        let (mut a, mut b, mut c) = parts;
-        let each = c.len() / bounds.len().saturating_sub(1).max(1);
-        for (task, ends) in bounds.windows(2).enumerate() {
+        let (mut a, mut b, mut c) = arrays;
+        let c_items = c.len() / offsets.len().saturating_sub(1).max(1);
+        for (task, ends) in offsets.windows(2).enumerate() {
             let items = ends[1] - ends[0];
-            let (part_a, part_b) = (take_front(&mut a, items), take_front(&mut b, items));
-            work(task, part_a, part_b, take_front(&mut c, each));
+            let (task_a, task_b) = (take_front(&mut a, items), take_front(&mut b, items));
+            work(task, task_a, task_b, take_front(&mut c, c_items));
         }
     }
 
-    /// Calls `work(first, a, b, c)` for chunks of three arrays of equal length. `first` is the index of a
-    /// chunk's first item.
+    /// Calls `work(first, a, b, c)` for each chunk of three arrays of equal length. `first` is the index of
+    /// the first item of the chunk.
     pub(crate) fn chunks3<A: Send, B: Send, C: Send>(
         &self,
         (a, b, c): (&mut [A], &mut [B], &mut [C]),
@@ -159,28 +160,28 @@ fn take_front<'a, T>(items: &mut &'a mut [T], count: usize) -> &'a mut [T] {
 }
 
 #[cfg(feature = "rayon")]
-type Parts<'a, A, B, C> = (&'a mut [A], &'a mut [B], &'a mut [C]);
+type Arrays<'a, A, B, C> = (&'a mut [A], &'a mut [B], &'a mut [C]);
 
-/// Runs the tasks with the item bounds `bounds`, numbered from `task`: recursively, one half in parallel with
-/// the other.
+/// Runs the tasks of [`Executor::tasks`] with the item offsets `offsets`, numbered from `task`. Splits them
+/// recursively into two halves that run in parallel.
 #[cfg(feature = "rayon")]
 fn run_tasks<A: Send, B: Send, C: Send>(
     task: usize,
-    bounds: &[usize],
-    (mut a, mut b, mut c): Parts<A, B, C>,
+    offsets: &[usize],
+    (mut a, mut b, mut c): Arrays<A, B, C>,
     work: &(impl Fn(usize, &mut [A], &mut [B], &mut [C]) + Sync),
 ) {
-    let tasks = bounds.len() - 1;
+    let tasks = offsets.len() - 1;
     if tasks <= 1 {
         return if tasks == 1 {
             work(task, a, b, c)
         };
     }
     let half = tasks / 2;
-    let (items, each) = (bounds[half] - bounds[0], c.len() / tasks);
-    let first = (take_front(&mut a, items), take_front(&mut b, items), take_front(&mut c, each * half));
+    let (items, c_items) = (offsets[half] - offsets[0], c.len() / tasks);
+    let first = (take_front(&mut a, items), take_front(&mut b, items), take_front(&mut c, c_items * half));
     rayon::join(
-        || run_tasks(task, &bounds[..=half], first, work),
-        || run_tasks(task + half, &bounds[half..], (a, b, c), work),
+        || run_tasks(task, &offsets[..=half], first, work),
+        || run_tasks(task + half, &offsets[half..], (a, b, c), work),
     );
 }

@@ -1,7 +1,7 @@
 //! The plan of a simulation: its stages in execution order, and their memory.
 //!
-//! A stage that a body does not need is not created and takes no time and no memory. The plan lists it as
-//! "left out".
+//! A stage that a body does not need is not created and takes no time and no memory. The plan lists such a
+//! stage as "left out".
 
 use std::fmt;
 
@@ -27,9 +27,9 @@ pub struct BodyPlan {
     pub name: String,
     /// Memory of the lattice, in bytes.
     pub lattice_bytes: usize,
-    /// Memory of positions, velocities and rotations, in bytes.
+    /// Memory of the state of the lattice vertices (positions, velocities and rotations), in bytes.
     pub state_bytes: usize,
-    /// The stages in execution order.
+    /// The existing stages in execution order.
     pub stages: Vec<PlannedStage>,
     /// Names of the stages that this body does not need.
     pub left_out: Vec<&'static str>,
@@ -39,23 +39,23 @@ pub struct BodyPlan {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlannedStage {
-    /// When the stage runs.
+    /// The occasion on which the stage runs.
     pub when: When,
     /// Name of the stage.
     pub name: &'static str,
     /// Parameters of the stage, as text.
     pub detail: String,
-    /// Memory that the stage holds now, in bytes.
+    /// Current memory of the stage, in bytes.
     pub bytes: usize,
 }
 
-/// When a stage runs.
+/// The occasion on which a stage runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum When {
     /// In every step.
     Step,
-    /// When the surface is evaluated for display, such as for a written frame.
+    /// When the displayed surface is evaluated, for example for a frame on disk.
     Display,
 }
 

@@ -12,7 +12,7 @@ pub struct RangeError {
     pub range: &'static str,
 }
 
-/// Formats a number, with an exponent from 1e15 on.
+/// Formats a number, with an exponent if its magnitude is at least 1e15.
 fn format_value(value: f64) -> String {
     if value.abs() >= 1e15 { format!("{value:e}") } else { value.to_string() }
 }

@@ -1,4 +1,4 @@
-//! Atomic file writes: a temporary file that is renamed when it is complete.
+//! Writes files atomically: under a temporary name, and renames them when they are complete.
 
 use std::fs::{self, File};
 use std::io;
@@ -25,7 +25,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut File) -> io::Result
     let written = File::create(&part).and_then(|mut file| write(&mut file));
     let result = written.and_then(|()| fs::rename(&part, path));
     if result.is_err() {
-        // The first error is returned; a second one adds nothing.
+        // The error of `write` or `rename` is returned; an error of the removal would add nothing.
         let _ = fs::remove_file(&part);
     }
     result

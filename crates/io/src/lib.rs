@@ -1,9 +1,9 @@
-//! Files of [`supple`]: reads models and scenes, runs simulations, writes frames.
+//! File input and output for [`supple`]: reads models and scenes, runs simulations, writes frames.
 //!
-//! * [`obj`]: Wavefront OBJ models, whose bytes are kept so that they can be written back unchanged.
-//! * [`frames`]: frame sequences as OBJ, PLY and PC2.
-//! * [`scene`]: scenes in TOML.
-//! * [`run`]: runs a scene and writes its frames, statistics and checkpoints.
+//! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
+//! * [`frames`] writes frame sequences as OBJ, PLY and PC2.
+//! * [`scene`] reads and writes scenes in TOML.
+//! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
 //!
 //! Each module may use only the modules above it in this list.
 

@@ -18,15 +18,15 @@ pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     })
 }
 
-/// Reads a whole number, at least `least`.
-pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, least: usize) -> PyResult<usize> {
+/// Reads a whole number, at least `minimum`.
+pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyResult<usize> {
     if value.is_instance_of::<PyBool>() || !value.hasattr("__index__")? {
         return Err(wrong_type(value, name, "a whole number"));
     }
     match value.extract::<i64>() {
-        Ok(count) if count >= 0 && count as usize >= least => Ok(count as usize),
+        Ok(count) if count >= 0 && count as usize >= minimum => Ok(count as usize),
         _ => Err(PyValueError::new_err(format!(
-            "{name} = {value} is out of range: it must be a whole number, at least {least}"
+            "{name} = {value} is out of range: it must be a whole number, at least {minimum}"
         ))),
     }
 }
@@ -46,10 +46,10 @@ pub(crate) fn path(value: &Bound<'_, PyAny>, name: &str) -> PyResult<PathBuf> {
     value.extract().map_err(|_| wrong_type(value, name, "a path (str or os.PathLike)"))
 }
 
-/// Reads a string that must be one of `choices`, and returns the value of this choice.
+/// Reads a string that must be the name of one of `choices`, and returns the value of this choice.
 pub(crate) fn choice<T: Copy>(value: &Bound<'_, PyAny>, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
     let word = text(value, name)?;
-    choices.iter().find(|(known, _)| *known == word).map(|(_, meaning)| *meaning).ok_or_else(|| {
+    choices.iter().find(|(known, _)| *known == word).map(|(_, value)| *value).ok_or_else(|| {
         let known: Vec<String> = choices.iter().map(|(known, _)| format!("{known:?}")).collect();
         PyValueError::new_err(format!("{name} is {word:?}; it must be {}", known.join(" or ")))
     })
@@ -64,8 +64,8 @@ pub(crate) fn wrong_type(value: &Bound<'_, PyAny>, name: &str, expected: &str) -
     PyTypeError::new_err(format!("{name} must be {expected}, not {found}"))
 }
 
-/// Keyword arguments of a call, or the entries of a dict argument. A missing argument means its default; so
-/// does `None` for the names in `optional`.
+/// Keyword arguments of a call, or the entries of a dict argument. A missing argument has its default value.
+/// An argument in `optional` that is `None` counts as missing.
 pub(crate) struct Settings<'py> {
     given: Option<Bound<'py, PyDict>>,
     /// Names of the arguments that may be `None`.
@@ -84,8 +84,8 @@ impl<'py> Settings<'py> {
         known: &[&str],
         optional: &'static [&'static str],
     ) -> PyResult<Self> {
-        let wrong = |key| PyTypeError::new_err(format!("{function} has no argument {key}"));
-        Self::new(given.cloned(), known, optional, wrong)
+        let error = |key| PyTypeError::new_err(format!("{function} has no argument {key}"));
+        Self::new(given.cloned(), known, optional, error)
     }
 
     /// Wraps the entries of the dict that was passed as the argument `name`.
@@ -94,21 +94,22 @@ impl<'py> Settings<'py> {
     ///
     /// `ValueError` for a key that is not in `known`, with the nearest known key.
     pub(crate) fn from_dict(given: &Bound<'py, PyDict>, name: &str, known: &[&str]) -> PyResult<Self> {
-        let wrong = |key| PyValueError::new_err(format!("{name} has no key {key}"));
-        Self::new(Some(given.clone()), known, &[], wrong)
+        let error = |key| PyValueError::new_err(format!("{name} has no key {key}"));
+        Self::new(Some(given.clone()), known, &[], error)
     }
 
+    /// Wraps arguments. `error` creates the error for an unknown name from "{name}; the nearest one is ...".
     fn new(
         given: Option<Bound<'py, PyDict>>,
         known: &[&str],
         optional: &'static [&'static str],
-        wrong: impl Fn(String) -> PyErr,
+        error: impl Fn(String) -> PyErr,
     ) -> PyResult<Self> {
         for key in given.iter().flat_map(|given| given.keys()) {
             let key = key.str()?.to_string();
             if !known.contains(&key.as_str()) {
                 let nearest = nearest(&key, known).unwrap_or_default();
-                return Err(wrong(format!("{key:?}; the nearest one is {nearest:?}")));
+                return Err(error(format!("{key:?}; the nearest one is {nearest:?}")));
             }
         }
         Ok(Self { given, optional })
@@ -134,24 +135,24 @@ impl<'py> Settings<'py> {
         self.read(key, number)
     }
 
-    /// Returns a whole number, at least `least`.
-    pub(crate) fn count(&self, key: &str, least: usize) -> PyResult<Option<usize>> {
-        self.read(key, |value, key| count(value, key, least))
+    /// Returns a whole number, at least `minimum`.
+    pub(crate) fn count(&self, key: &str, minimum: usize) -> PyResult<Option<usize>> {
+        self.read(key, |value, key| count(value, key, minimum))
     }
 
-    /// Returns a whole number, at least `least`, that fits into 32 bits.
-    pub(crate) fn count_u32(&self, key: &str, least: usize) -> PyResult<Option<u32>> {
+    /// Returns a whole number, at least `minimum`, that fits into 32 bits.
+    pub(crate) fn count_u32(&self, key: &str, minimum: usize) -> PyResult<Option<u32>> {
         let narrow = |count: usize| {
             u32::try_from(count).map_err(|_| PyValueError::new_err(format!("{key} = {count} is too large")))
         };
-        self.count(key, least)?.map(narrow).transpose()
+        self.count(key, minimum)?.map(narrow).transpose()
     }
 
     /// Checks that at most one of two alternative arguments is given.
-    pub(crate) fn exclusive(&self, one: &str, other: &str) -> PyResult<()> {
-        if self.get(one)?.is_some() && self.get(other)?.is_some() {
+    pub(crate) fn exclusive(&self, first: &str, second: &str) -> PyResult<()> {
+        if self.get(first)?.is_some() && self.get(second)?.is_some() {
             return Err(PyValueError::new_err(format!(
-                "{one} and {other} are mutually exclusive; pass only one of them"
+                "{first} and {second} are mutually exclusive; pass only one of them"
             )));
         }
         Ok(())

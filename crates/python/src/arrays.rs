@@ -1,6 +1,6 @@
 //! Converts numpy arrays. Inputs are array-like: lists, tuples, and arrays of any real dtype, strided or
-//! read-only. Outputs are new `float64` arrays, read-only for constant data, or the caller's `out`. Errors
-//! name the argument.
+//! read-only. Outputs are new `float64` arrays (read-only for constant data), or the array that the caller
+//! passes as `out`. Errors name the argument.
 
 use nalgebra::{Matrix3, Point3};
 use numpy::ndarray::{Array2, Array3};
@@ -15,7 +15,7 @@ use crate::argument::wrong_type;
 /// The expected length of an array along one axis.
 #[derive(Clone, Copy)]
 pub(crate) enum Axis {
-    /// Any length; messages show this name.
+    /// Any length; messages show this name in place of the length.
     Any(&'static str),
     /// Exactly this length.
     Is(usize),
@@ -24,11 +24,12 @@ pub(crate) enum Axis {
 }
 
 impl Axis {
+    /// Returns whether `length` is a valid length of the axis.
     fn accepts(self, length: usize) -> bool {
         match self {
             Self::Any(_) => true,
             Self::Is(expected) => length == expected,
-            Self::Between(least, greatest) => (least..=greatest).contains(&length),
+            Self::Between(min, max) => (min..=max).contains(&length),
         }
     }
 }
@@ -50,7 +51,7 @@ pub(crate) fn integers<'py>(
     shape: &[Axis],
 ) -> PyResult<PyReadonlyArrayDyn<'py, i64>> {
     let array = array(value, name, shape, "integers", b"iu")?;
-    // Conversion to int64 would make large values negative.
+    // The conversion to int64 below would make values from 2^63 on negative.
     if array.dtype().kind() == b'u' && array.dtype().itemsize() == 8 {
         let unsigned = contiguous::<u64>(array.clone(), "uint64")?;
         if let Some(large) = unsigned.as_slice()?.iter().find(|&&x| i64::try_from(x).is_err()) {
@@ -115,24 +116,24 @@ fn finite<'py>(
     Ok(array)
 }
 
-/// Checks that all numbers are finite. The error gives the index of the first that is not.
+/// Checks that all numbers are finite. The error gives the index of the first number that is not finite.
 fn check_finite(array: &PyReadonlyArrayDyn<'_, f64>, name: &str) -> PyResult<()> {
     let numbers = array.as_slice()?;
-    let Some(mut at) = numbers.iter().position(|x| !x.is_finite()) else { return Ok(()) };
-    let value = numbers[at];
+    let Some(mut offset) = numbers.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+    let value = numbers[offset];
     let mut index = vec![0; array.ndim()];
     for (index, length) in index.iter_mut().zip(array.shape()).rev() {
-        (*index, at) = (at % length, at / length);
+        (*index, offset) = (offset % length, offset / length);
     }
     Err(PyValueError::new_err(format!("{name}[{}] = {value} is not finite", joined(&index))))
 }
 
-/// Formats numbers as "1, 2, 3".
-fn joined(numbers: &[usize]) -> String {
-    numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+/// Formats the lengths of axes, or indices, as "1, 2, 3".
+fn joined(values: &[usize]) -> String {
+    values.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Calls `numpy.asarray`, and checks the shape and the kind of the dtype. `what` names the expected kind in
+/// Calls `numpy.asarray`, and checks the shape and the kind of the dtype. `what` names the valid kinds in
 /// messages.
 fn array<'py>(
     value: &Bound<'py, PyAny>,
@@ -185,44 +186,44 @@ fn contiguous<'py, T: numpy::Element>(
 
 /// Formats an expected shape, such as `(n, 3)` or `(m, 3) or (m, 4)`.
 fn expected(shape: &[Axis]) -> String {
-    let one = |pick: fn(usize, usize) -> usize| {
+    let format_with = |pick: fn(usize, usize) -> usize| {
         let length = |axis: &Axis| match *axis {
             Axis::Any(name) => name.to_owned(),
             Axis::Is(length) => length.to_string(),
-            Axis::Between(least, greatest) => pick(least, greatest).to_string(),
+            Axis::Between(min, max) => pick(min, max).to_string(),
         };
         let lengths: Vec<String> = shape.iter().map(length).collect();
         let comma = if lengths.len() == 1 { "," } else { "" };
         format!("({}{comma})", lengths.join(", "))
     };
-    let (least, greatest) = (one(|least, _| least), one(|_, greatest| greatest));
-    if least == greatest { least } else { format!("{least} or {greatest}") }
+    let (smallest, largest) = (format_with(|min, _| min), format_with(|_, max| max));
+    if smallest == largest { smallest } else { format!("{smallest} or {largest}") }
 }
 
-/// Creates a new `(n, 3)` array.
+/// Creates an `(n, 3)` array from vectors.
 pub(crate) fn from_vectors<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Bound<'_, PyArray2<T>> {
     let rows = Array2::from_shape_vec((vectors.len(), 3), vectors.into_flattened());
-    rows.expect("three numbers per row").into_pyarray(py)
+    rows.expect("the length is a multiple of 3").into_pyarray(py)
 }
 
-/// Creates a read-only `(n, 3)` array.
+/// Creates a read-only `(n, 3)` array from vectors.
 pub(crate) fn read_only<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Py<PyArray2<T>> {
     let array = from_vectors(py, vectors);
     array.readwrite().make_nonwriteable();
     array.unbind()
 }
 
-/// Creates a new `(n, 3)` array.
+/// Creates an `(n, 3)` array from points.
 pub(crate) fn from_points<'py>(py: Python<'py>, points: Vec<Point3<f64>>) -> Bound<'py, PyArray2<f64>> {
     from_vectors(py, points.into_iter().map(Into::into).collect())
 }
 
-/// Creates a new `(n, 3, 3)` array.
+/// Creates an `(n, 3, 3)` array from matrices.
 pub(crate) fn from_matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> Bound<'py, PyArray3<f64>> {
     let n = matrices.len();
     // nalgebra is column-major, numpy row-major.
     let numbers: Vec<f64> = matrices.iter().flat_map(|m| m.transpose().data.0).flatten().collect();
-    Array3::from_shape_vec((n, 3, 3), numbers).expect("nine numbers per matrix").into_pyarray(py)
+    Array3::from_shape_vec((n, 3, 3), numbers).expect("the length is 9 n").into_pyarray(py)
 }
 
 /// Checks the `out` argument: a writable numpy array of shape `(rows, 3)`.
@@ -241,15 +242,15 @@ pub(crate) fn check_out<'a, 'py>(
     Ok(array)
 }
 
-/// Calls `fill` with the rows of `array`. It writes directly to a contiguous array, and through a copy
-/// otherwise.
+/// Calls `fill` with the rows of `array`. `fill` writes directly to a contiguous array. For another array it
+/// writes to a buffer, which is then copied to `array`.
 pub(crate) fn fill<'py, T: Element + Copy>(
     array: &Bound<'py, PyArray2<T>>,
     zero: T,
     fill: impl FnOnce(&mut [[T; 3]]) -> PyResult<()>,
 ) -> PyResult<()> {
     let mut guard = array.try_readwrite()?;
-    // A column-major array also gives a slice, but not of rows.
+    // A column-major array is also contiguous, but its slice does not consist of rows.
     if array.is_c_contiguous()
         && let Ok(numbers) = guard.as_slice_mut()
     {

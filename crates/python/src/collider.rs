@@ -10,10 +10,10 @@ use crate::argument::{number, wrong_type};
 use crate::arrays::vector;
 use crate::constraint;
 
-/// Reads the `colliders` argument as a tuple of Python objects.
-pub(crate) fn tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
-    let wrong = |_| wrong_type(colliders, "colliders", "a list of Plane, Sphere, Box or Capsule");
-    let items = colliders.try_iter().map_err(wrong)?;
+/// Reads the `colliders` argument, and returns the Python objects as a tuple.
+pub(crate) fn as_tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+    let error = |_| wrong_type(colliders, "colliders", "a list of Plane, Sphere, Box or Capsule");
+    let items = colliders.try_iter().map_err(error)?;
     PyTuple::new(colliders.py(), items.collect::<PyResult<Vec<_>>>()?)
 }
 
@@ -22,7 +22,7 @@ pub(crate) fn read_all(colliders: &Bound<'_, PyTuple>) -> PyResult<Vec<Collider>
     colliders.iter().enumerate().map(|(index, item)| read(&item, &format!("colliders[{index}]"))).collect()
 }
 
-/// Check a collider and return its fields as plain numbers. ValueError for an invalid field.
+/// Check a collider, and return its fields as plain numbers. Raises ValueError for an invalid field.
 #[pyfunction]
 pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let class = collider.get_type().name()?.to_string();

@@ -1,6 +1,6 @@
 //! Reads the arguments of pins, handles and forces: the selection (exactly one of `box=`, `sphere=`,
-//! `plane=`, `vertices=`), the time window, and keys, `[(time, translate, rotate), ...]` or dicts with these
-//! names.
+//! `plane=`, `vertices=`), the time window (`start=`, `end=`) and the keyframes (`keys=`: tuples
+//! `(time, translate, rotate)`, or dicts with these names).
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -16,7 +16,7 @@ pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
 /// Keyword arguments of a pin or a handle that may be `None`.
 pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "end"];
 
-/// Reads the selection among the arguments of `function`, for a lattice of `count` vertices.
+/// Reads the selection from the arguments of `function`, for a lattice of `count` vertices.
 pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
     let given = |shape| Ok(settings.get(shape)?.map(|value| (shape, value)));
     let given: Vec<_> =
@@ -24,8 +24,8 @@ pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -
     match &given[..] {
         [(shape, value)] => read_shape(shape, value, count),
         [] => Err(PyTypeError::new_err(format!("{function} needs one of box=, sphere=, plane=, vertices="))),
-        [(one, _), (other, _), ..] => Err(PyTypeError::new_err(format!(
-            "{function} accepts only one of box=, sphere=, plane=, vertices=; {one} and {other} were given"
+        [(first, _), (second, _), ..] => Err(PyTypeError::new_err(format!(
+            "{function} accepts only one of box=, sphere=, plane=, vertices=; {first} and {second} were given"
         ))),
     }
 }
@@ -42,16 +42,16 @@ pub(crate) fn window(settings: &Settings<'_>) -> PyResult<TimeWindow> {
 fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<Selection> {
     Ok(match shape {
         "box" => {
-            let [min, max] = pair(value, shape, ["min", "max"])?;
+            let [min, max] = read_pair(value, shape, ["min", "max"])?;
             Selection::Box { min: vector(&min, "box min")?, max: vector(&max, "box max")? }
         }
         "sphere" => {
-            let [center, radius] = pair(value, shape, ["center", "radius"])?;
+            let [center, radius] = read_pair(value, shape, ["center", "radius"])?;
             let center = vector(&center, "sphere center")?;
             Selection::Sphere { center, radius: number(&radius, "sphere radius")? }
         }
         "plane" => {
-            let [point, normal] = pair(value, shape, ["point", "normal"])?;
+            let [point, normal] = read_pair(value, shape, ["point", "normal"])?;
             let point = vector(&point, "plane point")?;
             Selection::Plane { point, normal: vector(&normal, "plane normal")? }
         }
@@ -59,8 +59,12 @@ fn read_shape(shape: &str, value: &Bound<'_, PyAny>, count: usize) -> PyResult<S
     })
 }
 
-/// Reads the two parts of a shape from a pair or from a dict with the keys `names`.
-fn pair<'py>(value: &Bound<'py, PyAny>, shape: &str, names: [&str; 2]) -> PyResult<[Bound<'py, PyAny>; 2]> {
+/// Reads the two numbers or vectors of a shape, from a pair or from a dict with the keys `names`.
+fn read_pair<'py>(
+    value: &Bound<'py, PyAny>,
+    shape: &str,
+    names: [&str; 2],
+) -> PyResult<[Bound<'py, PyAny>; 2]> {
     let expected = format!("a pair ({}, {})", names[0], names[1]);
     if let Ok(dict) = value.cast::<PyDict>() {
         let settings = Settings::from_dict(dict, shape, &names)?;
@@ -85,27 +89,27 @@ fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
         return Ok(chosen.map(|(vertex, _)| vertex as u32).collect());
     }
     let list = arrays::integers(value, "vertices", &[Axis::Any("k")])?;
-    let within = |&vertex: &i64| match u32::try_from(vertex) {
+    let checked = |&vertex: &i64| match u32::try_from(vertex) {
         Ok(valid) if (valid as usize) < count => Ok(valid),
         _ => Err(PyValueError::new_err(format!(
             "vertices: {vertex} is out of range: the lattice has {count} vertices, 0 to {}",
             count - 1
         ))),
     };
-    list.as_slice()?.iter().map(within).collect()
+    list.as_slice()?.iter().map(checked).collect()
 }
 
-/// Reads keys, in the given order.
+/// Reads keyframes, in the given order.
 pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
-    let wrong = || wrong_type(keys, "keys", "a list of (time, translate, rotate)");
+    let error = || wrong_type(keys, "keys", "a list of (time, translate, rotate)");
     if keys.is_instance_of::<PyString>() || keys.is_instance_of::<PyDict>() {
-        return Err(wrong());
+        return Err(error());
     }
-    let keys = keys.try_iter().map_err(|_| wrong())?.enumerate();
+    let keys = keys.try_iter().map_err(|_| error())?.enumerate();
     keys.map(|(index, key)| read_key(&key?, &format!("keys[{index}]"))).collect()
 }
 
-/// Reads one key: a sequence or a dict.
+/// Reads a keyframe: a sequence or a dict.
 fn read_key(key: &Bound<'_, PyAny>, name: &str) -> PyResult<Key> {
     if let Ok(dict) = key.cast::<PyDict>() {
         let settings = Settings::from_dict(dict, name, &["time", "translate", "rotate"])?;

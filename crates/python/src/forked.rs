@@ -1,5 +1,5 @@
-//! Locks that stay usable after a fork: a lock that another thread held during the fork gives an error, not a
-//! deadlock.
+//! Locks mutexes in a way that stays usable after a fork: a mutex that another thread had locked during the
+//! fork gives an error, not a deadlock.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
@@ -9,17 +9,19 @@ use std::time::Duration;
 use pyo3::PyErr;
 use pyo3::exceptions::PyRuntimeError;
 
-/// Number of attempts, and the pause between them, to take a lock whose owner may not exist in this process.
-const TRIES: usize = 200;
+/// Number of attempts to lock a mutex that may be locked by a thread that does not exist in this process.
+const ATTEMPTS: usize = 200;
+
+/// Pause between two attempts.
 const PAUSE: Duration = Duration::from_millis(1);
 
-/// The id of the process that last took a lock.
+/// The id of the process that last locked a mutex.
 ///
-/// A fork copies only the calling thread. A lock that another thread held during the fork is never released
-/// in the child process, and waiting for it would block forever.
+/// A fork copies only the calling thread. A mutex that another thread had locked during the fork is never
+/// unlocked in the child process, and waiting for it would block forever.
 pub(crate) struct Owner(AtomicU32);
 
-/// Another thread held the lock when the process was forked, so that the data may be inconsistent.
+/// Error: another thread had locked the mutex when the process was forked, so the data may be inconsistent.
 pub(crate) struct Forked;
 
 impl Owner {
@@ -28,18 +30,18 @@ impl Owner {
         Self(AtomicU32::new(std::process::id()))
     }
 
-    /// Takes the lock. In a forked process, the first call passes the guarded data to `reinitialize`.
+    /// Locks `mutex`. In a forked process, the first call passes the guarded data to `reinitialize`.
     ///
     /// # Errors
     ///
-    /// If another thread held the lock when the process was forked.
+    /// [`Forked`] if another thread had locked the mutex when the process was forked.
     pub(crate) fn lock<'a, T>(
         &self,
         mutex: &'a Mutex<T>,
         reinitialize: impl Fn(&mut T),
     ) -> Result<MutexGuard<'a, T>, Forked> {
         let process = std::process::id();
-        for _ in 0..TRIES {
+        for _ in 0..ATTEMPTS {
             if self.0.load(Ordering::Acquire) == process {
                 // Ignores poisoning: a panic leaves the data in a usable state.
                 return Ok(mutex.lock().unwrap_or_else(PoisonError::into_inner));
@@ -47,7 +49,8 @@ impl Owner {
             let mut guard = match mutex.try_lock() {
                 Ok(guard) => guard,
                 Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-                // Held by a thread that does not exist any more, or by another thread of this process.
+                // Locked by a thread that does not exist in this process, or by another thread of this
+                // process.
                 Err(TryLockError::WouldBlock) => {
                     sleep(PAUSE);
                     continue;

@@ -1,4 +1,4 @@
-//! `supple.rotations` and `supple.reference`: functions on arrays.
+//! Defines the functions on arrays: `supple.rotations` and `supple.reference.goals`.
 
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray2, PyArrayMethods};
@@ -9,15 +9,16 @@ use crate::argument::{self, wrong_type};
 use crate::arrays::{self, Axis};
 use crate::lattice::Lattice;
 
-/// Compute the rotation factor of each 3x3 matrix A, as in a step.
+/// Compute the rotation factor of each 3x3 matrix A, with the algorithm of a step.
 ///
 /// The rotation factor is the rotation R that maximizes trace(R^T A).
 ///
 /// a : (n, 3, 3) float, or a single (3, 3)
 ///     Finite, of any scale.
 ///
-/// Returns (n, 3, 3) float64, or (3, 3). Each result is a proper rotation (det +1), also for a singular or
-/// inverted A: for det A < 0 it is U diag(1, 1, -1) V^T (Umeyama 1991); for A = 0 it is the identity.
+/// Returns (n, 3, 3) float64, or (3, 3) for a single matrix. Each R is a proper rotation (det R = +1), also
+/// for a singular or inverted A. For det A < 0, R is U diag(1, 1, -1) V^T with the singular value
+/// decomposition A = U S V^T (Umeyama 1991). For A = 0, R is the identity.
 #[pyfunction]
 pub(crate) fn rotations<'py>(a: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let py = a.py();
@@ -33,20 +34,20 @@ pub(crate) fn rotations<'py>(a: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny
     Ok(arrays::from_matrices(py, &rotations).into_any())
 }
 
-/// Compute goal positions by naive sums in float64: a slow reference for Body.goals.
+/// Compute goal positions by naive sums in float64. The function is slow; it is the reference for Body.goals.
 ///
 /// lattice : Lattice
 /// positions : (n, 3) float
-///     One per lattice vertex, in the units of the lattice's cell size.
+///     One per lattice vertex, in the length unit of lattice.cell_size.
 /// half_width : int
 ///     Half-width of the regions in cells, at least 0.
 /// regions : "staircase" or "breadth_first"
 ///     "staircase": the regions of a step, up to half_width links along z, then y, then x.
-///     "breadth_first": all vertices within half_width steps between corners of a common cell
-///     (Rivers & James 2007).
+///     "breadth_first": all vertices that are reached by at most half_width steps, each between two corners
+///     of one cell (Rivers & James 2007).
 ///
-/// Returns (n, 3) float64. The mass m_i of a vertex is its number of occupied cells / 8. Its weight in each
-/// of the n_i regions that contain it is m_i / n_i.
+/// Returns (n, 3) float64. The mass m_i of vertex i is the number of occupied cells that share the vertex,
+/// divided by 8. The weight of the vertex in each of the n_i regions that contain it is m_i / n_i.
 #[pyfunction]
 #[pyo3(name = "reference_goals", signature = (lattice, positions, half_width, regions=None), text_signature = "(lattice, positions, half_width, regions='staircase')")]
 pub(crate) fn reference_goals<'py>(

@@ -1,4 +1,4 @@
-//! `supple.Lattice`: the cubic cells that cover a shape, and their corners.
+//! Defines `supple.Lattice`: the cubic cells that cover a shape, and the corners of the cells.
 
 use nalgebra::Point3;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
@@ -15,8 +15,8 @@ use crate::mesh::mesh_like;
 
 /// A lattice of cubic cells. The corners of the cells are the simulated vertices.
 ///
-/// Create it with Lattice.from_mesh or Lattice.from_cells. Vertices and cells are sorted by (z, y, x), x
-/// fastest; arrays with one row per vertex have this order. len(lattice) is the number of vertices.
+/// Create a lattice with Lattice.from_mesh or Lattice.from_cells. Vertices and cells are sorted by z, then y,
+/// then x; arrays with one row per vertex or cell have this order. len(lattice) is the number of vertices.
 #[pyclass(frozen, module = "supple")]
 pub(crate) struct Lattice {
     pub(crate) lattice: supple::Lattice,
@@ -38,13 +38,14 @@ impl Lattice {
     ///
     /// mesh : Mesh, path, or an object with vertices and faces (trimesh.Trimesh)
     /// vertices : int, default 1000
-    ///     Target number of lattice vertices, at least 8. The result is within 5 % where the shape allows.
+    ///     Target number of lattice vertices, at least 8. The actual number is within 5 % of the target where
+    ///     the shape allows.
     /// cell_size : float
-    ///     Edge of a cell, > 0. Excludes vertices.
+    ///     Edge of a cell, > 0. Mutually exclusive with vertices.
     /// join : bool, default True
-    ///     Bridges of cells join separate parts. If False, each part is a component of its own.
+    ///     Whether bridges of cells join separate parts. If False, each part is a separate component.
     /// memory_limit : int, default half of the machine's memory
-    ///     Limit in bytes of the lattice and its simulation.
+    ///     Limit in bytes of the memory of the lattice and a simulation of it.
     ///
     /// Raises LatticeError for a lattice that cannot be built or exceeds the memory limit, MeshError for an
     /// invalid mesh and ValueError for a value out of range.
@@ -82,7 +83,7 @@ impl Lattice {
     /// origin : (3,) float, default 0
     ///     Position of the vertex with indices (0, 0, 0).
     /// join : bool, default True
-    ///     Bridges of cells join separate parts. If False, each part is a component of its own.
+    ///     Whether bridges of cells join separate parts. If False, each part is a separate component.
     ///
     /// Raises LatticeError if no cell is occupied or a value is invalid.
     #[classmethod]
@@ -100,15 +101,16 @@ impl Lattice {
         let py = cells.py();
         let cell_size = cell_size.map_or(Ok(1.0), |cell_size| argument::number(cell_size, "cell_size"))?;
         let join = join.map_or(Ok(true), |join| argument::boolean(join, "join"))?;
-        let wrong = |e| Exception::Lattice.wrap_value_error(e);
-        let cells = occupied(cells).map_err(wrong)?;
-        let origin = origin.map_or(Ok([0.0; 3]), |origin| arrays::vector(origin, "origin")).map_err(wrong)?;
+        let wrap = |e| Exception::Lattice.wrap_value_error(e);
+        let cells = occupied(cells).map_err(wrap)?;
+        let origin = origin.map_or(Ok([0.0; 3]), |origin| arrays::vector(origin, "origin")).map_err(wrap)?;
         Self::build(py, &cells, cell_size, origin, join)
     }
 
     /// Grid coordinates of the vertices: (n, 3) int64, read-only.
     ///
-    /// With from_cells, the origin is the least corner of cell (0, 0, 0) of the given array.
+    /// If the lattice was created by from_cells, the vertex (0, 0, 0) is the corner of cells[0, 0, 0] with
+    /// the smallest coordinates.
     #[getter]
     fn indices<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let indices = || self.lattice.indices().iter().map(|index| index.map(i64::from)).collect();
@@ -123,7 +125,9 @@ impl Lattice {
         self.rest_positions.get_or_init(py, || arrays::read_only(py, positions())).bind(py)
     }
 
-    /// Grid coordinates of the least corner of each occupied cell: (m, 3) int64, read-only.
+    /// Grid coordinates of the occupied cells: (m, 3) int64, read-only.
+    ///
+    /// The grid coordinates of a cell are the grid coordinates of its corner with the smallest coordinates.
     #[getter]
     fn cells<'py>(&self, py: Python<'py>) -> &Bound<'py, PyArray2<i64>> {
         let cells = || self.lattice.cells().iter().map(|index| index.map(i64::from)).collect();
@@ -142,7 +146,7 @@ impl Lattice {
         PyArray1::from_slice(py, self.lattice.origin().coords.as_slice())
     }
 
-    /// Number of connected components of the link graph.
+    /// Number of connected components of the graph of lattice vertices and links.
     #[getter]
     fn component_count(&self) -> usize {
         self.lattice.components().count
@@ -170,7 +174,8 @@ impl Lattice {
         Ok((restore, arguments).into_pyobject(py)?.into_any())
     }
 
-    /// Create a lattice from the grid coordinates of its cells, without bridges. For pickles.
+    /// Create a lattice from the grid coordinates of its cells, without adding bridges. Pickles call this
+    /// function.
     #[classmethod]
     fn _from_indices(
         class: &Bound<'_, PyType>,
@@ -187,6 +192,7 @@ impl Lattice {
 }
 
 impl Lattice {
+    /// Builds the lattice of occupied cells.
     fn build(
         py: Python<'_>,
         cells: &[[i32; 3]],
@@ -214,5 +220,5 @@ fn occupied(cells: &Bound<'_, PyAny>) -> PyResult<Vec<[i32; 3]>> {
         return Err(PyValueError::new_err("cells has an axis of more than 2^30 cells"));
     }
     let occupied = cells.as_slice()?.iter().enumerate().filter(|(_, occupied)| **occupied);
-    Ok(occupied.map(|(at, _)| [at / nz / ny, at / nz % ny, at % nz].map(|index| index as i32)).collect())
+    Ok(occupied.map(|(k, _)| [k / nz / ny, k / nz % ny, k % nz].map(|index| index as i32)).collect())
 }

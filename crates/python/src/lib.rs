@@ -1,17 +1,17 @@
-//! `supple._core`: the Python bindings of the `supple` crate. They convert arrays, errors and classes, and
-//! contain no algorithms.
+//! The module `supple._core`: the Python bindings of the `supple` crate. They convert arrays, errors and
+//! classes, and contain no algorithms.
 //!
 //! | file | contents |
 //! |---|---|
 //! | `argument` | checks numbers, strings and keyword arguments |
 //! | `arrays` | converts numpy arrays |
 //! | `error` | converts Rust errors to the exceptions of `supple.errors` |
-//! | `forked` | locks that stay usable after a fork |
-//! | `mesh`, `lattice`, `body`, `simulation` | the classes |
+//! | `forked` | locks mutexes without a deadlock after a fork |
+//! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint`, `collider` | read the descriptions of pins, handles and colliders |
 //! | `scene` | loads and runs scenes |
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
-//! | `functions` | functions over arrays |
+//! | `functions` | defines functions on arrays |
 
 mod argument;
 mod arrays;

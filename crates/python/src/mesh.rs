@@ -1,4 +1,4 @@
-//! `supple.Mesh`: a surface mesh from arrays, an OBJ file or another library's mesh.
+//! Defines `supple.Mesh`: a surface mesh from arrays, an OBJ file or the mesh object of another library.
 
 use std::path::{Path, PathBuf};
 
@@ -59,7 +59,7 @@ impl Mesh {
         self.faces.get_or_init(py, || arrays::read_only(py, faces())).bind(py)
     }
 
-    /// Enclosed volume, never negative. It is not meaningful for an open mesh.
+    /// Enclosed volume, never negative. The volume of an open mesh is not meaningful.
     #[getter]
     fn volume(&self, py: Python<'_>) -> f64 {
         py.detach(|| self.mesh.volume())
@@ -71,7 +71,7 @@ impl Mesh {
         py.detach(|| self.mesh.is_closed())
     }
 
-    /// Bounding box of the vertices that faces use: (2, 3) float64, least and greatest coordinates.
+    /// Bounding box of the vertices that faces use: (2, 3) float64, the minimum and maximum corners.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let (low, high) = self.mesh.bounds();
@@ -96,8 +96,8 @@ impl Mesh {
         Ok((restore, arrays).into_pyobject(py)?.into_any())
     }
 
-    /// Create a mesh from vertices, the number of corners of each face, and the concatenated corners. For
-    /// pickles.
+    /// Create a mesh from vertices, the number of corners of each face, and the concatenated corners of all
+    /// faces. Pickles call this function.
     #[classmethod]
     fn _from_polygons(
         _class: &Bound<'_, PyType>,
@@ -129,10 +129,11 @@ impl Mesh {
 #[pyo3(signature = (path, object=None))]
 pub(crate) fn read_obj(path: &Bound<'_, PyAny>, object: Option<&Bound<'_, PyAny>>) -> PyResult<Mesh> {
     let object = object.map(|object| argument::text(object, "object")).transpose()?;
-    read_part(path.py(), &argument::path(path, "path")?, object.as_deref())
+    read_mesh(path.py(), &argument::path(path, "path")?, object.as_deref())
 }
 
-fn read_part(py: Python<'_>, path: &Path, object: Option<&str>) -> PyResult<Mesh> {
+/// Reads a mesh from an OBJ file: all of it, or only the object or group with the name `object`.
+fn read_mesh(py: Python<'_>, path: &Path, object: Option<&str>) -> PyResult<Mesh> {
     let mesh = py.detach(|| supple_io::obj::read_object(path, object));
     mesh.map(Mesh::from_core).map_err(error::from_obj)
 }
@@ -146,7 +147,7 @@ pub(crate) fn mesh_like<'py>(
 ) -> PyResult<Bound<'py, Mesh>> {
     let py = value.py();
     if let Ok(path) = value.extract::<PathBuf>() {
-        return Bound::new(py, read_part(py, &path, object.as_deref())?);
+        return Bound::new(py, read_mesh(py, &path, object.as_deref())?);
     }
     if object.is_some() {
         return Err(PyValueError::new_err("object needs a mesh that is read from a file; pass a path"));
@@ -160,26 +161,26 @@ pub(crate) fn mesh_like<'py>(
     }
 }
 
-/// Creates a mesh from the number of corners of each face and the concatenated corners.
+/// Creates a mesh from the number of corners of each face and the concatenated corners of all faces.
 fn mesh_from_polygons(sizes: &[usize], corners: &[i64], points: Vec<[f64; 3]>) -> PyResult<Mesh> {
     let vertices = points.len();
-    let within = |corner: &i64| (0..vertices as i64).contains(corner);
-    if let Some(at) = corners.iter().position(|corner| !within(corner)) {
+    let in_range = |corner: &i64| (0..vertices as i64).contains(corner);
+    if let Some(invalid) = corners.iter().position(|corner| !in_range(corner)) {
         let mut end = 0;
         let face = sizes.iter().position(|size| {
             end += size;
-            end > at
+            end > invalid
         });
         return Err(Exception::Mesh.with(format!(
             "face {} refers to vertex {} of {vertices} (counted from 0)",
             face.unwrap_or_default(),
-            corners[at]
+            corners[invalid]
         )));
     }
     let corners: Vec<u32> = corners.iter().map(|&corner| corner as u32).collect();
     let mut rest = &corners[..];
     let faces: Vec<&[u32]> =
-        sizes.iter().map(|&size| rest.split_off(..size).expect("sizes were checked")).collect();
+        sizes.iter().map(|&size| rest.split_off(..size).expect("the sizes sum to the corners")).collect();
     supple::Mesh::new(points, &faces).map(Mesh::from_core).map_err(error::from_core)
 }
 

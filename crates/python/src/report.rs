@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use supple::ComponentReport;
 
-/// Creates a report of the class `class`, with its fields in order.
-pub(crate) fn make<'py>(
+/// Creates a report of the class `class` of `supple.reports` from its fields in order.
+pub(crate) fn new_report<'py>(
     py: Python<'py>,
     class: &str,
     fields: impl PyCallArgs<'py>,
@@ -20,7 +20,7 @@ pub(crate) fn volume_report<'py>(
     report: &supple::VolumeReport,
 ) -> PyResult<Bound<'py, PyAny>> {
     let component = |c: &ComponentReport| {
-        make(py, "ComponentReport", (c.rest, c.before, c.after, c.lambda, c.residual, c.capped))
+        new_report(py, "ComponentReport", (c.rest, c.before, c.after, c.lambda, c.residual, c.capped))
     };
     let components = report.components.iter().map(component).collect::<PyResult<Vec<_>>>()?;
     let volumes = PyDict::new(py);
@@ -30,5 +30,5 @@ pub(crate) fn volume_report<'py>(
     let supple::VolumeReport { measure, rest, before, after, lambda, residual, capped, .. } = report;
     let components = PyTuple::new(py, components)?;
     let fields = (measure.name(), rest, before, after, lambda, residual, capped, components, volumes);
-    make(py, "VolumeReport", fields)
+    new_report(py, "VolumeReport", fields)
 }

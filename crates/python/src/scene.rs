@@ -18,7 +18,7 @@ use crate::mesh::Mesh;
 use crate::simulation::Simulation;
 use crate::{collider, report};
 
-/// Load a scene file as a simulation at time zero. `overrides` are `KEY=VALUE`.
+/// Load a scene file as a simulation at time zero. `overrides` contains strings `KEY=VALUE`.
 #[pyfunction]
 pub(crate) fn load_scene<'py>(
     py: Python<'py>,
@@ -72,7 +72,7 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
         Stiffness::Frequency(hertz) => settings.set_item("frequency", hertz)?,
     }
     match data.material.region_damping {
-        RegionDamping::PerStep(share) => settings.set_item("region_damping", share)?,
+        RegionDamping::PerStep(fraction) => settings.set_item("region_damping", fraction)?,
         RegionDamping::Rate(rate) => settings.set_item("region_damping_rate", rate)?,
     }
     settings.set_item("density", data.material.density)?;
@@ -84,10 +84,11 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
 const KEYS: [&str; 9] =
     ["output", "format", "frames", "progress", "every", "start_frame", "stats", "resume", "threads"];
 
-/// Keyword arguments of `supple.run` that may be `None`: the value of the scene, or no output.
+/// Keyword arguments of `supple.run` that may be `None`, which means the value of the scene, or no callback
+/// or statistics.
 const OPTIONAL: [&str; 6] = ["output", "format", "frames", "progress", "stats", "threads"];
 
-/// Run a scene to frames on disk. `overrides` are `KEY=VALUE`.
+/// Run a scene to frames on disk. `overrides` contains strings `KEY=VALUE`.
 #[pyfunction]
 #[pyo3(
     signature = (path, overrides, **options),
@@ -122,13 +123,14 @@ pub(crate) fn run<'py>(
     run_report(py, &report.map_err(run_error)?)
 }
 
-/// Checks for Ctrl-C and calls the `progress` callback after each frame. An exception of either stops the
-/// run.
+/// Checks for Ctrl-C and calls the `progress` callback after each frame. A `KeyboardInterrupt` or an
+/// exception of the callback stops the run.
 struct CallbackObserver<'a> {
     scene: &'a Scene,
     callback: Option<Py<PyAny>>,
     /// The simulation that the callback can read and change.
     simulation: Option<Py<Simulation>>,
+    /// The exception that stops the run.
     raised: Option<PyErr>,
 }
 
@@ -152,7 +154,7 @@ impl Observer for CallbackObserver<'_> {
             let Some(callback) = &self.callback else { return Ok(true) };
             let Progress { frame, last, time, elapsed } = progress;
             let fields = (*frame, *last, *time, elapsed.as_secs_f64(), &self.simulation);
-            let result = callback.bind(py).call1((report::make(py, "Progress", fields)?,))?;
+            let result = callback.bind(py).call1((report::new_report(py, "Progress", fields)?,))?;
             Ok(result.extract::<bool>().unwrap_or(true))
         });
         let proceed = proceed.unwrap_or_else(|error| {
@@ -167,7 +169,7 @@ impl Observer for CallbackObserver<'_> {
 fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny>> {
     let body = |body: &BodyReport| {
         let volume = report::volume_report(py, &body.volume)?;
-        report::make(py, "BodyReport", (&body.name, body.lattice_vertices, volume))
+        report::new_report(py, "BodyReport", (&body.name, body.lattice_vertices, volume))
     };
     let bodies = run.bodies.iter().map(body).collect::<PyResult<Vec<_>>>()?;
     let outcome = match run.outcome {
@@ -179,10 +181,10 @@ fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAn
     let elapsed = run.elapsed.as_secs_f64();
     let RunReport { directory, resumed_after, last, simulated, written, substeps, .. } = run;
     let values = (directory, outcome, resumed_after, last, simulated, written, substeps, elapsed, bodies);
-    report::make(py, "RunReport", values)
+    report::new_report(py, "RunReport", values)
 }
 
-/// Opens a scene file: TOML, or a model, for which a default scene is created.
+/// Opens a scene file (TOML), or creates the default scene of a model.
 fn open(path: &Bound<'_, PyAny>, overrides: &[String]) -> PyResult<Scene> {
     let py = path.py();
     let path = argument::path(path, "path")?;

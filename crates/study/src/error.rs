@@ -1,4 +1,4 @@
-//! Errors of a study.
+//! Defines the errors of a study.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use supple::Error;
 use supple_io::run::RunError;
 
-/// Error of a study.
+/// A reason why a study cannot be run or written.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The scene cannot be read, built or run.
@@ -34,7 +34,7 @@ pub enum StudyError {
         /// Description of the difference.
         what: String,
     },
-    /// A file or folder cannot be read or written.
+    /// A file or directory cannot be read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     File {
         /// The verb of the failed operation, e.g. `write`.
@@ -55,7 +55,7 @@ pub enum StudyError {
 }
 
 impl StudyError {
-    /// Returns whether the input is invalid, in which case nothing was written.
+    /// Returns whether the cause is an invalid input. Nothing was written then.
     pub fn is_input(&self) -> bool {
         match self {
             Self::Run(error) => error.is_input(),
@@ -64,7 +64,8 @@ impl StudyError {
         }
     }
 
-    /// Converts a run error that occurs after the study at `path` was written.
+    /// Converts a [`Self::Run`] error that occurs after the study at `path` was written to
+    /// [`Self::AfterStart`].
     pub(crate) fn after_writing(self, path: PathBuf) -> Self {
         match self {
             Self::Run(source) => Self::AfterStart { path, source: Box::new(source) },
@@ -72,6 +73,7 @@ impl StudyError {
         }
     }
 
+    /// Creates a [`Self::File`] error.
     pub(crate) fn file(action: &'static str, path: &Path, source: io::Error) -> Self {
         Self::File { action, path: path.to_owned(), source }
     }

@@ -1,10 +1,11 @@
 //! Studies of supple: error against run time, and stability in stiff and extreme cases.
 //!
-//! * [`Study`]: a scene at fixed physical stiffness and damping, for several lattice resolutions,
-//!   half-widths, steps per frame, volume corrections and summations. Each point has its run time per frame
-//!   and its errors; the points on the Pareto fronts are marked.
-//! * [`SumsStudy`]: accuracy and run time of the summation alone.
-//! * [`stability`]: stiff and extreme cases, each checked against bounds.
+//! * [`Study`]: runs a scene at constant physical stiffness and damping with several lattice resolutions,
+//!   half-widths, steps per frame, volume corrections and summations. A point of the study is the scene with
+//!   one such setting. Run time per frame and errors are measured for each point, and the points on the
+//!   Pareto fronts (no other point is both faster and more accurate) are marked.
+//! * [`SumsStudy`]: measures accuracy and run time of the summation alone.
+//! * [`stability`]: runs stiff and extreme cases and checks each against bounds.
 //!
 //! The library prints nothing; it reports progress to an [`Observer`].
 

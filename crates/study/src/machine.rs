@@ -1,4 +1,4 @@
-//! Description of the machine that ran a study.
+//! Describes the machine that ran a study.
 
 use std::thread::available_parallelism;
 
@@ -13,7 +13,7 @@ pub struct Machine {
     pub processors: usize,
     /// Number of worker threads.
     pub threads: usize,
-    /// SIMD level used by the core.
+    /// SIMD level used by the library `supple`.
     pub simd: String,
     /// Operating system and architecture.
     pub system: String,

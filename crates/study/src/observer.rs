@@ -1,4 +1,4 @@
-//! Progress of a study: observers, outcomes and the meter that reports progress.
+//! Reports the progress of a study to an observer, which can stop the study.
 
 use supple_io::run::Flow;
 
@@ -34,46 +34,49 @@ pub enum Outcome {
     AlreadyFinished,
 }
 
-/// Measures the completed work of a study and reports it to the observer.
+/// Adds up the completed work of a study and reports it to the observer. The weight of a point is its
+/// estimated run time in any unit.
 pub(crate) struct Meter<'a> {
     observer: &'a mut dyn Observer,
-    /// Weight of all points.
+    /// Sum of the weights of all points.
     total: f64,
-    /// Weight of the completed points.
+    /// Sum of the weights of the completed points.
     completed: f64,
     /// Name of the current point.
     point: String,
     /// Weight of the current point.
     weight: f64,
     /// Completed fraction of the current point.
-    share: f64,
+    fraction: f64,
     /// Fraction of the current point that a tick adds.
     tick: f64,
 }
 
 impl<'a> Meter<'a> {
-    /// Creates a meter for work of the weight `total`.
+    /// Creates a meter for points with the total weight `total`.
     pub(crate) fn new(observer: &'a mut dyn Observer, total: f64) -> Self {
         let total = total.max(f64::MIN_POSITIVE);
-        Self { observer, total, completed: 0.0, point: String::new(), weight: 0.0, share: 0.0, tick: 0.0 }
+        Self { observer, total, completed: 0.0, point: String::new(), weight: 0.0, fraction: 0.0, tick: 0.0 }
     }
 
-    /// Completes the current point and begins `point`, which has the given weight and about `ticks` ticks.
+    /// Completes the current point and begins `point`, which has the given weight and approximately `ticks`
+    /// ticks.
     pub(crate) fn begin(&mut self, point: impl Into<String>, weight: f64, ticks: f64) -> Result<(), Halt> {
         self.completed += self.weight;
-        (self.point, self.weight, self.share, self.tick) = (point.into(), weight, 0.0, 1.0 / ticks.max(1.0));
+        (self.point, self.weight) = (point.into(), weight);
+        (self.fraction, self.tick) = (0.0, 1.0 / ticks.max(1.0));
         self.report()
     }
 
     /// Adds a tick (a frame or a similar unit) to the current point.
     pub(crate) fn tick(&mut self) -> Result<(), Halt> {
-        self.share = (self.share + self.tick).min(1.0);
+        self.fraction = (self.fraction + self.tick).min(1.0);
         self.report()
     }
 
     /// Reports the progress; fails with [`Halt::Stopped`] if the observer requests a stop.
     fn report(&mut self) -> Result<(), Halt> {
-        let done = ((self.completed + self.weight * self.share) / self.total).min(1.0);
+        let done = ((self.completed + self.weight * self.fraction) / self.total).min(1.0);
         match self.observer.progress(&Progress { done, point: &self.point }) {
             Flow::Continue => Ok(()),
             Flow::Stop => Err(Halt::Stopped),

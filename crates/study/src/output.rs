@@ -1,4 +1,4 @@
-//! Output files of studies, and formatting of numbers in tables.
+//! Writes the output files of studies, and formats numbers for tables.
 
 use std::fs;
 use std::path::Path;
@@ -8,19 +8,20 @@ use supple_io::run::RunError;
 
 use crate::error::StudyError;
 
-/// Creates a folder if it does not exist. If the path is a file, the error is an input error.
-pub(crate) fn open_folder(directory: &Path) -> Result<(), StudyError> {
+/// Creates a directory if it does not exist. If the path is a file, the error is an input error.
+pub(crate) fn create_directory(directory: &Path) -> Result<(), StudyError> {
     if directory.exists() && !directory.is_dir() {
         return Err(RunError::OutputIsAFile { path: directory.to_owned() }.into());
     }
     fs::create_dir_all(directory).map_err(|error| StudyError::file("create", directory, error))
 }
 
-/// Writes a file with the extension `part` and renames it to `path`. On an error, an existing file is kept.
+/// Writes the bytes to a temporary file with the extension `part` and renames it to `path`. On an error, an
+/// existing file at `path` is kept.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
-    let part = path.with_extension("part");
-    fs::write(&part, bytes)
-        .and_then(|()| fs::rename(&part, path))
+    let temporary = path.with_extension("part");
+    fs::write(&temporary, bytes)
+        .and_then(|()| fs::rename(&temporary, path))
         .map_err(|error| StudyError::file("write", path, error))
 }
 
@@ -39,8 +40,8 @@ pub(crate) fn write_csv(path: &Path, records: &[Vec<String>]) -> Result<(), Stud
     write_atomically(path, &writer.into_inner().map_err(|error| failed(error.into_error().into()))?)
 }
 
-/// Formats a number with two to four digits, mostly in at most six columns: `0.129`, `3.1e-7`. `None` gives
-/// `-`.
+/// Formats a number with two to four digits, for example `0.129` or `3.1e-7`; most results have at most six
+/// columns. `None` gives `-`.
 pub(crate) fn compact(value: Option<f64>) -> String {
     match value {
         None => "-".to_owned(),

@@ -1,8 +1,9 @@
-//! Run times per frame. A sample is one run of the whole motion, divided by its number of frames.
+//! Defines run times per frame. A sample is the time of one run of the whole motion, divided by its number of
+//! frames.
 
 use serde::{Deserialize, Serialize};
 
-/// Wall-clock milliseconds per frame, from one run of the whole motion.
+/// Wall-clock times of a frame in milliseconds: means over one run of the whole motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Steps of the frame.
@@ -42,8 +43,8 @@ impl Spread {
             0 => (sorted[middle - 1] + sorted[middle]) / 2.0,
             _ => sorted[middle],
         };
-        let end = |at: Option<&f64>| at.copied().unwrap_or(f64::NAN);
-        Self { median, low: end(sorted.first()), high: end(sorted.last()) }
+        let number = |value: Option<&f64>| value.copied().unwrap_or(f64::NAN);
+        Self { median, low: number(sorted.first()), high: number(sorted.last()) }
     }
 }
 

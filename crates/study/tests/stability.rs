@@ -1,8 +1,8 @@
-//! The stability cases as tests: the quick cases in each run, all cases with `--ignored`.
+//! Runs the stability cases as tests: the quick cases in each run, all cases with `--ignored`.
 
 use supple_study::stability::{Case, StabilityReport, Suite, cases};
 
-/// Runs cases on all processors and checks that all assert_all_pass.
+/// Runs cases on all processors and asserts that all of them pass.
 fn assert_all_pass(cases: &[Case]) {
     let report = StabilityReport::of(cases, &mut ());
     assert_eq!(report.rows.len(), cases.len());

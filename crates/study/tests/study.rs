@@ -1,4 +1,4 @@
-//! The study of a small scene: figures, files, stopping and resuming.
+//! Tests the study of a small scene: figures, files, stopping and resuming.
 
 use std::fs;
 
@@ -7,10 +7,11 @@ use supple_io::scene::Scene;
 use supple_study::{Axis, Front, Observer, Outcome, Point, Progress, Report, Study, StudyError};
 use tempfile::TempDir;
 
-/// A block of 2 x 3 x 1, closed.
+/// OBJ text of a closed block of 2 x 3 x 1 scene units.
 const BLOCK: &str = include_str!("block.obj");
 
-/// The block is pinned at one side above the ground, pulled at the other, released at 0.2 s, and falls.
+/// A block that is pinned at one side above the ground and pulled at the opposite side. Both sides are
+/// released at 0.2 s, and the block falls.
 const SCENE: &str = r#"
 [simulation]
 frames = 12
@@ -41,16 +42,16 @@ end = 0.2
 plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 "#;
 
-/// Creates a folder with the scene, and a study of it.
-fn stage() -> (TempDir, Study) {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("block.obj"), BLOCK).unwrap();
-    let scene = Scene::parse(SCENE, "scene.toml", folder.path(), &[]).unwrap();
-    let directory = folder.path().join("out");
-    (folder, Study { scene, name: "scene.toml".to_owned(), directory, quick: true, resume: false })
+/// Creates a temporary directory with the scene, and a study of the scene.
+fn small_study() -> (TempDir, Study) {
+    let temporary = tempfile::tempdir().unwrap();
+    fs::write(temporary.path().join("block.obj"), BLOCK).unwrap();
+    let scene = Scene::parse(SCENE, "scene.toml", temporary.path(), &[]).unwrap();
+    let directory = temporary.path().join("out");
+    (temporary, Study { scene, name: "scene.toml".to_owned(), directory, quick: true, resume: false })
 }
 
-/// Requests a stop when the point after `points` points begins.
+/// Requests a stop when `points` points have been measured and the next one begins.
 struct StopsAfter {
     points: usize,
     last: String,
@@ -77,7 +78,7 @@ fn on(report: &Report, axis: Axis) -> Vec<&Point> {
 
 #[test]
 fn figures_satisfy_their_bounds() {
-    let (_folder, study) = stage();
+    let (_directory, study) = small_study();
     let (report, outcome) = study.run(&mut ()).unwrap();
     assert_eq!(outcome, Outcome::Finished);
     let base = on(&report, Axis::Base)[0];
@@ -88,7 +89,7 @@ fn figures_satisfy_their_bounds() {
         let Point { name, errors, timing, .. } = point;
         assert!(timing.samples.iter().all(|sample| sample.total() > 0.0), "{name}");
         assert_eq!(timing.warm_up.is_some(), point.sums == "fast");
-        // The volume of the mesh is preserved to rounding by the measure `mesh`, and not by other methods.
+        // Only the measure `mesh` preserves the volume of the mesh to rounding.
         let volume = errors.mesh_volume.unwrap();
         match point.method.starts_with("mesh") && errors.capped == 0 {
             true => assert!(volume < 1e-6, "{name}: {volume:e}"),
@@ -99,33 +100,34 @@ fn figures_satisfy_their_bounds() {
         let path = errors.path.unwrap();
         assert_eq!(path.frames, report.frames);
         let (goals, path) = (errors.goals.unwrap(), path.distances);
-        // In a block, staircase and breadth-first regions are the same.
-        let most = if point.sums == "fast" { [2e-6, 2e-5] } else { [0.0, 0.0] };
-        assert!(goals.max_cells <= most[0] && path.max_cells <= most[1], "{name}: {goals:?} {path:?}");
+        // In a block, staircase and breadth-first regions are equal.
+        let bounds = if point.sums == "fast" { [2e-6, 2e-5] } else { [0.0, 0.0] };
+        assert!(goals.max_cells <= bounds[0] && path.max_cells <= bounds[1], "{name}: {goals:?} {path:?}");
         if let Some(free) = &point.free {
             assert!(free.linear_momentum < 1e-6 && free.angular_momentum < 1e-6, "{name}: {free:?}");
             assert!(free.energy_gain < Some(0.1) && free.energy_loss < Some(0.1), "{name}: {free:?}");
         }
     }
-    // The steps are of second order: twice the steps give about a quarter of the energy change.
+    // The integrator is of second order, so twice as many steps give approximately a quarter of the energy
+    // change.
     let change = |point: &Point| {
         let free = point.free.as_ref().unwrap();
         free.energy_gain.unwrap() + free.energy_loss.unwrap()
     };
-    let finer = on(&report, Axis::Substeps).into_iter().find(|point| point.substeps == 8).unwrap();
-    let ratio = change(base) / change(finer);
+    let more_steps = on(&report, Axis::Substeps).into_iter().find(|point| point.substeps == 8).unwrap();
+    let ratio = change(base) / change(more_steps);
     assert!((2.5..6.0).contains(&ratio), "{ratio}");
 }
 
 #[test]
 fn scenes_with_an_open_mesh_preserve_the_volume_of_the_cells() {
-    let (folder, mut study) = stage();
+    let (directory, mut study) = small_study();
     let open: String =
         BLOCK.lines().filter(|line| *line != "f 4 3 2 1").map(|line| format!("{line}\n")).collect();
-    fs::write(folder.path().join("open.obj"), open).unwrap();
+    fs::write(directory.path().join("open.obj"), open).unwrap();
     let second =
         "[[body]]\nname = \"open\"\nmesh = \"open.obj\"\ntranslate = [9, 1, 0]\nlattice_vertices = 40\n";
-    study.scene = Scene::parse(&(SCENE.to_owned() + second), "scene.toml", folder.path(), &[]).unwrap();
+    study.scene = Scene::parse(&(SCENE.to_owned() + second), "scene.toml", directory.path(), &[]).unwrap();
     study.scene.simulation.frames = 3;
     let (report, outcome) = study.run(&mut ()).unwrap();
     assert_eq!((outcome, report.method.as_str()), (Outcome::Finished, "cells global"));
@@ -135,8 +137,8 @@ fn scenes_with_an_open_mesh_preserve_the_volume_of_the_cells() {
 }
 
 #[test]
-fn the_front_contains_the_points_that_no_point_dominates() {
-    let (_folder, study) = stage();
+fn fronts_contain_exactly_the_points_that_are_not_dominated() {
+    let (_directory, study) = small_study();
     let (report, _) = study.run(&mut ()).unwrap();
     for front in Front::ALL {
         let costs = |point: &Point| Some([point.timing.total.median, front.error(point)?]);
@@ -160,7 +162,7 @@ fn the_front_contains_the_points_that_no_point_dominates() {
 
 #[test]
 fn files_contain_all_points_and_the_table_fits_80_columns() {
-    let (_folder, study) = stage();
+    let (_directory, study) = small_study();
     let (report, _) = study.run(&mut ()).unwrap();
     let read = |name: &str| fs::read_to_string(study.directory.join(name)).unwrap();
     assert_eq!(serde_json::from_str::<Report>(&read("study.json")).unwrap(), report);
@@ -180,9 +182,9 @@ fn files_contain_all_points_and_the_table_fits_80_columns() {
 
 #[test]
 fn a_resumed_study_gives_the_same_errors_as_an_uninterrupted_one() {
-    let (_folder, mut study) = stage();
+    let (_directory, mut study) = small_study();
     let (whole, _) = study.run(&mut ()).unwrap();
-    let (_other, stopped) = stage();
+    let (_other_directory, stopped) = small_study();
     study.directory = stopped.directory.clone();
     let (part, outcome) = study.run(&mut StopsAfter { points: 5, last: String::new() }).unwrap();
     assert_eq!((outcome, part.points.len(), part.complete), (Outcome::Stopped, 4, false));
@@ -210,7 +212,7 @@ fn a_resumed_study_gives_the_same_errors_as_an_uninterrupted_one() {
 
 #[test]
 fn resuming_a_different_study_is_refused() {
-    let (_folder, mut study) = stage();
+    let (_directory, mut study) = small_study();
     let stop = || StopsAfter { points: 1, last: String::new() };
     study.run(&mut stop()).unwrap();
     study.resume = true;
@@ -235,23 +237,24 @@ fn resuming_a_different_study_is_refused() {
 
 #[test]
 fn a_frame_with_two_capped_bodies_counts_once() {
-    let (folder, mut study) = stage();
+    let (directory, mut study) = small_study();
     let second = "[[body]]\nname = \"other\"\nmesh = \"block.obj\"\ntranslate = [9, 1, 0]\nspin = [3, 2, 1]\n\
                   lattice_vertices = 40\n";
-    study.scene = Scene::parse(&(SCENE.to_owned() + second), "scene.toml", folder.path(), &[]).unwrap();
+    study.scene = Scene::parse(&(SCENE.to_owned() + second), "scene.toml", directory.path(), &[]).unwrap();
     study.scene.simulation.frames = 3;
     for body in &mut study.scene.bodies {
         body.volume.max_correction = 1e-9;
     }
-    // The points are the finest lattice and the unchanged scene.
+    // The two points that the observer sees are the finest lattice and the unchanged scene; only the latter
+    // is reported.
     let (report, _) = study.run(&mut StopsAfter { points: 2, last: String::new() }).unwrap();
     assert_eq!(report.points.iter().map(|point| point.errors.capped).collect::<Vec<_>>(), [3]);
 }
 
 #[test]
 fn a_point_that_cannot_be_built_is_not_an_input_error() {
-    let (_folder, mut study) = stage();
-    // This vertex exists in the lattice of the scene, but not in the coarse one.
+    let (_directory, mut study) = small_study();
+    // Vertex 90 exists in the lattice of the scene, but not in the coarser lattice.
     let vertices = supple::Selection::Vertices(vec![90]);
     study.scene.bodies[0].pins[0].selection = vertices;
     let error = study.run(&mut ()).unwrap_err();
@@ -261,7 +264,7 @@ fn a_point_that_cannot_be_built_is_not_an_input_error() {
     let report: Report = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     assert!(!report.complete && !report.points.is_empty());
     // An invalid scene is refused before anything is written.
-    let (_folder, mut study) = stage();
+    let (_directory, mut study) = small_study();
     study.scene.bodies[0].material.density = -1.0;
     assert!(study.run(&mut ()).unwrap_err().is_input() && !study.directory.exists());
 }

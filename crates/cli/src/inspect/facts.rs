@@ -1,4 +1,4 @@
-//! Facts about a scene before it runs. `--json` prints them with these field names.
+//! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
 use supple::{Body, Lattice, Plan, Preservation};
@@ -24,8 +24,9 @@ pub(super) struct Facts {
     pub(super) bytes_on_disk: u64,
     pub(super) bodies: Vec<BodyFacts>,
     pub(super) colliders: usize,
-    /// The stages that run, in order, with their memory.
+    /// The stages of a step and of an evaluation, in order, with the memory of each.
     pub(super) plan: String,
+    /// Limitations that affect the scene.
     pub(super) notes: Vec<String>,
 }
 
@@ -35,10 +36,11 @@ pub(super) struct BodyFacts {
     pub(super) name: String,
     pub(super) mesh: MeshFacts,
     pub(super) lattice: LatticeFacts,
+    /// Half-width of the regions, in cells.
     pub(super) half_width: usize,
     /// Size of a frame on disk, in bytes.
     pub(super) frame_bytes: u64,
-    /// Memory of the lattice, the state and the stages, in bytes.
+    /// Memory of the lattice, the state and the stages of the simulation, in bytes.
     pub(super) memory_bytes: usize,
     /// Notes for loading a PC2 point cache.
     pub(super) pc2: Vec<String>,
@@ -52,12 +54,16 @@ pub(super) struct MeshFacts {
     pub(super) vertices: usize,
     pub(super) faces: usize,
     pub(super) closed: bool,
+    /// Whether the mesh is closed and its faces point inwards.
     pub(super) flipped: bool,
     pub(super) components: usize,
-    /// Magnitude of the enclosed volume, in the model's frame after `scale`.
+    /// Magnitude of the enclosed volume, after `scale`.
     pub(super) volume: f64,
+    /// Smallest coordinates, after `scale` and before `rotate` and `translate`.
     pub(super) low: [f64; 3],
+    /// Largest coordinates, after `scale` and before `rotate` and `translate`.
     pub(super) high: [f64; 3],
+    /// Number of used vertices at the position of an earlier vertex.
     pub(super) welded_seam_vertices: usize,
     pub(super) unused_vertices: usize,
     pub(super) boundary_edges: usize,
@@ -66,8 +72,10 @@ pub(super) struct MeshFacts {
     pub(super) degenerate_faces: usize,
     pub(super) duplicate_faces: usize,
     pub(super) two_sided_faces: usize,
-    /// Number of `vn` lines whose corners have different normals; the mean of these is written.
-    pub(super) count_shared_normals: usize,
+    /// Number of `vn` lines shared by corners at different positions. The normals of such corners differ once
+    /// the surface bends; frames contain their mean.
+    pub(super) shared_normals: usize,
+    /// Number of `f` lines with fewer than three corners, which the mesh omits.
     pub(super) short_faces: usize,
     pub(super) ignored_statements: Vec<String>,
     pub(super) missing_libraries: Vec<String>,
@@ -81,33 +89,37 @@ pub(super) struct LatticeFacts {
     pub(super) cells: usize,
     pub(super) cell_size: f64,
     pub(super) components: usize,
-    /// Whether the mesh has openings wider than a cell, so that only cells on its surface are filled.
+    /// Whether the mesh has openings wider than a cell, so that only the cells on its surface are occupied.
     pub(super) shell: bool,
     pub(super) surface_cells: usize,
     pub(super) filled_cells: usize,
     pub(super) bridge_cells: usize,
+    /// Connected parts of the cells that are separate from the largest part before joining.
     pub(super) floating: Vec<FloatingFacts>,
-    /// Groups of mesh components that share or touch cells.
+    /// Groups of mesh components (indices from 0) that are connected in the lattice without a bridge: they
+    /// share cells, their cells touch, or one encloses another.
     pub(super) glued: Vec<Vec<u32>>,
     /// Memory of the lattice, in bytes.
     pub(super) bytes: usize,
-    /// Rest volume by each available measure.
+    /// Each available volume measure, and the rest volume by this measure.
     pub(super) volumes: Vec<(String, f64)>,
-    /// The preserved measure; `None` if the volume is not preserved.
+    /// Measure of the preserved volume; `None` if the volume is not preserved.
     pub(super) measure: Option<String>,
 }
 
-/// Facts about a lattice part that is not connected to the largest part.
+/// Facts about a connected part of the cells that is separate from the largest part before joining.
 #[derive(Debug, Serialize)]
 pub(super) struct FloatingFacts {
     pub(super) cells: usize,
+    /// Indices, from 0, of the mesh components in this part.
     pub(super) mesh_components: Vec<u32>,
+    /// Whether a bridge of cells joins this part to another one.
     pub(super) joined: bool,
 }
 
 impl Facts {
     /// Collects the facts about a prepared scene.
-    pub(super) fn of(input: &str, scene: &Scene, prepared: &Prepared) -> Self {
+    pub(super) fn new(input: &str, scene: &Scene, prepared: &Prepared) -> Self {
         let plan = prepared.simulation.plan();
         let bodies: Vec<BodyFacts> =
             (0..scene.bodies.len()).map(|index| body(scene, prepared, &plan, index)).collect();
@@ -137,7 +149,7 @@ impl Facts {
 fn notes(scene: &Scene) -> Vec<String> {
     let mut notes = Vec::new();
     if scene.bodies.len() > 1 {
-        notes.push("contact between bodies is not simulated: they pass through each other".to_owned());
+        notes.push("contact between bodies is not simulated, so bodies pass through each other".to_owned());
     }
     notes
 }
@@ -159,15 +171,17 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
 }
 
 fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts {
-    // The mesh of the body is scaled by `scale`.
+    // `body.mesh()` is scaled by `scale`; `part.mesh()` is as in the file.
     let mesh = body.mesh().unwrap_or_else(|| input.part.mesh());
     let (topology, (low, high)) = (mesh.topology(), mesh.bounds());
     let document = &input.document;
     let libraries = document.libraries();
     let ignored = |statement: &supple_io::obj::IgnoredStatement| {
-        let times =
-            if statement.count == 1 { String::new() } else { format!(" ({} times)", statement.count) };
-        format!("`{}` in line {}{times}", statement.keyword, statement.first_line)
+        let (keyword, line) = (&statement.keyword, statement.first_line);
+        match statement.count {
+            1 => format!("`{keyword}` in line {line}"),
+            count => format!("`{keyword}` in {count} lines, first in line {line}"),
+        }
     };
     MeshFacts {
         file: scene.resolve(&data.mesh).display().to_string(),
@@ -188,7 +202,7 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts
         degenerate_faces: topology.degenerate_faces,
         duplicate_faces: topology.duplicate_faces,
         two_sided_faces: topology.two_sided_faces,
-        count_shared_normals: count_shared_normals(document, &input.part),
+        shared_normals: count_shared_normals(document, &input.part),
         short_faces: document.short_faces().0,
         ignored_statements: document.ignored_statements().iter().map(ignored).collect(),
         missing_libraries: libraries.into_iter().filter(|l| !l.exists).map(|l| l.name).collect(),
@@ -221,7 +235,8 @@ fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
     }
 }
 
-/// Returns notes for loading a point cache. PC2 files contain neither faces nor names.
+/// Returns notes for loading a point cache with `points` points per sample. A PC2 file contains neither faces
+/// nor names.
 fn pc2(points: usize, scene: &Scene, input: &Input) -> Vec<String> {
     let mut facts = vec![
         format!(
@@ -229,14 +244,14 @@ fn pc2(points: usize, scene: &Scene, input: &Input) -> Vec<String> {
              or reordering vertices",
             input.document.path().display()
         ),
-        "positions are in world space, in the axes of the scene: do not transform the mesh".to_owned(),
+        "positions are in world space, in the axes of the scene; do not transform the mesh".to_owned(),
     ];
     if input.part.mesh().vertices().len() < points {
-        facts.push("points of other objects of the file do not move".to_owned());
+        facts.push("points of other objects in the file do not move".to_owned());
     }
     let samples = u64::from(scene.simulation.frames) + 1;
     facts.push(format!(
-        "{samples} samples at {} per second, {} bytes",
+        "samples in the file: {samples}, at {} samples per second; file size: {} bytes",
         scene.simulation.fps,
         32 + samples * input.source().frame_bytes(Format::Pc2)
     ));

@@ -10,27 +10,27 @@ use crate::exit::Exit;
 use crate::terminal;
 use facts::Facts;
 
-/// Inspects one input.
+/// Prints the facts about one input.
 pub(crate) fn inspect(args: &InspectArgs) -> Exit {
     match collect(args) {
         Ok(facts) if args.json => {
-            terminal::out(serde_json::to_string_pretty(&facts).expect("facts are plain data"));
+            terminal::print(serde_json::to_string_pretty(&facts).expect("facts can be serialized as JSON"));
             Exit::Done
         }
         Ok(facts) => {
-            terminal::out(text::format(&facts, args.plan).trim_end());
+            terminal::print(text::format(&facts, args.plan).trim_end());
             Exit::Done
         }
         Err(error) => {
-            terminal::error(&error);
+            terminal::print_error(&error);
             Exit::from(&error)
         }
     }
 }
 
-/// Builds the scene and collects its facts.
+/// Builds the simulation of the scene and collects the facts about both.
 fn collect(args: &InspectArgs) -> Result<Facts, RunError> {
     let scene = args.scene.open(&args.input)?;
     let prepared = prepare(&scene)?;
-    Ok(Facts::of(&args.input.display().to_string(), &scene, &prepared))
+    Ok(Facts::new(&args.input.display().to_string(), &scene, &prepared))
 }

@@ -1,22 +1,21 @@
-//! Facts about a scene as text.
+//! Formats the facts about a scene as text.
 
 use std::fmt::Write;
 
 use super::facts::{BodyFacts, Facts, LatticeFacts, MeshFacts};
 use crate::terminal;
 
-/// Formats all facts in lines of two columns; with the plan of the simulation if `plan` is set.
+/// Formats the facts as lines with two columns, a key and a value. If `plan` is set, adds the stages of the
+/// simulation and the memory of each.
 pub(super) fn format(facts: &Facts, plan: bool) -> String {
     let mut page = Page(String::new());
     let auto = if facts.substeps_auto { " (auto)" } else { "" };
+    let frames = terminal::counted(facts.frames as usize, "frame");
     page.line(&facts.input);
-    page.entry(
-        "duration",
-        &format!("{} frames at {} frames/s = {:.2} s", facts.frames, facts.fps, facts.seconds),
-    );
+    page.entry("duration", &format!("{frames} at {} frames/s = {:.2} s", facts.fps, facts.seconds));
     page.entry("steps", &format!("{} per frame{auto}", facts.substeps));
     page.entry("output", &format!("{} files in {}", facts.format, facts.directory));
-    page.entry("on disk", &format!("about {}", terminal::bytes(facts.bytes_on_disk)));
+    page.entry("on disk", &format!("approximately {}", terminal::bytes(facts.bytes_on_disk)));
     let memory: usize = facts.bodies.iter().map(|body| body.memory_bytes).sum();
     page.entry("memory", &terminal::bytes(memory as u64));
     page.entry("threads", &facts.threads.to_string());
@@ -39,7 +38,7 @@ pub(super) fn format(facts: &Facts, plan: bool) -> String {
     page.0
 }
 
-/// Text with labelled lines.
+/// Text in lines.
 struct Page(String);
 
 impl Page {
@@ -48,15 +47,16 @@ impl Page {
         self.0.push('\n');
     }
 
+    /// Adds a line with a key and a value. An empty key continues the entry above.
     fn entry(&mut self, key: &str, value: &str) {
         // Writing to a string does not fail.
         let _ = writeln!(self.0, "  {key:12}{value}");
     }
 
-    /// Adds an entry unless `count` is 0.
+    /// Adds the line `text: count` unless `count` is 0.
     fn count(&mut self, count: usize, text: &str) {
         if count > 0 {
-            self.entry("", &format!("{count} {text}"));
+            self.entry("", &format!("{text}: {count}"));
         }
     }
 
@@ -65,7 +65,7 @@ impl Page {
         self.line(&format!("body {}", body.name));
         self.mesh(&body.mesh);
         self.lattice(&body.lattice);
-        self.entry("half-width", &format!("{} cells", body.half_width));
+        self.entry("half-width", &terminal::counted(body.half_width, "cell"));
         self.entry("memory", &terminal::bytes(body.memory_bytes as u64));
         self.entry("frame size", &terminal::bytes(body.frame_bytes));
         for (index, fact) in body.pc2.iter().enumerate() {
@@ -78,7 +78,12 @@ impl Page {
         let closed = if mesh.closed { "closed" } else { "not closed" };
         self.entry(
             "mesh",
-            &format!("{}{object}: {} vertices, {} faces, {closed}", mesh.file, mesh.vertices, mesh.faces),
+            &format!(
+                "{}{object}: {} vertices, {}, {closed}",
+                mesh.file,
+                mesh.vertices,
+                terminal::counted(mesh.faces, "face")
+            ),
         );
         self.entry(
             "",
@@ -87,27 +92,30 @@ impl Page {
                 point(mesh.low),
                 point(mesh.high),
                 number(mesh.volume),
-                components(mesh.components)
+                terminal::counted(mesh.components, "component")
             ),
         );
         if mesh.flipped {
-            self.entry("", "its faces point inwards; its volume is counted as positive");
+            self.entry("", "the faces point inwards; the volume is printed as a positive number");
         }
-        self.count(mesh.welded_seam_vertices, "seam vertices coincide with another vertex and move with it");
-        self.count(mesh.unused_vertices, "vertices are not used by any face");
-        self.count(mesh.boundary_edges, "edges belong to only one face");
-        self.count(mesh.non_manifold_edges, "edges belong to more than two faces");
-        self.count(mesh.misoriented_edges, "edges join faces of opposite orientation");
-        self.count(mesh.degenerate_faces, "faces have fewer than three distinct corners");
-        self.count(mesh.duplicate_faces, "faces duplicate another face");
-        self.count(mesh.two_sided_faces, "faces duplicate another face with the opposite orientation");
         self.count(
-            mesh.count_shared_normals,
-            "`vn` lines are shared by corners with different normals; the mean is written",
+            mesh.welded_seam_vertices,
+            "seam vertices that coincide with another vertex and move with it",
         );
-        self.count(mesh.short_faces, "`f` lines with fewer than three corners are omitted");
+        self.count(mesh.unused_vertices, "vertices that no face uses");
+        self.count(mesh.boundary_edges, "edges that belong to only one face");
+        self.count(mesh.non_manifold_edges, "edges that belong to more than two faces");
+        self.count(mesh.misoriented_edges, "edges that join faces of opposite orientation");
+        self.count(mesh.degenerate_faces, "faces with fewer than three distinct corners");
+        self.count(mesh.duplicate_faces, "faces that duplicate another face");
+        self.count(mesh.two_sided_faces, "faces that coincide with a face of opposite orientation");
+        self.count(
+            mesh.shared_normals,
+            "`vn` lines shared by corners at different positions; frames contain the mean of their normals",
+        );
+        self.count(mesh.short_faces, "omitted `f` lines, which have fewer than three corners");
         for statement in &mesh.ignored_statements {
-            self.entry("", &format!("ignored: {statement}"));
+            self.entry("", &format!("ignored statement: {statement}"));
         }
         for library in &mesh.missing_libraries {
             self.entry("", &format!("material library not found: {library}"));
@@ -118,30 +126,42 @@ impl Page {
         self.entry(
             "lattice",
             &format!(
-                "{} vertices, {} cells of size {}, {}, {}",
+                "{} vertices, {} of size {}, {}, {}",
                 lattice.vertices,
-                lattice.cells,
+                terminal::counted(lattice.cells, "cell"),
                 number(lattice.cell_size),
-                components(lattice.components),
+                terminal::counted(lattice.components, "component"),
                 terminal::bytes(lattice.bytes as u64)
             ),
         );
         if lattice.shell {
-            self.entry("", "the mesh has openings wider than a cell; only cells on its surface are filled");
+            self.entry(
+                "",
+                "the mesh has openings wider than a cell; only the cells on its surface are occupied, \
+                 not its interior",
+            );
         }
         for part in &lattice.floating {
-            let state = if part.joined { "joined by a bridge of cells" } else { "not joined" };
+            let state =
+                if part.joined { "joined to it by a bridge of cells" } else { "not joined: `join` is false" };
             self.entry(
                 "",
                 &format!(
-                    "mesh components {} are a separate part of {} cells, {state}",
-                    list(&part.mesh_components),
-                    part.cells
+                    "{}: a part of {} that is not connected to the largest part; {state}",
+                    components(&part.mesh_components),
+                    terminal::counted(part.cells, "cell")
                 ),
             );
         }
         for group in &lattice.glued {
-            self.entry("", &format!("mesh components {} are glued: their cells touch", list(group)));
+            self.entry(
+                "",
+                &format!(
+                    "{} are connected in the lattice: they share cells, their cells touch, or one encloses \
+                     another",
+                    components(group)
+                ),
+            );
         }
         let volume = |(measure, volume): &(String, f64)| {
             let preserved = if lattice.measure.as_ref() == Some(measure) { " (preserved)" } else { "" };
@@ -151,7 +171,8 @@ impl Page {
     }
 }
 
-/// Formats a number with four significant digits.
+/// Formats a number with at least four significant digits: in scientific notation from 1e5 and below 1e-3,
+/// otherwise with up to six decimals and all digits before the decimal point.
 fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         let digits = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
@@ -166,10 +187,9 @@ fn point(value: [f64; 3]) -> String {
     format!("({x}, {y}, {z})")
 }
 
-fn components(count: usize) -> String {
-    if count == 1 { "1 component".to_owned() } else { format!("{count} components") }
-}
-
-fn list(numbers: &[u32]) -> String {
-    numbers.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
+/// Formats the indices of mesh components: `mesh component 3`, `mesh components 1, 2`.
+fn components(indices: &[u32]) -> String {
+    let noun = if indices.len() == 1 { "component" } else { "components" };
+    let list = indices.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    format!("mesh {noun} {list}")
 }

@@ -1,4 +1,5 @@
-//! Shared by the tests of the command line: a small scene on disk, and a way to run the program on it.
+//! Helpers for the tests of the command line: write a small scene to a temporary directory, and run the
+//! program there.
 
 // Each test binary uses only a part of this module.
 #![allow(dead_code, unreachable_pub)]
@@ -9,7 +10,7 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-/// A block of 2 x 3 x 1 with a pentagon, texture coordinates and a comment.
+/// OBJ file of a block of size 2 x 3 x 1, with pentagons, texture coordinates and a comment.
 pub const BLOCK: &str = "\
 # block
 o Block
@@ -35,7 +36,7 @@ f 4 5 10 9
 f 5 1 6 10
 ";
 
-/// A block that is pinned at one side for 0.2 s and then falls on the ground.
+/// Scene of a block that is pinned at one side for 0.2 s and then falls to the ground.
 pub const SCENE: &str = r#"
 [simulation]
 frames = 20
@@ -61,58 +62,63 @@ end = 0.2
 plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 "#;
 
-/// A temporary folder with the scene and its mesh; removed when dropped.
-pub struct Stage {
-    folder: TempDir,
+/// A temporary directory with a scene and its mesh. It is removed on drop.
+pub struct Workspace {
+    directory: TempDir,
 }
 
-impl Stage {
+impl Workspace {
+    /// Creates a directory with [`SCENE`].
     pub fn new() -> Self {
-        Self::of(SCENE)
+        Self::with_scene(SCENE)
     }
 
-    pub fn of(scene: &str) -> Self {
-        let stage = Self { folder: tempfile::tempdir().unwrap() };
-        stage.write("block.obj", BLOCK);
-        stage.write("scene.toml", scene);
-        stage
+    /// Creates a directory with the text `scene` as `scene.toml`.
+    pub fn with_scene(scene: &str) -> Self {
+        let workspace = Self { directory: tempfile::tempdir().unwrap() };
+        workspace.write("block.obj", BLOCK);
+        workspace.write("scene.toml", scene);
+        workspace
     }
 
+    /// Returns the path of a file in the directory.
     pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.directory.path().join(name)
     }
 
+    /// Writes a file in the directory.
     pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
         std::fs::write(self.path(name), text).unwrap();
     }
 
-    /// Returns a command that runs the program in the folder.
+    /// Returns a command that runs the program in the directory.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(program());
-        command.args(arguments).current_dir(self.folder.path());
+        command.args(arguments).current_dir(self.directory.path());
         command
     }
 
-    /// Runs the program in the folder.
-    pub fn supple(&self, arguments: &[&str]) -> Ended {
-        Ended::of(self.command(arguments).output().unwrap())
+    /// Runs the program in the directory.
+    pub fn supple(&self, arguments: &[&str]) -> ProgramOutput {
+        ProgramOutput::new(self.command(arguments).output().unwrap())
     }
 
-    /// Returns the frame files of a folder and their bytes.
-    pub fn frames(&self, folder: &str) -> BTreeMap<String, Vec<u8>> {
-        let mut frames = files(&self.path(folder));
+    /// Returns the names and bytes of the frames in a subdirectory: all files except `supple.*`.
+    pub fn frames(&self, directory: &str) -> BTreeMap<String, Vec<u8>> {
+        let mut frames = files(&self.path(directory));
         frames.retain(|name, _| !name.starts_with("supple."));
         frames
     }
 }
 
+/// Returns the path of the program.
 pub fn program() -> &'static str {
     env!("CARGO_BIN_EXE_supple")
 }
 
-/// Returns the files of a folder and their bytes.
-pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return BTreeMap::new() };
+/// Returns the names and bytes of the files in a directory; empty if the directory is missing.
+pub fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let Ok(entries) = std::fs::read_dir(directory) else { return BTreeMap::new() };
     entries
         .map(|entry| entry.unwrap())
         .filter(|entry| entry.path().is_file())
@@ -120,16 +126,16 @@ pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// Exit code and output of the program.
+/// Exit code and text output of the program.
 #[derive(Debug)]
-pub struct Ended {
+pub struct ProgramOutput {
     pub code: Option<i32>,
     pub out: String,
     pub err: String,
 }
 
-impl Ended {
-    pub fn of(output: Output) -> Self {
+impl ProgramOutput {
+    pub fn new(output: Output) -> Self {
         Self {
             code: output.status.code(),
             out: String::from_utf8(output.stdout).unwrap(),
@@ -137,7 +143,7 @@ impl Ended {
         }
     }
 
-    /// Checks the exit code and that standard error contains all `words`.
+    /// Checks the exit code, and that standard error contains all `words`.
     #[track_caller]
     pub fn expect(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, Some(code), "{self:?}");

@@ -14,8 +14,8 @@ use crate::skin::Skin;
 use crate::state::{Placement, State, index_bounds};
 use crate::volume::{Correction, VolumeOptions};
 
-/// Builds a [`Body`] from a mesh or a lattice, and settings. Names, units, ranges and defaults of the
-/// settings are the same as in a scene file. [`build`](Self::build) checks them.
+/// Builds a [`Body`] from a mesh or a lattice, and settings. The settings have the names, units, ranges and
+/// defaults of the keys in a scene file. [`build`](Self::build) checks the settings.
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct BodyBuilder {
@@ -65,15 +65,15 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the half-width of the regions in cells, at least 1; default 2. Larger regions or a coarser
-    /// lattice make the body stiffer.
+    /// Sets the half-width of the regions in cells, at least 1; default 2. Larger regions make the body
+    /// stiffer, and so does a coarser lattice with the same half-width.
     pub fn half_width(mut self, cells: usize) -> Self {
         self.material.region_size = RegionSize::Cells(cells);
         self
     }
 
-    /// Sets the half-width of the regions as a length, > 0, which does not depend on the resolution of the
-    /// lattice.
+    /// Sets the half-width of the regions as a length, > 0, independent of the resolution of the lattice.
+    /// Replaces [`half_width`](Self::half_width).
     pub fn stiffness_radius(mut self, radius: f64) -> Self {
         self.material.region_size = RegionSize::Radius(radius);
         self
@@ -85,19 +85,22 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the stiffness as a frequency in Hz, > 0, which does not depend on the step length.
+    /// Sets the stiffness as a frequency in Hz, > 0, independent of the step length. Replaces
+    /// [`stiffness`](Self::stiffness).
     pub fn frequency(mut self, hertz: f64) -> Self {
         self.material.stiffness = Stiffness::Frequency(hertz);
         self
     }
 
-    /// Sets the region damping per step, in [0, 1]; default 0, which omits the stage.
-    pub fn region_damping(mut self, share: f64) -> Self {
-        self.material.region_damping = RegionDamping::PerStep(share);
+    /// Sets the region damping per step, in [0, 1]: the fraction of the non-rigid velocity within regions
+    /// that a step removes. Default 0, which omits the stage.
+    pub fn region_damping(mut self, fraction: f64) -> Self {
+        self.material.region_damping = RegionDamping::PerStep(fraction);
         self
     }
 
-    /// Sets the region damping as a rate in 1/s, >= 0, which does not depend on the step length.
+    /// Sets the region damping as a rate in 1/s, >= 0, independent of the step length. Replaces
+    /// [`region_damping`](Self::region_damping).
     pub fn region_damping_rate(mut self, rate: f64) -> Self {
         self.material.region_damping = RegionDamping::Rate(rate);
         self
@@ -115,21 +118,22 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets position, orientation, velocity and spin at the start; default: at rest in the model's frame.
+    /// Sets position, orientation, velocity and spin at the start. By default the body is at rest in the
+    /// model's frame.
     pub fn placement(mut self, placement: Placement) -> Self {
         self.placement = placement;
         self
     }
 
-    /// Sets the resolution of the lattice of a mesh; default about 1,000 lattice vertices. No effect on a
-    /// bare lattice.
+    /// Sets the resolution of the lattice of a mesh; default approximately 1,000 lattice vertices. It has no
+    /// effect on a bare lattice.
     pub fn resolution(mut self, resolution: Resolution) -> Self {
         self.options.resolution = resolution;
         self
     }
 
-    /// Sets the target number of lattice vertices, at least 8. The result is within 5 % where the shape
-    /// allows.
+    /// Sets the target number of lattice vertices, at least 8. The actual number is within 5 % of it where
+    /// the shape allows.
     pub fn lattice_vertices(self, vertices: usize) -> Self {
         self.resolution(Resolution::Vertices(vertices))
     }
@@ -139,7 +143,8 @@ impl BodyBuilder {
         self.resolution(Resolution::CellSize(cell_size))
     }
 
-    /// Sets whether bridges of cells join separate parts of a mesh to their nearest neighbor; default true.
+    /// Sets whether bridges of cells join each separate part of a mesh to the nearest other part; default
+    /// true.
     pub fn join(mut self, join: bool) -> Self {
         self.options.join = join;
         self
@@ -181,19 +186,21 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the volume correction; default: `mesh` where the surface encloses a volume, otherwise `cells`.
+    /// Sets the volume correction. By default it preserves the measure `mesh` if the surface encloses a
+    /// volume, otherwise the measure `cells`.
     pub fn volume(mut self, volume: impl Into<VolumeOptions>) -> Self {
         self.volume = volume.into();
         self
     }
 
-    /// Adds a pin.
+    /// Adds a pin. Where pins overlap, a later pin overrides an earlier pin.
     pub fn pin(mut self, pin: Pin) -> Self {
         self.pins.push(pin);
         self
     }
 
-    /// Adds a handle. Where constraints overlap, handles override pins, and later ones override earlier ones.
+    /// Adds a handle. Where pins and handles overlap, handles override pins, and a later handle overrides an
+    /// earlier handle.
     pub fn handle(mut self, handle: Handle) -> Self {
         self.handles.push(handle);
         self
@@ -225,12 +232,12 @@ impl BodyBuilder {
         let matching = Matching::new(&lattice, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
         state.set_initial_velocities(&lattice, &matching.layout, &self.placement);
-        let borrowed = surface.as_ref().map(Surface::borrowed);
+        let volume_surface = surface.as_ref().map(Surface::volume_surface);
         let mut body = Body {
             name: self.name,
             material: self.material,
             volume: self.volume,
-            correction: Correction::new(&lattice, borrowed, &self.volume)?,
+            correction: Correction::new(&lattice, volume_surface, &self.volume)?,
             measures: OnceLock::new(),
             model_to_world: self.placement.isometry(),
             state,

@@ -1,7 +1,8 @@
 //! Evaluates the displayed surface of a body. Nothing here feeds back into the dynamics.
 //!
-//! P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1); module `volume`), then trilinear interpolation of the
-//! mesh in the cells of P~, and its normals (module `skin`).
+//! The volume correction moves the lattice vertices from their positions P^ to P~ = P^ + lambda V, with the
+//! scale lambda and the field V (Takamatsu & Kanai 2009, Eq. (1); module `volume`). The mesh update then
+//! interpolates the mesh trilinearly in the cells of P~ and computes its normals (module `skin`).
 
 use std::ops::Deref;
 use std::time::{Duration, Instant};
@@ -22,17 +23,20 @@ use crate::volume::{
     ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Obstacles, VolumeMeasures, VolumeReport,
 };
 
-/// A reference to a body, with the colliders, time and threads of its simulation, which the display needs.
+/// A reference to a body, with the data of its simulation that evaluating the displayed surface needs:
+/// colliders, time, step length and threads.
 ///
-/// [`Simulation::body`](crate::Simulation::body) returns it. It dereferences to [`Body`]; [`BodyRef::get`]
+/// [`Simulation::body`](crate::Simulation::body) returns a `BodyRef` of a body in a simulation, and
+/// [`Body::alone`] one of a body outside a simulation. A `BodyRef` dereferences to [`Body`]. [`BodyRef::get`]
 /// returns the body itself.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyRef<'a> {
     body: &'a Body,
+    /// `None` outside a simulation.
     context: Option<DisplayContext<'a>>,
 }
 
-/// The inputs of a display that belong to the simulation.
+/// The data of a simulation that evaluating the displayed surface needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DisplayContext<'a> {
     pub(crate) colliders: &'a Colliders,
@@ -77,8 +81,8 @@ impl<'a> BodyRef<'a> {
         Display::new().evaluate(self).surface()
     }
 
-    /// Returns the lattice positions after the volume correction, shape `(n, 3)`; without a correction the
-    /// positions.
+    /// Returns the lattice positions after the volume correction, shape `(n, 3)`. Without a correction they
+    /// equal the positions before the correction.
     pub fn corrected_positions(self) -> Vec<Point3<f64>> {
         Display::new().evaluate(self).positions().collect()
     }
@@ -89,7 +93,7 @@ impl<'a> BodyRef<'a> {
     }
 
     /// Returns the volume after the correction, in cubed scene units, by the measure of the correction.
-    /// Without a correction, the measure is the one that `auto` would choose.
+    /// Without a correction, uses the measure that `auto` would choose.
     pub fn volume(self) -> f64 {
         self.volume_report().after
     }
@@ -103,7 +107,8 @@ impl<'a> From<&'a Body> for BodyRef<'a> {
 }
 
 impl Body {
-    /// Returns the body for display outside a simulation: no collider limits its volume correction.
+    /// Returns a reference for evaluating the displayed surface outside a simulation, on the calling thread.
+    /// Colliders, contacts and external forces then have no effect on the volume correction.
     pub fn alone(&self) -> BodyRef<'_> {
         self.into()
     }
@@ -119,36 +124,43 @@ pub struct DisplayedSurface {
     pub normals: Vec<[f32; 3]>,
 }
 
-/// Evaluates displayed surfaces, and owns the buffers for this. With one body it allocates only for the first
-/// frame. It can evaluate several bodies, but one `Display` per body is faster.
+/// Evaluates displayed surfaces, and owns the buffers of the evaluation.
+///
+/// A `Display` that always evaluates the same body allocates in the first frame, and when the constrained
+/// vertices change. [`Displayed::surface`] also allocates its result in each call;
+/// [`Displayed::surface_into`] does not. A `Display` can evaluate several bodies, but one `Display` per body
+/// is faster.
 #[derive(Debug, Default)]
 pub struct Display {
-    sums: Workspace,
+    matching_workspace: Workspace,
     correction: CorrectionWorkspace,
     skin: SkinBuffers,
     /// P^: lattice positions before the correction, in cells from the origin of the body, in vertex order.
     deformed: Vec<[f32; 3]>,
-    /// P~: lattice positions after the correction.
+    /// P~: lattice positions after the correction, in the units and the order of `deformed`.
     corrected: Vec<[f32; 3]>,
-    /// The positions in the layout of the mesh update.
-    displayed: Vec<Xyzx>,
-    /// Rotations fitted to the current positions, by slot; the rotations of the state are one step older.
+    /// P~, or P^ without a correction, as the mesh update reads it: (x, y, z, x) of each vertex.
+    xyzx: Vec<Xyzx>,
+    /// Rotations fitted to the current positions, by slot (see [`Lanes`]). The rotations of the state are
+    /// fitted to the positions one step earlier.
     slot_rotations: Lanes<4>,
-    /// The same rotations in vertex order.
+    /// `slot_rotations` in vertex order.
     rotations: Vec<[f32; 4]>,
     external_forces: Vec<ExternalForce>,
     components: Vec<ComponentReport>,
     times: DisplayTimes,
 }
 
-/// Run times of the stages of a display.
+/// Run times of the two stages that evaluate the displayed surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DisplayTimes {
-    /// Time of the volume correction, including the fit of the rotations that rotate its field.
+    /// Time of the volume correction, including the fit of the region rotations, by which the field V is
+    /// rotated.
     pub volume: Duration,
-    /// Time of the mesh update, including normals.
-    pub embed: Duration,
+    /// Time of the last mesh update (trilinear interpolation, and normals if they were requested). Zero
+    /// before the first mesh update of an evaluation.
+    pub mesh_update: Duration,
 }
 
 impl Display {
@@ -169,10 +181,11 @@ impl Display {
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
         self.times = DisplayTimes::default();
         if let Some(correction) = correction {
-            // The field V is rotated by the rotations of the current positions.
+            // The field V is rotated by the region rotations at the current positions.
             self.slot_rotations.copy_from(&state.rotations);
-            let fitted = (&state.positions, &mut self.slot_rotations);
-            matching.fit(&mut self.sums, &executor, fitted, None, Purpose::Regions);
+            let positions_rotations = (&state.positions, &mut self.slot_rotations);
+            let workspace = &mut self.matching_workspace;
+            matching.fit(workspace, &executor, positions_rotations, None, Purpose::Regions);
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
             self.correct(body, correction, &executor);
@@ -181,8 +194,8 @@ impl Display {
         Displayed { display: self, body: body.body, executor }
     }
 
-    /// Runs the volume correction: constrained vertices, external forces (Eq. (2)), lambda (Eq. (1)),
-    /// colliders.
+    /// Runs the volume correction: sets the constrained vertices, removes the directions of external forces
+    /// from the field (Eq. (2)), solves for lambda (Eq. (1)) and limits the correction at colliders.
     fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
         let Self { correction: workspace, deformed, corrected, rotations, external_forces, .. } = self;
         correction.set_constrained(workspace, body.constrained_vertices());
@@ -194,9 +207,9 @@ impl Display {
         let context = body.context.filter(|context| !context.colliders.is_empty());
         if let Some(DisplayContext { colliders, time, .. }) = context {
             let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
-            // Before its first step in this simulation a body may have no contact stage.
-            let sampled = body.contacts.is_none().then(|| body.samples());
-            let samples = body.contacts.as_ref().map(Contacts::samples).or(sampled.as_ref());
+            // A body that has not yet been stepped in this simulation may have no contact stage.
+            let new_samples = body.contacts.is_none().then(|| body.create_samples());
+            let samples = body.contacts.as_ref().map(Contacts::samples).or(new_samples.as_ref());
             if let Some(samples) = samples {
                 correction.limit_at_colliders(workspace, executor, samples, &obstacles, deformed, corrected);
             }
@@ -207,11 +220,10 @@ impl Display {
 
     /// Returns the memory of the buffers, in bytes.
     pub fn bytes(&self) -> usize {
-        let lattice =
-            size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.displayed);
+        let lattice = size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx);
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
-        let rotations = self.sums.bytes() + self.slot_rotations.bytes() + size_of_val(&*self.rotations);
-        lattice + correction + rotations + self.skin.bytes()
+        let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
+        lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes()
     }
 }
 
@@ -236,7 +248,8 @@ impl Displayed<'_> {
         self.lattice().iter().map(move |&point| frame.to_world(point.map(f64::from).into()))
     }
 
-    /// Evaluates the mesh and its normals.
+    /// Evaluates the mesh and its normals, and returns them in new vectors. They are empty for a bare
+    /// lattice.
     pub fn surface(&mut self) -> DisplayedSurface {
         let vertices = self.body.mesh().map_or(0, |mesh| mesh.vertices().len());
         let (mut positions, mut normals) = (vec![[0.0_f64; 3]; vertices], vec![[0.0_f32; 3]; vertices]);
@@ -244,12 +257,12 @@ impl Displayed<'_> {
         DisplayedSurface { positions: positions.into_iter().map(Point3::from).collect(), normals }
     }
 
-    /// Writes the mesh to `positions` (one row per mesh vertex, `f32` or `f64`), and its unit normals to
-    /// `normals` if given. Writes nothing for a bare lattice.
+    /// Writes the vertex positions of the mesh to `positions` (one row per mesh vertex, `f32` or `f64`), and
+    /// the unit normals to `normals` if given. Writes nothing for a bare lattice.
     ///
     /// # Panics
     ///
-    /// If the length of a slice is not the number of mesh vertices.
+    /// Panics if the length of a slice is not the number of mesh vertices.
     pub fn surface_into<T: Coordinate>(&mut self, positions: &mut [[T; 3]], normals: Option<&mut [[T; 3]]>) {
         self.update_mesh(Outputs { positions: Some(positions), normals });
     }
@@ -258,31 +271,32 @@ impl Displayed<'_> {
     ///
     /// # Panics
     ///
-    /// If the number of normals is not the number of mesh vertices.
+    /// Panics if the length of `normals` is not the number of mesh vertices.
     pub fn normals_into<T: Coordinate>(&mut self, normals: &mut [[T; 3]]) {
         self.update_mesh(Outputs::<T, T> { positions: None, normals: Some(normals) });
     }
 
+    /// Runs the mesh update: writes the mesh, its normals or both to `outputs`.
     fn update_mesh<P: Coordinate, N: Coordinate>(&mut self, outputs: Outputs<'_, P, N>) {
         let start = Instant::now();
         if let Some(Surface { mesh, embedding, skin }) = &self.body.surface {
-            let mut displayed = std::mem::take(&mut self.display.displayed);
-            displayed.clear();
-            displayed.extend(self.lattice().iter().map(|&point| xyzx(point)));
+            let mut lattice = std::mem::take(&mut self.display.xyzx);
+            lattice.clear();
+            lattice.extend(self.lattice().iter().map(|&point| xyzx(point)));
             let frame = &self.body.state.frame.body_frame();
-            let pose = Pose { mesh, embedding, lattice: &displayed, frame };
+            let pose = Pose { mesh, embedding, lattice: &lattice, frame };
             skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
-            self.display.displayed = displayed;
+            self.display.xyzx = lattice;
         }
-        self.display.times.embed = start.elapsed();
+        self.display.times.mesh_update = start.elapsed();
     }
 
-    /// Returns the volumes by all measures, before and after the correction. The first call builds the
-    /// measures.
+    /// Returns the volumes by all measures, before and after the correction. The first call for a body builds
+    /// the measures.
     pub fn volume_report(&self) -> VolumeReport {
         let Body { lattice, surface, measures, correction, .. } = self.body;
-        let borrowed = || surface.as_ref().map(Surface::borrowed);
-        let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, borrowed()));
+        let volume_surface = || surface.as_ref().map(Surface::volume_surface);
+        let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, volume_surface()));
         let Display { deformed, corrected, components, .. } = &*self.display;
         match correction {
             None => measures.report(deformed),
@@ -290,27 +304,28 @@ impl Displayed<'_> {
         }
     }
 
-    /// Returns the run times of the correction and of the last mesh update.
+    /// Returns the run times of the volume correction and of the last mesh update of this evaluation.
     pub fn times(&self) -> DisplayTimes {
         self.display.times
     }
 }
 
 impl Body {
-    /// Returns the lattice vertices that pins and handles constrain now.
+    /// Returns the lattice vertices that pins and handles constrained in the last step.
     fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
-        let held = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.held());
-        (0..).zip(held).filter(|(_, held)| **held).map(|(vertex, _)| vertex)
+        let constrained = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
+        (0..).zip(constrained).filter(|(_, constrained)| **constrained).map(|(vertex, _)| vertex)
     }
 
-    /// Returns the displacements by contacts and forces since the frame began, divided by alpha (Eq. (2)):
-    /// they have more effect on the correction of a softer body.
+    /// Returns the external forces of Eq. (2): the displacements by contacts and forces since the frame
+    /// began, divided by alpha. Because of the division, a displacement has more effect on the correction of
+    /// a softer body, which has a smaller alpha.
     fn external_forces(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
         let scale = (1.0 / self.material.alpha(dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.displacements());
         let forces = self.forces.iter().flat_map(|forces| forces.displacements());
         contacts
             .chain(forces)
-            .map(move |(vertex, push)| ExternalForce { vertex, force: push.map(|v| v * scale) })
+            .map(move |(vertex, offset)| ExternalForce { vertex, force: offset.map(|x| x * scale) })
     }
 }

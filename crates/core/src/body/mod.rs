@@ -5,7 +5,7 @@
 //! | `builder` | builds a body from a mesh or a lattice, and settings |
 //! | `step` | runs the stages of a step, in order |
 //! | `plan` | describes the stages and their memory |
-//! | `settings` | settings that can change between steps: material, volume, pins, handles, forces |
+//! | `settings` | changes settings between steps: material, volume correction, pins, handles, forces |
 //! | `snapshot` | saves and restores the state |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
 
@@ -36,14 +36,15 @@ use crate::skin::Skin;
 use crate::state::State;
 use crate::volume::{self, Correction, VolumeMeasures, VolumeOptions};
 
-/// Limit of coordinates, in cells, and of speeds, in cells/s. Beyond it f64 does not resolve neighboring
-/// lattice vertices.
+/// Greatest valid magnitude of coordinates, in cells, and of speeds, in cells/s. Adjacent f64 numbers are
+/// 0.125 apart at 1e15, so there is a margin to 1e16, where f64 does not resolve neighboring lattice
+/// vertices.
 const MAX_CELLS: f64 = 1e15;
 
 /// A soft body.
 ///
-/// The lattice vertices are the particles of the dynamics. Arrays have one entry per lattice vertex, in the
-/// order of [`Lattice::indices`], in scene units and world space.
+/// The lattice vertices are the particles of the dynamics. Arrays of the state have one entry per lattice
+/// vertex, in the order of [`Lattice::indices`], in scene units and world space.
 #[derive(Debug)]
 pub struct Body {
     name: String,
@@ -62,13 +63,13 @@ pub struct Body {
     matching: Matching,
     workspace: Workspace,
     momentum: MomentumTracker,
-    /// Built when the best rotation of a region is first nearly ambiguous.
+    /// Built when the body is free (see `step`) and Newton's method for a rotation first does not converge.
     energy: Option<EnergyLimiter>,
     region_damping: Option<RegionDamper>,
     forces: Option<Forces>,
     contacts: Option<Contacts>,
     constraints: Option<Constraints>,
-    /// Number of rotations that Newton's method left to the robust path.
+    /// See [`Body::unconverged_rotations`].
     unconverged: usize,
 }
 
@@ -150,7 +151,8 @@ impl Body {
         })
     }
 
-    /// Returns the masses, one per vertex: density x cell_size³ x occupied cells / 8.
+    /// Returns the masses, one per vertex: density x cell_size³ x number of occupied cells that share the
+    /// vertex / 8.
     pub fn masses(&self) -> Vec<f64> {
         (0..self.lattice.len() as u32).map(|vertex| self.mass(vertex)).collect()
     }
@@ -164,12 +166,13 @@ impl Body {
         if colliders.is_empty() {
             self.contacts = None;
         } else if self.contacts.is_none() {
-            self.contacts = Some(Contacts::new(self.samples()));
+            self.contacts = Some(Contacts::new(self.create_samples()));
         }
     }
 
-    /// Samples the points on which contacts act, on the visible surface or on the boundary of a bare lattice.
-    fn samples(&self) -> SampleCells {
+    /// Creates the samples on which contacts act: points of the mesh, or the boundary vertices of a bare
+    /// lattice.
+    fn create_samples(&self) -> SampleCells {
         let slots = self.matching.layout.slots();
         match &self.surface {
             Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots),
@@ -177,12 +180,12 @@ impl Body {
         }
     }
 
-    /// Returns the goal positions g of the current positions, shape `(n, 3)`, without advancing time.
+    /// Returns the goal positions g at the current positions, shape `(n, 3)`, without advancing time.
     pub fn goals(&self) -> Vec<Point3<f64>> {
         let (mut workspace, executor) = (Workspace::default(), Executor::sequential());
         let mut rotations = self.state.rotations.clone();
-        let fitted = (&self.state.positions, &mut rotations);
-        self.matching.fit(&mut workspace, &executor, fitted, None, Purpose::Goals);
+        let positions_rotations = (&self.state.positions, &mut rotations);
+        self.matching.fit(&mut workspace, &executor, positions_rotations, None, Purpose::Vertices);
         let goals = self.matching.goals(&workspace, &executor);
         self.by_vertex(|slot| self.state.frame.to_world(goals.get(slot).map(f64::from).into()))
     }
@@ -192,17 +195,21 @@ impl Body {
         self.volume
     }
 
-    /// Returns the number of rotations, in all steps so far, that Newton's method left to the robust path.
+    /// Returns the number of region rotations for which Newton's method did not converge, summed over the
+    /// shape matching of all steps so far. A fallback computes such a rotation from an eigenvalue problem in
+    /// f64. If the energy limiter repeats the fit of a step, only the first fit counts.
     pub fn unconverged_rotations(&self) -> usize {
         self.unconverged
     }
 
-    /// Returns one value per vertex, computed from the slot of the vertex.
+    /// Returns one value per vertex, computed from the slot of the vertex: its index in the storage of the
+    /// state (see [`Lanes`](crate::simd::lanes::Lanes)).
     fn by_vertex<T>(&self, value: impl FnMut(u32) -> T) -> Vec<T> {
         self.matching.layout.slots().iter().copied().map(value).collect()
     }
 
-    /// Returns the limit of coordinates, in scene units.
+    /// Returns the greatest valid magnitude of coordinates in scene units, and of speeds in scene units per
+    /// second.
     fn coordinate_limit(&self) -> f64 {
         MAX_CELLS * self.lattice.cell_size()
     }
@@ -230,10 +237,10 @@ impl Body {
     }
 }
 
-/// Returns the mass of a lattice vertex: density x cell_size³ x occupied cells / 8.
+/// Returns the mass of a lattice vertex: see [`Body::masses`].
 fn mass(material: &Material, lattice: &Lattice, vertex: u32) -> f64 {
-    let cell = material.density * lattice.cell_size().powi(3);
-    cell * f64::from(lattice.occupied_cells()[vertex as usize]) / 8.0
+    let cell_mass = material.density * lattice.cell_size().powi(3);
+    cell_mass * f64::from(lattice.occupied_cells()[vertex as usize]) / 8.0
 }
 
 /// The displayed mesh, and its embedding in the lattice.
@@ -245,7 +252,8 @@ struct Surface {
 }
 
 impl Surface {
-    fn borrowed(&self) -> volume::Surface<'_> {
+    /// Returns the surface as the volume correction reads it.
+    fn volume_surface(&self) -> volume::Surface<'_> {
         volume::Surface { mesh: &self.mesh, embedding: &self.embedding }
     }
 }
@@ -274,7 +282,7 @@ pub enum ArrayError {
         /// Value of the entry.
         value: [f64; 3],
     },
-    /// A number so large that f64 does not resolve neighboring vertices.
+    /// A coordinate beyond 10^15 cells, or a velocity component beyond 10^15 cells/s.
     #[error("{name}[{index}] = {value:?} is too large: the limit is {limit:.3e}, 10^15 cells")]
     TooFar {
         /// Name of the array.
@@ -283,7 +291,7 @@ pub enum ArrayError {
         index: usize,
         /// Value of the entry.
         value: [f64; 3],
-        /// Greatest valid magnitude.
+        /// Greatest valid magnitude of a component, in the units of `value`.
         limit: f64,
     },
 }

@@ -8,12 +8,13 @@ use crate::volume::VolumeMeasures;
 
 impl Body {
     /// Returns the memory of the body in bytes: lattice, state and stages. The mesh and the buffers of a
-    /// [`Display`](crate::Display) are not included.
+    /// [`Display`](crate::Display) are not included. The measures of volume reports are included only if the
+    /// body has a volume correction.
     pub fn memory(&self) -> usize {
         self.plan().bytes()
     }
 
-    /// Returns the stages of a step, then those that evaluate the displayed surface, with their memory.
+    /// Returns the stages of a step, then the stages that evaluate the displayed surface, with their memory.
     pub(crate) fn plan(&self) -> BodyPlan {
         let mut plan = BodyPlan {
             name: self.name.clone(),
@@ -77,11 +78,11 @@ impl Body {
             Stage::BeginContacts => ("stores the velocities before shape matching".to_owned(), 0),
             Stage::Matching => {
                 let limiter = self.energy.as_ref();
-                let limited = if limiter.is_some() { ", energy limiter" } else { "" };
+                let suffix = if limiter.is_some() { ", energy limiter" } else { "" };
                 let (width, blocks) = (self.half_width(), self.matching.layout.blocks());
                 let bytes = self.matching.bytes() + self.workspace.bytes() + limiter.map_or(0, |l| l.bytes());
                 (
-                    format!("half-width {width}, window sums along x, y, z, SIMD blocks: {blocks}{limited}"),
+                    format!("half-width {width}, window sums along x, y, z, SIMD blocks: {blocks}{suffix}"),
                     bytes,
                 )
             }
@@ -110,7 +111,8 @@ impl Stage {
         }
     }
 
-    /// Returns false for the stages that only prepare a later stage.
+    /// Returns whether the plan lists the stage as left out if it is missing. It does not list a stage that
+    /// only prepares a later stage.
     fn is_main(self) -> bool {
         !matches!(self, Self::BeginConstraints | Self::BeginContacts)
     }

@@ -1,4 +1,4 @@
-//! Settings that can change between steps: material, volume correction, pins, handles, forces.
+//! Changes settings between steps: material, volume correction, pins, handles, forces.
 
 use nalgebra::Point3;
 
@@ -14,7 +14,7 @@ use crate::range::{RangeError, in_range};
 use crate::volume::{Correction, VolumeError, VolumeOptions};
 
 impl Body {
-    /// Sets the size of the regions, from the next step on. This rebuilds the regions. Positions, velocities
+    /// Sets the size of the regions, from the next step on, and rebuilds the regions. Positions, velocities
     /// and momenta are unchanged.
     ///
     /// # Errors
@@ -40,22 +40,23 @@ impl Body {
         Ok(())
     }
 
-    /// Sets the volume correction of the displayed surface. This rebuilds the correction.
+    /// Sets the options of the volume correction, from the next evaluation of the displayed surface on, and
+    /// rebuilds the correction.
     ///
     /// # Errors
     ///
-    /// A number out of range, or a volume measure that the mesh does not allow. The correction is then
+    /// A number out of range, or a volume measure that the mesh does not allow. The options are then
     /// unchanged.
     pub fn set_volume(&mut self, volume: impl Into<VolumeOptions>) -> Result<(), VolumeError> {
         let options = volume.into();
-        let surface = self.surface.as_ref().map(Surface::borrowed);
+        let surface = self.surface.as_ref().map(Surface::volume_surface);
         self.correction = Correction::new(&self.lattice, surface, &options)?;
         self.volume = options;
         Ok(())
     }
 
-    /// Sets the stiffness alpha, the fraction of the distance to the goals that a step covers, from the next
-    /// step on.
+    /// Sets the stiffness, from the next step on: alpha, the fraction of the distance to the goal that a step
+    /// covers, or a frequency.
     ///
     /// # Errors
     ///
@@ -67,7 +68,7 @@ impl Body {
         Ok(())
     }
 
-    /// Sets the region damping, from the next step on. Zero removes the stage.
+    /// Sets the region damping, from the next step on. A damping of zero removes the stage.
     ///
     /// # Errors
     ///
@@ -84,8 +85,8 @@ impl Body {
         Ok(())
     }
 
-    /// Releases a pin or handle permanently. `index` counts all pins and handles in the order in which they
-    /// were added.
+    /// Releases a pin or handle permanently, from the next step on. `index` is its position, from 0, among
+    /// all pins and handles in the order in which they were added.
     ///
     /// # Errors
     ///
@@ -94,12 +95,14 @@ impl Body {
         self.constraints_mut(index)?.release(index)
     }
 
-    /// Replaces the keys of a handle. They are relative to the pose that the handle captured when it became
-    /// active.
+    /// Replaces the keyframes of a handle, from the next step on. Keyframes are relative to the pose that the
+    /// selected part had when the handle became active. A pin that gets keyframes becomes a handle.
+    ///
+    /// * `index`: as for [`Body::release`].
     ///
     /// # Errors
     ///
-    /// An index out of range, invalid keys, or keys that move further than 10^15 cells.
+    /// An index out of range, invalid keyframes, or a displacement of more than 10^15 cells.
     pub fn set_keys(&mut self, index: usize, keys: &[Key]) -> Result<(), ConstraintError> {
         let limit = self.coordinate_limit();
         let constraints = self.constraints_mut(index)?;
@@ -117,8 +120,8 @@ impl Body {
         self.constraints.as_mut().ok_or(ConstraintError::NoSuchConstraint { index, count: 0 })
     }
 
-    /// Adds a pin, which fixes a part of the body in the pose at the start of the pin. Selection shapes are
-    /// tested against the placed body at frame 0.
+    /// Adds a pin, which fixes the selected part of the body in the pose that the part has when the time
+    /// window of the pin begins. For selections see [`Body::select`].
     ///
     /// # Errors
     ///
@@ -127,16 +130,17 @@ impl Body {
         self.constrain(&pin.selection, pin.window, None)
     }
 
-    /// Adds a handle, which moves a part of the body along keys, relative to the pose at the start of the
-    /// handle.
+    /// Adds a handle, which moves the selected part of the body along keyframes, relative to the pose that
+    /// the part has when the time window of the handle begins. For selections see [`Body::select`].
     ///
     /// # Errors
     ///
-    /// The errors of [`Body::pin`], invalid keys, or keys that move further than 10^15 cells.
+    /// The errors of [`Body::pin`], invalid keyframes, or a displacement of more than 10^15 cells.
     pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
         self.constrain(&handle.selection, handle.window, Some(&handle.keys))
     }
 
+    /// Adds a handle if there are `keys`, otherwise a pin.
     fn constrain(
         &mut self,
         selection: &Selection,
@@ -150,32 +154,34 @@ impl Body {
         Ok(())
     }
 
-    /// Returns the lattice vertices of a selection, in increasing order. A shape selects the mesh vertices
-    /// inside it and the lattice vertices of their cells; on a bare lattice it selects the lattice vertices
-    /// inside it. Shapes are tested against the placed body at frame 0.
+    /// Returns the lattice vertices of a selection, in increasing order.
+    ///
+    /// A shape selects the corners of every cell that contains a mesh vertex inside the shape. On a bare
+    /// lattice a shape selects the lattice vertices inside the shape. Shapes are in world space and are
+    /// tested against the body at frame 0, in its initial placement.
     ///
     /// # Errors
     ///
     /// An empty selection, with the distance to the nearest vertex, or an invalid one.
     pub fn select(&self, selection: &Selection) -> Result<Vec<u32>, SelectionError> {
-        let (count, placed) = (self.lattice.len(), |p: Point3<f64>| self.model_to_world * p);
+        let (count, to_world) = (self.lattice.len(), |p: Point3<f64>| self.model_to_world * p);
         match &self.surface {
             Some(surface) => {
-                let points = surface.mesh.vertices().iter().copied().map(placed);
+                let points = surface.mesh.vertices().iter().copied().map(to_world);
                 let corners = |point: u32| surface.embedding.corners(point as usize);
                 selection.lattice_vertices(points, count, corners)
             }
             None => {
-                let points = (0..count as u32).map(|vertex| placed(self.lattice.rest_position(vertex)));
+                let points = (0..count as u32).map(|vertex| to_world(self.lattice.rest_position(vertex)));
                 selection.lattice_vertices(points, count, |vertex| [vertex])
             }
         }
     }
 
-    /// Applies a force to a part of the body in the next step. The lattice vertices of the part share it in
-    /// proportion to their masses. Several forces add up.
+    /// Applies a force to the selected part of the body in the next step. The force is distributed over the
+    /// selected lattice vertices in proportion to their masses. Several forces add up.
     ///
-    /// * `force`: the total force, kg x length / s^2.
+    /// * `force`: the total force, in kg x length / s^2.
     ///
     /// # Errors
     ///
@@ -183,9 +189,9 @@ impl Body {
     pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
         let vertices = self.select(selection)?;
         let total: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
-        let share = |vertex: u32| force.map(|f| f * (self.mass(vertex) / total));
-        let weights: Vec<_> = vertices.iter().map(|&vertex| (vertex, share(vertex))).collect();
-        self.apply_forces(&weights)
+        let force_on = |vertex: u32| force.map(|f| f * (self.mass(vertex) / total));
+        let forces: Vec<_> = vertices.iter().map(|&vertex| (vertex, force_on(vertex))).collect();
+        self.apply_forces(&forces)
     }
 
     /// Applies forces to single lattice vertices in the next step. `forces` contains pairs of vertex and

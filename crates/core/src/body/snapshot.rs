@@ -6,8 +6,8 @@ use crate::error::Error;
 use crate::state::State;
 use crate::volume::{Correction, VolumeOptions};
 
-/// The saved state of a body: all data that steps and settings change. It can be restored in any body that
-/// was built with the same mesh or lattice and settings.
+/// The saved state of a body: all data that steps and changes of settings modify. It can be restored in any
+/// body that was built from the same mesh or lattice with the same settings.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodySnapshot {
@@ -47,7 +47,7 @@ pub enum StateError {
         /// Cell size of the state.
         found: f64,
     },
-    /// A different lattice.
+    /// A different lattice: another number of connected components, or of blocks of eight lattice vertices.
     #[error("body {body:?} has {blocks} blocks of lattice vertices, but the state has {found}")]
     Lattice {
         /// Name of the body.
@@ -93,7 +93,7 @@ impl Body {
         }
     }
 
-    /// Restores a state of a body that was built like this one.
+    /// Restores a state of a body that was built from the same mesh or lattice with the same settings.
     ///
     /// # Errors
     ///
@@ -121,7 +121,7 @@ impl Body {
         Ok(())
     }
 
-    /// Checks that a snapshot matches this body.
+    /// Checks that a snapshot matches this body: cell size, lattice, constraints, forces and settings.
     pub(crate) fn check_snapshot(&self, snapshot: &BodySnapshot) -> Result<(), StateError> {
         let body = || self.name.clone();
         let (cell_size, found) = (self.state.frame.cell_size(), snapshot.state.frame.cell_size());
@@ -143,11 +143,12 @@ impl Body {
         self.check_settings(snapshot).map_err(settings)
     }
 
+    /// Checks that the settings of a snapshot are valid for this body.
     fn check_settings(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
         let &BodySnapshot { region_size, stiffness, region_damping, volume, .. } = snapshot;
         Material { region_size, stiffness, region_damping, ..self.material }.validate()?;
         if volume != self.volume {
-            Correction::new(&self.lattice, self.surface.as_ref().map(Surface::borrowed), &volume)?;
+            Correction::new(&self.lattice, self.surface.as_ref().map(Surface::volume_surface), &volume)?;
         }
         Ok(())
     }

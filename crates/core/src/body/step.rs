@@ -1,9 +1,22 @@
-//! One step of a body: [`STEP`] lists the stages, and `Body::run` has the formula and the module of each.
+//! Runs the stages of a step. [`STEP`] lists the stages. `Body::run` gives their formulas and modules.
 //!
-//! Symbols: h is the step length, x, v and m are the position, velocity and mass of a vertex, n is the number
-//! of regions that contain it, c is the center of mass of a region and x̄ that of a component, superscript 0
-//! is the rest pose, f is an external force, a is gravity, and
-//! alpha and d are the stiffness and the region damping per step. The crate page has the citations.
+//! | symbol | meaning |
+//! |---|---|
+//! | h, a | length of the step, gravity |
+//! | x, v, m, f | position, velocity and mass of a vertex, and the external force on it |
+//! | n | number of regions that contain the vertex |
+//! | v̄ | mean of the rigid velocities of these n regions at the vertex |
+//! | g | goal position of the vertex |
+//! | c, R | center of mass of a region, and the rotation of the region from the rest pose |
+//! | x̄, P, L | center of mass, linear momentum and angular momentum of a connected component |
+//! | J | impulse of a contact on a vertex |
+//! | alpha, d | stiffness and region damping per step |
+//! | superscript 0 | value in the rest pose, such as x⁰ |
+//! | × | cross product |
+//!
+//! A *free component* is a connected component of the lattice without a constrained vertex. Its momenta are
+//! tracked. A *free body* has no active constraint and no contact stage. The origin of its frame, from which
+//! the f32 positions and velocities are measured, moves with the body. The crate page has the citations.
 
 use nalgebra::Vector3;
 
@@ -38,8 +51,8 @@ pub(super) enum Stage {
     Constraints,
 }
 
-/// The stages in execution order. [`Body::step`] runs this list, and the plan prints it with the memory of
-/// each stage, followed by the two stages of a display.
+/// The stages in execution order. [`Body::step`] runs this list. The plan prints the list with the memory of
+/// each stage, followed by the two stages that evaluate the displayed surface.
 pub(super) const STEP: [Stage; 9] = [
     Stage::BeginConstraints,
     Stage::Forces,
@@ -53,7 +66,7 @@ pub(super) const STEP: [Stage; 9] = [
 ];
 
 impl Body {
-    /// Advances the body by one step: runs the stages that the body has, in the order of [`STEP`].
+    /// Advances the body by one step: runs the existing stages of the body in the order of [`STEP`].
     pub(crate) fn step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
         for stage in STEP {
@@ -63,7 +76,7 @@ impl Body {
         }
     }
 
-    /// Returns whether the body has a stage. A missing stage takes no time and no memory.
+    /// Returns whether a stage of the body exists. A missing stage takes no time and no memory.
     pub(super) fn has(&self, stage: Stage) -> bool {
         match stage {
             Stage::BeginConstraints | Stage::Constraints => self.constraints.is_some(),
@@ -77,68 +90,82 @@ impl Body {
     /// Runs one stage. Each comment gives the module that implements the stage, and its formula.
     fn run(&mut self, stage: Stage, context: &StepContext, executor: &Executor) {
         match stage {
-            // dynamics::constraints: pins and handles that become active capture their vertices' positions.
+            // dynamics::constraints: pins and handles that become active capture the positions of their
+            // vertices.
             Stage::BeginConstraints => self.begin_constraints(context),
             // dynamics::forces: v += h f/m.
             Stage::Forces => self.apply_external_forces(context),
-            // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) x v of each free component, in f64.
+            // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose
+            // momenta are not known.
             Stage::Momentum => self.track_momentum(executor),
-            // dynamics::damping: v += d (v̄ - v), v̄ = mean of the rigid velocities of the vertex's regions.
+            // dynamics::damping: v += d (v̄ - v).
             Stage::RegionDamping => self.damp(context, executor),
-            // contact: stores v, which is the velocity before an impact.
+            // contact: stores v as the velocity before the impacts of this step.
             Stage::BeginContacts => self.begin_contacts(),
-            // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ, g = mean of R (x⁰ - c⁰) + c over regions.
-            // dynamics::integration: v += alpha (g - x)/h + h a.
+            // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions
+            // that contain the vertex. dynamics::integration: v += alpha (g - x)/h + h a.
             Stage::Matching => self.match_shapes(context, executor),
-            // dynamics::integration: x += h v, with v corrected to P and L.
+            // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
-            // contact: v += J/m, x += h J/m, with impulses J where the visible surface touches a collider.
+            // contact: v += J/m and x += h J/m where surface samples touch a collider. Samples that are then
+            // still inside a collider are pushed out by a change of x alone.
             Stage::Contacts => self.resolve_contacts(context),
-            // dynamics::constraints: x and v = target position and velocity of the pin or handle.
+            // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
             Stage::Constraints => self.apply_constraints(context),
         }
     }
 
-    /// Returns whether the body is a single task, so that a step runs on one thread.
+    /// Returns whether the blocks of eight lattice vertices fit into one chunk. A step then runs on one
+    /// thread.
     pub(crate) fn is_one_task(&self) -> bool {
         self.matching.layout.blocks() <= CHUNK
     }
 
-    /// Returns whether no active constraint and no contact stage acts on the body.
+    /// Returns whether the body is free: it has no active constraint and no contact stage.
     fn is_free(&self) -> bool {
         self.contacts.is_none() && !self.constraints.as_ref().is_some_and(Constraints::any_active)
     }
 
+    /// Activates and deactivates pins and handles according to their time windows.
     fn begin_constraints(&mut self, context: &StepContext) {
         let Self { constraints: Some(constraints), matching, state, .. } = self else { return };
-        if constraints.begin(context.interval, &state.shared(), matching.layout.slots()) {
+        if constraints.begin(context.interval, &state.body_state(), matching.layout.slots()) {
             self.track_constraints();
         }
     }
 
-    /// Updates which components have constrained vertices: their momenta are not conserved.
+    /// Updates which components have constrained vertices. The momenta of such components are not conserved.
     pub(super) fn track_constraints(&mut self) {
         let Self { constraints, matching, momentum, state, .. } = self;
         match constraints {
             Some(constraints) => {
-                momentum.set_constrained(matching.layout.slots(), constraints.held(), &mut state.momenta);
+                momentum.set_constrained(
+                    matching.layout.slots(),
+                    constraints.constrained(),
+                    &mut state.momenta,
+                );
             }
             None => momentum.clear_constrained(),
         }
     }
 
+    /// Applies external forces: v += h f/m. Removes the stage when it has no more data.
     fn apply_external_forces(&mut self, context: &StepContext) {
         let Self { forces: Some(forces), lattice, matching, material, state, .. } = self else { return };
         let mass = |vertex| super::mass(material, lattice, vertex);
-        let step = (context.interval, context.is_frame_start);
-        forces.apply(step, (lattice, matching.layout.slots()), mass, state);
+        let timing = (context.interval, context.is_frame_start);
+        forces.apply(timing, (lattice, matching.layout.slots()), mass, state);
         if forces.is_empty() {
             self.forces = None;
         }
     }
 
-    /// Measures unknown momenta, and moves the frame of a free body with the body so that its f32 positions
-    /// and velocities stay small.
+    /// Measures the momenta of free components where they are invalidated, and keeps the f32 positions and
+    /// velocities small.
+    ///
+    /// If the positions of any body have become large, the body is rebased: its origin moves near its center
+    /// of mass. If momenta of a free body are invalidated, the velocity of its origin is set to the velocity
+    /// of its center of mass. The origin of a body that is not free has velocity zero.
     fn track_momentum(&mut self, executor: &Executor) {
         let is_free = self.is_free();
         let Self { matching, momentum, state, .. } = self;
@@ -146,6 +173,7 @@ impl Body {
         if !is_free {
             state.set_origin_velocity(slots, Vector3::zeros());
         }
+        // Constraints, contacts, forces and assigned positions or velocities change the energy.
         if !is_free || state.momenta.contains(&None) {
             state.energy_limit = None;
         }
@@ -154,63 +182,71 @@ impl Body {
         if !needs_rebase && !invalidated {
             return;
         }
-        let (bounds, weights) = (matching.cascade.bounds(), &matching.regions.weights);
-        momentum.measure(executor, bounds, weights, &state.positions, &state.velocities);
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
         if needs_rebase {
             state.rebase(slots, momentum.center());
         }
         if invalidated && is_free {
             state.set_origin_velocity(slots, state.frame.velocity() + momentum.velocity());
-            momentum.measure(executor, bounds, weights, &state.positions, &state.velocities);
+            momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
         }
         momentum.store_measured(&mut state.momenta);
     }
 
-    /// v += d (v̄ - v). Region damping runs before shape matching. After it, damping would spread the
-    /// acceleration of constrained vertices, whose velocities the constraints override.
+    /// Damps the velocities: v += d (v̄ - v).
+    ///
+    /// Region damping runs before shape matching. If it ran afterwards, it would spread the accelerations of
+    /// constrained vertices to other vertices, although the constraints override the velocities of
+    /// constrained vertices.
     fn damp(&mut self, context: &StepContext, executor: &Executor) {
         let Self { region_damping: Some(region_damping), matching, workspace, material, state, .. } = self
         else {
             return;
         };
         if !state.fitted {
-            let fitted = (&state.positions, &mut state.rotations);
-            matching.fit(workspace, executor, fitted, None, Purpose::Regions);
+            let positions_rotations = (&state.positions, &mut state.rotations);
+            matching.fit(workspace, executor, positions_rotations, None, Purpose::Regions);
         }
-        let share = material.region_damping_share(context.interval.dt);
-        region_damping.apply(matching, workspace, executor, state, share as f32);
+        let fraction = material.region_damping_fraction(context.interval.dt);
+        region_damping.apply(matching, workspace, executor, state, fraction as f32);
     }
 
+    /// Stores the velocities before the impacts of this step.
     fn begin_contacts(&mut self) {
         if let Some(contacts) = &mut self.contacts {
             contacts.begin(&self.state.velocities);
         }
     }
 
-    /// v += alpha (g - x)/h + h a. Gravity acts on the frame of a free body, and on the vertices of other
-    /// bodies.
+    /// Accelerates the vertices towards their goal positions: v += alpha (g - x)/h + h a.
     ///
-    /// Where the best rotation of a region is nearly ambiguous, the energy limiter acts on a free body. The
-    /// region sums are then computed twice.
+    /// Gravity changes the velocity of the frame of a free body. For a body that is not free, gravity changes
+    /// the velocities of the vertices.
+    ///
+    /// If Newton's method did not converge for a region of a free body, the energy limiter is applied and the
+    /// fit runs a second time, to sum the elastic potential. This happens only where the optimal rotation of
+    /// the region is nearly not unique.
     fn match_shapes(&mut self, context: &StepContext, executor: &Executor) {
         let is_free = self.is_free();
         let Self { matching, workspace, momentum, energy, material, lattice, state, .. } = self;
         let dt = context.interval.dt;
-        let mut gain = context.gravity * (dt / lattice.cell_size());
+        let mut velocity_change = context.gravity * (dt / lattice.cell_size());
         if is_free {
-            state.frame.advance_origin(gain, dt);
-            gain = Vector3::zeros();
+            state.frame.advance_origin(velocity_change, dt);
+            velocity_change = Vector3::zeros();
         }
 
-        let fitted = (&state.positions, &mut state.rotations);
-        let unconverged = matching.fit(workspace, executor, fitted, None, Purpose::Goals);
+        let positions_rotations = (&state.positions, &mut state.rotations);
+        let unconverged = matching.fit(workspace, executor, positions_rotations, None, Purpose::Vertices);
         self.unconverged += unconverged;
         state.fitted = true;
         let limiter =
             (is_free && unconverged > 0).then(|| energy.get_or_insert_with(|| EnergyLimiter::new(matching)));
         if let Some(limiter) = &limiter {
-            let fitted = (&state.positions, &mut state.rotations);
-            matching.fit(workspace, executor, fitted, Some(limiter.potential()), Purpose::Goals);
+            let positions_rotations = (&state.positions, &mut state.rotations);
+            let potential = Some(limiter.potential());
+            matching.fit(workspace, executor, positions_rotations, potential, Purpose::Vertices);
         }
         let limiter = limiter.map(|limiter| {
             limiter.begin(&state.velocities);
@@ -218,14 +254,14 @@ impl Body {
         });
 
         let stiffness_rate = material.alpha(dt) / dt;
-        let (weights, track) = (&matching.regions.weights, momentum.any_free());
+        let (weights, sums_momenta) = (&matching.regions.weights, momentum.any_free());
         let (components, sums) = momentum.begin_sums();
         let update = Accelerate {
             weights,
             positions: &state.positions,
             stiffness_rate: stiffness_rate as f32,
-            gain: gain.map(|v| v as f32).into(),
-            components: track.then_some(components),
+            velocity_change: velocity_change.map(|v| v as f32).into(),
+            components: sums_momenta.then_some(components),
         };
         let (layout, velocities) = (&matching.layout, state.velocities.blocks_mut());
         matching.cascade.adjoint(layout, executor, workspace, &update, velocities, sums);
@@ -234,10 +270,11 @@ impl Body {
         if let Some(limiter) = limiter {
             limiter.apply((stiffness_rate, dt), weights, state, momentum);
         }
-        momentum.add_impulse(&mut state.momenta, gain);
+        momentum.add_impulse(&mut state.momenta, velocity_change);
     }
 
-    /// x += h v, with the velocities corrected to the tracked momenta.
+    /// Corrects the velocities such that the momenta of free components are the tracked ones, then advances
+    /// the positions: x += h v.
     fn integrate(&mut self, context: &StepContext, executor: &Executor) {
         let Self { matching, momentum, state, .. } = self;
         let (components, corrections) = momentum.corrections(&state.momenta);
@@ -246,22 +283,28 @@ impl Body {
         advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
-    /// Applies contact impulses. The momenta of touched components become invalid and are measured in the
-    /// next step.
+    /// Applies contact impulses and pushes samples out of colliders. This invalidates the momenta of the
+    /// touched components; the next step measures them.
     fn resolve_contacts(&mut self, context: &StepContext) {
         let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
         if context.is_frame_start {
             contacts.clear_displacements();
         }
-        contacts.resolve(&mut state.shared(), context.colliders, context.interval, context.gravity.into());
+        contacts.resolve(
+            &mut state.body_state(),
+            context.colliders,
+            context.interval,
+            context.gravity.into(),
+        );
         for vertex in contacts.touched() {
             state.invalidate_momentum(lattice, vertex);
         }
     }
 
+    /// Moves constrained vertices to the targets of their pins and handles.
     fn apply_constraints(&mut self, context: &StepContext) {
         if let Some(constraints) = &self.constraints {
-            constraints.apply(context.interval, &mut self.state.shared(), self.matching.layout.slots());
+            constraints.apply(context.interval, &mut self.state.body_state(), self.matching.layout.slots());
         }
     }
 }

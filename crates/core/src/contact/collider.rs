@@ -1,4 +1,5 @@
-//! Colliders: shapes with friction and restitution, at rest or in motion, and the validated set of a scene.
+//! Colliders: shapes with friction and restitution, at rest or in motion, and the validated colliders of a
+//! scene.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use thiserror::Error;
@@ -15,11 +16,12 @@ pub struct Collider {
     /// Coulomb friction coefficient, >= 0: the greatest ratio of tangential to normal impulse. Default 0.5;
     /// 0: no friction.
     pub friction: f64,
-    /// Ratio of the normal speeds after and before an impact, [0, 1]. Default 0: no bounce. At 1 the surface
-    /// separates as fast as it approached; the body still rises less high than it fell, since the impact
-    /// makes it vibrate. Impacts slower than two steps of free fall do not bounce.
+    /// Ratio of the normal speed after an impact to the normal speed before it, [0, 1]. Default 0: no bounce.
+    /// At 1 the surface separates as fast as it approached; the body still rises less high than it fell,
+    /// because the impact makes it vibrate. An impact slower than the speed of two steps of free fall does
+    /// not bounce.
     pub restitution: f64,
-    /// Keyframes of the motion of the shape about its center. Default: no keys, and the collider is at rest.
+    /// Keyframes of the motion of the shape about its center. Default: no keyframes; the collider is at rest.
     pub keys: Vec<Key>,
 }
 
@@ -48,10 +50,10 @@ pub enum ColliderFault {
         /// Valid range of the field, as a clause.
         range: &'static str,
     },
-    /// A plane whose normal is zero.
+    /// The normal of a plane is zero.
     #[error("the plane's normal is zero; give the direction of the free side")]
     ZeroNormal,
-    /// Invalid keys.
+    /// The keyframes are invalid.
     #[error(transparent)]
     Motion(#[from] MotionError),
 }
@@ -82,18 +84,19 @@ impl Collider {
         Self::new(Shape::Capsule { a, b, radius })
     }
 
-    /// Checks the numbers and the keys.
+    /// Checks the numbers and the keyframes.
     ///
     /// # Errors
-    /// Fails for a number out of its range, a plane with a normal of zero, or keys that are not in order.
+    /// Fails for a number out of its range, for a plane with a normal of zero, and for invalid keyframes, for
+    /// example if they are not in order.
     pub fn validate(&self) -> Result<(), ColliderFault> {
-        Checked::new(self).map(drop)
+        ValidCollider::new(self).map(drop)
     }
 
     fn check_numbers(&self) -> Result<(), ColliderFault> {
         let check = |name, values: &[f64], range, valid: fn(f64) -> bool| {
-            let wrong = values.iter().find(|value| !valid(**value));
-            wrong.map_or(Ok(()), |&value| Err(ColliderFault::OutOfRange { name, value, range }))
+            let invalid = values.iter().find(|value| !valid(**value));
+            invalid.map_or(Ok(()), |&value| Err(ColliderFault::OutOfRange { name, value, range }))
         };
         let finite = |name, values: &[f64]| check(name, values, "it must be finite", f64::is_finite);
         let positive = |name, values: &[f64]| {
@@ -128,36 +131,36 @@ impl Collider {
     }
 }
 
-/// Validated colliders of a scene, shared by its bodies. An empty set has no contacts.
+/// Validated colliders of a scene, for all of its bodies. Without colliders there are no contacts.
 #[derive(Clone, Debug, Default)]
-pub struct Colliders(Vec<Checked>);
+pub struct Colliders(Vec<ValidCollider>);
 
 /// Validated collider and its motion.
 #[derive(Clone, Debug)]
-struct Checked {
+struct ValidCollider {
     collider: Collider,
-    /// Motion; `None` at rest.
+    /// Motion; `None` for a collider at rest.
     motion: Option<Motion>,
 }
 
-impl Checked {
+impl ValidCollider {
     fn new(collider: &Collider) -> Result<Self, ColliderFault> {
         collider.check_numbers()?;
-        let moves = !collider.keys.is_empty();
-        let motion = moves.then(|| Motion::new(collider.keys.clone())).transpose()?;
+        let is_moving = !collider.keys.is_empty();
+        let motion = is_moving.then(|| Motion::new(collider.keys.clone())).transpose()?;
         Ok(Self { collider: collider.clone(), motion })
     }
 }
 
 impl Colliders {
-    /// Validates colliders. Where colliders overlap, their order changes results at rounding level.
+    /// Validates colliders. Their order changes results at rounding level where they overlap.
     ///
     /// # Errors
     /// Returns the fault of the first invalid collider.
     pub fn new(colliders: &[Collider]) -> Result<Self, ColliderError> {
-        let checked =
-            |(collider, given)| Checked::new(given).map_err(|fault| ColliderError { collider, fault });
-        colliders.iter().enumerate().map(checked).collect::<Result<_, _>>().map(Self)
+        let validate =
+            |(collider, input)| ValidCollider::new(input).map_err(|fault| ColliderError { collider, fault });
+        colliders.iter().enumerate().map(validate).collect::<Result<_, _>>().map(Self)
     }
 
     /// Returns whether the set is empty.
@@ -165,17 +168,17 @@ impl Colliders {
         self.0.is_empty()
     }
 
-    /// Returns each shape in the frame of a body, at a time in seconds.
+    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body.
     pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape> {
-        self.0.iter().map(move |Checked { collider, motion }| {
+        self.0.iter().map(move |ValidCollider { collider, motion }| {
             let pose = motion.as_ref().map_or_else(Pose::identity, |motion| motion.pose(time));
             collider.shape.posed(&pose, frame)
         })
     }
 
-    /// Returns each collider in the frame of a body, for one step.
+    /// Returns each collider during one step, in the frame of a body.
     pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider> {
-        self.0.iter().map(move |Checked { collider, motion }| {
+        self.0.iter().map(move |ValidCollider { collider, motion }| {
             let poses = motion.as_ref().map(|m| (m.pose(step.start), m.pose(step.end)));
             let (start, end) = poses.unwrap_or((Pose::identity(), Pose::identity()));
             PosedCollider {
@@ -185,9 +188,9 @@ impl Colliders {
                 restitution: collider.restitution,
                 motion: poses.map(|_| SurfaceMotion {
                     center: Point3::from((collider.shape.center() - frame.origin) / frame.cell_size),
-                    back: start.rotation * end.rotation.transpose(),
-                    start: start.translate / frame.cell_size,
-                    end: end.translate / frame.cell_size,
+                    rotation_to_start: start.rotation * end.rotation.transpose(),
+                    translation_at_start: start.translate / frame.cell_size,
+                    translation_at_end: end.translate / frame.cell_size,
                     rate: 1.0 / step.dt,
                 }),
             }
@@ -195,7 +198,7 @@ impl Colliders {
     }
 }
 
-/// Collider during a step, in the local frame of a body: in cells and cells per second.
+/// Collider during a step, in the local frame of a body. Lengths are in cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PosedCollider {
     /// The shape at the start of the step.
@@ -204,7 +207,7 @@ pub(super) struct PosedCollider {
     pub(super) shape: PosedShape,
     pub(super) friction: f64,
     pub(super) restitution: f64,
-    /// Motion during the step; `None` at rest.
+    /// Motion during the step; `None` for a collider at rest.
     motion: Option<SurfaceMotion>,
 }
 
@@ -213,22 +216,24 @@ pub(super) struct PosedCollider {
 struct SurfaceMotion {
     /// Center of the shape at time 0, in cells.
     center: Point3<f64>,
-    /// Rotation from the orientation at the end of the step to that at its start.
-    back: Matrix3<f64>,
-    /// Translation at the start of the step, in cells.
-    start: Vector3<f64>,
-    /// Translation at the end of the step, in cells.
-    end: Vector3<f64>,
+    /// Rotation from the orientation at the end of the step to the orientation at its start.
+    rotation_to_start: Matrix3<f64>,
+    /// Translation from time 0 to the start of the step, in cells.
+    translation_at_start: Vector3<f64>,
+    /// Translation from time 0 to the end of the step, in cells.
+    translation_at_end: Vector3<f64>,
     /// `1 / dt`, in 1/s.
     rate: f64,
 }
 
 impl PosedCollider {
-    /// Returns the mean velocity over the step of the collider's point that is at `p` at the end of the step.
+    /// Returns the velocity of the point of the collider that is at `p` at the end of the step, averaged over
+    /// the step, in cells per second.
     pub(super) fn velocity_at(&self, p: &Point3<f64>) -> Vector3<f64> {
         self.motion.as_ref().map_or_else(Vector3::zeros, |motion| {
             let end = p - motion.center;
-            let start = motion.back * (end - motion.end) + motion.start;
+            let rotated = motion.rotation_to_start * (end - motion.translation_at_end);
+            let start = rotated + motion.translation_at_start;
             (end - start) * motion.rate
         })
     }

@@ -1,4 +1,4 @@
-//! Contact constraints: target velocity and impulse of a surface patch that touches a collider. The impulse
+//! Contact constraints. A constraint has the target velocity and the impulse of a contact patch; the impulse
 //! lies in the Coulomb friction cone.
 
 use std::ops::Range;
@@ -9,34 +9,35 @@ use super::SKIN;
 use super::collider::PosedCollider;
 use super::vec4::{Vec4, dot, narrow, wide};
 
-/// Point of the surface during a step.
+/// Contact point of a patch during a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfacePoint {
     /// Position at the end of the step in the local frame of the body, in cells.
-    pub(super) place: Point3<f64>,
-    /// Velocity at the end of the step, in cells per second.
+    pub(super) position: Point3<f64>,
+    /// Velocity at the end of the step without contacts, in cells per second.
     pub(super) velocity: Vec4,
     /// Velocity before the step, in cells per second.
     pub(super) velocity_before: Vec4,
 }
 
-/// Contact of a point of the surface with a collider. Velocities are in cells per second.
+/// Contact of a point of the surface with a collider. Velocities are in cells per second. In a push-out they
+/// stand for displacements in cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Contact {
-    /// Outward normal of the collider.
+    /// Outward unit normal of the collider.
     pub(super) normal: Vec4,
-    /// Velocity relative to the collider's surface.
+    /// Velocity relative to the collider's surface, without contacts.
     pub(super) velocity: Vec4,
     /// Tangential velocity before the step, relative to the collider's surface.
     pub(super) slip_before: Vec4,
-    /// Target velocity: the least normal velocity after the contact.
+    /// Target velocity: the least normal velocity after the contact. Positive away from the collider.
     pub(super) target: f32,
-    /// Greatest normal velocity after the contact without energy gain: the speed of approach, at least
-    /// `target`.
+    /// Greatest normal velocity after the contact that counts as free of energy gain: the speed of approach
+    /// before the step, or `target` if that is greater.
     pub(super) limit: f32,
     /// Coulomb friction coefficient.
     pub(super) friction: f32,
-    /// Depth of the deepest sample, in cells; negative outside the collider.
+    /// Depth of the deepest sample of the patch, in cells; negative outside the collider.
     pub(super) depth: f32,
 }
 
@@ -45,19 +46,20 @@ impl SurfacePoint {
     ///
     /// The target velocity depends on the motion before the step:
     ///
-    /// * A point that approaches from outside faster than `min_bounce` separates at the speed of approach
-    ///   times the restitution.
-    /// * A point that moved away before the step may approach at up to the speed at which it moved away, because
-    ///   that adds no energy, but not so fast that it enters the collider.
+    /// * A point that starts the step outside the skin and approaches faster than `min_bounce` separates at
+    ///   the speed of approach times the restitution.
+    /// * A point that moved away before the step may approach at up to the speed at which it moved away,
+    ///   because this adds no energy, but not so fast that it enters the collider.
     /// * For any other point the target is 0.
     ///
-    /// `depth`: depth of the deepest sample, in cells. `min_bounce`: least speed of approach that bounces, in
-    /// cells per second.
+    /// `depth` is the depth of the deepest sample of the patch, in cells. `min_bounce` is the least speed of
+    /// approach that bounces, in cells per second.
     pub(super) fn contact(&self, collider: &PosedCollider, depth: f64, dt: f64, min_bounce: f64) -> Contact {
         let velocity = wide(&self.velocity);
-        let normal = collider.shape.signed_distance(&self.place).normal;
-        let distance_before = collider.shape_before.signed_distance(&(self.place - velocity * dt)).distance;
-        let surface = collider.velocity_at(&self.place);
+        let normal = collider.shape.signed_distance(&self.position).normal;
+        let distance_before =
+            collider.shape_before.signed_distance(&(self.position - velocity * dt)).distance;
+        let surface = collider.velocity_at(&self.position);
         let velocity_before = wide(&self.velocity_before) - surface;
         let approach = -velocity_before.dot(&normal);
         let target = if distance_before > SKIN && approach > min_bounce {
@@ -78,30 +80,32 @@ impl SurfacePoint {
     }
 }
 
-/// Returns the weighted mean of `vector`. `vertices`: pairs of the row of a vertex in the contact stage, and its
-/// weight.
+/// Returns the weighted mean of the vectors of some vertices.
+///
+/// * `vertices`: pairs of row (index into `SampleCells::vertices`) and weight.
+/// * `vector`: returns the vector of a row.
 pub(super) fn mean(vertices: impl Iterator<Item = (u32, f32)>, vector: impl Fn(usize) -> Vec4) -> Vec4 {
     vertices.fold(Vec4::zeros(), |sum, (row, weight)| sum + vector(row as usize) * weight)
 }
 
-/// Returns the weighted mean of `positions`. `vertices`: see [`mean`].
+/// Returns the weighted mean of the positions of some vertices. `vertices`: see [`mean`].
 pub(super) fn mean_position(
     vertices: impl Iterator<Item = (u32, f32)> + Clone,
     positions: &[Vec4],
 ) -> Point3<f64> {
-    // Relative to the first vertex: offsets are small, so f32 is accurate at any distance from the origin.
-    let from = vertices.clone().next().map_or_else(Vec4::zeros, |(row, _)| positions[row as usize]);
-    let offset = mean(vertices, |row| positions[row] - from);
-    (wide(&from) + wide(&offset)).into()
+    // Sums offsets from the first vertex. They are small, so f32 is accurate at any distance from the origin.
+    let first = vertices.clone().next().map_or_else(Vec4::zeros, |(row, _)| positions[row as usize]);
+    let offset = mean(vertices, |row| positions[row] - first);
+    (wide(&first) + wide(&offset)).into()
 }
 
 /// Contact constraint: a contact and its accumulated impulses.
 #[derive(Clone, Debug)]
 pub(super) struct ContactConstraint {
     pub(super) contact: Contact,
-    /// Range of its links in `Solver::links`.
+    /// Range in `Solver::links` of the links of this constraint.
     pub(super) links: Range<usize>,
-    /// Velocity change per unit of impulse (effective inverse mass).
+    /// Velocity change of the contact point per unit of impulse (effective inverse mass).
     response: f32,
     /// `1 / response`.
     inverse_response: f32,
@@ -116,28 +120,30 @@ impl ContactConstraint {
         Self { contact, links, response: 0.0, inverse_response: 0.0, normal_impulse, friction_impulse }
     }
 
-    /// Sets the velocity change per unit of impulse.
+    /// Sets the velocity change of the contact point per unit of impulse.
     pub(super) fn set_response(&mut self, response: f32) {
         self.response = response;
         self.inverse_response = 1.0 / response;
     }
 
-    /// Returns the magnitude of the velocity change by an impulse.
+    /// Returns the magnitude of the velocity change that an impulse causes at the contact point.
     #[inline(always)]
     pub(super) fn speed_change(&self, impulse: &Vec4) -> f32 {
         dot(impulse, impulse).sqrt() * self.response
     }
 
-    /// Returns the total impulse: normal and friction.
+    /// Returns the sum of the normal impulse and the friction impulse.
     #[inline(always)]
     pub(super) fn impulse(&self) -> Vec4 {
         self.friction_impulse + self.contact.normal * self.normal_impulse
     }
 
-    /// Updates the impulses for the current `velocity` of the point; returns the change of the total impulse.
+    /// Updates the impulses and returns the change of their sum.
     ///
-    /// The normal impulse is at least 0, and the friction impulse lies in the Coulomb friction cone. `over_relaxation`
-    /// multiplies the change of the normal impulse; the friction impulse is not over-relaxed.
+    /// The normal impulse is at least 0, and the friction impulse lies in the Coulomb friction cone.
+    ///
+    /// * `velocity`: current velocity of the contact point, relative to the collider's surface.
+    /// * `over_relaxation`: multiplies the change of the normal impulse, but not of the friction impulse.
     #[inline(always)]
     pub(super) fn update_impulses(&mut self, velocity: &Vec4, over_relaxation: f32) -> Vec4 {
         let Contact { normal, slip_before, target, friction, .. } = &self.contact;
@@ -148,15 +154,15 @@ impl ContactConstraint {
         let mut change = normal * (impulse - self.normal_impulse);
         self.normal_impulse = impulse;
         if *friction > 0.0 {
-            // The slip that the point would have without friction.
-            let mut free = *velocity;
-            free += normal * -normal_velocity;
-            free += self.friction_impulse * -self.response;
-            let slip_change = slowest_slip(&free, slip_before) - free;
-            // Coulomb friction cone: clamps the tangential impulse to `friction` times the normal impulse.
-            let (max_friction, length) =
+            // The slip (tangential velocity) that the point would have without friction.
+            let mut free_slip = *velocity;
+            free_slip += normal * -normal_velocity;
+            free_slip += self.friction_impulse * -self.response;
+            let slip_change = slowest_slip(&free_slip, slip_before) - free_slip;
+            // Coulomb friction cone: clamps the friction impulse to `friction` times the normal impulse.
+            let (max_friction, needed) =
                 (friction * impulse, dot(&slip_change, &slip_change).sqrt() * inverse);
-            let scale = if length > max_friction { inverse * (max_friction / length) } else { inverse };
+            let scale = if needed > max_friction { inverse * (max_friction / needed) } else { inverse };
             let friction_impulse = slip_change * scale;
             change += friction_impulse;
             change -= self.friction_impulse;
@@ -166,22 +172,22 @@ impl ContactConstraint {
     }
 }
 
-/// Returns the slowest slip that friction may cause without adding energy.
+/// Returns the slowest slip that friction can cause without adding energy.
 ///
-/// `free` is the slip without friction, and `before` is the slip before the step. An impulse f that changes
-/// the slip from `free` to u does the work f . (u + before)/2. It does no positive work if and only if u lies
-/// in the ball whose diameter runs from `free` to -`before`. Zero usually lies in this ball; it does not if the
-/// point reverses its direction during the step, for instance while it vibrates.
+/// `free` is the slip without friction, and `before` is the slip before the step. A friction impulse f that
+/// changes the slip from `free` to u does the work f . (u + `before`) / 2. It does no positive work if and
+/// only if u lies in the ball whose diameter runs from `free` to -`before`. Zero usually lies in this ball.
+/// It does not if the point reverses its direction during the step, for example while it vibrates.
 #[inline(always)]
 fn slowest_slip(free: &Vec4, before: &Vec4) -> Vec4 {
     if dot(free, before) >= 0.0 {
         return Vec4::zeros();
     }
-    // The ball has the center `double_center` / 2 and the diameter |`diameter_vector`|. Zero is outside of it here.
+    // The ball has the center `double_center` / 2 and the diameter |`diameter_vector`|. Zero is outside it.
     let (double_center, diameter_vector) = (free - before, free + before);
     let (distance, diameter) =
         (dot(&double_center, &double_center).sqrt(), dot(&diameter_vector, &diameter_vector).sqrt());
-    // The squares overflow f32: stop the slip.
+    // Stops the slip if the squares overflow f32.
     if !distance.is_finite() {
         return Vec4::zeros();
     }

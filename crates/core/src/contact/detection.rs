@@ -1,4 +1,6 @@
-//! Detection of the samples that touch a collider, by strips of cells, cells, and blocks of samples.
+//! Finds the samples that touch a collider: tests strips of cells, then cells, then blocks of samples.
+//!
+//! A row is an index into `SampleCells::vertices`.
 
 use fearless_simd::{Simd, dispatch};
 
@@ -14,19 +16,19 @@ use crate::simd::level;
 /// Contacts of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactReport {
-    /// Number of samples inside a collider or within a thousandth of a cell of it, added up over the
-    /// colliders. At zero the contact stage changed nothing.
+    /// Number of samples inside a collider or within a thousandth of a cell of it, summed over the
+    /// colliders. If it is zero, the contact stage changed nothing.
     pub contacts: usize,
     /// Greatest depth of a sample before the push-out, in cells.
     pub deepest: f64,
 }
 
-/// Detection of the patches that touch a shape, with its buffers.
+/// Finds the patches that touch a shape; owns the buffers of the search.
 #[derive(Clone, Debug)]
 pub(super) struct Detection {
-    /// Position of the vertex in each row, in the body's frame.
-    places: Vec<Vec4>,
-    /// Signed distance of the vertex in each row from a plane.
+    /// Position of the vertex of each row, in the body's frame.
+    positions: Vec<Vec4>,
+    /// Signed distance of the vertex of each row from the plane that is searched.
     heights: Vec<f64>,
     patches: Patches,
 }
@@ -35,7 +37,7 @@ pub(super) struct Detection {
 #[derive(Clone, Debug)]
 struct Patches {
     list: Vec<Patch>,
-    /// Row of the vertex of each patch, in the same order.
+    /// Row of the nearest vertex of each patch, in the order of `list`.
     rows: RowSet,
 }
 
@@ -43,7 +45,7 @@ impl Detection {
     /// Creates the buffers for `rows` vertices.
     pub(super) fn new(rows: usize) -> Self {
         Self {
-            places: vec![Vec4::zeros(); rows],
+            positions: vec![Vec4::zeros(); rows],
             heights: vec![0.0; rows],
             patches: Patches { list: Vec::new(), rows: RowSet::new(rows) },
         }
@@ -52,25 +54,25 @@ impl Detection {
     /// Returns the memory of the buffers in bytes.
     pub(super) fn bytes(&self) -> usize {
         let Patches { list, rows } = &self.patches;
-        buffer_bytes(&self.places) + buffer_bytes(&self.heights) + buffer_bytes(list) + rows.bytes()
+        buffer_bytes(&self.positions) + buffer_bytes(&self.heights) + buffer_bytes(list) + rows.bytes()
     }
 
-    /// Copies the positions of the samples' vertices from the state.
+    /// Copies the positions of the vertices of all rows from the state. `slots`: slot of each row.
     pub(super) fn read(&mut self, positions: &Lanes<3>, slots: &[u32]) {
-        read(&mut self.places, positions, slots);
+        read(&mut self.positions, positions, slots);
     }
 
-    /// Returns the positions of the samples' vertices, by row.
-    pub(super) fn places(&self) -> &[Vec4] {
-        &self.places
+    /// Returns the position of the vertex of each row.
+    pub(super) fn positions(&self) -> &[Vec4] {
+        &self.positions
     }
 
-    /// Returns the patches of the last call of `find`, in a fixed order.
+    /// Returns the patches that the last call of `find` found, in a fixed order.
     pub(super) fn patches(&self) -> impl Iterator<Item = &Patch> {
         self.patches.list.iter().filter(|patch| patch.has_weight())
     }
 
-    /// Finds the samples inside the shape or within `skin` cells of it; adds them to the report.
+    /// Finds the samples inside the shape or within `skin` cells of it, and adds them to the report.
     pub(super) fn find(
         &mut self,
         shape: &PosedShape,
@@ -78,20 +80,20 @@ impl Detection {
         skin: f64,
         report: &mut ContactReport,
     ) {
-        let Self { places, heights, patches } = self;
+        let Self { positions, heights, patches } = self;
         patches.list.clear();
         patches.rows.clear();
-        if !may_touch(shape, places.iter(), skin) {
+        if !may_touch(shape, positions.iter(), skin) {
             return;
         }
         if let Some((normal, offset)) = shape.plane() {
-            for (height, place) in heights.iter_mut().zip(&*places) {
-                *height = normal.dot(&wide(place)) - offset;
+            for (height, position) in heights.iter_mut().zip(&*positions) {
+                *height = normal.dot(&wide(position)) - offset;
             }
             let field = PlaneField { heights };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         } else {
-            let field = ShapeField { shape, places };
+            let field = ShapeField { shape, positions: positions };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         }
     }
@@ -100,8 +102,8 @@ impl Detection {
 impl Patches {
     /// Collects the touching samples into patches.
     ///
-    /// Samples lie in the convex hull of the corners of their cell, so a cell whose corners are far from the
-    /// shape is skipped.
+    /// A sample lies in the convex hull of the corners of its cell. A cell is therefore skipped if this hull
+    /// is farther than `skin` from the shape.
     #[inline(always)]
     fn search<S: Simd>(
         &mut self,
@@ -126,10 +128,10 @@ impl Patches {
                     if !field.may_touch_block(simd, &interpolants, block, skin) {
                         continue;
                     }
-                    let monomials = monomials(simd, &block.places);
+                    let monomials = monomials(simd, &block.positions);
                     let low = field.distances(simd, &interpolants, &monomials[0]);
                     let high = field.distances(simd, &interpolants, &monomials[1]);
-                    if let Some(touching) = Touching::within(simd, [low, high], &block.shares, skin) {
+                    if let Some(touching) = Touching::within(simd, [low, high], &block.fractions, skin) {
                         count += touching.count;
                         report.deepest = report.deepest.max(touching.deepest);
                         let patch = self.patch_at(corners[usize::from(block.corner)]);
@@ -138,17 +140,17 @@ impl Patches {
                 }
             }
         }
-        // The shares are powers of two, so the sum is exact.
+        // The fractions are powers of two, so the sum is exact.
         report.contacts += count as usize;
     }
 
-    /// Returns the patch of the vertex in a row; adds it if it is new.
+    /// Returns the patch of the vertex of a row. Adds an empty patch if there is none yet.
     #[inline(always)]
     fn patch_at(&mut self, row: u32) -> &mut Patch {
-        let number = self.rows.number(row) as usize;
-        if number == self.list.len() {
+        let index = self.rows.index_or_insert(row) as usize;
+        if index == self.list.len() {
             self.list.push(Patch::new());
         }
-        &mut self.list[number]
+        &mut self.list[index]
     }
 }

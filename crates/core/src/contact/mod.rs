@@ -1,33 +1,42 @@
 //! Contacts between the surface of a body and colliders: detection, contact constraints, impulses, friction.
 //!
+//! Contacts act on samples: points of the surface of the body's mesh, or the surface vertices of the lattice
+//! for a bare lattice (a body without a mesh). Samples that are inside a collider after the impulses are
+//! pushed out of it by a change of the positions alone.
+//!
 //! | file | content |
 //! |---|---|
 //! | `shape` | collider shapes and their signed distances, in world space and in the frame of a body |
 //! | `collider` | colliders: shape, friction, restitution, motion; the validated set of a scene |
-//! | `samples` | points of the body's surface on which contacts act, grouped by lattice cell |
+//! | `samples` | the samples, grouped by lattice cell |
 //! | `field` | distances of the samples of a cell from a shape, and lower bounds of these distances |
-//! | `patch` | the touching samples nearest to one lattice vertex, which act as one contact point |
-//! | `detection` | the patches that touch a shape |
+//! | `patch` | contact patches: the touching samples nearest to one vertex act as one contact point |
+//! | `detection` | finds the patches that touch a shape |
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
 //! | `solver` | the impulses of all contact constraints, by projected Jacobi iteration |
-//! | `stage` | [`Contacts`], the stage of a body: velocity before, detection, impulses, push-out |
-//! | `vec4`, `rows` | three-component vectors padded to four; sparse sets of rows |
+//! | `stage` | [`Contacts`], the contact stage of a body: detection, impulses, push-out |
+//! | `vec4` | three-component vectors padded to four components |
+//! | `rows` | sparse sets of rows; a row is the index of a vertex in `SampleCells::vertices` |
 //!
 //! # Energy
 //!
-//! A contact that changes a velocity also changes the position, by the velocity change times the step, so
-//! that the step remains a step of Verlet's method. Contacts then add no energy, for any restitution. Let M
-//! be the mass matrix and V a quadratic deformation energy, and let two steps of length h lead from x- to x
-//! and from x to x+. The energy of the step is |x+ - x|^2 / 2h^2 in the norm of M, plus V between x and x+.
-//! An impulse changes this energy by its product with (x+ - x-) / 2h, the mean of the velocities before and
-//! after the step. A contact that pushes and separates no faster than it approached therefore does no
-//! positive work. Friction against that mean velocity does no positive work either. (Paoli & Schatzman 1993
-//! base their time-stepping of impacts on the same product.)
+//! An impulse changes a velocity and also the position, by the velocity change times the step, so that the
+//! step remains a step of Verlet's method. Contacts then add no energy, for any restitution. Let M be the
+//! mass matrix and V(x) = x^T K x / 2 a quadratic deformation energy (K is the stiffness matrix and ^T the
+//! transpose), and let two steps of length h lead from x- to x and from x to x+. Verlet's method conserves
+//! the sum of (x+ - x)^T M (x+ - x) / 2h^2 and x^T K x+ / 2. An impulse changes this sum by its product with
+//! (x+ - x-) / 2h, the mean of the velocities before and after the step. A contact therefore does no positive
+//! work if its impulse points away from the collider and the point separates no faster than it approached.
+//! Friction opposite to the tangential part of this mean velocity does no positive work either. (Paoli &
+//! Schatzman 1993 base their time-stepping of impacts on the same product.)
 //!
-//! There are small exceptions. A point that was separating and was turned back further than it may return
-//! stops at the surface. The push-out lifts a body by changing positions alone. Impulses that are only solved
-//! to a tolerance let a body sink slightly, which the push-out corrects: the tolerance determines the
-//! residual motion of a resting body.
+//! There are three small exceptions:
+//!
+//! * A point that moved away before the step may approach as fast as it moved away. Where it would then enter
+//!   the collider, it stops at the surface instead, and the impulse adds energy.
+//! * The push-out changes positions alone, and so lifts the body.
+//! * Impulses are computed up to a tolerance, so that a resting body sinks slightly until the push-out lifts
+//!   it. The tolerance therefore determines the residual motion of a resting body.
 
 mod collider;
 mod constraint;
@@ -53,8 +62,9 @@ pub use self::shape::{Shape, SignedDistance};
 pub use self::stage::Contacts;
 pub(crate) use self::vec4::{Vec4, wide};
 
-/// Thickness of the contact skin: a sample outside a collider touches it up to this distance, in cells.
+/// Thickness of the contact skin, in cells. A sample touches a collider if it is inside the collider, or
+/// outside at a distance of at most this thickness.
 ///
-/// The skin keeps a body that rests and vibrates in contact. Samples in the skin get impulses and friction,
+/// The skin keeps a resting body in contact while it vibrates. Samples in the skin get impulses and friction,
 /// and are not pushed out.
 const SKIN: f64 = 1e-3;

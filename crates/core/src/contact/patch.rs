@@ -1,4 +1,13 @@
-//! Contact patches: the touching samples nearest to one lattice vertex.
+//! Contact patches. A patch consists of the touching samples that have the same nearest lattice vertex.
+//!
+//! A sample with k equally near vertices belongs to the patches of all k, and counts as the fraction 1/k in
+//! each of them.
+//!
+//! Let `s_i` be the sample weight of sample i: its fraction times its depth below the outer bound of the skin
+//! (skin thickness minus signed distance). The contact point of a patch is the mean of the positions of its
+//! samples with the sample weights. Each position is the sum of the cell's corners times their trilinear
+//! coefficients `t_ik`. The contact point is therefore a mean of lattice vertices, in which vertex k has the
+//! weight `sum_i s_i t_ik / sum_i s_i`.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 
@@ -6,56 +15,60 @@ use super::samples::SampleBlock;
 use crate::lattice::corner_sums;
 use crate::simd::lanes::LANES;
 
-/// Size of the neighborhood of a vertex: 3 x 3 x 3 vertices, x fastest, the vertex itself at index 13.
+/// Number of vertices in the neighborhood of a vertex: 3 x 3 x 3, x fastest. The vertex itself has index 13.
 const NEIGHBORHOOD: usize = 27;
 
-/// Corner k of a cell has the index `13 + OFFSETS[k] - OFFSETS[l]` in the neighborhood of corner l.
+/// Offsets of the corners of a cell: corner k has the index `13 + OFFSETS[k] - OFFSETS[l]` in the
+/// neighborhood of corner l.
 const OFFSETS: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
 
-/// Touching samples that have the same lattice vertex as their nearest cell corner.
-///
-/// They act as one contact point: the mean of their positions, weighted by depth.
+/// Touching samples that have the same nearest lattice vertex. They act as one contact point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patch {
-    /// Bit mask of the neighbors that have a weight.
+    /// Bit mask of the vertices of the neighborhood that are in `rows` and `vertex_sums`.
     used: u32,
-    /// Row of each neighbor.
+    /// Row of each vertex of the neighborhood.
     rows: [u32; NEIGHBORHOOD],
-    /// Weight of each neighbor: the sum over the samples of sample weight times trilinear weight.
-    weights: [f64; NEIGHBORHOOD],
-    /// Sum of the weights of all samples.
-    total: f64,
-    /// Depth of the deepest sample, in cells; negative outside the collider.
+    /// Sum of sample weight times trilinear coefficient over all samples, for each of these vertices.
+    vertex_sums: [f64; NEIGHBORHOOD],
+    /// Sum of the sample weights, in cells.
+    total_weight: f64,
+    /// Depth of the deepest sample below the surface of the collider, in cells; negative outside.
     pub(super) deepest: f64,
 }
 
-/// Touching samples of one block of eight.
+/// Touching samples of one [`SampleBlock`] of eight samples.
 pub(super) struct Touching<S: Simd> {
-    /// Number of touching samples: the sum of their shares.
+    /// Number of touching samples. A sample with k equally near corners counts 1/k here, because it is in the
+    /// blocks of all k corners.
     pub(super) count: f64,
-    /// Depth of the deepest sample, in cells; negative outside the collider.
+    /// Depth of the deepest sample below the surface of the collider, in cells; negative outside.
     pub(super) deepest: f64,
-    /// Weight of each sample: its depth below the skin times its share; zero if it does not touch.
-    weights: [f64x4<S>; 2],
+    /// Sample weights, in cells; zero for samples that do not touch.
+    sample_weights: [f64x4<S>; 2],
 }
 
 impl<S: Simd> Touching<S> {
-    /// Selects the samples within `skin` of the shape; `None` if there are none. NaN does not touch.
+    /// Selects the samples whose signed distance from the shape is at most `skin`, in cells.
+    ///
+    /// Returns `None` if no sample touches. A sample with a NaN distance does not touch. `fractions`: see
+    /// `SampleBlock::fractions`.
     #[inline(always)]
     pub(super) fn within(
         simd: S,
         distances: [f64x4<S>; 2],
-        shares: &[f32; LANES],
+        fractions: &[f32; LANES],
         skin: f64,
     ) -> Option<Self> {
         let (zero, lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::NEG_INFINITY));
-        let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, shares));
-        let (mut weights, mut count, mut deepest) = ([zero; 2], zero, lowest);
-        for (half, share) in [low, high].into_iter().enumerate() {
+        let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, fractions));
+        let (mut sample_weights, mut count, mut deepest) = ([zero; 2], zero, lowest);
+        for (half, fraction) in [low, high].into_iter().enumerate() {
+            // Depth below the outer bound of the skin.
             let depth = f64x4::splat(simd, skin) - distances[half];
             let touches = depth.simd_ge(zero);
-            weights[half] = touches.select(depth * share, zero);
-            count += touches.select(share, zero);
+            sample_weights[half] = touches.select(depth * fraction, zero);
+            count += touches.select(fraction, zero);
             deepest = deepest.max(touches.select(depth, lowest));
         }
         let [a, b, c, d] = count.to_array();
@@ -64,19 +77,21 @@ impl<S: Simd> Touching<S> {
             return None;
         }
         let deepest = deepest.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max) - skin;
-        Some(Self { count, deepest, weights })
+        Some(Self { count, deepest, sample_weights })
     }
 }
 
 impl Patch {
     /// Creates a patch without samples.
     pub(super) fn new() -> Self {
-        let (rows, weights) = ([0; NEIGHBORHOOD], [0.0; NEIGHBORHOOD]);
-        Self { used: 0, rows, weights, total: 0.0, deepest: f64::NEG_INFINITY }
+        let (rows, vertex_sums) = ([0; NEIGHBORHOOD], [0.0; NEIGHBORHOOD]);
+        Self { used: 0, rows, vertex_sums, total_weight: 0.0, deepest: f64::NEG_INFINITY }
     }
 
-    /// Adds the touching samples of a block. `corners`: rows of the cell's corners; `monomials`: from the
-    /// sample positions.
+    /// Adds the touching samples of a block.
+    ///
+    /// * `corners`: rows of the corners of the block's cell.
+    /// * `monomials`: the monomials 1, x, y, xy, ... of the positions of the block's samples in the cell.
     #[inline(always)]
     pub(super) fn add<S: Simd>(
         &mut self,
@@ -91,37 +106,38 @@ impl Patch {
         for k in 0..8 {
             let mut sum = f64x4::splat(simd, 0.0);
             for half in 0..2 {
-                sum += monomials[half][k] * touching.weights[half];
+                sum += monomials[half][k] * touching.sample_weights[half];
             }
             let [a, b, c, d] = sum.to_array();
             sums[k] = (a + b) + (c + d);
         }
-        self.total += sums[0];
+        self.total_weight += sums[0];
         let sums = corner_sums(sums);
-        let from = OFFSETS[usize::from(block.corner)];
+        let nearest = OFFSETS[usize::from(block.corner)];
         for k in 0..8 {
-            // Skips weights at rounding level.
-            if sums[k] > 1e-9 * self.total {
-                let neighbor = 13 + OFFSETS[k] - from;
-                self.used |= 1 << neighbor;
-                self.rows[neighbor] = corners[k];
-                self.weights[neighbor] += sums[k];
+            // Skips sums at rounding level.
+            if sums[k] > 1e-9 * self.total_weight {
+                let index = 13 + OFFSETS[k] - nearest;
+                self.used |= 1 << index;
+                self.rows[index] = corners[k];
+                self.vertex_sums[index] += sums[k];
             }
         }
     }
 
-    /// Returns whether any sample has a weight; false if all lie exactly at the outer bound of the skin.
+    /// Returns whether a sample weight is above zero. It is zero for a sample exactly at the outer bound of
+    /// the skin.
     pub(super) fn has_weight(&self) -> bool {
-        self.total > 0.0
+        self.total_weight > 0.0
     }
 
     /// Returns the contact point as a weighted mean of lattice vertices: pairs of row and weight.
     pub(super) fn vertices(&self) -> impl Iterator<Item = (u32, f32)> + Clone {
-        let (mut remaining, scale) = (self.used, 1.0 / self.total);
+        let (mut remaining, scale) = (self.used, 1.0 / self.total_weight);
         std::iter::from_fn(move || {
             let k = remaining.trailing_zeros() as usize;
             remaining &= remaining.wrapping_sub(1);
-            (k < NEIGHBORHOOD).then(|| (self.rows[k], (self.weights[k] * scale) as f32))
+            (k < NEIGHBORHOOD).then(|| (self.rows[k], (self.vertex_sums[k] * scale) as f32))
         })
     }
 }

@@ -1,52 +1,53 @@
-//! Sparse sets of rows (indices into `SampleCells::vertices`), and the memory of buffers.
+//! Sparse sets of rows. A row is an index into `SampleCells::vertices`.
 
-/// Marks a row that is not in the set, in `RowSet::numbers`.
+/// Entry of `RowSet::indices` for a row that is not in the set.
 const NONE: u32 = u32::MAX;
 
-/// Sparse set of rows, numbered in the order in which they were added.
+/// Sparse set of rows. The index of a row in the set is the number of rows that were added before it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowSet {
+    /// The rows in the set, by index.
     rows: Vec<u32>,
-    /// Number of each row, or `NONE`.
-    numbers: Vec<u32>,
+    /// Index in `rows` of every possible row, or `NONE`.
+    indices: Vec<u32>,
 }
 
 impl RowSet {
-    /// Creates an empty set of rows in `0..rows`.
+    /// Creates an empty set. The possible rows are `0..rows`.
     pub(super) fn new(rows: usize) -> Self {
-        Self { rows: Vec::new(), numbers: vec![NONE; rows] }
+        Self { rows: Vec::new(), indices: vec![NONE; rows] }
     }
 
-    /// Clears and resizes; keeps the capacity.
+    /// Empties the set and changes the possible rows to `0..rows`. Keeps the capacity of the buffers.
     pub(crate) fn resize(&mut self, rows: usize) {
         self.clear();
-        self.numbers.resize(rows, NONE);
+        self.indices.resize(rows, NONE);
     }
 
-    /// Returns the memory of the buffers in bytes.
+    /// Returns the memory of the set in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        buffer_bytes(&self.rows) + buffer_bytes(&self.numbers)
+        buffer_bytes(&self.rows) + buffer_bytes(&self.indices)
     }
 
-    /// Removes all rows.
+    /// Empties the set. Keeps the capacity of the buffers.
     pub(crate) fn clear(&mut self) {
         for row in self.rows.drain(..) {
-            self.numbers[row as usize] = NONE;
+            self.indices[row as usize] = NONE;
         }
     }
 
-    /// Returns the number of a row; adds the row if it is new.
+    /// Returns the index of a row in the set. Adds the row if it is not in the set.
     #[inline(always)]
-    pub(crate) fn number(&mut self, row: u32) -> u32 {
-        let number = &mut self.numbers[row as usize];
-        if *number == NONE {
-            *number = self.rows.len() as u32;
+    pub(crate) fn index_or_insert(&mut self, row: u32) -> u32 {
+        let index = &mut self.indices[row as usize];
+        if *index == NONE {
+            *index = self.rows.len() as u32;
             self.rows.push(row);
         }
-        *number
+        *index
     }
 
-    /// Returns the rows in the order of their numbers.
+    /// Returns the rows of the set in the order of their indices.
     pub(crate) fn list(&self) -> &[u32] {
         &self.rows
     }

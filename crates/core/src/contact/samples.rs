@@ -1,4 +1,7 @@
 //! Samples: points of the body's surface on which contacts act, grouped by lattice cell.
+//!
+//! A *row* is an index into `SampleCells::vertices`, the lattice vertices that move samples. A *slot* is the
+//! index of a lattice vertex in the storage of the state; see `simd::lanes`.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,53 +12,54 @@ use crate::lattice::{Embedding, Lattice};
 use crate::mesh::Mesh;
 use crate::simd::lanes::LANES;
 
-/// Number of cells in a strip. A strip is a run of consecutive cells, most of which are adjacent.
+/// Number of cells in a strip. A strip consists of consecutive cells, most of which are adjacent.
 const STRIP: usize = 32;
 
-/// Sample points embedded in lattice cells. A row is an index into `vertices`.
+/// Sample points embedded in lattice cells.
 #[derive(Clone, Debug)]
 pub struct SampleCells {
     /// Rows of the corners of each cell that contains a sample.
     pub(crate) corners: Vec<[u32; 8]>,
-    /// Start of each cell's blocks in `blocks` (CSR offsets): one entry per cell, and the end.
+    /// Index in `blocks` of the first block of each cell, then the number of blocks (CSR offsets).
     first: Vec<u32>,
-    /// Blocks of samples, by cell.
+    /// Blocks of samples, in the order of the cells.
     blocks: Vec<SampleBlock>,
     /// Number of samples.
     count: usize,
-    /// Rows of the corners of each strip of [`STRIP`] cells: tested before the cells of the strip.
+    /// Rows of the corners of each strip of [`STRIP`] cells. Detection tests a strip before its cells.
     strips: Vec<Vec<u32>>,
     /// Lattice vertices at the corners of the cells, in increasing order.
     pub(crate) vertices: Vec<u32>,
     /// Slot of each of `vertices`.
     pub(super) slots: Vec<u32>,
-    /// Inverse mass of each of `vertices`: 1 for the mass of a full cell.
+    /// Inverse mass of each of `vertices`, in units of 1 / (mass of a full cell).
     pub(super) mobilities: Vec<f32>,
 }
 
-/// Up to eight samples of one cell that have the same nearest corner.
+/// Up to eight samples of one cell that have the same nearest corner, one per lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleBlock {
     /// Nearest corner, 0..8.
     pub(super) corner: u8,
-    /// Positions within the cell, [0, 1] along each axis; the last one is repeated up to eight.
-    pub(crate) places: [[f32; LANES]; 3],
-    /// Share of each sample at this corner: 1 / the number of equally near corners; 0 for padding lanes.
-    pub(super) shares: [f32; LANES],
+    /// Positions within the cell: x, y and z of each sample, in [0, 1]. Padding lanes repeat the last sample.
+    pub(crate) positions: [[f32; LANES]; 3],
+    /// Fraction of each sample that counts at this corner: 1/k for a sample with k equally near corners,
+    /// which is in a block of each of these corners; 0 for padding lanes.
+    pub(super) fractions: [f32; LANES],
 }
 
 impl SampleCells {
     /// Groups samples by cell: sample `i` lies in lattice cell `cells[i]` at `local[i]`.
     ///
     /// `corners` returns the eight lattice vertices of a cell, and `slots` has the slot of each lattice
-    /// vertex. A sample outside its cell is clamped to the cell. All vertices have equal mass.
+    /// vertex. A sample outside its cell is clamped to the cell. Every vertex gets the mass of a full cell.
     ///
     /// # Panics
     /// If `cells` and `local` differ in length.
     pub fn new(cells: &[u32], local: &[[f32; 3]], corners: impl Fn(u32) -> [u32; 8], slots: &[u32]) -> Self {
         assert_eq!(cells.len(), local.len(), "`cells` and `local` differ in length");
         let local = |sample: u32| local[sample as usize].map(|x| x.clamp(0.0, 1.0));
-        // Cell, corner and sample. A sample with several equally near corners has one entry for each of them.
+        // Entries of cell, corner and sample: one for each nearest corner of a sample.
         let mut order: Vec<(u32, u8, u32)> = Vec::with_capacity(cells.len());
         for (sample, &cell) in (0u32..).zip(cells) {
             order.extend(nearest_corners(local(sample)).map(|corner| (cell, corner, sample)));
@@ -69,14 +73,14 @@ impl SampleCells {
             for corner in cell.chunk_by(|a, b| a.1 == b.1) {
                 blocks.extend(corner.chunks(LANES).map(|samples| {
                     let local = |lane: usize| local(samples[lane.min(samples.len() - 1)].2);
-                    let share = |lane| match lane < samples.len() {
+                    let fraction = |lane| match lane < samples.len() {
                         true => 1.0 / nearest_corners(local(lane)).count() as f32,
                         false => 0.0,
                     };
                     SampleBlock {
                         corner: samples[0].1,
-                        places: std::array::from_fn(|a| std::array::from_fn(|lane| local(lane)[a])),
-                        shares: std::array::from_fn(share),
+                        positions: std::array::from_fn(|a| std::array::from_fn(|lane| local(lane)[a])),
+                        fractions: std::array::from_fn(fraction),
                     }
                 }));
             }
@@ -102,7 +106,7 @@ impl SampleCells {
         }
     }
 
-    /// Creates the samples of a mesh in its lattice: [`surface_points`] at most one cell apart.
+    /// Creates the samples of a mesh in its lattice: points of the surface that are at most one cell apart.
     ///
     /// Mesh and lattice are in the model frame. `slots` has the slot of each lattice vertex.
     pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32]) -> Self {
@@ -113,7 +117,8 @@ impl SampleCells {
         Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(lattice)
     }
 
-    /// Creates the samples of a bare lattice: the vertices with fewer than eight occupied cells.
+    /// Creates the samples of a bare lattice (without a mesh): its vertices with fewer than eight occupied
+    /// cells, which lie on the surface of the lattice.
     ///
     /// `slots` has the slot of each lattice vertex.
     pub fn of_lattice(lattice: &Lattice, slots: &[u32]) -> Self {
@@ -121,21 +126,21 @@ impl SampleCells {
         let boundary =
             lattice.occupied_cells().iter().zip(lattice.indices()).filter(|(count, _)| **count < 8);
         for (_, index) in boundary {
-            // The choice of the cell does not matter: the vertex has the weight 1 in each.
+            // Any of the vertex's occupied cells serves, because the vertex has the weight 1 in each of them.
             let found = (0..8).find_map(|k| {
                 let offset: [i32; 3] = std::array::from_fn(|a| k >> a & 1);
                 let cell = lattice.cell_at(std::array::from_fn(|a| index[a] - offset[a]))?;
                 Some((cell, offset.map(|o| o as f32)))
             });
-            if let Some((cell, place)) = found {
+            if let Some((cell, position)) = found {
                 cells.push(cell);
-                local.push(place);
+                local.push(position);
             }
         }
         Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(lattice)
     }
 
-    /// Sets the inverse masses: a vertex has an eighth of the mass of each of its occupied cells.
+    /// Sets the inverse masses. A vertex has an eighth of the mass of each of its occupied cells.
     fn with_masses(mut self, lattice: &Lattice) -> Self {
         let mobility = |&vertex: &u32| 8.0 / f32::from(lattice.occupied_cells()[vertex as usize]);
         self.mobilities = self.vertices.iter().map(mobility).collect();
@@ -147,7 +152,7 @@ impl SampleCells {
         self.count
     }
 
-    /// Returns the memory in bytes.
+    /// Returns the memory of the samples in bytes.
     pub(super) fn bytes(&self) -> usize {
         let cells = size_of_val(&*self.corners) + size_of_val(&*self.first) + size_of_val(&*self.blocks);
         let strips: usize = self.strips.iter().map(|rows| size_of_val(rows) + size_of_val(&**rows)).sum();
@@ -155,7 +160,7 @@ impl SampleCells {
         cells + strips + vertices + size_of_val(&*self.mobilities)
     }
 
-    /// Returns the strips: the rows of the vertices at their corners, and the range of their cells.
+    /// Iterates over the strips: the rows of the corners of the strip's cells, and the range of these cells.
     pub(crate) fn strips(&self) -> impl Iterator<Item = (&[u32], Range<usize>)> {
         let cells = (0..self.corners.len()).step_by(STRIP);
         let cells = cells.map(|first| first..(first + STRIP).min(self.corners.len()));
@@ -168,7 +173,8 @@ impl SampleCells {
     }
 }
 
-/// Returns the corners of a cell that are nearest to a position in it: one, or several at equal distance.
+/// Returns the corners of a cell that are nearest to a position in the cell: one corner, or several at equal
+/// distance.
 fn nearest_corners(local: [f32; 3]) -> impl Iterator<Item = u8> {
     let nearest = move |corner: u8| {
         (0..3).all(|a| if corner >> a & 1 == 1 { local[a] >= 0.5 } else { local[a] <= 0.5 })
@@ -176,7 +182,7 @@ fn nearest_corners(local: [f32; 3]) -> impl Iterator<Item = u8> {
     (0..8).filter(move |&corner| nearest(corner))
 }
 
-/// Returns the vertices of the cells in increasing order, without duplicates.
+/// Returns the corners of all cells in increasing order, without duplicates.
 fn sorted_unique(corners: &[[u32; 8]]) -> Vec<u32> {
     let mut vertices: Vec<u32> = corners.iter().flatten().copied().collect();
     vertices.sort_unstable();
@@ -185,12 +191,14 @@ fn sorted_unique(corners: &[[u32; 8]]) -> Vec<u32> {
     vertices
 }
 
-/// Returns points of a surface that are dense enough to detect contacts of coarse faces.
+/// Returns points of a surface that are dense enough to detect contacts of large faces.
 ///
-/// The points are the welded vertices, and points on the edges and triangles longer than `spacing`, at most
-/// `spacing` apart in both directions. `weld` maps each vertex to its representative; vertices without a
-/// triangle are left out. The order is fixed: vertices, points on edges, points within triangles. `spacing`
-/// is a length > 0.
+/// The points are, in this order: the welded vertices that triangles use, points on the edges longer than
+/// `spacing`, and points within the triangles with such an edge. They are at most `spacing` apart along each
+/// edge, and within a triangle along and across its longest edge.
+///
+/// * `weld`: for each vertex, the first vertex at the same position.
+/// * `spacing`: a length > 0.
 fn surface_points(
     vertices: &[Point3<f64>],
     triangles: &[[u32; 3]],
@@ -202,28 +210,29 @@ fn surface_points(
     welded().flatten().for_each(|v| used[v as usize] = true);
     let mut points: Vec<_> = vertices.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| *p).collect();
 
-    let place = |v: u32| vertices[v as usize];
+    let position = |v: u32| vertices[v as usize];
     let mut long_edges = BTreeMap::new();
     for [a, b, c] in welded() {
         for (p, q) in [(a, b), (b, c), (c, a)] {
-            let steps = step_count((place(p) - place(q)).norm(), spacing);
+            let steps = step_count((position(p) - position(q)).norm(), spacing);
             if steps > 1 {
                 long_edges.insert((p.min(q), p.max(q)), steps);
             }
         }
     }
     for ((p, q), steps) in long_edges {
-        points.extend((1..steps).map(|k| between(&place(p), &place(q), k, steps)));
+        points.extend((1..steps).map(|k| between(&position(p), &position(q), k, steps)));
     }
     for [a, b, c] in welded() {
-        fill_triangle([place(a), place(b), place(c)], spacing, &mut points);
+        fill_triangle([position(a), position(b), position(c)], spacing, &mut points);
     }
     points
 }
 
-/// Adds points strictly inside a triangle: on lines parallel to its longest edge, at most `spacing` apart
-/// along and across the lines. The number of points of a sliver grows with its length only, not with the
-/// square of its length.
+/// Adds points strictly inside a triangle, on lines parallel to its longest edge.
+///
+/// The points are at most `spacing` apart along the lines and across them. The number of points in a sliver
+/// is proportional to its length, not to the square of its length.
 fn fill_triangle(corners: [Point3<f64>; 3], spacing: f64, points: &mut Vec<Point3<f64>>) {
     let length = |k: usize| (corners[(k + 1) % 3] - corners[k]).norm();
     let longest = (1..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
@@ -233,9 +242,9 @@ fn fill_triangle(corners: [Point3<f64>; 3], spacing: f64, points: &mut Vec<Point
         return;
     }
     let height = base.cross(&(top - a)).norm() / base.norm();
-    let rows = step_count(height, spacing);
-    for row in 1..rows {
-        let (left, right) = (between(&a, &top, row, rows), between(&b, &top, row, rows));
+    let lines = step_count(height, spacing);
+    for line in 1..lines {
+        let (left, right) = (between(&a, &top, line, lines), between(&b, &top, line, lines));
         let steps = step_count((right - left).norm(), spacing);
         points.extend((1..steps).map(|k| between(&left, &right, k, steps)));
     }
@@ -246,7 +255,7 @@ fn step_count(length: f64, spacing: f64) -> usize {
     (length / spacing).ceil().max(1.0) as usize
 }
 
-/// Returns the point at the fraction `step / steps` between `a` and `b`.
+/// Returns the point at the fraction `step / steps` of the segment from `a` to `b`.
 fn between(a: &Point3<f64>, b: &Point3<f64>, step: usize, steps: usize) -> Point3<f64> {
     a + (b - a) * (step as f64 / steps as f64)
 }
@@ -264,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn every_point_of_a_coarse_face_has_a_sample_within_the_spacing() {
+    fn every_point_of_a_large_face_has_a_sample_within_the_spacing() {
         let spacing = 0.3;
         for corners in [
             [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [1.0, 4.0, 0.5]],
@@ -277,8 +286,8 @@ mod tests {
                 for j in 0..=60 - i {
                     let (u, v) = (f64::from(i) / 60.0, f64::from(j) / 60.0);
                     let p = corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
-                    let near = points.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
-                    assert!(near <= spacing, "{p} is {near} from the nearest sample");
+                    let distance = points.iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
+                    assert!(distance <= spacing, "{p} is {distance} from the nearest sample");
                 }
             }
             let mut sorted: Vec<[f64; 3]> = points.iter().map(|&p| p.into()).collect();

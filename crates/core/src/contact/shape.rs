@@ -1,4 +1,4 @@
-//! Collider shapes, and their signed distance functions (SDF) in the frame of a body.
+//! Collider shapes, and their signed distance functions (SDFs) in the frame of a body.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -28,7 +28,7 @@ pub enum Shape {
         center: [f64; 3],
         /// Half of the edge lengths, each > 0.
         half_extents: [f64; 3],
-        /// Euler angles in degrees about the fixed axes x, then y, then z through the center.
+        /// Euler angles in degrees: rotations about the fixed axes x, then y, then z through the center.
         rotate: [f64; 3],
     },
     /// All points within `radius` of the segment from `a` to `b`; `a` and `b` may coincide.
@@ -47,8 +47,9 @@ pub enum Shape {
 pub struct SignedDistance {
     /// Distance, in the unit of the point.
     pub distance: f64,
-    /// Gradient of the distance, a unit vector. Where it does not exist: the x axis at the center of a sphere, a perpendicular
-    /// direction on the axis of a capsule, the normal of the first nearest face inside a box.
+    /// Gradient of the distance, a unit vector. Where the gradient does not exist, this is the x axis at the
+    /// center of a sphere, a direction perpendicular to the axis of a capsule on this axis, and the normal of
+    /// the first of several equally near faces inside a box.
     pub normal: Vector3<f64>,
 }
 
@@ -62,13 +63,13 @@ impl Shape {
         }
     }
 
-    /// Returns the signed distance of a world-space point from the shape at rest.
+    /// Returns the signed distance of a world-space point from the shape at time 0.
     pub fn signed_distance(&self, point: [f64; 3]) -> SignedDistance {
         let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
         self.posed(&Pose::identity(), world).signed_distance(&Point3::from(point))
     }
 
-    /// Returns the shape in the local frame of a body, after it is moved by `pose` about its center.
+    /// Moves the shape by `pose` about its center, and returns it in the local frame of a body.
     pub(super) fn posed(&self, pose: &Pose, frame: BodyFrame) -> PosedShape {
         let center = self.center();
         let local = |p: &[f64; 3]| {
@@ -129,8 +130,8 @@ impl PosedShape {
                 if from_axis.norm_squared() > 0.0 || length_squared == 0.0 {
                     ball_distance(from_axis, *radius)
                 } else {
-                    // On the axis all perpendicular directions are equivalent: use the cross product of the axis
-                    // and the coordinate axis along which its component is smallest.
+                    // On the axis all perpendicular directions are equivalent. Uses the cross product of the
+                    // capsule's axis and the coordinate axis along which its component is smallest.
                     let smallest_axis = axis.iamin();
                     let across = axis.cross(&Vector3::ith(smallest_axis, 1.0));
                     SignedDistance { distance: -radius, normal: across.normalize() }
@@ -169,10 +170,10 @@ fn ball_distance(offset: Vector3<f64>, radius: f64) -> SignedDistance {
     SignedDistance { distance: length - radius, normal }
 }
 
-/// Returns the signed distance of `p` from the box `±half`: inside the box, minus the distance to the nearest
-/// face.
+/// Returns the signed distance of `p` from the box between `-half` and `half`.
 ///
-/// Of several equally near faces the first in the order x, y, z determines the normal.
+/// Inside the box this is minus the distance to the nearest face. If several faces are equally near, the
+/// first one in the order x, y, z determines the normal.
 fn box_distance(p: &Vector3<f64>, half: &Vector3<f64>) -> SignedDistance {
     let beyond = p.abs() - half;
     let outside = beyond.map(|b| b.max(0.0));

@@ -1,20 +1,31 @@
 //! Contact solver: computes the impulses of all contacts of a body by projected Jacobi iteration.
 //!
+//! A contact s has a normal n_s, a target velocity target_s, a friction coefficient mu_s, and a contact
+//! point, which is a mean of lattice vertices k with the weights w_sk. Vertex k has the mass m_k and the
+//! velocity v_k relative to the collider. The impulse p_s is the sum of a normal impulse l_s n_s and a
+//! friction impulse f_s.
+//!
 //! ```text
 //! contact s:   velocity u_s = sum_k w_sk v_k        impulse p_s = l_s n_s + f_s
 //! vertex k:    change of v_k = sum_s w_sk p_s / m_k
-//! conditions:  l_s >= 0,  n_s . u_s >= target_s,  at least one of the two with equality
-//!              |f_s| <= friction l_s,  f_s opposes the slip  (Coulomb friction cone)
+//! conditions:  l_s >= 0  and  n_s . u_s >= target_s,  at least one of the two with equality
+//!              |f_s| <= mu_s l_s  and  f_s opposes the slip  (Coulomb friction cone)
 //! ```
-//! All contacts are updated at the same time (Jacobi), so that a symmetric body stays symmetric. Each contact
-//! computes its impulse as if all contacts that share its vertices had the same impulse: the row sums of the
-//! matrix replace its diagonal. The impulses of a surface that hits evenly are then exact after one pass.
+//!
+//! A pass updates all contacts at the same time (Jacobi), so that a symmetric body stays symmetric. Consider
+//! the matrix of the velocity changes by unit impulses, with one row per contact. Each contact computes its
+//! impulse as if all contacts with a common vertex had the same impulse, that is, with the row sums of this
+//! matrix in place of its diagonal. If all points of a surface hit a collider at the same velocity, the
+//! impulses are therefore exact after one pass.
 //!
 //! The matrix divided by its row sums has eigenvalues e in [0, 1], and a pass leaves the fraction 1 - e of
 //! the error. Starting with the second pass, every other pass has an over-relaxation of 2. Two passes then
-//! leave the fraction (1 - 2e)(1 - e), and four leave its square, which is not negative: the impulses
-//! approach the solution and hardly exceed it. If contacts that separate or slip make the impulses exceed the
-//! solution, `limit_energy` scales all impulses down until they add no energy.
+//! leave the fraction (1 - 2e)(1 - e). Four passes leave the square of this fraction, which is not negative.
+//! The impulses therefore approach the solution and hardly exceed it. If contacts that separate or slip make
+//! the impulses exceed the solution, `limit_energy` scales all impulses down until they add no energy.
+//!
+//! A row below is an index into `SampleCells::vertices`, and an index of a vertex is its index in
+//! `Solver::rows`. A push-out uses the same solver with displacements in place of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
 use super::rows::{RowSet, buffer_bytes};
@@ -22,23 +33,24 @@ use super::vec4::{Vec4, dot};
 
 /// Stopping criterion of the solver.
 ///
-/// The iteration stops after `passes` passes, or as soon as a pass changes no contact's velocity by more than
-/// `absolute`, or by more than `relative` times the greatest change of the first pass.
+/// The iteration stops after `passes` passes, or after a pass in which no velocity of a contact changes by
+/// more than the threshold. The threshold is the greater of `absolute`, and `relative` times the greatest
+/// change in the first pass.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
     /// Maximum number of passes: 1 plus a multiple of 4, so that the remaining fraction of the error is not
     /// negative.
     pub(super) passes: usize,
-    /// Tolerance as a fraction of the greatest change of the first pass.
+    /// Threshold as a fraction of the greatest change in the first pass.
     pub(super) relative: f32,
-    /// Tolerance in the unit of the solved quantity.
+    /// Threshold in the unit of the solved quantity.
     pub(super) absolute: f32,
 }
 
 /// Link between a contact and one of its vertices.
 #[derive(Clone, Copy, Debug)]
 struct Link {
-    /// Number of the vertex in `Solver::rows`.
+    /// Index of the vertex in `Solver::rows`.
     vertex: u32,
     /// Weight of the vertex in the contact point.
     weight: f32,
@@ -46,7 +58,8 @@ struct Link {
     response: f32,
 }
 
-/// Contact problem of one body at one time. Its buffers grow with the number of contacts and are reused.
+/// Contact problem of one body at one time. Its buffers are reused, and grow if there are more contacts than
+/// before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
     constraints: Vec<ContactConstraint>,
@@ -56,7 +69,7 @@ pub(super) struct Solver {
     rows: RowSet,
     /// Velocity change of each vertex in `rows`.
     changes: Vec<Vec4>,
-    /// Scratch per vertex in `rows`: the velocity change of one pass, or a sum of responses.
+    /// Scratch for each vertex in `rows`: velocity change by one pass, or sum of responses.
     sums: Vec<Vec4>,
 }
 
@@ -81,7 +94,10 @@ impl Solver {
         self.sums.clear();
     }
 
-    /// Adds a contact at the mean of `vertices` (rows, weights); `mobilities` has 1/mass of each row.
+    /// Adds a contact.
+    ///
+    /// * `vertices`: the contact point as a mean of vertices: pairs of row and weight.
+    /// * `mobilities`: inverse mass of the vertex of each row.
     pub(super) fn add(
         &mut self,
         contact: Contact,
@@ -90,7 +106,7 @@ impl Solver {
     ) {
         let start = self.links.len();
         for (row, weight) in vertices {
-            let (vertex, response) = (self.rows.number(row), weight * mobilities[row as usize]);
+            let (vertex, response) = (self.rows.index_or_insert(row), weight * mobilities[row as usize]);
             self.links.push(Link { vertex, weight, response });
         }
         self.changes.resize(self.rows.list().len(), Vec4::zeros());
@@ -114,11 +130,13 @@ impl Solver {
         self.limit_energy();
     }
 
-    /// Scales all impulses down if their total work is positive. Twice the work of an impulse p is p .
-    /// (before + after). The velocity before is taken as `slip_before` minus `limit` times the normal. The
-    /// velocity after is `velocity` plus the change by all impulses. The work is not positive if `caused`,
-    /// the product of the impulses with the changes, is at most `allowed`, the negated product with the other
-    /// terms. Under a common scale of the impulses `caused` grows quadratically and `allowed` linearly.
+    /// Scales all impulses down if their total work is positive.
+    ///
+    /// Twice the work of an impulse p is `p . (before + after)`. The velocity `before` is taken as
+    /// `slip_before - limit * normal`. The velocity `after` is `velocity + change`, where `change` is the
+    /// velocity change by all impulses. The total work is not positive if the sum `caused` of `p . change`
+    /// over all contacts is at most the sum `allowed` of `p . (limit * normal - velocity - slip_before)`. If
+    /// all impulses are scaled by s, `caused` is scaled by s^2 and `allowed` by s.
     fn limit_energy(&mut self) {
         let (mut allowed, mut caused) = (0.0, 0.0);
         for constraint in &self.constraints {
@@ -139,12 +157,12 @@ impl Solver {
         }
     }
 
-    /// Returns rows and velocity changes of the vertices that have a link.
+    /// Returns the row and the velocity change of each vertex that has a link.
     pub(super) fn changes(&self) -> impl Iterator<Item = (u32, &Vec4)> {
         self.rows.list().iter().copied().zip(&self.changes)
     }
 
-    /// Computes rows and velocity changes by the normal impulses alone.
+    /// Returns the row of each vertex that has a link, and its velocity change by the normal impulses alone.
     pub(super) fn normal_changes(&mut self) -> impl Iterator<Item = (u32, &Vec4)> {
         self.sums.fill(Vec4::zeros());
         for ContactConstraint { contact, links, normal_impulse, .. } in &self.constraints {
@@ -155,7 +173,7 @@ impl Solver {
         self.rows.list().iter().copied().zip(&self.sums)
     }
 
-    /// Returns the contacts and the change of the normal velocity of each.
+    /// Returns each contact and the change of its normal velocity.
     pub(super) fn contacts(&self) -> impl Iterator<Item = (&Contact, f32)> {
         self.constraints.iter().map(|constraint| {
             let change = mean(&self.links, constraint, &self.changes);
@@ -163,8 +181,8 @@ impl Solver {
         })
     }
 
-    /// Computes the response of each constraint: its velocity change if every constraint had a unit impulse
-    /// in the same direction.
+    /// Computes the response of each constraint: the velocity change of its contact point if every constraint
+    /// had a unit impulse in the same direction.
     fn find_responses(&mut self) {
         let Self { constraints, links, sums, .. } = self;
         sums.fill(Vec4::zeros());
@@ -179,8 +197,8 @@ impl Solver {
 
     /// Runs one pass; returns the greatest change of a contact's velocity.
     ///
-    /// The clamps apply to the accumulated impulses, so that a later pass may reduce the impulse of an
-    /// earlier one.
+    /// The accumulated impulses are clamped and not their changes, so that a later pass can reduce the
+    /// impulse of an earlier pass.
     fn pass(&mut self, over_relaxation: f32) -> f32 {
         let Self { constraints, links, changes, sums, .. } = self;
         sums.fill(Vec4::zeros());
@@ -200,7 +218,7 @@ impl Solver {
     }
 }
 
-/// Returns the weighted mean of `vectors` over the vertices of a constraint.
+/// Returns the weighted mean of `vectors` over the vertices of a constraint. `vectors`: one per vertex index.
 #[inline(always)]
 fn mean(links: &[Link], constraint: &ContactConstraint, vectors: &[Vec4]) -> Vec4 {
     // Two independent sums, which the processor can compute in parallel.
@@ -239,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn even_impact_is_solved_in_one_pass() {
+    fn uniform_impact_is_solved_in_one_pass() {
         let mobilities = [2.0, 1.0, 1.0, 1.0, 2.0];
         let falling = vector(0.0, -3.0, 0.0);
         let mut solver = Solver::new(5);
@@ -292,13 +310,13 @@ mod tests {
                 (0..12).map(|_| vector(random() - 0.5, -random(), random() - 0.5)).collect();
             let mut solver = Solver::new(12);
             for contact in 0..10 {
-                let (a, b, share) = (contact, 1 + (7.0 * random()) as u32 + contact % 4, random());
-                let velocity = velocities[a as usize] * share + velocities[b as usize] * (1.0 - share);
+                let (a, b, weight) = (contact, 1 + (7.0 * random()) as u32 + contact % 4, random());
+                let velocity = velocities[a as usize] * weight + velocities[b as usize] * (1.0 - weight);
                 let friction = if case % 2 == 0 { 0.0 } else { random() };
                 // The velocity before the step is the velocity without contact.
                 let slip_before = vector(velocity.x, 0.0, velocity.z);
                 let contact = Contact { friction, slip_before, ..up(-velocity.y, velocity) };
-                solver.add(contact, [(a, share), (b, 1.0 - share)].into_iter(), &mobilities);
+                solver.add(contact, [(a, weight), (b, 1.0 - weight)].into_iter(), &mobilities);
             }
             solver.solve(Tolerance { passes: 1 + case % 8, ..ONE_PASS });
             let work: f32 = (0..10)

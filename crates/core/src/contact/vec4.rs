@@ -1,10 +1,10 @@
-//! `Vec4`: x, y, z and a zero in one SIMD register.
+//! Defines `Vec4`, a three-component vector in one SIMD register.
 
 use nalgebra::{Vector3, Vector4};
 
 use crate::simd::lanes::Lanes;
 
-/// Vector of three components, padded with a zero.
+/// Three-component vector, padded with a zero.
 pub(crate) type Vec4 = Vector4<f32>;
 
 /// Converts a vector to f32 and pads it with a zero.
@@ -25,7 +25,9 @@ pub(super) fn dot(a: &Vec4, b: &Vec4) -> f32 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// Copies the vectors in `slots` from `lanes` to `vectors`.
+/// Copies the vectors at `slots` in `lanes` to `vectors`, in the order of `slots`.
+///
+/// A slot is the index of a lattice vertex in `lanes`; see `simd::lanes`.
 pub(super) fn read(vectors: &mut [Vec4], lanes: &Lanes<3>, slots: &[u32]) {
     for (vector, &slot) in vectors.iter_mut().zip(slots) {
         let [x, y, z] = lanes.get(slot);

@@ -1,4 +1,4 @@
-//! Constraints: pins and handles prescribe the positions and velocities of lattice vertices.
+//! Applies constraints: pins and handles, which prescribe the positions and velocities of lattice vertices.
 
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
@@ -6,34 +6,36 @@ use thiserror::Error;
 use super::{Key, Motion, MotionError, Pose, Selection};
 use crate::state::{BodyState, Interval};
 
-/// A constraint that fixes a part of a body at its positions at `start`.
+/// A constraint that fixes selected lattice vertices at the positions that they have when it becomes active.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pin {
-    /// The part that is fixed.
+    /// The vertices to fix.
     pub selection: Selection,
-    /// Time in which the constraint is active. Default: from 0 s on, without end.
+    /// Time window in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,
 }
 
-/// A constraint that moves a part of a body along keys, relative to its pose at `start`.
+/// A constraint that moves selected lattice vertices along keyframes. The motion is relative to the positions
+/// that the vertices have when the constraint becomes active: the captured positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Handle {
-    /// The part that is moved.
+    /// The vertices to move.
     pub selection: Selection,
-    /// Displacements from the captured positions, and rotations about the captured center.
+    /// Keyframes: displacements from the captured positions, and rotations about the mean of the captured
+    /// positions.
     pub keys: Vec<Key>,
-    /// Time in which the constraint is active. Default: from 0 s on, without end.
+    /// Time window in which the constraint is active. Default: from 0 s on, without end.
     pub window: TimeWindow,
 }
 
 /// Time window in which a pin or a handle is active, in seconds.
 ///
-/// The constraint captures its vertices at the start of the first step that starts at or after `start`. It
-/// releases them after the last step that ends at or before `end`.
+/// The constraint captures the positions of its vertices at the start of the first step that starts at or
+/// after `start`. It releases the vertices after the last step that ends at or before `end`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TimeWindow {
-    /// Start of the window; finite. Default 0.
+    /// Start of the window, finite. Default 0.
     pub start: f64,
     /// End of the window, greater than `start`. Default infinity.
     pub end: f64,
@@ -53,26 +55,27 @@ pub struct Constraint {
     window: TimeWindow,
     motion: Option<Motion>,
     capture: Option<Capture>,
-    /// Whether it is active in the current step.
+    /// Whether the constraint is active in the current step.
     active: bool,
 }
 
-/// The positions of the constrained vertices when the constraint became active.
+/// The positions of the vertices of a constraint when the constraint became active.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Capture {
-    /// Center of the rotations: the mean of the positions, in world space.
+    /// Center of the rotations, in world space: the mean of the positions.
     center: [f64; 3],
-    /// World position of each constrained vertex, in the order of `vertices`.
+    /// World position of each vertex, in the order of `Constraint::vertices`.
     positions: Vec<[f64; 3]>,
 }
 
 impl Constraint {
-    /// Creates a constraint on `vertices`: lattice vertices in increasing order, without duplicates. It is a
-    /// handle if there are `keys`, else a pin.
+    /// Creates a constraint on `vertices`: lattice vertices in increasing order, without duplicates. If there
+    /// are keyframes `keys`, the constraint is a handle, otherwise a pin.
     ///
     /// # Errors
-    /// A window that is empty or not a number, or invalid keys.
+    /// If the start of the window is not finite, the end is not greater than the start, or the keyframes are
+    /// invalid.
     pub fn new(
         vertices: Vec<u32>,
         window: TimeWindow,
@@ -86,12 +89,12 @@ impl Constraint {
         Ok(Self { vertices, window, motion, capture: None, active: false })
     }
 
-    /// The constrained lattice vertices, in increasing order.
+    /// Returns the lattice vertices of the constraint, in increasing order.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
     }
 
-    /// Checks that each displacement is at most `limit` along each axis.
+    /// Checks that the components of each displacement have a magnitude of at most `limit`.
     pub(crate) fn check_limit(&self, limit: f64) -> Result<(), MotionError> {
         self.motion.iter().try_for_each(|motion| motion.check_limit(limit))
     }
@@ -101,39 +104,41 @@ impl Constraint {
         self.window.end = f64::NEG_INFINITY;
     }
 
-    /// Sets the motion, relative to the captured positions.
+    /// Replaces the motion, which is relative to the captured positions.
     fn set_motion(&mut self, motion: Motion) {
         self.motion = Some(motion);
     }
 
-    /// Checks deserialized data: whether all indices and lengths fit a lattice of `vertices` vertices.
-    fn is_valid(&self, vertices: usize) -> bool {
-        self.vertices.iter().all(|&vertex| (vertex as usize) < vertices)
+    /// Checks deserialized data. Returns whether all indices and lengths are valid for a lattice of
+    /// `vertex_count` vertices.
+    fn is_valid(&self, vertex_count: usize) -> bool {
+        self.vertices.iter().all(|&vertex| (vertex as usize) < vertex_count)
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
     }
 
     /// Begins a step: captures positions if the constraint becomes active for the first time. Returns whether
-    /// it becomes active or inactive.
+    /// the constraint becomes active or inactive.
     ///
-    /// The window is widened by 1e-6 steps, so that rounding of the step times does not exclude a step.
+    /// The window is widened by 1e-6 step lengths at each end, so that rounding of the step times does not
+    /// exclude a step.
     fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
         let slack = 1e-6 * step.dt;
         let active = step.start >= self.window.start - slack && step.end <= self.window.end + slack;
         if active && self.capture.is_none() {
-            self.capture = Some(Capture::of(&self.vertices, state, slots));
+            self.capture = Some(Capture::new(&self.vertices, state, slots));
         }
         active != std::mem::replace(&mut self.active, active)
     }
 
-    /// Ends a step: moves the vertices to `target(end)`. Their velocity is
-    /// `(target(end) - target(start)) / dt`.
+    /// Ends a step: moves the vertices to their target positions at the end of the step. Their velocity is
+    /// the change of the target position during the step, divided by dt.
     fn apply(&self, step: Interval, state: &mut BodyState<'_>, slots: &[u32]) {
         let (true, Some(capture)) = (self.active, &self.capture) else { return };
         let to_local_velocity = 1.0 / (step.dt * state.frame.cell_size);
         let (start, end) = (self.pose(step.start), self.pose(step.end));
         let center = Point3::from(capture.center);
-        // The velocity comes from differences of poses: differences of positions lose digits far from the
-        // world's origin.
+        // The velocity is computed from differences of poses, because differences of positions lose digits
+        // far from the origin of world space.
         let (rotation_change, translation_change) =
             (end.rotation - start.rotation, end.translate - start.translate);
         for (&vertex, &captured) in self.vertices.iter().zip(&capture.positions) {
@@ -147,16 +152,19 @@ impl Constraint {
         }
     }
 
+    /// Returns the pose at `time`, in seconds. For a pin, it is the identity.
     fn pose(&self, time: f64) -> Pose {
         self.motion.as_ref().map_or_else(Pose::identity, |motion| motion.pose(time))
     }
 }
 
 impl Capture {
-    fn of(vertices: &[u32], state: &BodyState<'_>, slots: &[u32]) -> Self {
+    /// Captures the current positions of `vertices`.
+    fn new(vertices: &[u32], state: &BodyState<'_>, slots: &[u32]) -> Self {
         let world = |&vertex: &u32| state.frame.to_world(state.position(slots[vertex as usize]));
         let positions: Vec<[f64; 3]> = vertices.iter().map(|v| world(v).into()).collect();
-        // A mean of offsets from one of the points loses no digits far from the world's origin.
+        // The mean is computed from offsets to one of the points, because it then loses no digits far from
+        // the origin of world space.
         let base = positions.first().map_or_else(Point3::origin, |&p| Point3::from(p));
         let sum: Vector3<f64> = positions.iter().map(|&p| Point3::from(p) - base).sum();
         let center = base + sum / positions.len().max(1) as f64;
@@ -164,11 +172,11 @@ impl Capture {
     }
 }
 
-/// An invalid pin or handle.
+/// The error that a pin or handle is invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum ConstraintError {
-    /// The window is empty or not a number.
+    /// The start of the window is not finite, or the end is not greater than the start.
     #[error("start is {start} and end is {end}; start must be finite and end greater than start")]
     TimeWindow {
         /// Start in seconds.
@@ -176,7 +184,7 @@ pub enum ConstraintError {
         /// End in seconds.
         end: f64,
     },
-    /// The keys are invalid.
+    /// The keyframes are invalid.
     #[error(transparent)]
     Motion(#[from] MotionError),
     /// The index of a pin or handle is out of range.
@@ -189,22 +197,24 @@ pub enum ConstraintError {
     },
 }
 
-/// The constraint stage: the pins and handles of one body. Where they overlap, the later one has priority.
+/// The constraint stage: the pins and handles of one body. If several constraints have a vertex in common,
+/// the constraint that was added last has priority.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraints {
     constraints: Vec<Constraint>,
+    /// Whether each lattice vertex is constrained in the current step.
     held: Vec<bool>,
 }
 
 impl Constraints {
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let captured = |capture: &Capture| size_of_val(capture.positions.as_slice());
-        let each = self.constraints.iter().map(|constraint| {
-            size_of_val(constraint.vertices.as_slice()) + constraint.capture.as_ref().map_or(0, captured)
+        let capture_bytes = |capture: &Capture| size_of_val(capture.positions.as_slice());
+        let list_bytes = self.constraints.iter().map(|constraint| {
+            size_of_val(constraint.vertices.as_slice()) + constraint.capture.as_ref().map_or(0, capture_bytes)
         });
-        self.held.len() + size_of_val(self.constraints.as_slice()) + each.sum::<usize>()
+        self.held.len() + size_of_val(self.constraints.as_slice()) + list_bytes.sum::<usize>()
     }
 
     /// Creates the stage for a lattice of `vertex_count` vertices.
@@ -212,7 +222,7 @@ impl Constraints {
         Self { constraints, held: vec![false; vertex_count] }
     }
 
-    /// Adds a constraint, which has priority over the existing ones.
+    /// Adds a constraint, which has priority over the existing constraints.
     pub fn add(&mut self, constraint: Constraint) {
         self.constraints.push(constraint);
     }
@@ -220,16 +230,16 @@ impl Constraints {
     /// Deactivates a constraint permanently.
     ///
     /// # Errors
-    /// An index out of range.
+    /// If the index is out of range.
     pub fn release(&mut self, index: usize) -> Result<(), ConstraintError> {
         self.get_mut(index)?.release();
         Ok(())
     }
 
-    /// Replaces the motion of a constraint. It is relative to the captured positions.
+    /// Replaces the motion of a constraint. The motion is relative to the captured positions.
     ///
     /// # Errors
-    /// An index out of range.
+    /// If the index is out of range.
     pub fn set_motion(&mut self, index: usize, motion: Motion) -> Result<(), ConstraintError> {
         self.get_mut(index)?.set_motion(motion);
         Ok(())
@@ -240,21 +250,23 @@ impl Constraints {
         self.constraints.get_mut(index).ok_or(ConstraintError::NoSuchConstraint { index, count })
     }
 
-    /// Checks deserialized data: whether all indices and lengths fit a lattice of `vertices` vertices.
-    pub(crate) fn is_valid(&self, vertices: usize) -> bool {
-        self.held.len() == vertices && self.constraints.iter().all(|constraint| constraint.is_valid(vertices))
+    /// Checks deserialized data. Returns whether all indices and lengths are valid for a lattice of
+    /// `vertex_count` vertices.
+    pub(crate) fn is_valid(&self, vertex_count: usize) -> bool {
+        self.held.len() == vertex_count
+            && self.constraints.iter().all(|constraint| constraint.is_valid(vertex_count))
     }
 
-    /// The constraints in the order in which they were added; later ones have priority.
+    /// Returns the constraints in the order in which they were added.
     pub fn list(&self) -> &[Constraint] {
         &self.constraints
     }
 
-    /// Begins a step, before positions change: constraints that become active for the first time capture the
-    /// positions of their vertices. Returns whether [`held`](Self::held) has changed; it is valid to the end
-    /// of the step.
+    /// Begins a step, before positions change. Constraints that become active for the first time capture the
+    /// positions of their vertices. Returns whether any constraint becomes active or inactive;
+    /// [`held`](Self::held) is then updated, and stays valid until the next step begins.
     ///
-    /// `slots` is the slot of each lattice vertex.
+    /// `slots` has the slot of each lattice vertex: its index in the storage order.
     pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
         let mut changed = false;
         for constraint in &mut self.constraints {
@@ -279,12 +291,12 @@ impl Constraints {
         }
     }
 
-    /// Whether each lattice vertex is constrained in the current step.
-    pub fn held(&self) -> &[bool] {
+    /// Returns whether each lattice vertex is constrained in the current step.
+    pub fn constrained(&self) -> &[bool] {
         &self.held
     }
 
-    /// Whether any constraint is active in the current step.
+    /// Returns whether any constraint is active in the current step.
     pub fn any_active(&self) -> bool {
         self.constraints.iter().any(|constraint| constraint.active)
     }

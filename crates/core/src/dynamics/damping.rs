@@ -1,9 +1,10 @@
-//! Region damping: moves the velocities towards the averaged rigid velocities of the regions.
+//! Damps velocities by regions: moves the velocity of each vertex towards v̄, the mean of the rigid
+//! velocities of the regions that contain the vertex.
 //!
-//! As in Rivers & James (2007, section 5), the rigid velocities of the regions are averaged with the weights
-//! of the shape matching. Here the local-moment cascade sums the velocities against the lattice offsets in
-//! the window, so no digits cancel far from the origin. The inertia is the rest inertia, rotated by the
-//! region's rotation, so it is never singular.
+//! As in Rivers & James (2007, section 5), the rigid velocity of a region is fitted with the region weights
+//! of shape matching. Here the local-moment cascade sums the velocities times the lattice offsets from the
+//! center vertex, so that no digits cancel far from the origin. The inertia of a region is its rest inertia,
+//! rotated by the rotation of the region, so that it is never singular.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
@@ -15,9 +16,10 @@ use crate::simd::lanes::{Block, Lanes, load, store};
 use crate::simd::vector::{cross, dot};
 use crate::state::State;
 
-/// The stage of region damping, with the inverse rest inertia of the regions.
+/// The region-damping stage.
 #[derive(Clone, Debug)]
 pub(crate) struct RegionDamper {
+    /// Inverse of the rest inertia divided by the mass, for each region: xx, yy, zz, xy, xz, yz.
     inverse_inertia: Lanes<6>,
 }
 
@@ -27,22 +29,21 @@ impl RegionDamper {
         Self { inverse_inertia: matching.regions.inverse_inertia(&matching.layout) }
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.inverse_inertia.bytes()
     }
 
-    /// Moves the velocities towards the averaged rigid velocities of the regions: v += share (v̄ - v).
+    /// Moves the velocities v towards the mean rigid velocities of the regions: v += `fraction` (v̄ - v).
     ///
-    /// v̄ is the mean rigid velocity of the regions that contain the vertex. Uses the rotations of the last
-    /// fit. `share` is in (0, 1].
+    /// `fraction` is in (0, 1]. Uses the rotations of the last fit of shape matching.
     pub(crate) fn apply(
         &self,
         matching: &Matching,
         workspace: &mut Workspace,
         executor: &Executor,
         state: &mut State,
-        share: f32,
+        fraction: f32,
     ) {
         let Matching { layout, regions, cascade } = matching;
         let State { rotations, velocities, .. } = state;
@@ -51,15 +52,18 @@ impl RegionDamper {
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
         // A vector of `()` does not allocate.
         let memory = &mut vec![(); layout.blocks()];
-        cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Goals);
-        let update = Damp { weights, share };
+        cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Vertices);
+        let update = Damp { weights, fraction };
         cascade.adjoint(layout, executor, workspace, &update, velocities.blocks_mut(), &mut []);
     }
 }
 
-/// Fits to each region the rigid velocity that has its linear and angular momentum.
+/// The region transform that fits a rigid velocity to each region: the rigid velocity with the linear and
+/// angular momentum of the region.
 struct FitVelocities<'a> {
+    /// 1/M of each region, and d, its rest centroid relative to its center vertex.
     constants: &'a Lanes<4>,
+    /// As in [`RegionDamper`].
     inverse_inertia: &'a Lanes<6>,
     rotations: &'a Lanes<4>,
 }
@@ -77,12 +81,14 @@ impl RegionTransform for FitVelocities<'_> {
 }
 
 impl FitVelocities<'_> {
-    /// Computes the rigid velocity field of each region: its value v - ω x R d at the center vertex, and the
-    /// columns ω x R eⱼ.
+    /// Computes the rigid velocity field of each region of a block: its value v - ω × R d at the center
+    /// vertex, and its changes ω × R eⱼ per link along the axes j, with the unit vectors eⱼ.
     ///
-    /// v = S/M is the mean velocity. B = [Sx Sy Sz]/M - v dᵀ has the first moments of the velocities against
-    /// the rest offsets y = (i, j, k) - d, so the angular momentum over M is l = Σⱼ (R eⱼ) x Bⱼ. With the
-    /// rest inertia J over M, ω = R J⁻¹ Rᵀ l.
+    /// S, Sx, Sy and Sz are the sums of the velocities over the region, M is its mass, d its rest centroid, R
+    /// its rotation, and J its rest inertia divided by M. v = S/M is the mean velocity. The columns Bⱼ of
+    /// B = [Sx Sy Sz]/M - v dᵀ are the first moments of the velocities with respect to the rest offsets
+    /// y = (i, j, k) - d. So the angular momentum divided by M is l = Σⱼ (R eⱼ) × Bⱼ, and the angular
+    /// velocity is ω = R J⁻¹ Rᵀ l.
     #[inline(always)]
     fn fit<S: Simd>(&self, simd: S, block: usize, sums: [f32x8<S>; 12]) -> [f32x8<S>; 12] {
         let zero = f32x8::splat(simd, 0.0);
@@ -105,6 +111,7 @@ impl FitVelocities<'_> {
             omega[c] = axes[0][c] * rest_omega[0] + axes[1][c] * rest_omega[1] + axes[2][c] * rest_omega[2];
         }
 
+        // The changes of the rigid velocity per link along x, y and z.
         let (x, y, z) = (cross(omega, axes[0]), cross(omega, axes[1]), cross(omega, axes[2]));
         let mut b = v;
         for c in 0..3 {
@@ -114,10 +121,12 @@ impl FitVelocities<'_> {
     }
 }
 
-/// The vertex update v += share (v̄ - v), with v̄ = (1/n) Σ over the regions that contain the vertex.
+/// The vertex update v += `fraction` (v̄ - v), where v̄ is 1/n times the sum of the rigid velocities of the n
+/// regions that contain the vertex.
 struct Damp<'a> {
+    /// m and 1/n of each vertex.
     weights: &'a Lanes<2>,
-    share: f32,
+    fraction: f32,
 }
 
 impl VertexUpdate for Damp<'_> {
@@ -138,7 +147,7 @@ impl VertexUpdate for Damp<'_> {
             let region_sums: [f32x8<S>; 3] = load(simd, region_sums);
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
-                v[c] = region_sums[c].mul_add(inverse_count, -v[c]).mul_add(self.share, v[c]);
+                v[c] = region_sums[c].mul_add(inverse_count, -v[c]).mul_add(self.fraction, v[c]);
             }
             store(v, velocities);
         }

@@ -1,4 +1,4 @@
-//! External forces on lattice vertices, applied for one step.
+//! Applies external forces to lattice vertices for one step.
 
 use std::ops::AddAssign;
 
@@ -7,14 +7,15 @@ use nalgebra::Vector3;
 use crate::lattice::Lattice;
 use crate::state::{Interval, State};
 
-/// The external-force stage: forces of the next step, and the displacements by the forces of the current
-/// frame. Both lists are sorted by lattice vertex, without duplicates.
+/// The external-force stage: the forces of the next step, and the displacements that the forces of the
+/// current frame have caused. Both lists are sorted by lattice vertex and have no duplicate vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Forces {
-    /// Forces of the next step, in scene units of mass x length / s^2.
+    /// Lattice vertices and the forces on them in the next step, in scene units of mass × length / s².
     next: Vec<(u32, [f64; 3])>,
-    /// Velocity change times dt, in cells: f of Eq. (2) in `volume::external_forces`.
+    /// Lattice vertices and their velocity change times dt, in cells. This is f of Eq. (2) in
+    /// `volume::external_forces`.
     displacements: Vec<(u32, [f32; 3])>,
 }
 
@@ -26,7 +27,9 @@ impl Forces {
         sum_duplicates(&mut self.next);
     }
 
-    /// Applies the forces: v += h f/m. Invalidates the momenta of the components that they act on.
+    /// Applies the forces f of the next step: v += h f/m, with the step length h and the `mass` m of a
+    /// vertex. Invalidates the momenta of the connected components with such a vertex. `slots` has the slot
+    /// of each lattice vertex: its index in the storage order.
     pub(crate) fn apply(
         &mut self,
         (step, is_frame_start): (Interval, bool),
@@ -41,37 +44,37 @@ impl Forces {
             return;
         }
         for (vertex, force) in self.next.drain(..) {
-            let gain = Vector3::from(force) * (step.dt / (mass(vertex) * lattice.cell_size()));
+            let velocity_change = Vector3::from(force) * (step.dt / (mass(vertex) * lattice.cell_size()));
             let slot = slots[vertex as usize];
-            let mut shared = state.shared();
-            shared.set_velocity(slot, shared.velocity(slot) + gain);
+            let mut body_state = state.body_state();
+            body_state.set_velocity(slot, body_state.velocity(slot) + velocity_change);
             state.invalidate_momentum(lattice, vertex);
-            self.displacements.push((vertex, (gain * step.dt).map(|push| push as f32).into()));
+            self.displacements.push((vertex, (velocity_change * step.dt).map(|x| x as f32).into()));
         }
-        // A vertex has at most two entries, so their order does not matter. An unstable sort does not
-        // allocate.
+        // A vertex has at most two entries, whose sum does not depend on their order. So the sort may be
+        // unstable; an unstable sort does not allocate.
         self.displacements.sort_unstable_by_key(|&(vertex, _)| vertex);
         sum_duplicates(&mut self.displacements);
     }
 
-    /// The displacements by the forces of the current frame: pairs of lattice vertex and velocity change
-    /// times dt, in cells.
+    /// Returns the displacements by the forces of the current frame: pairs of a lattice vertex and its
+    /// velocity change times dt, in cells.
     pub(crate) fn displacements(&self) -> impl Iterator<Item = (u32, [f32; 3])> {
         self.displacements.iter().copied()
     }
 
-    /// Whether there are neither forces nor displacements.
+    /// Returns whether there are neither forces nor displacements.
     pub(crate) fn is_empty(&self) -> bool {
         self.next.is_empty() && self.displacements.is_empty()
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.next.capacity() * size_of::<(u32, [f64; 3])>()
             + self.displacements.capacity() * size_of::<(u32, [f32; 3])>()
     }
 
-    /// Checks deserialized data: whether all indices fit a lattice of `vertices` vertices.
+    /// Checks deserialized data. Returns whether all vertex indices are less than `vertices`.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         let in_range = |vertex: u32| (vertex as usize) < vertices;
         self.next.iter().all(|&(vertex, _)| in_range(vertex))
@@ -79,13 +82,13 @@ impl Forces {
     }
 }
 
-/// Replaces the entries of each vertex by their sum; `list` is sorted by vertex.
+/// Replaces the entries of each vertex by one entry, their sum. `list` must be sorted by vertex.
 fn sum_duplicates<T: Copy + AddAssign>(list: &mut Vec<(u32, [T; 3])>) {
     list.dedup_by(|(vertex, value), (previous, sum)| {
-        let same = vertex == previous;
-        if same {
+        let is_duplicate = vertex == previous;
+        if is_duplicate {
             sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += *value);
         }
-        same
+        is_duplicate
     });
 }

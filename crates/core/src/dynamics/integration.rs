@@ -1,8 +1,10 @@
-//! Integration: v += alpha (g - x)/h + h a, then x += h v (Müller et al. 2005, Eq. (9)).
+//! Integrates the motion of the vertices: v += alpha (g - x)/h + h a, then x += h v (Müller et al. 2005, Eqs.
+//! (9) and (10)). x, v and g are the position, velocity and goal position of a vertex, h is the step length,
+//! a is the acceleration of all vertices, and alpha is the stiffness.
 //!
-//! A step can move a slow body by less than an ulp of its f32 positions. So the sum over the steps is
-//! compensated (Kahan 1965): the part of each position that f32 rounds off is stored, and a position is
-//! `positions` + `compensation`.
+//! In one step, a slow body can move by less than an ulp of its f32 positions. So the sum over the steps is
+//! compensated (Kahan 1965): the rounding error of each f32 position is stored in `compensation`, and the
+//! exact position is `positions` + `compensation`.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
 
@@ -12,16 +14,17 @@ use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::simd::level;
 
-/// The vertex update v += alpha (g - x)/h + h a. The goal position g of a vertex is (1/n) Σ over the regions
-/// that contain it; the adjoint of the cascade computes that sum.
+/// The vertex update v += alpha (g - x)/h + h a. The goal position g of a vertex is 1/n times a sum over the
+/// n regions that contain the vertex; the adjoint of the cascade computes this sum.
 pub(crate) struct Accelerate<'a> {
+    /// m and 1/n of each vertex.
     pub(crate) weights: &'a Lanes<2>,
     pub(crate) positions: &'a Lanes<3>,
     /// alpha/h, in 1/s.
     pub(crate) stiffness_rate: f32,
-    /// h a in cells/s, with the acceleration a of all vertices.
-    pub(crate) gain: [f32; 3],
-    /// Components whose momenta are summed after the update; `None` sums no momenta.
+    /// h a, the velocity change of all vertices by the acceleration a, in cells/s.
+    pub(crate) velocity_change: [f32; 3],
+    /// Connected components whose momenta are summed after the update. If `None`, no momenta are summed.
     pub(crate) components: Option<&'a Components>,
 }
 
@@ -49,9 +52,9 @@ impl VertexUpdate for Accelerate<'_> {
                 (load(simd, positions), load(simd, region_sums));
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
-                let gain = occupied.select(f32x8::splat(simd, self.gain[c]), zero);
+                let velocity_change = occupied.select(f32x8::splat(simd, self.velocity_change[c]), zero);
                 let residual = region_sums[c].mul_add(inverse_count, -x[c]);
-                v[c] = residual.mul_add(self.stiffness_rate, v[c] + gain);
+                v[c] = residual.mul_add(self.stiffness_rate, v[c] + velocity_change);
             }
             store(v, velocities);
         }
@@ -61,20 +64,21 @@ impl VertexUpdate for Accelerate<'_> {
     }
 }
 
-/// The update x += h v, after the momentum correction of the velocities: v += the rigid velocity of the
-/// component.
+/// The update x += h v, after the momentum correction: a rigid velocity of the connected component is added
+/// to v.
 pub(crate) struct Advance<'a> {
-    /// Bit mask of the lanes with a vertex, for each block.
+    /// For each block, the bit mask of the lanes with a vertex.
     pub(crate) occupied: &'a [u8],
     pub(crate) components: &'a Components,
-    /// Rigid velocity that is added to each component.
+    /// For each component, the rigid velocity that is added to its vertices.
     pub(crate) corrections: &'a [RigidVelocity],
     /// Time step in seconds.
     pub(crate) dt: f64,
 }
 
 impl Advance<'_> {
-    /// Updates the velocities and the positions of all vertices.
+    /// Updates the velocities and the positions of all vertices. `compensation` has the rounding errors of
+    /// the positions.
     pub(crate) fn run(
         &self,
         executor: &Executor,
@@ -93,7 +97,7 @@ impl Advance<'_> {
         });
     }
 
-    /// Adds the rigid velocity of its component to each vertex of a block.
+    /// Adds to the velocity of each vertex of a block the rigid velocity of the component of this vertex.
     #[inline(always)]
     fn correct<S: Simd>(&self, simd: S, block: usize, positions: &Block<3>, velocities: &mut Block<3>) {
         let zero = f32x8::splat(simd, 0.0);
@@ -107,7 +111,7 @@ impl Advance<'_> {
             components @ Components::Several(_) => {
                 let (mut linear, mut angular) = ([Row::ZERO; 3], [Row::ZERO; 3]);
                 for lane in 0..LANES {
-                    let rigid = &self.corrections[components.of((block * LANES + lane) as u32)];
+                    let rigid = &self.corrections[components.of_slot((block * LANES + lane) as u32)];
                     for c in 0..3 {
                         linear[c][lane] = rigid.linear[c];
                         angular[c][lane] = rigid.angular[c];
@@ -120,15 +124,15 @@ impl Advance<'_> {
         let mut v: [f32x8<S>; 3] = load(simd, velocities);
         for c in 0..3 {
             let (next, last) = ((c + 1) % 3, (c + 2) % 3);
-            let turn = omega[next] * x[last] - omega[last] * x[next];
-            v[c] += occupied.select(linear[c] + turn, zero);
+            let rotational = omega[next] * x[last] - omega[last] * x[next];
+            v[c] += occupied.select(linear[c] + rotational, zero);
         }
         store(v, velocities);
     }
 }
 
-/// Computes x += dt v with compensated summation. dt is the sum of two f32 numbers, so that the rounding of
-/// dt does not accumulate.
+/// Computes x += dt v for a block, with compensated summation. dt is represented as the sum of two f32
+/// numbers, so that the rounding error of dt does not accumulate.
 #[inline(always)]
 fn advance<S: Simd>(
     simd: S,

@@ -1,40 +1,43 @@
-//! The material of a body, in parameters per step or in physical units that are independent of the time step.
+//! Defines the material of a body. Its parameters are per step, or in physical units that do not depend on
+//! the time step.
 
 use crate::range::{RangeError, in_range};
 use crate::state::sin_cos_degrees;
 
-/// The size of the regions.
+/// Size of the regions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RegionSize {
-    /// Half-width of a region in cells, at least 1. A larger half-width or a coarser lattice is stiffer.
+    /// Half-width of the regions in cells, at least 1. A body with a larger half-width is stiffer. At the
+    /// same half-width, a body with larger cells is stiffer.
     Cells(usize),
-    /// Half-width as a length in scene units, > 0. It is rounded to whole cells, at least one.
+    /// Half-width of the regions as a length in scene units, > 0. It is rounded to a whole number of cells,
+    /// at least one.
     Radius(f64),
 }
 
-/// Stiffness: how fast vertices move to their goal positions.
+/// Stiffness: the rate at which vertices move towards their goal positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Stiffness {
-    /// alpha: the fraction of the distance to the goal covered in one step, in (0, 1].
+    /// alpha, in (0, 1]: the fraction of the distance to the goal position that a vertex covers in one step.
     PerStep(f64),
-    /// Frequency f in Hz, > 0, at which a vertex oscillates about a fixed goal.
-    /// alpha = 2 (1 - cos(2 π f dt)), at most 1; alpha reaches 1 where f is a sixth of the step rate.
+    /// Frequency f in Hz, > 0, at which a vertex oscillates about a fixed goal position.
+    /// alpha = 2 (1 - cos(2 π f dt)), limited to 1. alpha reaches 1 if f is a sixth of the step rate 1/dt.
     Frequency(f64),
 }
 
-/// Region damping: the fraction of the non-rigid velocity within regions that is removed.
+/// Region damping: the fraction of the non-rigid velocity within regions that a step removes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RegionDamping {
     /// Fraction per step, in [0, 1]; 0 disables the stage.
     PerStep(f64),
-    /// Rate in 1/s, >= 0: the fraction per step is 1 - exp(-rate dt).
+    /// Rate in 1/s, >= 0. The fraction per step is 1 - exp(-rate dt); 0 disables the stage.
     Rate(f64),
 }
 
-/// The material of a body.
+/// Material of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// Size of the regions; default 2 cells.
@@ -43,7 +46,7 @@ pub struct Material {
     pub stiffness: Stiffness,
     /// Region damping; default 0.
     pub region_damping: RegionDamping,
-    /// Mass per volume in scene units, > 0; default 1000.
+    /// Density: mass per volume in scene units, > 0; default 1000.
     pub density: f64,
 }
 
@@ -63,7 +66,7 @@ impl Material {
     ///
     /// # Errors
     ///
-    /// A value out of its range.
+    /// If a value is out of its range.
     pub fn validate(&self) -> Result<(), RangeError> {
         match self.region_size {
             RegionSize::Cells(w) => {
@@ -82,7 +85,8 @@ impl Material {
         in_range("density", self.density, self.density > 0.0, "> 0").map(drop)
     }
 
-    /// The half-width of the regions in cells, from 1 to `extent`, the extent of the lattice in cells.
+    /// Returns the half-width of the regions in cells, clamped to the range from 1 to `extent`, the extent of
+    /// the lattice in cells. `cell_size` is in scene units.
     pub(crate) fn half_width(&self, cell_size: f64, extent: usize) -> usize {
         let cells = match self.region_size {
             RegionSize::Cells(cells) => cells,
@@ -91,28 +95,31 @@ impl Material {
         cells.clamp(1, extent.max(1))
     }
 
-    /// alpha, the fraction of the distance to the goal covered in one step of `dt` seconds.
+    /// Computes alpha, the fraction of the distance to the goal position that a vertex covers in one step of
+    /// `dt` seconds.
     pub fn alpha(&self, dt: f64) -> f64 {
         match self.stiffness {
             Stiffness::PerStep(alpha) => alpha,
             Stiffness::Frequency(frequency) => {
-                // 2 (1 - cos 2x) = 4 sin² x, which does not cancel at low frequencies. From f dt = 1/6 on
-                // alpha is 1, so f dt is capped at 1/2, where the sine stops growing.
+                // alpha = 2 (1 - cos 2x) is computed as 4 sin² x, which does not cancel at low frequencies.
+                // alpha is 1 for every f dt >= 1/6. So f dt is capped at 1/2, above which the sine would
+                // decrease.
                 let (sine, _) = sin_cos_degrees(180.0 * (frequency * dt).min(0.5));
                 (4.0 * sine * sine).min(1.0)
             }
         }
     }
 
-    /// The fraction of the non-rigid velocity within regions that damping removes in a step of `dt` seconds.
-    pub fn region_damping_share(&self, dt: f64) -> f64 {
+    /// Computes the fraction of the non-rigid velocity within regions that damping removes in one step of
+    /// `dt` seconds.
+    pub fn region_damping_fraction(&self, dt: f64) -> f64 {
         match self.region_damping {
-            RegionDamping::PerStep(share) => share,
+            RegionDamping::PerStep(fraction) => fraction,
             RegionDamping::Rate(rate) => -(-rate * dt).exp_m1(),
         }
     }
 
-    /// Whether region damping is enabled.
+    /// Returns whether region damping is enabled.
     pub(crate) fn is_damped(&self) -> bool {
         !matches!(self.region_damping, RegionDamping::PerStep(0.0) | RegionDamping::Rate(0.0))
     }

@@ -1,16 +1,16 @@
-//! The motion of a body: material, forces, integration, damping, momentum, pins and handles.
+//! Defines the motion of a body: material, forces, integration, damping, momentum, pins and handles.
 //!
 //! | file | contents |
 //! |---|---|
-//! | `material` | region size, stiffness, damping and density, per step or in physical units |
+//! | `material` | region size, stiffness, damping and density |
 //! | `selection` | the part of a body that a pin, a handle or a force acts on |
 //! | `motion` | keyframed rigid motion of handles and colliders |
 //! | `constraints` | pins and handles: prescribed positions and velocities |
 //! | `forces` | external forces, applied for one step |
-//! | `momentum` | the momentum tracker: momenta of free components in f64 |
-//! | `damping` | region damping, by the local-moment cascade |
-//! | `integration` | v += alpha (g - x)/h + h a; x += h v |
-//! | `energy` | the energy limiter of free bodies |
+//! | `momentum` | the momentum tracker, which keeps the momenta of connected components in f64 |
+//! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
+//! | `integration` | acceleration towards the goal positions and advance of the positions |
+//! | `energy` | the energy limiter of bodies without constraints and contacts |
 
 mod constraints;
 mod damping;

@@ -1,15 +1,15 @@
-//! Keyframed rigid motion of handles and colliders.
+//! Defines the keyframed rigid motion of handles and colliders.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use thiserror::Error;
 
 use crate::state::euler_degrees;
 
-/// A key of a motion: a pose at a time.
+/// A keyframe of a motion: a pose at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Key {
-    /// Time in seconds from the start of the simulation; keys are in strictly increasing order.
+    /// Time in seconds from the start of the simulation. The times of consecutive keyframes must increase.
     pub time: f64,
     /// Displacement in scene units. Default 0.
     pub translate: [f64; 3],
@@ -17,16 +17,18 @@ pub struct Key {
     pub rotate: [f64; 3],
 }
 
-/// A rigid motion along keys: linear in time between keys, constant before the first and after the last.
+/// A rigid motion along keyframes. It is linear in time between two keyframes, and constant before the first
+/// and after the last keyframe.
 ///
-/// Euler angles are interpolated, not rotations: from 0 to 720 degrees is two full turns.
+/// The Euler angles are interpolated, not the rotations. So the motion from 0 to 720 degrees is two full
+/// turns.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     keys: Vec<Key>,
 }
 
-/// The pose of a motion at a time: it moves a point `p` to `center + rotation * (p - center) + translate`.
+/// A pose of a motion. It moves a point `p` to `center + rotation * (p - center) + translate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Rotation about the center.
@@ -35,50 +37,50 @@ pub struct Pose {
     pub translate: Vector3<f64>,
 }
 
-/// Invalid keys of a motion.
+/// The error that the keyframes of a motion are invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// The list of keys is empty.
+    /// The list of keyframes is empty.
     #[error("there are no keys; give at least one, {{ time = 0 }}")]
     NoKeys,
-    /// A value of a key is NaN or infinite.
+    /// A value of a keyframe is NaN or infinite.
     #[error("key {key}: {name} is {value}; it must be finite")]
     NotFinite {
-        /// Index of the key, from 0.
+        /// Index of the keyframe, from 0.
         key: usize,
         /// `time`, `translate` or `rotate`.
         name: &'static str,
         /// The value.
         value: f64,
     },
-    /// A displacement so large that the positions of neighboring vertices would round to the same number.
+    /// A displacement is so large that the positions of neighboring vertices would round to the same number.
     #[error("key {key}: translate is {value:e}, too far: the limit is {limit:.3e}, 10^15 cells")]
     TooFar {
-        /// Index of the key, from 0.
+        /// Index of the keyframe, from 0.
         key: usize,
         /// The coordinate.
         value: f64,
-        /// The greatest magnitude that is valid.
+        /// Largest valid magnitude.
         limit: f64,
     },
-    /// The time of a key is not greater than the time of the previous key.
+    /// The time of a keyframe is not greater than the time of the previous keyframe.
     #[error("key {key} is at time {time}, which is not after key {} at {previous}; sort the keys by time", key - 1)]
     NotIncreasing {
-        /// Index of the key, from 0.
+        /// Index of the keyframe, from 0.
         key: usize,
-        /// Time of the key in seconds.
+        /// Time of the keyframe in seconds.
         time: f64,
-        /// Time of the previous key in seconds.
+        /// Time of the previous keyframe in seconds.
         previous: f64,
     },
 }
 
 impl Motion {
-    /// Creates the motion along `keys`, which are in strictly increasing order of time.
+    /// Creates the motion along the keyframes `keys`, in strictly increasing order of time.
     ///
     /// # Errors
-    /// An empty list, a value that is not finite, or times that do not increase.
+    /// If the list is empty, a value is not finite, or the times do not increase.
     pub fn new(keys: Vec<Key>) -> Result<Self, MotionError> {
         if keys.is_empty() {
             return Err(MotionError::NoKeys);
@@ -98,7 +100,7 @@ impl Motion {
         Ok(Self { keys })
     }
 
-    /// Checks that each displacement is at most `limit` along each axis.
+    /// Checks that the components of each displacement have a magnitude of at most `limit`.
     pub(crate) fn check_limit(&self, limit: f64) -> Result<(), MotionError> {
         for (key, Key { translate, .. }) in self.keys.iter().enumerate() {
             if let Some(&value) = translate.iter().find(|x| x.abs() > limit) {
@@ -108,18 +110,18 @@ impl Motion {
         Ok(())
     }
 
-    /// The keys, in order of time.
+    /// Returns the keyframes, in order of time.
     pub fn keys(&self) -> &[Key] {
         &self.keys
     }
 
-    /// The pose at `time` seconds.
+    /// Returns the pose at `time`, in seconds.
     pub fn pose(&self, time: f64) -> Pose {
         let after = self.keys.partition_point(|key| key.time <= time);
         let (translate, rotate) = match (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) {
-            (Some(a), Some(b)) => {
-                let s = (time - a.time) / (b.time - a.time);
-                (lerp(a.translate, b.translate, s), lerp(a.rotate, b.rotate, s))
+            (Some(previous), Some(next)) => {
+                let s = (time - previous.time) / (next.time - previous.time);
+                (lerp(previous.translate, next.translate, s), lerp(previous.rotate, next.rotate, s))
             }
             (Some(only), None) | (None, Some(only)) => (only.translate, only.rotate),
             (None, None) => ([0.0; 3], [0.0; 3]),
@@ -129,12 +131,12 @@ impl Motion {
 }
 
 impl Pose {
-    /// The pose without displacement and rotation.
+    /// Returns the pose without displacement and rotation.
     pub fn identity() -> Self {
         Self { rotation: Matrix3::identity(), translate: Vector3::zeros() }
     }
 
-    /// Moves `point` by this pose, rotating about `center`.
+    /// Returns the position to which this pose moves `point`. The rotation is about `center`.
     #[inline]
     pub fn apply(&self, center: &Point3<f64>, point: &Point3<f64>) -> Point3<f64> {
         center + self.rotation * (point - center) + self.translate

@@ -1,40 +1,40 @@
-//! Selections: the part of a body that a pin, a handle or a force acts on.
+//! Selects the lattice vertices that a pin, a handle or a force acts on.
 
 use std::borrow::Borrow;
 
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-/// A part of a body, selected by a shape in world space at frame 0 or by index. Points on the boundary of a
-/// shape are selected.
+/// A selection of lattice vertices: a shape in world space at frame 0, or a list of indices. Points on the
+/// boundary of a shape are selected.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Selection {
-    /// A box along the world axes, `min <= max` on each.
+    /// A box with faces perpendicular to the world axes. `min <= max` along each axis.
     Box {
-        /// Least corner, scene units.
+        /// Corner with the smallest coordinates, in scene units.
         min: [f64; 3],
-        /// Greatest corner, scene units.
+        /// Corner with the largest coordinates, in scene units.
         max: [f64; 3],
     },
     /// A ball.
     Sphere {
-        /// Center, scene units.
+        /// Center, in scene units.
         center: [f64; 3],
         /// Radius in scene units, > 0.
         radius: f64,
     },
     /// A half-space: the side of a plane that the normal points to.
     Plane {
-        /// Any point of the plane, scene units.
+        /// Any point of the plane, in scene units.
         point: [f64; 3],
-        /// Normal of any length > 0.
+        /// Normal of the plane, of any length > 0.
         normal: [f64; 3],
     },
     /// Indices of lattice vertices, in any order.
     Vertices(Vec<u32>),
 }
 
-/// An invalid or empty selection.
+/// The error that a selection is invalid or empty.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SelectionError {
@@ -46,17 +46,17 @@ pub enum SelectionError {
         /// Value of the number.
         value: f64,
     },
-    /// A box with min > max along an axis.
+    /// A box has min > max along an axis.
     #[error(
         "the box has min {min} > max {max} along {}; swap the two",
         ["x", "y", "z"][*axis]
     )]
     EmptyBox {
-        /// The axis: 0, 1, 2 = x, y, z.
+        /// The axis: 0 is x, 1 is y, 2 is z.
         axis: usize,
-        /// Least coordinate.
+        /// `min` along this axis.
         min: f64,
-        /// Greatest coordinate.
+        /// `max` along this axis.
         max: f64,
     },
     /// The radius of a sphere is not greater than 0.
@@ -88,9 +88,9 @@ pub enum SelectionError {
     Nothing {
         /// `box`, `sphere` or `plane`.
         shape: &'static str,
-        /// The point nearest to the shape, scene units.
+        /// The point nearest to the shape, in scene units.
         nearest: [f64; 3],
-        /// Distance of that point from the shape, scene units.
+        /// Distance of the nearest point from the shape, in scene units.
         distance: f64,
     },
 }
@@ -99,13 +99,14 @@ impl Selection {
     /// Checks the selection without a lattice.
     ///
     /// # Errors
-    /// A number that is not finite, min > max, a radius that is not positive, a zero normal, an empty list.
+    /// If a number is not finite, min > max along an axis, the radius is not positive, the normal is zero, or
+    /// the list of vertices is empty.
     pub fn validate(&self) -> Result<(), SelectionError> {
         match self {
             Self::Box { min, max } => {
                 finite("min", min)?;
                 finite("max", max)?;
-                match (0..3).find(|&a| min[a] > max[a]) {
+                match (0..3).find(|&axis| min[axis] > max[axis]) {
                     Some(axis) => Err(SelectionError::EmptyBox { axis, min: min[axis], max: max[axis] }),
                     None => Ok(()),
                 }
@@ -125,13 +126,13 @@ impl Selection {
         }
     }
 
-    /// Returns the distance of `point` from the shape in scene units, 0 inside. It is infinite for a list of
-    /// vertices, which has no shape.
+    /// Returns the distance of `point` from the shape, in scene units. The distance is 0 inside the shape,
+    /// and infinite for a list of vertices, which has no shape.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         match self {
             Self::Box { min, max } => {
-                let excess = |a: usize| (min[a] - point[a]).max(point[a] - max[a]).max(0.0);
-                Vector3::from_fn(|a, _| excess(a)).norm()
+                let excess = |axis: usize| (min[axis] - point[axis]).max(point[axis] - max[axis]).max(0.0);
+                Vector3::from_fn(|axis, _| excess(axis)).norm()
             }
             Self::Sphere { center, radius } => ((point - Point3::from(*center)).norm() - radius).max(0.0),
             Self::Plane { point: base, normal } => {
@@ -144,23 +145,25 @@ impl Selection {
 
     /// Resolves the selection to lattice vertices, in increasing order without duplicates.
     ///
-    /// A shape is tested against `points`, in world space at frame 0: the mesh vertices, or the vertices of a
-    /// lattice without a mesh. If point `i` is inside, the lattice vertices `owned(i)` are selected: the
-    /// corners of the mesh vertex's cell, or the lattice vertex itself. `vertex_count` is the number of
-    /// lattice vertices. A list of vertices does not use the points.
+    /// A shape is tested against `points`, in world space at frame 0. The points are the mesh vertices, or
+    /// the lattice vertices of a body without a mesh. If point `i` is inside the shape, the lattice vertices
+    /// `vertices_of(i)` are selected: the corners of the cell that contains mesh vertex `i`, or lattice
+    /// vertex `i` itself. `vertex_count` is the number of lattice vertices. A list of vertices does not use
+    /// the points.
     ///
     /// # Errors
-    /// The errors of [`validate`](Self::validate), a vertex out of range, and [`SelectionError::Nothing`].
+    /// The errors of [`validate`](Self::validate). Also an error if a vertex is out of range, or if no point
+    /// lies inside the shape ([`SelectionError::Nothing`]).
     pub fn lattice_vertices<I: IntoIterator<Item = u32>>(
         &self,
         points: impl IntoIterator<Item: Borrow<Point3<f64>>>,
         vertex_count: usize,
-        owned: impl Fn(u32) -> I,
+        vertices_of: impl Fn(u32) -> I,
     ) -> Result<Vec<u32>, SelectionError> {
         self.validate()?;
         let mut vertices: Vec<u32> = match self {
             Self::Vertices(list) => list.clone(),
-            _ => self.hits(points)?.into_iter().flat_map(owned).collect(),
+            _ => self.points_inside(points)?.into_iter().flat_map(vertices_of).collect(),
         };
         vertices.sort_unstable();
         vertices.dedup();
@@ -172,27 +175,31 @@ impl Selection {
         }
     }
 
-    /// Returns the indices of the points inside the shape, in increasing order; at least one.
-    fn hits(&self, points: impl IntoIterator<Item: Borrow<Point3<f64>>>) -> Result<Vec<u32>, SelectionError> {
-        let mut hits = Vec::new();
+    /// Returns the indices of the points inside the shape, in increasing order. Returns an error if no point
+    /// is inside.
+    fn points_inside(
+        &self,
+        points: impl IntoIterator<Item: Borrow<Point3<f64>>>,
+    ) -> Result<Vec<u32>, SelectionError> {
+        let mut inside = Vec::new();
         let mut nearest = (f64::INFINITY, Point3::origin());
         for (index, point) in (0u32..).zip(points) {
             let point = point.borrow();
             let distance = self.distance(point);
             if distance <= 0.0 {
-                hits.push(index);
+                inside.push(index);
             } else if distance < nearest.0 {
                 nearest = (distance, *point);
             }
         }
-        if hits.is_empty() {
+        if inside.is_empty() {
             let (distance, point) = nearest;
             return Err(SelectionError::Nothing { shape: self.name(), nearest: point.into(), distance });
         }
-        Ok(hits)
+        Ok(inside)
     }
 
-    /// The name of the kind of selection, for messages.
+    /// Returns the name of the kind of selection, for error messages.
     fn name(&self) -> &'static str {
         match self {
             Self::Box { .. } => "box",
@@ -203,6 +210,7 @@ impl Selection {
     }
 }
 
+/// Checks that all values are finite.
 fn finite(name: &'static str, values: &[f64]) -> Result<(), SelectionError> {
     match values.iter().find(|v| !v.is_finite()) {
         Some(&value) => Err(SelectionError::NotFinite { name, value }),
@@ -212,10 +220,11 @@ fn finite(name: &'static str, values: &[f64]) -> Result<(), SelectionError> {
 
 /// Returns the unit vector along `v`, or `None` if `v` is zero or not finite.
 pub(crate) fn direction(v: [f64; 3]) -> Option<Vector3<f64>> {
-    let greatest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    if !(greatest > 0.0 && greatest.is_finite()) {
+    let largest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if !(largest > 0.0 && largest.is_finite()) {
         return None;
     }
-    // Scaled first, so that the squares of components such as 1e-200 or 1e200 neither underflow nor overflow.
-    Some((Vector3::from(v) / greatest).normalize())
+    // The vector is scaled before it is normalized, so that the squares of components such as 1e-200 or 1e200
+    // neither underflow nor overflow.
+    Some((Vector3::from(v) / largest).normalize())
 }

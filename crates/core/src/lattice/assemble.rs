@@ -1,4 +1,7 @@
 //! Assembles a lattice from a set of cells: numbers the corners of the cells and finds their links.
+//!
+//! A *row* has the cells or corners with a common (z, y). A *run* has consecutive cells along x in a row; see
+//! [`GridSet`].
 
 use nalgebra::Point3;
 
@@ -17,7 +20,7 @@ pub(super) fn lattice(
     limit: u64,
 ) -> Result<Lattice, LatticeError> {
     let count = count_vertices(&cells);
-    memory::check(memory::of_vertices(count as u64), limit, cell_size)?;
+    memory::check(memory::needed_bytes(count as u64), limit, cell_size)?;
     let labels = label(&cells);
     let mut vertex_set = GridSet::default();
     let mut indices = Vec::with_capacity(count);
@@ -51,18 +54,18 @@ pub(super) fn lattice(
 struct Corner {
     /// Grid index.
     index: [i32; 3],
-    /// Bit n is set iff the vertex is linked to its neighbor n: -x, +x, -y, +y, -z, +z.
+    /// Links as in [`Lattice::links`]: bits for the neighbors at -x, +x, -y, +y, -z, +z.
     links: u8,
     /// Number of occupied cells that have this corner, 1 to 8.
     cells: u8,
-    /// Run of one of these cells.
+    /// Run of any of the occupied cells that have this corner.
     cell_run: usize,
 }
 
 /// Calls `emit` for the corners of all cells in the order of (z, y, x).
 ///
-/// A row of corners along x lies between four rows of cells. They are numbered as quadrants, which are the
-/// bits of the masks in [`visit_row`]:
+/// A row of corners along x lies between four rows of cells. These rows of cells are numbered as quadrants.
+/// Bit q of a mask in [`visit_row`] belongs to quadrant q:
 ///
 /// ```text
 ///   z ^   2 | 3
@@ -71,7 +74,7 @@ struct Corner {
 ///     +------> y
 /// ```
 fn visit(cells: &GridSet, mut emit: impl FnMut(Corner)) {
-    // `next[j]` is the next row of cells to be used as quadrant j of a row of corners.
+    // `next[j]` is the next row of cells that is used as quadrant j of a row of corners.
     let mut next = [0; 4];
     let offset = |quadrant: usize| (i32::from(quadrant < 2), i32::from(quadrant.is_multiple_of(2)));
     loop {
@@ -96,18 +99,18 @@ fn visit(cells: &GridSet, mut emit: impl FnMut(Corner)) {
 
 /// Calls `emit` for one row of corners between up to four rows of cells.
 fn visit_row(cells: &GridSet, (z, y): (i32, i32), rows: [Option<usize>; 4], emit: &mut impl FnMut(Corner)) {
-    // Quadrants at lower y, and quadrants at lower z.
+    // Mask of the two quadrants at lower y, and mask of the two quadrants at lower z.
     const LOW_Y: u8 = 0b0101;
     const LOW_Z: u8 = 0b0011;
     let mut runs = rows.map(|row| row.map_or(0..0, |row| cells.row_runs(row)));
-    // In each quadrant, the run that contains x, or else the next run.
+    // In each quadrant, the run that contains x; if there is none, the next run.
     let mut spans: [_; 4] = std::array::from_fn(|j| runs[j].next().map(|run| (run, cells.span(run))));
-    // Quadrants that are occupied at x - 1.
+    // Mask of the quadrants that are occupied at x - 1.
     let mut before = 0;
     let mut cell_run = 0;
     let mut x = i32::MIN;
     loop {
-        // Quadrants that are occupied at x.
+        // Mask of the quadrants that are occupied at x.
         let mut here = 0;
         let mut start = i32::MAX;
         for j in 0..4 {

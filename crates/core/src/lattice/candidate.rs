@@ -1,15 +1,19 @@
 //! Voxelizes a surface at one cell size, within a memory limit.
+//!
+//! A *part* is a connected component of the cells before joining.
 
 use super::components::{self, Joined};
 use super::{Lattice, LatticeError, LatticeReport, assemble, memory};
 use crate::mesh::{Component, Mesh, RelativeMeasure};
 use crate::voxel::{self, Grid, Voxels, voxelize};
 
-/// Tolerance of the comparison of the mesh volume with the volume of the cells, relative to the latter.
+/// Tolerance for the comparison of the mesh volume with the volume of the cells, as a fraction of the volume
+/// of the cells.
 const VOLUME_TOLERANCE: f64 = 1e-3;
 
-/// An open surface is a sheet if it fills no cell and its volume is below this fraction of its cells' volume.
-const SHEET_FRACTION: f64 = 0.25;
+/// An open surface that fills no cell gives a shell if the mesh volume is below this fraction of the volume
+/// of the cells.
+const SHELL_FRACTION: f64 = 0.25;
 
 /// The cells of a surface at one cell size, from which a lattice can be built.
 pub(super) struct Candidate {
@@ -30,10 +34,10 @@ pub(super) struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// Voxelizes the mesh at a cell size and joins its parts.
+    /// Voxelizes the mesh at a cell size and joins the parts of the cells.
     ///
-    /// Memory is checked before it is allocated: the grid's from the number of its cells, the lattice's from
-    /// the number of its vertices.
+    /// The memory limit is checked before memory is allocated. The memory of the grid follows from the number
+    /// of its cells, and the memory of the lattice from the number of its vertices.
     pub(super) fn candidate(&self, cell_size: f64) -> Result<Candidate, LatticeError> {
         let bounds = self.mesh.bounds();
         let needed = voxel::bytes(Grid::counts(&bounds, cell_size));
@@ -42,7 +46,7 @@ impl Request<'_> {
             LatticeError::TooMuchMemory { cell_size, needed: u64::MAX, limit: self.limit, fitting: None };
         let grid = Grid::new(bounds, cell_size).ok_or(too_many)?;
         let voxels = voxelize(self.mesh, &grid);
-        let check = |count: usize| memory::check(memory::of_vertices(count as u64), self.limit, cell_size);
+        let check = |count: usize| memory::check(memory::needed_bytes(count as u64), self.limit, cell_size);
         check(assemble::count_vertices(&voxels.cells))?;
         let joined = components::join(voxels.cells.clone(), self.join, cell_size, self.limit)?;
         let vertices = assemble::count_vertices(&joined.cells);
@@ -50,7 +54,9 @@ impl Request<'_> {
         Ok(Candidate { grid, voxels, joined, vertices })
     }
 
-    /// Adds a cell size that fits to [`LatticeError::TooMuchMemory`].
+    /// Sets `fitting` in [`LatticeError::TooMuchMemory`] to a cell size that fits the memory limit.
+    ///
+    /// Returns any other error unchanged.
     pub(super) fn suggest_size(&self, error: LatticeError) -> LatticeError {
         match error {
             LatticeError::TooMuchMemory { cell_size, needed, limit, .. } => {
@@ -60,51 +66,52 @@ impl Request<'_> {
         }
     }
 
-    /// Finds a cell size that fits the memory limit, given one that does not.
+    /// Finds a cell size that fits the memory limit, given a smaller cell size that does not fit.
     ///
     /// Returns `None` if even a single cell does not fit.
-    fn find_size(&self, too_fine: f64) -> Option<f64> {
+    fn find_size(&self, too_small: f64) -> Option<f64> {
         let bounds = &self.mesh.bounds();
-        // An upper bound: no lattice has more vertices than the whole grid has corners.
+        // Assumes that all cells of the grid are occupied, which needs the most memory.
         let certainly_fits = |cell_size: f64| {
             let counts = Grid::counts(bounds, cell_size);
             let corners: f64 = counts.iter().map(|n| n + 1.0).product();
-            voxel::bytes(counts) <= self.limit as f64 && memory::of_vertices(corners as u64) <= self.limit
+            voxel::bytes(counts) <= self.limit as f64 && memory::needed_bytes(corners as u64) <= self.limit
         };
-        let mut coarse = round_up((bounds.1 - bounds.0).amax());
-        if !coarse.is_finite() || !certainly_fits(coarse) {
+        let mut certain = round_up((bounds.1 - bounds.0).amax());
+        if !certain.is_finite() || !certainly_fits(certain) {
             return None;
         }
-        let mut fine = too_fine;
-        while coarse > fine * 1.01 {
-            let middle = round_up(coarse.sqrt() * fine.sqrt());
-            if middle >= coarse {
+        // Bisection between a cell size that certainly fits and a cell size that possibly does not.
+        let mut uncertain = too_small;
+        while certain > uncertain * 1.01 {
+            let middle = round_up(certain.sqrt() * uncertain.sqrt());
+            if middle >= certain {
                 break;
             }
-            if certainly_fits(middle) { coarse = middle } else { fine = middle }
+            if certainly_fits(middle) { certain = middle } else { uncertain = middle }
         }
-        // Most lattices fill a small part of the grid, so a smaller cell size may fit as well. The range of
-        // the search is limited because each trial voxelizes the mesh.
-        let mut finer = too_fine.max(round_up(coarse / MAX_REFINEMENT));
-        while let Err(LatticeError::TooMuchMemory { needed, limit, .. }) = self.candidate(finer) {
-            if voxel::bytes(Grid::counts(bounds, finer)) > self.limit as f64 {
-                return Some(coarse);
+        // Most lattices occupy a small fraction of the grid, so a smaller cell size may fit as well. The
+        // range of the search is limited because each trial voxelizes the mesh.
+        let mut trial = too_small.max(round_up(certain / MAX_REFINEMENT));
+        while let Err(LatticeError::TooMuchMemory { needed, limit, .. }) = self.candidate(trial) {
+            if voxel::bytes(Grid::counts(bounds, trial)) > self.limit as f64 {
+                return Some(certain);
             }
-            finer = round_up(finer * (needed as f64 / limit as f64).sqrt().max(1.05));
-            if finer >= coarse {
-                return Some(coarse);
+            trial = round_up(trial * (needed as f64 / limit as f64).sqrt().max(1.05));
+            if trial >= certain {
+                return Some(certain);
             }
         }
-        Some(finer)
+        Some(trial)
     }
 }
 
-/// Ratio of the cell size that certainly fits to the smallest cell size that is tried.
+/// Maximum ratio of the cell size that certainly fits to the smallest cell size that is tried.
 const MAX_REFINEMENT: f64 = 2.0;
 
 /// Rounds a positive number up to three significant digits, so that a message can print it exactly.
 ///
-/// Returns `x` where the result is not finite or is below `x`.
+/// Returns `x` unchanged if the result would not be finite or would be below `x`.
 fn round_up(x: f64) -> f64 {
     let unit = 10f64.powi(x.log10().floor() as i32 - 2);
     let rounded = (x / unit).ceil() * unit;
@@ -113,6 +120,8 @@ fn round_up(x: f64) -> f64 {
 
 impl Candidate {
     /// Builds the lattice of these cells, with its report.
+    ///
+    /// A mesh component belongs to the part that contains the first vertex of its first face.
     pub(super) fn build(self, request: &Request<'_>) -> Result<Lattice, LatticeError> {
         let mesh = request.mesh;
         let Self { grid, voxels, joined, .. } = self;
@@ -121,7 +130,7 @@ impl Candidate {
         let mut components_of_part = vec![Vec::new(); joined.parts.count];
         for (component, Component { first_face, .. }) in mesh.topology().components.iter().enumerate() {
             let vertex = mesh.face(*first_face)[0];
-            if let Some(cell) = voxels.cells.locate(grid.place(&mesh.vertices()[vertex as usize])) {
+            if let Some(cell) = voxels.cells.locate(grid.cell_space(&mesh.vertices()[vertex as usize])) {
                 let part = joined.parts.of_run[voxels.cells.run_of(cell)];
                 components_of_part[part as usize].push(component as u32);
             }
@@ -143,16 +152,19 @@ impl Candidate {
     }
 }
 
-/// Returns whether the cells of an open surface are a layer along it and not the solid inside it.
+/// Returns whether the cells of an open surface are a shell: a layer along the surface, and not the solid
+/// inside it.
 ///
-/// This is so if the volume of the mesh (coned from the center of its bounds) exceeds the volume of the
-/// cells, or if no cell is filled and the mesh volume is below [`SHEET_FRACTION`] of the cell volume.
+/// The mesh volume is the sum of the signed volumes of the tetrahedra from the center of the bounding box to
+/// the triangles. The cells are a shell if the mesh volume exceeds the volume of the cells, or if no cell is
+/// filled and the mesh volume is below [`SHELL_FRACTION`] of the volume of the cells. The cells of a closed
+/// surface are not a shell.
 fn is_shell(mesh: &Mesh, voxels: &Voxels, cell_size: f64) -> bool {
     if mesh.topology().boundary_edges == 0 {
         return false;
     }
-    let measure = RelativeMeasure::of(mesh);
+    let measure = RelativeMeasure::new(mesh);
     let cells = voxels.cells.len() as f64 * (cell_size / measure.extent).powi(3);
     let filled = voxels.cells.len() > voxels.surface_cells;
-    measure.volume > cells * (1.0 + VOLUME_TOLERANCE) || (!filled && measure.volume < SHEET_FRACTION * cells)
+    measure.volume > cells * (1.0 + VOLUME_TOLERANCE) || (!filled && measure.volume < SHELL_FRACTION * cells)
 }

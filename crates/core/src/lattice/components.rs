@@ -1,11 +1,14 @@
-//! Finds the connected parts of a set of cells, and the bridges of cells that join separate parts.
+//! Finds the connected components of a set of cells, and the bridges of cells that join them.
+//!
+//! A *part* is a connected component of the cells before joining. A *run* is a row of consecutive cells along
+//! x; see [`GridSet`].
 
 use super::nearest::{Bounds, RunTree};
 use super::{FloatingPart, LatticeError, memory};
 use crate::mesh::UnionFind;
 use crate::voxel::GridSet;
 
-/// The connected parts of the link graph of a lattice.
+/// The connected components of the link graph of a lattice.
 ///
 /// Cells that share a face, an edge or a single corner share a lattice vertex, so they are in the same
 /// component.
@@ -18,23 +21,23 @@ pub struct Components {
     pub of_vertex: Vec<u32>,
 }
 
-/// The connected parts of a set of cells.
+/// The parts of a set of cells.
 pub(super) struct RunLabels {
     /// Number of parts.
     pub(super) count: usize,
-    /// Part of each run of cells.
+    /// Part of each run.
     pub(super) of_run: Vec<u32>,
 }
 
-/// A set of cells after joining, and its parts before joining.
+/// A set of cells after joining, and the parts of the set before joining.
 pub(super) struct Joined {
-    /// The cells, including those of the bridges.
+    /// The cells, including the cells of the bridges.
     pub(super) cells: GridSet,
     /// Number of cells that the bridges added.
     pub(super) bridge_cells: usize,
-    /// Parts before joining, by run of the cells before joining.
+    /// The parts. Runs are runs of the cells before joining.
     pub(super) parts: RunLabels,
-    /// Largest part by number of cells; of equal parts, the first.
+    /// Part with the most cells; the first one if several have equally many.
     pub(super) largest: u32,
     bridges: Vec<Bridge>,
 }
@@ -51,13 +54,13 @@ pub(super) fn join(cells: GridSet, join: bool, cell_size: f64, limit: u64) -> Re
     }
     // Each cell of a bridge shares a face with the cell before it, so it adds at most four vertices.
     let length = bridges.iter().fold(0u64, |sum, bridge| sum.saturating_add(bridge.len()));
-    memory::check(memory::of_vertices(length.saturating_mul(4)), limit, cell_size)?;
+    memory::check(memory::needed_bytes(length.saturating_mul(4)), limit, cell_size)?;
     let (cells, bridge_cells) = with_bridges(&cells, &bridges);
     Ok(Joined { cells, bridge_cells, parts, largest, bridges })
 }
 
 impl Joined {
-    /// Lists all parts except the largest, for the report. `before`: the cells before joining.
+    /// Lists all parts except the largest part, for the report. `before`: the cells before joining.
     pub(super) fn floating_parts(&self, before: &GridSet) -> Vec<FloatingPart> {
         let joined = !self.bridges.is_empty();
         let mut floating = vec![FloatingPart { joined, ..FloatingPart::default() }; self.parts.count];
@@ -72,7 +75,7 @@ impl Joined {
     }
 }
 
-/// Finds the connected parts of a set of cells. Cells that share a corner are connected.
+/// Finds the connected components of a set of cells. Cells that share a corner are connected.
 pub(super) fn label(cells: &GridSet) -> RunLabels {
     let mut sets = UnionFind::new(cells.run_count());
     for row in 0..cells.row_count() {
@@ -103,39 +106,39 @@ fn unite_rows(cells: &GridSet, a: usize, b: usize, sets: &mut UnionFind) {
     }
 }
 
-/// A path of cells that joins one part to another.
+/// A path of cells that joins a part to another part.
 struct Bridge {
     /// The part that is joined, numbered as in [`RunLabels`].
     part: u32,
-    /// A cell of this part.
-    from: [i32; 3],
-    /// The nearest cell of the other part.
-    to: [i32; 3],
+    /// The cell of this part at which the path starts.
+    start: [i32; 3],
+    /// The nearest cell of the other part, at which the path ends.
+    end: [i32; 3],
 }
 
 impl Bridge {
     /// Returns the number of cells of the bridge, without the two cells that it joins.
     fn len(&self) -> u64 {
-        let steps: u64 = (0..3).map(|a| u64::from(self.from[a].abs_diff(self.to[a]))).sum();
+        let steps: u64 = (0..3).map(|a| u64::from(self.start[a].abs_diff(self.end[a]))).sum();
         steps.saturating_sub(1)
     }
 
-    /// Iterates over the cells strictly between the two ends: a shortest path of steps through faces.
+    /// Iterates over the cells strictly between `start` and `end`: a shortest path of steps through faces.
     ///
     /// Each step is along the axis with the largest remaining distance, so the path stays near the straight
     /// line.
     fn cells(&self) -> impl Iterator<Item = [i32; 3]> {
-        let mut cell = self.from;
+        let mut cell = self.start;
         (0..self.len()).map(move |_| {
-            let remaining = |a: &usize| (cell[*a].abs_diff(self.to[*a]), std::cmp::Reverse(*a));
+            let remaining = |a: &usize| (cell[*a].abs_diff(self.end[*a]), std::cmp::Reverse(*a));
             let axis = (0..3).max_by_key(remaining).unwrap_or(0);
-            cell[axis] += self.to[axis].cmp(&cell[axis]) as i32;
+            cell[axis] += self.end[axis].cmp(&cell[axis]) as i32;
             cell
         })
     }
 }
 
-/// Returns the largest part by number of cells; of equal parts, the first.
+/// Returns the part with the most cells; the first one if several have equally many.
 fn largest(cells: &GridSet, labels: &RunLabels) -> u32 {
     let mut sizes = vec![0u64; labels.count];
     for run in 0..cells.run_count() {
@@ -147,8 +150,9 @@ fn largest(cells: &GridSet, labels: &RunLabels) -> u32 {
 
 /// Finds the bridges that join all parts (Borůvka 1926).
 ///
-/// A group is a set of parts that are joined already; at first each part is a group. Each round joins every
-/// group, except that of the largest part, to its nearest neighbor, until one group is left.
+/// A *group* is a set of parts that are joined already. At first each part is a group. Each round joins every
+/// group, except the group of the largest part, to the nearest other group. The rounds end when one group is
+/// left.
 fn bridges(cells: &GridSet, labels: &RunLabels, largest: u32) -> Vec<Bridge> {
     let mut bridges = Vec::new();
     if labels.count < 2 {
@@ -164,25 +168,27 @@ fn bridges(cells: &GridSet, labels: &RunLabels, largest: u32) -> Vec<Bridge> {
             let [a, b] = nearest.runs;
             let [part, other] = [a, b].map(|run| labels.of_run[run as usize]);
             if groups.unite(part, other) {
-                let (from, to) = closest_cells(cells, a, b);
-                bridges.push(Bridge { part, from, to });
+                let (start, end) = closest_cells(cells, a, b);
+                bridges.push(Bridge { part, start, end });
             }
         }
     }
     bridges
 }
 
-/// A run of one group and the nearest run of any other group.
+/// A run of one group, and the nearest run of all other groups.
 #[derive(Clone, Copy)]
 struct Nearest {
-    /// Number of steps through faces from one run to the other.
+    /// Number of steps through faces from the one run to the other run.
     steps: i64,
+    /// The run of the group, then the run of the other group.
     runs: [u32; 2],
 }
 
-/// Finds, for each group except `excluded`, its run that is nearest to any other group.
+/// Finds, for each group except `excluded`, the run that is nearest to any other group.
 ///
-/// The result is indexed by the lowest part of each group.
+/// Entry p of the result belongs to the group whose lowest part is p. `group` returns the group of a run, as
+/// the lowest part of the group. `parts` is the number of parts.
 fn nearest_pairs(
     cells: &GridSet,
     tree: &RunTree,
@@ -190,22 +196,22 @@ fn nearest_pairs(
     excluded: u32,
     group: impl Fn(u32) -> u32,
 ) -> Vec<Option<Nearest>> {
-    let shared = tree.shared_labels(&group);
+    let common = tree.common_labels(&group);
     let mut best: Vec<Option<Nearest>> = vec![None; parts];
     for (run, key) in cells.runs() {
-        let own = group(run as u32);
-        if own == excluded {
+        let own_group = group(run as u32);
+        if own_group == excluded {
             continue;
         }
         let bounds = Bounds::of_run(cells, key, run);
         let found = tree.nearest(
-            best[own as usize].map_or(i64::MAX, |nearest| nearest.steps),
+            best[own_group as usize].map_or(i64::MAX, |nearest| nearest.steps),
             |other| bounds.steps(other),
-            |node| shared[node] == Some(own),
-            |other| group(other) != own,
+            |node| common[node] == Some(own_group),
+            |other| group(other) != own_group,
         );
         if let Some((steps, other)) = found {
-            best[own as usize] = Some(Nearest { steps, runs: [run as u32, other] });
+            best[own_group as usize] = Some(Nearest { steps, runs: [run as u32, other] });
         }
     }
     best
@@ -214,12 +220,12 @@ fn nearest_pairs(
 /// Returns the nearest cells of two runs. Where the runs overlap in x, both cells have their lowest common x.
 fn closest_cells(cells: &GridSet, a: u32, b: u32) -> ([i32; 3], [i32; 3]) {
     let [a, b] = [a, b].map(|run| Bounds::of_run(cells, cells.key_of_run(run as usize), run as usize));
-    let x = [(&a, &b), (&b, &a)].map(|(one, other)| other.low[0].clamp(one.low[0], one.high[0]));
+    let x = [(&a, &b), (&b, &a)].map(|(run, other)| other.low[0].clamp(run.low[0], run.high[0]));
     let at = |bounds: &Bounds, x| [x, bounds.low[1], bounds.low[2]];
     (at(&a, x[0]), at(&b, x[1]))
 }
 
-/// Returns the cells including those of the bridges, and the number of cells that the bridges added.
+/// Returns the cells including the cells of the bridges, and the number of cells that the bridges added.
 fn with_bridges(cells: &GridSet, bridges: &[Bridge]) -> (GridSet, usize) {
     let mut positions = cells.positions();
     positions.extend(bridges.iter().flat_map(Bridge::cells));

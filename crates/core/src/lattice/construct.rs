@@ -13,16 +13,16 @@ use crate::voxel::{GridSet, HIGHEST_INDEX};
 impl Lattice {
     /// Builds the lattice of a surface mesh: the cells that the surface passes through or encloses.
     ///
-    /// The bounding box is centered on the grid. A cell that the surface only touches is not occupied. A face
-    /// that lies in a grid plane belongs to the cell on its inner side, so that a cube with edges of n cells
-    /// gives n^3 cells, and a flat sheet gives one layer. A cell is enclosed iff no path of empty cells leads
-    /// to it from outside. A mesh with openings wider than a cell gives a layer of cells along the surface;
-    /// the [report](Self::report) then has `shell` set.
+    /// The grid is centered on the bounding box of the mesh. A cell that the surface only touches is not
+    /// occupied. A face that lies in a grid plane belongs to the cell on its inner side, so that a cube with
+    /// edges of n cells gives n^3 cells, and a flat surface gives one layer of cells. A cell is enclosed iff
+    /// no path of empty cells leads to it from outside. A mesh with openings wider than a cell gives a shell,
+    /// a layer of cells along the surface; `shell` is then true in the [report](Self::report).
     ///
     /// # Errors
     ///
     /// If the cell size is not positive and finite, if fewer than 8 vertices are requested, or if the lattice
-    /// needs more memory than allowed. The last error gives a cell size that would fit.
+    /// needs more memory than allowed. The error for too much memory gives a cell size that would fit.
     pub fn from_mesh(mesh: &Mesh, options: &LatticeOptions) -> Result<Self, LatticeError> {
         let request = Request { mesh, join: options.join, limit: memory::limit(options.memory_limit) };
         let candidate = match options.resolution {
@@ -50,12 +50,12 @@ impl Lattice {
 
     /// Builds the lattice of the given cells and keeps their indices.
     ///
-    /// * `cells`: grid indices `[x, y, z]` of the occupied cells, in any order; repeated ones count once.
-    ///   Each index lies between -2^30 and 2^30.
-    /// * `cell_size`: edge of a cell, a positive length.
-    /// * `origin`: position of vertex index `[0, 0, 0]`.
-    /// * `join`: whether separate parts are joined by bridges of cells, each along a shortest path of steps
-    ///   through faces. If false, each part is a component of its own.
+    /// * `cells`: grid indices `[x, y, z]` of the occupied cells, in any order. Repeated cells count once.
+    ///   Each index is between -2^30 and 2^30.
+    /// * `cell_size`: edge length of a cell, positive.
+    /// * `origin`: position of corner 0 of cell `[0, 0, 0]`.
+    /// * `join`: whether parts (connected components of the cells) are joined by bridges of cells. A bridge
+    ///   is a shortest path of steps through faces. If false, each part is a component of the lattice.
     ///
     /// # Errors
     ///
@@ -81,15 +81,15 @@ impl Lattice {
             }
         }
         let limit = memory::limit(None);
-        memory::check(memory::of_vertices(cells.len() as u64), limit, cell_size)?;
+        memory::check(memory::needed_bytes(cells.len() as u64), limit, cell_size)?;
         let mut sorted = cells.to_vec();
         sorted.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
-        let given = GridSet::from_sorted(&sorted);
-        let joined = components::join(given.clone(), join, cell_size, limit)?;
+        let input = GridSet::from_sorted(&sorted);
+        let joined = components::join(input.clone(), join, cell_size, limit)?;
         let report = LatticeReport {
-            surface_cells: given.len(),
+            surface_cells: input.len(),
             bridge_cells: joined.bridge_cells,
-            floating: joined.floating_parts(&given),
+            floating: joined.floating_parts(&input),
             ..LatticeReport::default()
         };
         assemble::lattice(joined.cells, cell_size, origin, report, limit)

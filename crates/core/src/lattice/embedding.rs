@@ -1,4 +1,4 @@
-//! Points that are embedded in the cells of a lattice and move with them.
+//! Points that are embedded in the cells of a lattice and move with the cells.
 
 use nalgebra::Point3;
 
@@ -15,13 +15,13 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 /// extrapolation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Embedding {
-    /// Local coordinates of each point in its cell, in cells from corner 0.
+    /// Local coordinates of each point: relative to corner 0 of its cell, in cells.
     local: Vec<[f32; 3]>,
-    /// Index in `groups` of each point's cell.
+    /// Index in `groups` of the cell of each point.
     group: Vec<u32>,
-    /// The cells that contain points, in the order of the cells.
+    /// The cells that contain points, in ascending order.
     groups: Vec<Group>,
-    /// The points of each group, in ascending order.
+    /// The points in the cell of each group, in ascending order.
     members: Csr<u32>,
 }
 
@@ -38,7 +38,7 @@ struct Group {
 pub struct CellPoints<'a> {
     /// Index of the cell.
     pub cell: u32,
-    /// The lattice vertices at its corners, in the order of [`Lattice::cell_corners`].
+    /// The lattice vertices at the corners of the cell, in the order of [`Lattice::cell_corners`].
     pub corners: &'a [u32; 8],
     /// Indices of the points, in ascending order; at least one.
     pub points: &'a [u32],
@@ -55,18 +55,18 @@ impl Embedding {
         let mut cell_of = Vec::with_capacity(points.len());
         let mut local = Vec::with_capacity(points.len());
         for point in points {
-            let place: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
-            let cell = cells.locate(place).unwrap_or_else(|| {
-                tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, place)
+            let position: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
+            let cell = cells.locate(position).unwrap_or_else(|| {
+                tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, position)
             });
             let corner = lattice.cells[cell as usize];
-            local.push(std::array::from_fn(|a| (place[a] - f64::from(corner[a])) as f32));
+            local.push(std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32));
             cell_of.push(cell);
         }
         Self::grouped(lattice, &cell_of, local)
     }
 
-    /// Groups the points by cell: `cell_of` and `local` have one entry per point.
+    /// Builds the embedding from the cell and the local coordinates of each point.
     fn grouped(lattice: &Lattice, cell_of: &[u32], local: Vec<[f32; 3]>) -> Self {
         let order = Csr::sorted(lattice.cells.len(), cell_of.iter().copied().zip(0..)).into_items();
         let (mut group, mut groups, mut starts) = (vec![0; cell_of.len()], Vec::new(), vec![0]);
@@ -93,15 +93,15 @@ impl Embedding {
     ///
     /// # Panics
     ///
-    /// If the point does not exist. The same holds for every function with a `point` argument.
+    /// If the point does not exist. Every function with a `point` argument panics in this case.
     pub fn cell(&self, point: usize) -> u32 {
         self.group_of(point).cell
     }
 
-    /// Returns the local coordinates of a point in its cell, in cells from corner 0.
+    /// Returns the local coordinates of a point: relative to corner 0 of its cell, in cells.
     ///
-    /// They are between 0 and 1. They may be up to 0.002 outside this range for points near a grid plane, and
-    /// anywhere for points outside all occupied cells.
+    /// They are between 0 and 1. They can be outside this range by up to 0.002 for points near a grid plane,
+    /// and by any amount for points outside all occupied cells.
     pub fn local(&self, point: usize) -> [f32; 3] {
         self.local[point]
     }
@@ -123,7 +123,7 @@ impl Embedding {
         &self.groups[self.group[point] as usize]
     }
 
-    /// Iterates over the cells that contain points, in the order of the cells, each with its points.
+    /// Iterates over the cells that contain points, in ascending order, each with its points.
     pub fn by_cell(&self) -> impl ExactSizeIterator<Item = CellPoints<'_>> {
         let groups = self.groups.iter().zip(self.members.rows());
         groups.map(|(Group { cell, corners }, points)| CellPoints { cell: *cell, corners, points })
@@ -150,7 +150,8 @@ impl Embedding {
         }
     }
 
-    /// Returns the position of one point, in the frame and unit of `lattice` (one row per lattice vertex).
+    /// Returns the position of one point. `lattice`: the positions of the lattice vertices. The result is in
+    /// the frame and unit of `lattice`.
     pub(crate) fn extrapolated(&self, point: usize, lattice: &[Xyzx]) -> Xyzx {
         extrapolate(&self.group_of(point).corners, lattice, self.local[point])
     }
@@ -163,13 +164,14 @@ impl Embedding {
     }
 }
 
-/// Returns the position of local coordinates in or outside a cell with these corners.
+/// Returns the position at local coordinates in or outside a cell, in the frame and unit of `lattice`.
 ///
-/// Trilinear in the cell, continued linearly outside.
-pub(crate) fn extrapolate(corners: &[u32; 8], lattice: &[Xyzx], place: [f32; 3]) -> Xyzx {
+/// The map is trilinear in the cell and continues linearly outside. `corners`: lattice vertices at the
+/// corners of the cell. `lattice`: the positions of the lattice vertices.
+pub(crate) fn extrapolate(corners: &[u32; 8], lattice: &[Xyzx], local: [f32; 3]) -> Xyzx {
     let corners = corners.map(|corner| {
         let [x, y, z, _] = lattice[corner as usize];
         [x, y, z]
     });
-    xyzx(trilinear::CellMap::new(corners).at(place))
+    xyzx(trilinear::CellMap::new(corners).at(local))
 }

@@ -29,12 +29,13 @@ pub enum LatticeError {
     TooMuchMemory {
         /// Requested cell size, or the cell size estimated from the requested number of lattice vertices.
         cell_size: f64,
-        /// Lower bound of the memory needed, in bytes.
+        /// Lower bound of the memory needed, in bytes. `u64::MAX` stands for a grid with more than 2^30 cells
+        /// along an axis.
         needed: u64,
         /// Memory limit, in bytes.
         limit: u64,
-        /// A cell size that would fit. `None` if even the coarsest lattice does not fit, or if the cells were
-        /// given.
+        /// A cell size that would fit. `None` if even a single cell does not fit, or if the lattice is built
+        /// from given cells.
         fitting: Option<f64>,
     },
 }
@@ -51,7 +52,7 @@ fn too_much_memory(cell_size: f64, needed: u64, limit: u64, fitting: Option<f64>
     }
 }
 
-/// Formats a number of bytes with a binary unit and one decimal below 100.
+/// Formats a number of bytes with a binary unit, and with one decimal if the number of units is below 100.
 fn readable(bytes: u64) -> String {
     const UNITS: [&str; 7] = ["bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
     let power = (bytes.max(1).ilog2() / 10) as usize;

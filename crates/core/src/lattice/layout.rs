@@ -1,14 +1,19 @@
-//! Storage of lattice vertices in blocks of eight along one axis. Empty blocks are not stored.
+//! Assigns lattice vertices to blocks of eight along one axis, the lane axis. Blocks without a vertex are not
+//! stored.
+//!
+//! The *slot* of a vertex is `8 * block + lane`, its index in the storage; see `simd::lanes`. The *inner
+//! axis* is the axis other than x and the lane axis.
 //!
 //! ```text
-//! plane  all lines with the same x          planes are stored in the order of x, the outer axis
-//! line   blocks along the lane axis         the lines of a plane are stored in the order of the inner axis
-//! block  lanes 0..8 along the lane axis     the next slot along the lane axis is the next in storage
+//! plane  all lines with the same x          planes are stored in the order of x
+//! line   blocks along the lane axis         lines of a plane are stored in the order of the inner axis
+//! block  lanes 0..8 along the lane axis     blocks of a line are stored in the order of the lane axis
 //! ```
 //!
-//! The moment cascade begins and ends with x, so all of its other passes stay within a plane. The lane axis
-//! (y or z) and the offset of its blocks (0 to 7) are the pair with the fewest blocks, of 16 candidates. The
-//! order of the axes in the window sums does not depend on this choice.
+//! The moment cascade begins and ends with x, so that all of its other passes stay within a plane. Block
+//! boundaries are shifted along the lane axis by an offset. Of the 16 pairs of lane axis (y or z) and offset
+//! (0 to 7), the pair with the fewest blocks is used. The order of the axes in the window sums does not
+//! depend on this choice.
 
 use std::ops::Range;
 
@@ -20,8 +25,9 @@ use crate::simd::lanes::LANES;
 pub(crate) struct Layout {
     /// Slot of each lattice vertex.
     slots: Vec<u32>,
-    /// Bit `l` of a block is set iff its lane `l` holds a vertex.
+    /// Bit `l` of the entry of a block is set iff lane `l` of the block has a vertex.
     occupied: Vec<u8>,
+    /// Links along x, y and z.
     axes: [AxisLinks; 3],
     /// The axis along the lanes: 1 or 2.
     lane_axis: usize,
@@ -31,47 +37,48 @@ pub(crate) struct Layout {
     planes: Vec<u32>,
 }
 
-/// A candidate for the layout: the lane axis, and the offset added to a coordinate along it before division
-/// into blocks.
+/// A candidate for the layout.
 #[derive(Clone, Copy)]
 struct Candidate {
-    lanes: usize,
+    lane_axis: usize,
+    /// Number that is added to the coordinate along the lane axis before the division into blocks, 0 to 7.
     offset: i32,
 }
 
-/// Plane, line, and block along the line. Blocks are stored in the order of their keys.
+/// Grid index of a block: coordinates along x and the inner axis, and number of the block along the lane
+/// axis. Blocks are stored in the order of their keys.
 type BlockKey = [i32; 3];
 
 impl Candidate {
-    /// Returns the block and the lane of a grid position.
-    fn place(self, index: [i32; 3]) -> (BlockKey, usize) {
-        let along = index[self.lanes] + self.offset;
+    /// Returns the block and the lane of the vertex at a grid index.
+    fn block_and_lane(self, index: [i32; 3]) -> (BlockKey, usize) {
+        let shifted = index[self.lane_axis] + self.offset;
         let lanes = LANES as i32;
-        let block = [index[0], index[self.inner()], along.div_euclid(lanes)];
-        (block, along.rem_euclid(lanes) as usize)
+        let block = [index[0], index[self.inner_axis()], shifted.div_euclid(lanes)];
+        (block, shifted.rem_euclid(lanes) as usize)
     }
 
-    /// Returns the inner axis: the axis in a plane that is not the lane axis.
-    fn inner(self) -> usize {
-        3 - self.lanes
+    /// Returns the inner axis: the axis other than x and the lane axis.
+    fn inner_axis(self) -> usize {
+        3 - self.lane_axis
     }
 
     /// Returns the component of a [`BlockKey`] that counts along an axis.
     fn component(self, axis: usize) -> usize {
         match axis {
             0 => 0,
-            axis if axis == self.lanes => 2,
+            axis if axis == self.lane_axis => 2,
             _ => 1,
         }
     }
 }
 
 impl Layout {
-    /// Builds the layout of a lattice that has the fewest blocks.
+    /// Builds the layout of a lattice, with the lane axis and the offset that give the fewest blocks.
     pub(crate) fn new(lattice: &Lattice) -> Self {
         let candidate = fewest_blocks(lattice.indices());
         let mut keys: Vec<BlockKey> =
-            lattice.indices().iter().map(|&index| candidate.place(index).0).collect();
+            lattice.indices().iter().map(|&index| candidate.block_and_lane(index).0).collect();
         keys.sort_unstable();
         keys.dedup();
 
@@ -80,7 +87,7 @@ impl Layout {
         let mut links = [0, 1, 2].map(|_| vec![0; keys.len()]);
         let mut last = ([i32::MIN; 3], 0);
         for (&index, &linked) in lattice.indices().iter().zip(lattice.links()) {
-            let (key, lane) = candidate.place(index);
+            let (key, lane) = candidate.block_and_lane(index);
             if key != last.0 {
                 last = (key, keys.binary_search(&key).expect("each vertex has a block"));
             }
@@ -94,7 +101,8 @@ impl Layout {
 
         let mut axis = 0;
         let axes = links.map(|links| {
-            let across = (axis != candidate.lanes).then(|| Neighbors::new(&keys, candidate.component(axis)));
+            let across =
+                (axis != candidate.lane_axis).then(|| Neighbors::new(&keys, candidate.component(axis)));
             axis += 1;
             AxisLinks { links, across }
         });
@@ -102,7 +110,7 @@ impl Layout {
         let line_keys: Vec<BlockKey> =
             lines[..lines.len() - 1].iter().map(|&block| keys[block as usize]).collect();
         let planes = starts(&line_keys, |a, b| a[0] != b[0]);
-        Self { slots, occupied, axes, lane_axis: candidate.lanes, lines, planes }
+        Self { slots, occupied, axes, lane_axis: candidate.lane_axis, lines, planes }
     }
 
     /// Returns the number of blocks.
@@ -124,12 +132,12 @@ impl Layout {
         &self.slots
     }
 
-    /// Returns the mask of each block: bit `l` is set iff lane `l` holds a vertex.
+    /// Returns the mask of each block: bit `l` is set iff lane `l` has a vertex.
     pub(crate) fn occupied(&self) -> &[u8] {
         &self.occupied
     }
 
-    /// Returns the links along an axis of the lattice.
+    /// Returns the links along an axis.
     pub(crate) fn axis(&self, axis: usize) -> &AxisLinks {
         &self.axes[axis]
     }
@@ -144,13 +152,13 @@ impl Layout {
         self.planes.len() - 1
     }
 
-    /// Iterates over the lines of a plane, each as its range of blocks.
+    /// Iterates over the lines of a plane. A line is returned as the range of its blocks.
     pub(crate) fn lines(&self, plane: usize) -> impl ExactSizeIterator<Item = Range<usize>> {
         let lines = &self.lines[self.planes[plane] as usize..=self.planes[plane + 1] as usize];
         lines.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
     }
 
-    /// Returns the range of blocks of a range of planes.
+    /// Returns the range of the blocks of a range of planes.
     pub(crate) fn blocks_of(&self, planes: Range<usize>) -> Range<usize> {
         let first = |plane: usize| self.lines[self.planes[plane] as usize] as usize;
         first(planes.start)..first(planes.end)
@@ -159,24 +167,25 @@ impl Layout {
 
 /// Returns the index of the first item of each group, then the number of items.
 ///
-/// A group ends where `separates` is true of an item and the next one.
+/// A group ends at an item if `separates` returns true for the item and the next item.
 fn starts<T>(items: &[T], separates: impl Fn(&T, &T) -> bool) -> Vec<u32> {
-    let inner = items.windows(2).enumerate().filter(|(_, pair)| separates(&pair[0], &pair[1]));
-    let inner = inner.map(|(at, _)| at as u32 + 1);
-    std::iter::once(0).chain(inner).chain([items.len() as u32]).collect()
+    let ends = items.windows(2).enumerate().filter(|(_, pair)| separates(&pair[0], &pair[1]));
+    let inner_starts = ends.map(|(end, _)| end as u32 + 1);
+    std::iter::once(0).chain(inner_starts).chain([items.len() as u32]).collect()
 }
 
-/// Returns the candidate with the fewest blocks; of equal candidates, the first.
+/// Returns the candidate with the fewest blocks; the first one if several have equally many.
 fn fewest_blocks(indices: &[[i32; 3]]) -> Candidate {
-    let mut best = (usize::MAX, Candidate { lanes: 1, offset: 0 });
-    for lanes in [1, 2] {
-        let mut lines: Vec<[i32; 3]> = indices.iter().map(|i| [i[0], i[3 - lanes], i[lanes]]).collect();
-        lines.sort_unstable();
+    let mut best = (usize::MAX, Candidate { lane_axis: 1, offset: 0 });
+    for lane_axis in [1, 2] {
+        let mut reordered: Vec<[i32; 3]> =
+            indices.iter().map(|i| [i[0], i[3 - lane_axis], i[lane_axis]]).collect();
+        reordered.sort_unstable();
         for offset in 0..LANES as i32 {
-            let block = |line: &[i32; 3]| [line[0], line[1], (line[2] + offset).div_euclid(LANES as i32)];
-            let blocks = 1 + lines.windows(2).filter(|pair| block(&pair[0]) != block(&pair[1])).count();
+            let block = |index: &[i32; 3]| [index[0], index[1], (index[2] + offset).div_euclid(LANES as i32)];
+            let blocks = 1 + reordered.windows(2).filter(|pair| block(&pair[0]) != block(&pair[1])).count();
             if blocks < best.0 {
-                best = (blocks, Candidate { lanes, offset });
+                best = (blocks, Candidate { lane_axis, offset });
             }
         }
     }
@@ -186,10 +195,11 @@ fn fewest_blocks(indices: &[[i32; 3]]) -> Candidate {
 /// The links along one axis.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisLinks {
-    /// Bit `l` of a block is set iff its vertex in lane `l` is linked to the next vertex along the axis.
+    /// Bit `l` of the entry of a block is set iff the vertex in lane `l` is linked to the next vertex along
+    /// the axis.
     pub(crate) links: Vec<u8>,
-    /// The neighbors of each block along the axis. `None` for the lane axis, where the next block along the
-    /// axis is the next in storage.
+    /// The neighbors of each block along the axis. `None` for the lane axis, along which linked vertices have
+    /// consecutive slots.
     pub(crate) across: Option<Neighbors>,
 }
 
@@ -203,12 +213,14 @@ pub(crate) struct Neighbors {
 }
 
 impl Neighbors {
-    /// Finds the neighbors of the blocks with the sorted keys `keys`, along the axis that component
-    /// `component` of a key counts.
+    /// Finds the neighbors of blocks along an axis.
+    ///
+    /// `keys`: the sorted keys of the blocks. `component`: the component of a key that counts along the axis.
     fn new(keys: &[[i32; 3]], component: usize) -> Self {
         let mut next: Vec<u32> = (0..keys.len() as u32).collect();
         let mut previous = next.clone();
-        // The keys are sorted, so `target` increases with `key` and `at` never moves back.
+        // Index of the first key that is not less than `target`. It never decreases, because the keys are
+        // sorted and `target` increases with `key`.
         let mut at = 0;
         for (block, key) in keys.iter().enumerate() {
             let mut target = *key;

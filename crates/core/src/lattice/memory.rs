@@ -1,33 +1,33 @@
-//! Estimate of the memory that a lattice and its simulation need, and the memory limit.
+//! Estimates the memory that a lattice and its simulation need, and determines the memory limit.
 
 use super::error::LatticeError;
 
-/// Bytes of simulation state and scratch for each lattice vertex.
+/// Bytes of the simulation state and scratch per lattice vertex.
 const SIMULATION_BYTES: u64 = 200;
 
-/// Upper bound of the bytes of the lattice itself for each lattice vertex: indices, links and component of
-/// the vertex, and its share of the cells (at most one per vertex) and of the look-up tables.
+/// Upper bound of the bytes of the lattice itself per lattice vertex: index, links and component of the
+/// vertex, at most one cell, and entries of the look-up tables.
 const LATTICE_BYTES: u64 = 50;
 
-/// Limit if the machine's memory is unknown: 4 GiB.
+/// Memory limit in bytes if the machine's memory is unknown: 4 GiB.
 const FALLBACK_LIMIT: u64 = 4 << 30;
 
-/// Returns the bytes needed for a number of lattice vertices, simulation included.
-pub(crate) fn of_vertices(vertices: u64) -> u64 {
+/// Returns the bytes that a lattice with `vertices` vertices and a simulation of it need.
+pub(crate) fn needed_bytes(vertices: u64) -> u64 {
     vertices.saturating_mul(LATTICE_BYTES + SIMULATION_BYTES)
 }
 
-/// Largest number of vertices that a limit allows. Vertex indices have 32 bits, one of which is left free.
+/// Largest number of vertices that any limit allows. Vertex indices have 32 bits, one of which stays unused.
 const MAX_VERTICES: u64 = 1 << 31;
 
-/// Returns the memory limit in bytes: the requested one, or half of the machine's memory, or 4 GiB if
-/// that is unknown.
+/// Returns the memory limit in bytes: `requested`, or half of the machine's memory, or 4 GiB if the machine's
+/// memory is unknown. It is at most the memory for [`MAX_VERTICES`].
 pub(crate) fn limit(requested: Option<u64>) -> u64 {
     let limit = requested.unwrap_or_else(|| machine_memory().map_or(FALLBACK_LIMIT, |bytes| bytes / 2));
-    limit.min(of_vertices(MAX_VERTICES))
+    limit.min(needed_bytes(MAX_VERTICES))
 }
 
-/// Returns an error if `needed` bytes exceed the limit.
+/// Returns an error if `needed` exceeds `limit`, both in bytes. `cell_size`: for the error.
 pub(crate) fn check(needed: u64, limit: u64, cell_size: f64) -> Result<(), LatticeError> {
     if needed > limit {
         return Err(LatticeError::TooMuchMemory { cell_size, needed, limit, fitting: None });
@@ -35,8 +35,8 @@ pub(crate) fn check(needed: u64, limit: u64, cell_size: f64) -> Result<(), Latti
     Ok(())
 }
 
-/// Returns the bytes of memory that this process may use: the lesser of the machine's memory and the
-/// limit of its control group.
+/// Returns the bytes of memory that this process may use: the machine's memory, or the memory limit of the
+/// process's control group if that is less.
 fn machine_memory() -> Option<u64> {
     let total = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| total_of_meminfo(&text))?;
     let group =
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn limit_is_capped_at_the_maximum_number_of_vertices() {
         assert_eq!(limit(Some(1000)), 1000);
-        assert_eq!(limit(Some(u64::MAX)), of_vertices(MAX_VERTICES));
+        assert_eq!(limit(Some(u64::MAX)), needed_bytes(MAX_VERTICES));
         assert!(limit(None) > 0);
     }
 }

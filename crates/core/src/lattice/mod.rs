@@ -1,12 +1,14 @@
 //! The lattice: axis-aligned cubic cells that cover a shape, and the vertices at their corners.
 //!
+//! A *part* is a connected component of the occupied cells. Bridges of further cells can join the parts.
+//!
 //! The files, in the order of the data flow:
 //!
-//! * [`options`], [`error`], [`memory`]: the request, its errors and the memory limit.
-//! * [`resolution`]: the cell size for a requested number of vertices.
-//! * [`candidate`]: the cells at one cell size.
-//! * [`components`], [`nearest`]: the connected parts of the cells, and the bridges that join them.
-//! * [`assemble`]: the vertices and links of a set of cells.
+//! * [`options`], [`error`], [`memory`]: options of the construction, its errors and the memory limit.
+//! * [`resolution`]: finds the cell size for a requested number of vertices.
+//! * [`candidate`]: finds the cells at one cell size.
+//! * [`components`], [`nearest`]: find the parts of the cells and the bridges that join them.
+//! * [`assemble`]: finds the vertices and links of a set of cells.
 //! * [`construct`]: the constructors of [`Lattice`].
 //! * [`layout`]: storage of the vertices in blocks of eight.
 //! * [`embedding`], [`trilinear`]: points that move with the cells.
@@ -52,12 +54,13 @@ pub(crate) use trilinear::{corner_sums, monomials, polynomial};
 ///      0-------1
 /// ```
 ///
-/// A *link* joins two vertices one step apart along an axis iff some occupied cell has that edge. Two
-/// vertices on opposite sides of a gap are not neighbors, however close they are.
+/// A *link* joins two vertices that are one cell size apart along an axis iff the segment between them is an
+/// edge of an occupied cell. Two vertices on opposite sides of a gap are not neighbors, however close they
+/// are.
 ///
-/// Rivers & James 2007 put the particles at the centers of the cells. Here they are at the corners: each
-/// vertex is then a corner of at least one cell, so that every region spans three dimensions even where a
-/// part is one cell thick.
+/// Rivers & James 2007 put the particles at the centers of the cells. Here the vertices are at the corners.
+/// Each vertex is then a corner of at least one cell, so that every region spans three dimensions even where
+/// the shape is one cell thick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     cell_size: f64,
@@ -88,7 +91,7 @@ impl Lattice {
         self.cell_size
     }
 
-    /// Returns the position of vertex index `[0, 0, 0]` in the model frame.
+    /// Returns the position of the grid index `[0, 0, 0]` of vertices, in the model frame.
     pub fn origin(&self) -> Point3<f64> {
         self.origin
     }
@@ -108,13 +111,13 @@ impl Lattice {
         self.origin + nalgebra::Vector3::new(x, y, z) * self.cell_size
     }
 
-    /// Returns the grid indices `[x, y, z]` of the cells (of their corner 0), shape `(m, 3)`, sorted by (z,
-    /// y, x).
+    /// Returns the grid indices `[x, y, z]` of the cells, shape `(m, 3)`, sorted by (z, y, x). The index of a
+    /// cell is the index of its corner 0.
     pub fn cells(&self) -> &[[i32; 3]] {
         &self.cells
     }
 
-    /// Returns the vertices at the eight corners of a cell, in the order drawn at [`Lattice`].
+    /// Returns the vertices at the eight corners of a cell, in the order of the drawing at [`Lattice`].
     ///
     /// # Panics
     ///
@@ -125,7 +128,7 @@ impl Lattice {
         for (pair, corner) in corners.chunks_exact_mut(2).enumerate() {
             let (dy, dz) = (pair as i32 & 1, pair as i32 >> 1);
             let first = self.vertex_set.find([x, y + dy, z + dz]).expect("each corner of a cell is a vertex");
-            // Vertices one step apart along x have consecutive numbers.
+            // The next vertex along x has the next number.
             corner.copy_from_slice(&[first, first + 1]);
         }
         corners
@@ -141,13 +144,13 @@ impl Lattice {
         self.cell_set.find(index)
     }
 
-    /// Returns the links of each vertex, shape `(n,)`: bit n is set iff the vertex is linked to its neighbor
-    /// n, in the order -x, +x, -y, +y, -z, +z.
+    /// Returns the links of each vertex as a bit mask, shape `(n,)`. Bits 0 to 5 are set iff the vertex is
+    /// linked to its neighbor at -x, +x, -y, +y, -z, +z.
     pub fn links(&self) -> &[u8] {
         &self.links
     }
 
-    /// Returns the vertices that a vertex is linked to, in the order -x, +x, -y, +y, -z, +z.
+    /// Returns the vertices to which a vertex is linked, in the order -x, +x, -y, +y, -z, +z.
     ///
     /// # Panics
     ///
@@ -179,7 +182,8 @@ impl Lattice {
         &self.components
     }
 
-    /// Returns the report on the input: floating parts, glued mesh components, openings.
+    /// Returns the report on the construction: numbers of cells, floating parts, glued mesh components,
+    /// openings of the mesh.
     pub fn report(&self) -> &LatticeReport {
         &self.report
     }

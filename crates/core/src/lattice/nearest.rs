@@ -1,23 +1,26 @@
-//! A BVH over the runs of a set of cells, for queries of the nearest cell.
+//! A BVH over the runs of a set of cells, for queries of the nearest cell or run.
+//!
+//! A *run* is a row of consecutive cells along x; see [`GridSet`].
 
 use crate::voxel::GridSet;
 
-/// Maximum number of runs in a leaf. A larger value gives a smaller tree and slower leaves.
+/// Maximum number of runs in a leaf. A larger number gives a smaller tree and slower queries of a leaf.
 const LEAF: usize = 8;
 
 /// A BVH over the runs of a set of cells.
 pub(super) struct RunTree {
-    /// The runs in the order of the leaves, each with its box of cells.
+    /// The runs in the order of the leaves, each with its bounds.
     items: Vec<(u32, Bounds)>,
     /// The nodes in preorder: the first child of an inner node is the next node.
     nodes: Vec<Node>,
 }
 
+/// A node of the tree: an inner node with two children, or a leaf.
 struct Node {
     bounds: Bounds,
     /// Second child of an inner node; 0 in a leaf.
     second: u32,
-    /// The items below the node are `first_item..end_item`.
+    /// The range of items below the node is `first_item..end_item`.
     first_item: u32,
     end_item: u32,
 }
@@ -30,7 +33,7 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// Returns the box of a run. `key`: the (z, y) of its row.
+    /// Returns the bounds of a run. `key`: the (z, y) of the run's row.
     pub(super) fn of_run(cells: &GridSet, key: (i32, i32), run: usize) -> Self {
         let (z, y) = key;
         let span = cells.span(run);
@@ -54,6 +57,7 @@ impl Bounds {
         (0..3).map(|a| outside(a).powi(2)).sum()
     }
 
+    /// Returns the smallest box that contains both boxes.
     fn united(&self, other: &Self) -> Self {
         Self {
             low: std::array::from_fn(|a| self.low[a].min(other.low[a])),
@@ -85,7 +89,7 @@ impl RunTree {
         let extent = |a: &usize| i64::from(bounds.high[*a]) - i64::from(bounds.low[*a]);
         let axis = (0..3).max_by_key(extent).unwrap_or(0);
         let middle = items.len() / 2;
-        // The run breaks ties, so that the tree and the results of queries are deterministic.
+        // The index of the run breaks ties, so that the tree and the results of queries are deterministic.
         items.select_nth_unstable_by_key(middle, |(run, b)| {
             (i64::from(b.low[axis]) + i64::from(b.high[axis]), *run)
         });
@@ -94,12 +98,12 @@ impl RunTree {
         self.build(first + middle, end);
     }
 
-    /// Returns the run of least cost, with its cost, among the runs that `accept` accepts and that cost less
-    /// than `limit`.
+    /// Returns the run with the lowest cost, and its cost. Returns `None` if no accepted run costs less than
+    /// `limit`.
     ///
-    /// * `cost`: cost of a box; it must not exceed the cost of any box inside.
-    /// * `skip`: whether a node can be skipped because `accept` rejects all of its runs.
-    /// * `accept`: whether a run is a valid result.
+    /// * `cost`: cost of a box. It must not exceed the cost of any box inside.
+    /// * `skip`: returns whether a node can be skipped because `accept` rejects all of its runs.
+    /// * `accept`: returns whether a run is a valid result.
     pub(super) fn nearest<C: PartialOrd + Copy>(
         &self,
         limit: C,
@@ -134,7 +138,9 @@ impl RunTree {
         best.1.map(|run| (best.0, run))
     }
 
-    /// Returns the cell nearest to a point, given in cells. `cells`: the set from which the tree was built.
+    /// Returns the cell nearest to a point.
+    ///
+    /// `cells`: the set from which the tree was built. `point`: coordinates in cells.
     pub(super) fn nearest_cell(&self, cells: &GridSet, point: [f64; 3]) -> u32 {
         let found = self.nearest(f64::INFINITY, |bounds| bounds.distance_squared(point), |_| false, |_| true);
         let Some((_, run)) = found else { return 0 };
@@ -143,18 +149,18 @@ impl RunTree {
         cells.first(run as usize) + (x - span.start) as u32
     }
 
-    /// Returns, for each node, the label that all runs below it share, or `None` if their labels differ.
-    pub(super) fn shared_labels(&self, mut label: impl FnMut(u32) -> u32) -> Vec<Option<u32>> {
-        let mut shared = vec![None; self.nodes.len()];
+    /// Returns, for each node, the common label of all runs below the node, or `None` if the labels differ.
+    pub(super) fn common_labels(&self, mut label: impl FnMut(u32) -> u32) -> Vec<Option<u32>> {
+        let mut common = vec![None; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate().rev() {
-            shared[index] = if node.second == 0 {
+            common[index] = if node.second == 0 {
                 let mut items = self.items[node.first_item as usize..node.end_item as usize].iter();
                 let first = items.next().map(|(run, _)| label(*run));
                 first.filter(|first| items.all(|(run, _)| label(*run) == *first))
             } else {
-                shared[index + 1].filter(|a| shared[node.second as usize] == Some(*a))
+                common[index + 1].filter(|a| common[node.second as usize] == Some(*a))
             };
         }
-        shared
+        common
     }
 }

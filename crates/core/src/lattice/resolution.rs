@@ -7,91 +7,98 @@ use crate::mesh::RelativeMeasure;
 /// Maximum number of cell sizes that are tried.
 const MAX_TRIALS: usize = 24;
 
-/// Largest accepted |ln(vertices / requested)|. It is below ln 1.05, so the result is within 5 %.
+/// Largest accepted |ln(vertices / requested)|. It is less than ln 1.05, so the result is within 5 %.
 const TOLERANCE: f64 = 0.045;
 
-/// Smallest bracket of ln(cell size). In a smaller one the number of vertices jumps past the request.
+/// Smallest interval of ln(cell size) in which the search continues. In a smaller interval the number of
+/// vertices jumps from one side of the request to the other.
 const MIN_BRACKET: f64 = 1e-5;
 
 /// A cell size that was tried.
 #[derive(Clone, Copy)]
 struct Trial {
     /// ln(cell size).
-    size: f64,
+    log_size: f64,
     /// ln(vertices / requested).
     log_ratio: f64,
 }
 
 /// Tries cell sizes and returns the candidate whose number of lattice vertices is nearest to the request.
 ///
-/// The number of vertices decreases with the cell size, mostly but not strictly, as a power between -1 (a
-/// rod) and -3 (a solid). The first cell size is guessed from the volume and the area of the mesh. Later ones
-/// are found by interpolation of ln(vertices) over ln(cell size) between the nearest trials on both sides.
+/// The number of vertices decreases with the cell size, mostly but not strictly. It is nearly proportional to
+/// the cell size to a power between -1 (for a rod) and -3 (for a solid). The first cell size is estimated
+/// from the volume and the area of the mesh. Later cell sizes are found by linear interpolation of
+/// ln(vertices) over ln(cell size), between the last trial with too many vertices and the last trial with too
+/// few vertices.
 pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidate, LatticeError> {
     if requested < 8 {
         return Err(LatticeError::TooFewVertices(requested));
     }
-    let measure = RelativeMeasure::of(request.mesh);
-    let mut size = guess(&measure, requested as f64);
-    memory::check(memory::of_vertices(requested as u64), request.limit, size)?;
+    let measure = RelativeMeasure::new(request.mesh);
+    let mut size = estimate_size(&measure, requested as f64);
+    memory::check(memory::needed_bytes(requested as u64), request.limit, size)?;
     let mut best: Option<(f64, Candidate)> = None;
     let mut last_error = None;
-    let (mut fine, mut coarse): (Option<Trial>, Option<Trial>) = (None, None);
+    let (mut too_many, mut too_few): (Option<Trial>, Option<Trial>) = (None, None);
     for trials in 1..=MAX_TRIALS {
         let log_ratio = match request.candidate(size) {
             Ok(candidate) => {
                 let log_ratio = (candidate.vertices as f64 / requested as f64).ln();
-                if best.as_ref().is_none_or(|(least, _)| log_ratio.abs() < *least) {
+                if best.as_ref().is_none_or(|(best, _)| log_ratio.abs() < *best) {
                     best = Some((log_ratio.abs(), candidate));
                 }
                 log_ratio
             }
-            // Too fine: treated as e times too many vertices.
+            // The cells are too small for the memory limit. Treated as e times too many vertices.
             Err(error) => {
                 last_error = Some(error);
                 1.0
             }
         };
-        // The first five trials aim at 1 %.
-        let good_enough = if trials < 6 { 0.01 } else { TOLERANCE };
-        if best.as_ref().is_some_and(|(least, _)| *least <= good_enough) {
+        // The first five trials must be within 1 %.
+        let accepted = if trials < 6 { 0.01 } else { TOLERANCE };
+        if best.as_ref().is_some_and(|(best, _)| *best <= accepted) {
             break;
         }
-        let trial = Trial { size: size.ln(), log_ratio };
+        let trial = Trial { log_size: size.ln(), log_ratio };
         if log_ratio > 0.0 {
-            fine = Some(trial)
+            too_many = Some(trial)
         } else {
-            coarse = Some(trial)
+            too_few = Some(trial)
         }
-        size = match (fine, coarse) {
-            (Some(fine), Some(coarse)) if coarse.size - fine.size < MIN_BRACKET => break,
-            (Some(fine), Some(coarse)) => interpolate(&fine, &coarse, trials).exp(),
-            // All trials are on one side of the request. The power 2.3 is between those of a sheet (2) and a
-            // solid (3); with the extra 1 % the step is meant to overshoot, so that the request is bracketed.
+        size = match (too_many, too_few) {
+            (Some(many), Some(few)) if few.log_size - many.log_size < MIN_BRACKET => break,
+            (Some(many), Some(few)) => interpolate(&many, &few, trials).exp(),
+            // All trials are on one side of the request. Assumes that the number of vertices is proportional
+            // to the cell size to the power -2.3, between -2 (for a shell) and -3 (for a solid). The extra
+            // 1 % makes it likely that the next trial is on the other side.
             _ => size * (log_ratio / 2.3 + 0.01 * log_ratio.signum()).exp(),
         };
     }
     match (best, last_error) {
         (Some((_, candidate)), None) => Ok(candidate),
-        (Some((least, candidate)), Some(_)) if least <= TOLERANCE => Ok(candidate),
+        (Some((best, candidate)), Some(_)) if best <= TOLERANCE => Ok(candidate),
         (_, Some(error)) => Err(error),
         (None, None) => Err(LatticeError::NoCells),
     }
 }
 
-/// Returns ln of the next cell size between two trials, by linear interpolation.
+/// Returns ln of the next cell size, between a trial with too many vertices and a trial with too few
+/// vertices.
 ///
-/// Every third trial bisects instead, because interpolation alone may stay near one end of the bracket.
-fn interpolate(fine: &Trial, coarse: &Trial, trials: usize) -> f64 {
-    let t = if trials.is_multiple_of(3) { 0.5 } else { fine.log_ratio / (fine.log_ratio - coarse.log_ratio) };
-    fine.size + (coarse.size - fine.size) * t.clamp(0.02, 0.98)
+/// Interpolates linearly. Every third trial bisects instead, because interpolation alone may stay near one
+/// end of the interval.
+fn interpolate(many: &Trial, few: &Trial, trials: usize) -> f64 {
+    let t = if trials.is_multiple_of(3) { 0.5 } else { many.log_ratio / (many.log_ratio - few.log_ratio) };
+    many.log_size + (few.log_size - many.log_size) * t.clamp(0.02, 0.98)
 }
 
-/// Estimates the cell size for `requested` lattice vertices from the volume, area and extent of a body.
-fn guess(measure: &RelativeMeasure, requested: f64) -> f64 {
-    // With k = extent / h cells along the longest side: a surface of area A passes through about 1.5 A / h^2
-    // cells, half of which lie in the volume, and their corners lie half a cell further out. The linear terms
-    // are those of a line.
+/// Estimates the cell size for `requested` lattice vertices from the volume, area and extent of a mesh.
+fn estimate_size(measure: &RelativeMeasure, requested: f64) -> f64 {
+    // Let h be the cell size, and k = extent / h the number of cells along the longest side. The volume V has
+    // V / h^3 cells. A surface of area A passes through approximately 1.5 A / h^2 cells. Half of these cells
+    // lie outside the volume, and the corners lie half a cell further out, which adds as many again. The
+    // linear terms are the number of corners of a line of k cells.
     let vertices = |k: f64| measure.volume * k.powi(3) + 1.5 * measure.area * k * k + 4.0 * k + 4.0;
     let (mut few, mut many) = (0.0, requested);
     for _ in 0..60 {

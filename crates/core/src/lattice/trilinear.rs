@@ -1,7 +1,11 @@
-//! Trilinear interpolation in a cell, continued linearly outside.
+//! Trilinear interpolation in a cell, continued linearly outside the cell.
 //!
-//! The update of the mesh is `skin::mesh_update`. It uses [`polynomial`], and [`CellMap`] only for vertices outside
-//! their cell.
+//! The *local coordinates* of a point are its coordinates relative to corner 0 of its cell, in cells. They
+//! are in `[0, 1]^3` for a point in the cell. Bit a of the number of a corner is the local coordinate of the
+//! corner along axis a.
+//!
+//! `skin::mesh_update`, which interpolates the mesh vertices, uses [`polynomial`]. Only for vertices outside
+//! their cells does it use [`CellMap`].
 
 use std::ops::{Mul, Sub};
 
@@ -12,29 +16,32 @@ use nalgebra::Vector3;
 /// The weights continue linearly outside `[0, 1]^3`.
 pub(crate) fn weights(local: [f32; 3]) -> [f32; 8] {
     let [inside, outside] = split(local);
-    let one = |k: usize, a: usize| if k >> a & 1 == 0 { 1.0 - inside[a] } else { inside[a] };
+    // Linear weight of corner k along axis a.
+    let linear = |k: usize, a: usize| if k >> a & 1 == 0 { 1.0 - inside[a] } else { inside[a] };
     std::array::from_fn(|k| {
-        let mut weight = one(k, 0) * one(k, 1) * one(k, 2);
+        let mut weight = linear(k, 0) * linear(k, 1) * linear(k, 2);
         for (a, excess) in outside.iter().enumerate() {
             let slope = if k >> a & 1 == 0 { -1.0 } else { 1.0 };
-            weight += excess * slope * one(k, (a + 1) % 3) * one(k, (a + 2) % 3);
+            weight += excess * slope * linear(k, (a + 1) % 3) * linear(k, (a + 2) % 3);
         }
         weight
     })
 }
 
-/// Splits local coordinates into the nearest point of the cell and the remaining offset.
+/// Splits local coordinates into the nearest point of the cell and the offset from this point.
 fn split(local: [f32; 3]) -> [[f32; 3]; 2] {
     let inside = local.map(|x| x.clamp(0.0, 1.0));
     [inside, std::array::from_fn(|a| local[a] - inside[a])]
 }
 
-/// Returns the trilinear interpolant of the corner values as the coefficients of 1, x, y, xy, z, xz, yz, xyz.
+/// Returns the coefficients of 1, x, y, xy, z, xz, yz, xyz of the trilinear interpolant of values at the
+/// corners.
 ///
-/// For a cell with many points this is half the work of [`weights`].
+/// `terms`: the values at the corners. For a cell with many points, the evaluation of this polynomial takes
+/// half the work of [`weights`].
 #[inline(always)]
 pub(crate) fn polynomial<T: Copy + Sub<Output = T>>(mut terms: [T; 8]) -> [T; 8] {
-    // Differences along x, then y, then z: each corner with the bit set, minus the corner without it.
+    // Differences along x, then y, then z: the entry with the bit set, minus the entry without the bit.
     for bit in [1, 2, 4] {
         for k in 0..8 {
             if k & bit != 0 {
@@ -45,7 +52,7 @@ pub(crate) fn polynomial<T: Copy + Sub<Output = T>>(mut terms: [T; 8]) -> [T; 8]
     terms
 }
 
-/// Returns the monomials 1, x, y, xy, z, xz, yz, xyz of local coordinates.
+/// Returns the monomials 1, x, y, xy, z, xz, yz, xyz of local coordinates. `one`: the number 1.
 #[inline(always)]
 pub(crate) fn monomials<T: Copy + Mul<Output = T>>(one: T, local: [T; 3]) -> [T; 8] {
     let mut monomials = [one; 8];
@@ -58,7 +65,9 @@ pub(crate) fn monomials<T: Copy + Mul<Output = T>>(one: T, local: [T; 3]) -> [T;
     monomials
 }
 
-/// Converts sums of [`monomials`] over points into sums of corner weights: transpose of [`polynomial`].
+/// Converts the sums of [`monomials`] over points to the sums of the trilinear weights of each corner.
+///
+/// This is the transpose of [`polynomial`].
 #[inline(always)]
 pub(crate) fn corner_sums(mut sums: [f64; 8]) -> [f64; 8] {
     for bit in [1, 2, 4] {
@@ -71,9 +80,11 @@ pub(crate) fn corner_sums(mut sums: [f64; 8]) -> [f64; 8] {
     sums
 }
 
-/// The trilinear map of one deformed cell, as a polynomial about corner 0.
+/// The trilinear map from the local coordinates of one deformed cell to positions, as a polynomial about
+/// corner 0.
 ///
-/// Its coefficients are small differences, which keeps the rounding error small.
+/// All coefficients but the first are differences between corners and therefore small, which keeps the
+/// rounding error small.
 pub(crate) struct CellMap {
     /// The coefficients of 1, x, y, xy, z, xz, yz, xyz.
     terms: [Vector3<f32>; 8],
@@ -85,7 +96,7 @@ impl CellMap {
         Self { terms: polynomial(corners.map(Vector3::from)) }
     }
 
-    /// Returns the position of local coordinates.
+    /// Returns the position at local coordinates.
     #[inline]
     pub(crate) fn at(&self, local: [f32; 3]) -> [f32; 3] {
         let [origin, x, y, xy, z, xz, yz, xyz] = &self.terms;
@@ -121,10 +132,10 @@ mod tests {
         for local in [[0.0; 3], [1.0; 3], [0.25, 0.5, 0.75], [1.5, 0.5, -2.0], [-1.0, 3.0, 2.0]] {
             let weights = weights(local);
             assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6);
-            let at = map.at(local);
-            for (a, at) in at.iter().enumerate() {
+            let position = map.at(local);
+            for (a, component) in position.iter().enumerate() {
                 let mean: f32 = (0..8).map(|k| weights[k] * corners[k][a]).sum();
-                assert!((mean - at).abs() < 1e-4, "{local:?}: {mean} {at}");
+                assert!((mean - component).abs() < 1e-4, "{local:?}: {mean} {component}");
             }
         }
         for (k, expected) in corners.iter().enumerate() {
@@ -134,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn points_outside_the_cell_follow_affine_motions() {
+    fn cell_map_is_exact_for_affine_motions_outside_the_cell() {
         let corners: [[f32; 3]; 8] = std::array::from_fn(|k| {
             let [x, y, z] = std::array::from_fn(|a| (k >> a & 1) as f32);
             [2.0 * x + y, y - z, 3.0 + z]

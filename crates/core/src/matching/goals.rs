@@ -1,9 +1,16 @@
-//! Shape matching: the rigid motion of each region, and the goal position of each vertex.
+//! Computes the rigid motion of each region, and the goal position of each vertex.
 //!
-//! The rigid motion of a region is given by its center of mass c and the rotation R of
-//! A = M⁻¹ Σ m/n (x - c) (x⁰ - c⁰)ᵀ. The goal position g of a vertex is the mean of R (x⁰ - c⁰) + c over the
-//! regions that contain it (Müller et al. 2005, Eqs. (3) to (7); Rivers & James 2007, Eqs. (5) and (6)).
-//! Positions are in cells, so that the rest offset between two vertices is a number of links.
+//! m, x and x⁰ are the mass, position and rest position of a vertex, n is the number of regions that contain
+//! it, and m/n is its region weight. M = Σ m/n, c and c⁰ are the mass, center of mass and rest centroid of a
+//! region; sums are over the vertices of the region. The rigid motion of a region is given by c and by the
+//! rotation R of A = M⁻¹ Σ m/n (x - c) (x⁰ - c⁰)ᵀ, where R maximizes tr(Rᵀ A). The goal position g of a
+//! vertex is the mean of R (x⁰ - c⁰) + c over the n regions that contain the vertex (Müller et al. 2005, Eqs.
+//! (3) to (7); Rivers & James 2007, Eqs. (5) and (6)). Positions are in cells, so that the rest offset
+//! between two vertices is a number of links along each axis.
+//!
+//! The cascade computes the sums of a region: S = Σ m/n x and, with the rest offset (i, j, k) of a vertex
+//! from the center vertex of the region, Sx = Σ i m/n x, Sy = Σ j m/n x and Sz = Σ k m/n x. d is c⁰ relative
+//! to the center vertex.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -13,13 +20,15 @@ use super::cascade::{RegionTransform, VertexUpdate};
 use super::rotation::{columns, newton};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 
-/// The mass-weighted means of the sums of a region.
+/// Means over a region, weighted by m/n, of a vector field: the positions or the velocities of the vertices.
 pub(crate) struct Means<V> {
-    /// S/M: the center of mass for a field of positions, its velocity for a field of velocities.
+    /// S/M. If the field is the positions, this is the center of mass; if the field is the velocities, it is
+    /// the velocity of the center of mass.
     pub(crate) mean: [V; 3],
-    /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: first moments against the rest offsets from the rest centroid.
+    /// The columns of [Sx Sy Sz]/M - (S/M) dᵀ: the first moments of the field with respect to the rest
+    /// offsets from the rest centroid.
     pub(crate) central: [V; 9],
-    /// Rest centroid relative to the center vertex, in cells.
+    /// Rest centroid relative to the center vertex of the region, in cells.
     pub(crate) d: [V; 3],
 }
 
@@ -43,17 +52,18 @@ impl<V> Means<V> {
     }
 }
 
-/// The region transform that fits a rigid motion. Its memory is the rotation: the warm start, then the
-/// result.
+/// The region transform that fits a rigid motion to each region. Its memory is the rotation quaternion, which
+/// is first the warm start and then the result.
 pub(crate) struct FitRotations<'a> {
+    /// 1/M and d of each region.
     pub(crate) constants: &'a Lanes<4>,
-    /// Bit mask of the lanes with a vertex, for each block.
+    /// For each block of eight vertices, the bit mask of the lanes with a vertex.
     pub(crate) occupied: &'a [u8],
     /// Half-width of the regions in cells.
     pub(crate) half_width: f32,
-    /// Counts the rotations that do not converge in Newton's method.
+    /// Counts the rotations for which Newton's method does not converge.
     pub(crate) unconverged: &'a AtomicUsize,
-    /// Receives the elastic potential; `None` if it is not needed.
+    /// Receives the sums of the elastic potential. `None` if the potential is not needed.
     pub(crate) potential: Option<&'a PotentialSums>,
 }
 
@@ -62,40 +72,45 @@ impl RegionTransform for FitRotations<'_> {
 
     #[inline(always)]
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], quaternions: &mut [Block<4>]) {
-        for at in (0..sums.len()).step_by(2) {
-            // The last of an odd number of blocks is paired with itself.
-            let pair = [at, (at + 1).min(sums.len() - 1)];
-            self.fit(simd, pair.map(|at| first + at), pair, sums, quaternions);
+        for index in (0..sums.len()).step_by(2) {
+            // If the number of blocks is odd, the last block is paired with itself.
+            let indices = [index, (index + 1).min(sums.len() - 1)];
+            self.fit(simd, indices.map(|index| first + index), indices, sums, quaternions);
         }
     }
 }
 
 impl FitRotations<'_> {
-    /// Fits two blocks: computes c = S/M, A = [Sx Sy Sz]/M - c dᵀ and the rotation R of A. Replaces the sums
-    /// by b = c - R d and the columns of R.
+    /// Fits the regions of two blocks: computes c = S/M, A = [Sx Sy Sz]/M - c dᵀ and the rotation R of A.
+    /// Replaces the sums by b = c - R d and the columns of R, so that the rigid motion moves the vertex at
+    /// the rest offset (i, j, k) to b + R (i, j, k).
+    ///
+    /// `blocks` has the indices of the two blocks in the layout, `indices` their indices in `sums` and
+    /// `quaternions`.
     #[inline(always)]
     fn fit<S: Simd>(
         &self,
         simd: S,
         blocks: [usize; 2],
-        at: [usize; 2],
+        indices: [usize; 2],
         sums: &mut [Block<12>],
         quaternions: &mut [Block<4>],
     ) {
         let constants = self.constants.blocks();
         let constants = load_two(simd, [&constants[blocks[0]], &constants[blocks[1]]]);
-        let moments = load_two(simd, [&sums[at[0]], &sums[at[1]]]);
-        let warm = load_two(simd, [&quaternions[at[0]], &quaternions[at[1]]]);
+        let moments = load_two(simd, [&sums[indices[0]], &sums[indices[1]]]);
+        let warm = load_two(simd, [&quaternions[indices[0]], &quaternions[indices[1]]]);
         let Means { mean, central: a, d } = Means::new(constants, moments);
-        // A region collapsed to a point has no rotation: its A is at the level of rounding, |c| eps
-        // half_width, times a margin of 8.
-        let noise = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
+        // A region that is collapsed to a point has no rotation. Its |A| is at the level of rounding errors,
+        // at most |c| eps half_width times a margin of 8.
+        let noise_squared = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]))
             * (8.0 * f32::EPSILON * self.half_width).powi(2);
-        let mut norm = [a[0] * a[0], a[1] * a[1], a[2] * a[2]];
+        let mut norm_squared = [a[0] * a[0], a[1] * a[1], a[2] * a[2]];
         for i in 3..9 {
-            norm[i % 3] = a[i].mul_add(a[i], norm[i % 3]);
+            norm_squared[i % 3] = a[i].mul_add(a[i], norm_squared[i % 3]);
         }
-        let collapsed = ((norm[0] + norm[1]) + norm[2]).simd_le(noise).to_bitmask() as u16;
+        let norm_squared = (norm_squared[0] + norm_squared[1]) + norm_squared[2];
+        let collapsed = norm_squared.simd_le(noise_squared).to_bitmask() as u16;
         let [first, second] = blocks.map(|block| u16::from(self.occupied[block]));
         let active = first | if blocks[0] == blocks[1] { 0 } else { second << LANES };
         let (q, unconverged) = newton::solve(simd, a, warm, active, collapsed);
@@ -113,16 +128,19 @@ impl FitRotations<'_> {
         }
         let motions = [b[0], b[1], b[2], r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]];
         let (motions, q) = (split_two(simd, motions), split_two(simd, q));
-        // The first block is stored last: where both blocks are the same, only its lanes are active.
+        // The first block is stored last: if a block is paired with itself, only the lanes of the first copy
+        // are active.
         for half in [1, 0] {
-            store(motions[half], &mut sums[at[half]]);
-            store(q[half], &mut quaternions[at[half]]);
+            store(motions[half], &mut sums[indices[half]]);
+            store(q[half], &mut quaternions[indices[half]]);
         }
     }
 }
 
-/// The vertex update that writes the goal positions g = (1/n) Σ over the regions that contain the vertex.
+/// The vertex update that writes the goal positions: g is 1/n times the sum of the rigid motions of the
+/// regions that contain the vertex.
 pub(crate) struct WriteGoals<'a> {
+    /// m and 1/n of each vertex.
     pub(crate) weights: &'a Lanes<2>,
 }
 
@@ -147,24 +165,24 @@ impl VertexUpdate for WriteGoals<'_> {
     }
 }
 
-/// Sums for the elastic potential of the fit, in f64, one for each block of regions. Each sum is written by
-/// one thread.
+/// Sums of the elastic potential of the fit, in f64: one sum for each block of eight regions. One thread
+/// writes each sum.
 #[derive(Debug)]
 pub(crate) struct PotentialSums(Vec<AtomicU64>);
 
 impl PotentialSums {
-    /// Creates the sums of `blocks` blocks.
+    /// Creates sums for `blocks` blocks.
     pub(crate) fn new(blocks: usize) -> Self {
         Self((0..blocks).map(|_| AtomicU64::new(0)).collect())
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.0.as_slice())
     }
 
-    /// Stores Σ M (c² + 2 tr(Rᵀ A)) over the regions of each of two blocks; `occupied` is the bit mask of
-    /// their lanes with a vertex.
+    /// Stores, for each of two blocks, Σ M (|c|² + 2 tr(Rᵀ A)) over the regions of the block. `mean` is c.
+    /// `occupied` has the bit mask of the lanes with a vertex of each block.
     #[inline(always)]
     fn store<S: Simd>(
         &self,
@@ -178,15 +196,15 @@ impl PotentialSums {
         for i in 1..9 {
             trace = r[i].mul_add(a[i], trace);
         }
-        let square = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]));
-        let values = (square + (trace + trace)).to_array();
+        let center_squared = mean[0].mul_add(mean[0], mean[1].mul_add(mean[1], mean[2] * mean[2]));
+        let values = (center_squared + (trace + trace)).to_array();
         let inverse_masses = inverse_mass.to_array();
-        // The first block is stored last: where both blocks are the same, only its lanes are active.
+        // The first block is stored last, as in the fit.
         for half in [1, 0] {
             let mut sum = 0.0;
             for lane in (0..LANES).filter(|lane| occupied[half] >> lane & 1 != 0) {
-                let at = half * LANES + lane;
-                sum += f64::from(values[at]) / f64::from(inverse_masses[at]);
+                let index = half * LANES + lane;
+                sum += f64::from(values[index]) / f64::from(inverse_masses[index]);
             }
             self.0[blocks[half]].store(sum.to_bits(), Ordering::Relaxed);
         }

@@ -1,13 +1,13 @@
-//! Lattice shape matching: regions, window sums, the local-moment cascade and its adjoint, rotations, goal
-//! positions.
+//! Computes lattice shape matching: fits a rigid motion to the region around each vertex, and averages these
+//! motions to the goal position of each vertex (Rivers & James 2007).
 //!
 //! | file | contents |
 //! |---|---|
-//! | `regions` | the region weights m/n, and the mass, rest centroid and rest inertia of each region |
-//! | `windows` | plain and offset-weighted window sums along one axis |
-//! | `cascade` | sums over all regions by window sums along x, y and z, and their adjoint |
-//! | `rotation` | the rotation of a region: Newton's method with an eigenvalue test, and the robust path |
-//! | `goals` | the rigid motion of each region, and the goal positions g |
+//! | `regions` | the region weight m/n of each vertex; mass, rest centroid and rest inertia of a region |
+//! | `windows` | sums over windows of linked vertices along one axis |
+//! | `cascade` | sums over the vertices of each region, and sums over the regions of each vertex |
+//! | `rotation` | the rotation of a region, by Newton's method or as an eigenvalue problem in f64 |
+//! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 
 mod cascade;
 mod goals;
@@ -29,8 +29,8 @@ use crate::parallel::Executor;
 use crate::simd::lanes::Lanes;
 use goals::{FitRotations, WriteGoals};
 
-/// The shape-matching stage: the regions of a lattice and the sums over them. Its buffers are in a
-/// [`Workspace`].
+/// The shape-matching stage: the regions of a lattice, and the cascade that sums over them. A [`Workspace`]
+/// has the buffers of the stage.
 #[derive(Clone, Debug)]
 pub(crate) struct Matching {
     pub(crate) layout: Layout,
@@ -44,7 +44,7 @@ impl Matching {
         Self::with_layout(lattice, Layout::new(lattice), half_width)
     }
 
-    /// Changes the half-width of the regions; `lattice` is unchanged.
+    /// Changes the half-width of the regions, in cells. `lattice` must be the lattice of [`Matching::new`].
     pub(crate) fn set_half_width(&mut self, lattice: &Lattice, half_width: usize) {
         *self = Self::with_layout(lattice, self.layout.clone(), half_width);
     }
@@ -56,11 +56,11 @@ impl Matching {
     }
 
     /// Fits a rigid motion to each region at `positions`. `rotations` is the warm start and receives the
-    /// result; `potential` receives the elastic potential. [`Purpose::Goals`] prepares the evaluation of
-    /// goal positions.
+    /// fitted rotations. `potential` receives the sums of the elastic potential. With [`Purpose::Vertices`],
+    /// [`Matching::goals`] can then compute the goal positions.
     ///
-    /// Returns the number of rotations that did not converge in Newton's method and went through the robust
-    /// path.
+    /// Returns the number of rotations for which Newton's method did not converge. They are computed by the
+    /// fallback: an eigenvalue problem in f64.
     pub(crate) fn fit(
         &self,
         workspace: &mut Workspace,
@@ -83,7 +83,7 @@ impl Matching {
         unconverged.into_inner()
     }
 
-    /// Computes the goal positions g from the last fit.
+    /// Computes the goal positions g from the last fit with [`Purpose::Vertices`].
     pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
         let mut goals = Lanes::zeros(self.layout.blocks());
         let update = WriteGoals { weights: &self.regions.weights };
@@ -91,7 +91,7 @@ impl Matching {
         goals
     }
 
-    /// Memory of the layout, the regions and the tables, in bytes.
+    /// Returns the memory of the layout, the regions and the cascade's tables, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.layout.bytes() + self.regions.bytes() + self.cascade.bytes()
     }

@@ -1,28 +1,33 @@
-//! The constants of the regions: region weights m/n, mass, rest centroid and rest inertia.
+//! Computes the constants of the regions: the region weight m/n of each vertex, and the mass, rest centroid
+//! and rest inertia of each region.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{LANES, Lanes};
 
-/// The regions of a lattice: one around each vertex, of half-width w. [`cascade`](super::cascade) defines them.
+/// The regions of a lattice: one around each vertex, its center vertex. The module
+/// [`cascade`](super::cascade) defines which vertices a region contains.
 ///
-/// Masses are in units of a full cell's mass: m = (number of occupied cells of the vertex) / 8. The weight of
-/// vertex i in each of its regions is m/n, with n the number of regions that contain i. So Σ m g = Σ m x, and
-/// the shape matching conserves linear momentum.
+/// Masses are in units of a full cell's mass: m = (number of occupied cells of the vertex) / 8. A vertex of
+/// mass m has the region weight m/n in each region that contains it, where n is the number of these regions.
+/// So Σ m g = Σ m x for the positions x and the goal positions g, and shape matching conserves linear
+/// momentum.
+///
+/// Arrays are indexed by slot, the index of a vertex in the storage order ([`Lanes`]).
 #[derive(Clone, Debug)]
 pub(crate) struct Regions {
-    /// m and 1/n of each vertex: their product is its weight in a region ([`Weighted`](super::Weighted)), and
-    /// 1/n averages over its regions. Zero in lanes without a vertex.
+    /// m and 1/n of each vertex. The product m/n is the region weight ([`Weighted`](super::Weighted)); 1/n
+    /// turns a sum over the regions that contain the vertex into a mean. Zero in lanes without a vertex.
     pub(crate) weights: Lanes<2>,
-    /// 1/M of the region around each vertex, and d, its rest centroid relative to its center vertex in cells.
-    /// Zero in lanes without a vertex.
+    /// 1/M and d of the region around each vertex: M = Σ m/n is the mass of the region, and d its rest
+    /// centroid relative to its center vertex, in cells. Zero in lanes without a vertex.
     pub(crate) constants: Lanes<4>,
     half_width: usize,
 }
 
 impl Regions {
-    /// Creates the regions of half-width `half_width` in cells.
+    /// Creates the regions of half-width `half_width`, in cells.
     pub(crate) fn new(lattice: &Lattice, layout: &Layout, half_width: usize) -> Self {
         let windows = LineWindows::new(layout, half_width);
         let mut mass = vec![0.0; layout.blocks() * LANES];
@@ -36,30 +41,31 @@ impl Regions {
         for &slot in layout.slots() {
             let inverse_count = (1.0 / region_counts[slot as usize]) as f32;
             let m = mass[slot as usize] as f32;
-            // Rounded to f32, as in the window sums of the step.
+            // The product is rounded to f32, as in the window sums of a step.
             m_over_n[slot as usize] = f64::from(m * inverse_count);
             weights.set(slot, [m, inverse_count]);
         }
-        let [s, sx, sy, sz] = windows.first_moments(&m_over_n);
+        let [masses, sx, sy, sz] = windows.first_moments(&m_over_n);
         for &slot in layout.slots() {
             let i = slot as usize;
-            let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / s[i]) as f32);
-            constants.set(slot, [(1.0 / s[i]) as f32, x, y, z]);
+            let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
+            constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
         Self { weights, constants, half_width }
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.weights.bytes() + self.constants.bytes()
     }
 
-    /// The half-width of the regions in cells.
+    /// Returns the half-width of the regions, in cells.
     pub(crate) fn half_width(&self) -> usize {
         self.half_width
     }
 
-    /// Computes Σ over regions Σ m/n y², with y the rest offset from the region's rest centroid in cells.
+    /// Computes the sum, over all regions and the vertices of each region, of m/n |y|², where y is the rest
+    /// offset of the vertex from the rest centroid of the region, in cells.
     pub(crate) fn rest_spread(&self, layout: &Layout) -> f64 {
         let [xx, yy, zz, ..] = self.second_moments(layout);
         let spread = layout.slots().iter().map(|&slot| {
@@ -70,8 +76,8 @@ impl Regions {
         spread.sum()
     }
 
-    /// Computes the second moments of each region by slot: Σ m/n times the products xx, yy, zz, xy, xz, yz of
-    /// the offsets from its center vertex.
+    /// Computes the second moments of each region, by slot of its center vertex: Σ m/n times xx, yy, zz, xy,
+    /// xz and yz, where (x, y, z) is the rest offset of a vertex from the center vertex.
     fn second_moments(&self, layout: &Layout) -> [Vec<f64>; 6] {
         let mut m_over_n = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
@@ -81,8 +87,9 @@ impl Regions {
         LineWindows::new(layout, self.half_width).second_moments(&m_over_n)
     }
 
-    /// Computes the inverse of M⁻¹ Σ m/n ((y·y) I - y yᵀ), the rest inertia of each region over its mass,
-    /// with y the offset from the rest centroid in cells. The order of its entries is xx, yy, zz, xy, xz, yz.
+    /// Computes, for each region, the inverse of M⁻¹ Σ m/n ((y·y) I - y yᵀ): the rest inertia divided by the
+    /// mass. y is the rest offset of a vertex from the rest centroid, in cells, and I is the identity. The
+    /// entries of a matrix are in the order xx, yy, zz, xy, xz, yz.
     pub(crate) fn inverse_inertia(&self, layout: &Layout) -> Lanes<6> {
         let second = self.second_moments(layout);
         let mut lanes = Lanes::zeros(layout.blocks());
@@ -95,8 +102,9 @@ impl Regions {
     }
 }
 
-/// Computes the inverse inertia from the second moments about the center vertex and the rest centroid `d`.
-/// Every region contains the corners of a cell, so its inertia is invertible.
+/// Computes the inverse of the inertia divided by the mass. The arguments are the second moments about the
+/// center vertex, divided by the mass, and the rest centroid `d` relative to the center vertex. Every region
+/// contains the corners of a cell, so that its inertia is invertible.
 fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32; 6] {
     let spread = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) - d * d.transpose();
     let inertia = Matrix3::identity() * spread.trace() - spread;
@@ -104,48 +112,57 @@ fn inverse_inertia([xx, yy, zz, xy, xz, yz]: [f64; 6], d: Vector3<f64>) -> [f32;
     [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| inverse[at] as f32)
 }
 
-/// Window sums in f64 over arrays by slot, for constants that are built once.
+/// Window sums in f64 over arrays by slot, for constants that are computed once.
+///
+/// The window of a vertex along an axis contains the vertices that are connected to it by up to `half_width`
+/// links along this axis. A line is a maximal sequence of linked vertices along an axis.
 struct LineWindows {
-    /// The result of [`lines`] for each axis.
+    /// Lines of each axis, the result of [`lines`].
     axes: [(Vec<u32>, Vec<usize>); 3],
     half_width: usize,
 }
 
 impl LineWindows {
-    /// Finds the lines of linked vertices along each axis.
+    /// Finds the lines along each axis.
     fn new(layout: &Layout, half_width: usize) -> Self {
         Self { axes: [0, 1, 2].map(|axis| lines(layout, axis)), half_width }
     }
 
-    /// Computes n, the number of regions that contain each vertex: the adjoint passes z, y, x over ones.
+    /// Computes n, the number of regions that contain each vertex. `mass` is positive in slots with a vertex.
+    ///
+    /// A region contains the vertices that links connect to its center vertex: first along z, then along y,
+    /// then along x. So each center vertex counts as 1, and window sums of these counts along z, then y, then
+    /// x give the number of regions that contain each vertex.
     fn region_counts(&self, mass: &[f64]) -> Vec<f64> {
         let ones: Vec<f64> = mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect();
         (0..3).rev().fold(ones, |field, axis| self.moment(axis, 0, &field))
     }
 
-    /// Computes S, Sx, Sy and Sz of each region.
+    /// Computes Σ f, Σ i f, Σ j f and Σ k f of each region, where f is the value of `field` at a vertex and
+    /// (i, j, k) is the offset of the vertex from the center vertex.
     fn first_moments(&self, field: &[f64]) -> [Vec<f64>; 4] {
         let (s, sx) = (self.moment(0, 0, field), self.moment(0, 1, field));
         let (s, sx, sy) = (self.moment(1, 0, &s), self.moment(1, 0, &sx), self.moment(1, 1, &s));
         [self.moment(2, 0, &s), self.moment(2, 0, &sx), self.moment(2, 0, &sy), self.moment(2, 1, &s)]
     }
 
-    /// Computes Sxx, Syy, Szz, Sxy, Sxz and Syz of each region.
+    /// Computes the sums of f times ii, jj, kk, ij, ik and jk of each region, with f and (i, j, k) as in
+    /// [`Self::first_moments`].
     fn second_moments(&self, field: &[f64]) -> [Vec<f64>; 6] {
-        let at = |powers: [usize; 3]| {
+        let sums = |powers: [usize; 3]| {
             (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, powers[axis], &field))
         };
-        [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]].map(at)
+        [[2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 1, 0], [1, 0, 1], [0, 1, 1]].map(sums)
     }
 
-    /// Computes Σ iᵖ f over the window of each vertex along `axis`, with i the signed number of links from
-    /// the vertex and p = `power` up to 2.
+    /// Computes Σ iᵖ f over the window of each vertex along `axis`, where f is a value of `field`, i is the
+    /// signed number of links from the center of the window, and p = `power` is 0, 1 or 2.
     fn moment(&self, axis: usize, power: usize, field: &[f64]) -> Vec<f64> {
         let (slots, starts) = &self.axes[axis];
         let mut out = vec![0.0; field.len()];
-        // Prefix sums of f, j f and j² f along a line, with j the index in the line.
+        // Prefix sums of f, j f and j² f along a line, where j is the index of a vertex in the line.
         let mut sums: Vec<[f64; 3]> = Vec::new();
-        for line in starts.windows(2).map(|ends| &slots[ends[0]..ends[1]]) {
+        for line in starts.windows(2).map(|start_end| &slots[start_end[0]..start_end[1]]) {
             sums.clear();
             sums.push([0.0; 3]);
             let mut sum = [0.0; 3];
@@ -170,8 +187,8 @@ impl LineWindows {
     }
 }
 
-/// Returns the slots of the lines of linked vertices along an axis, line by line, and the start of each line
-/// in this list, then its end.
+/// Returns the lines of linked vertices along an axis: the slots of all lines, line by line, and the index of
+/// the first slot of each line in this list, followed by the length of the list.
 fn lines(layout: &Layout, axis: usize) -> (Vec<u32>, Vec<usize>) {
     let links = layout.axis(axis);
     let mut has_previous = vec![false; layout.blocks() * LANES];

@@ -1,6 +1,6 @@
-//! Rows of different lengths in one array (compressed sparse rows, CSR).
+//! Stores rows of different lengths in one array (compressed sparse rows, CSR).
 
-/// Rows of items, one after another: the items of row `r` are `items[starts[r]..starts[r + 1]]`.
+/// Rows of items in one array. The items of row `r` are `items[starts[r]..starts[r + 1]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Csr<T> {
     starts: Vec<u32>,
@@ -8,7 +8,8 @@ pub(crate) struct Csr<T> {
 }
 
 impl<T> Csr<T> {
-    /// Builds the rows from their starts, with the number of items as the last entry, and their items.
+    /// Builds the rows from the index of the first item of each row, followed by the number of items, and
+    /// from the items.
     ///
     /// # Panics
     ///
@@ -53,7 +54,7 @@ impl<T> Csr<T> {
         &self.items[self.range(row)]
     }
 
-    /// Returns the items of a row, mutable.
+    /// Returns the items of a row for writing.
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
         let range = self.range(row);
         &mut self.items[range]
@@ -64,12 +65,12 @@ impl<T> Csr<T> {
         self.starts.windows(2).map(|ends| &self.items[ends[0] as usize..ends[1] as usize])
     }
 
-    /// Returns the items of all rows, one after another.
+    /// Returns the items of all rows, row by row.
     pub(crate) fn items(&self) -> &[T] {
         &self.items
     }
 
-    /// Converts the rows into the items of all rows, one after another.
+    /// Converts the rows into the list of all items, row by row.
     pub(crate) fn into_items(self) -> Vec<T> {
         self.items
     }
@@ -79,6 +80,7 @@ impl<T> Csr<T> {
         self.starts.partition_point(|&start| start as usize <= item) - 1
     }
 
+    /// Returns the range of the items of a row.
     fn range(&self, row: usize) -> std::ops::Range<usize> {
         self.starts[row] as usize..self.starts[row + 1] as usize
     }

@@ -1,26 +1,27 @@
-//! Counts the faces that occur more than once, in the same or in opposite directions.
+//! Counts the faces that repeat an earlier face: a face with the same welded corners in the same cyclic
+//! order, in the same or in the opposite direction.
 
 use std::cmp::Ordering;
 
 use super::{Mesh, is_degenerate};
 
-/// Numbers of faces that repeat an earlier one.
+/// Numbers of faces that repeat an earlier face.
 #[derive(Debug, Default)]
 pub(super) struct Repeated {
-    /// Number of faces with the direction of the earlier one.
+    /// Number of faces that have the same direction as the earlier face.
     pub(super) duplicate: usize,
-    /// Number of faces with the opposite direction.
+    /// Number of faces that have the opposite direction of the earlier face.
     pub(super) two_sided: usize,
 }
 
-/// The canonical form of a face: the lexicographically least of its rotations in both directions.
-///
-/// It consists of welded corners.
+/// The canonical form of a face: the lexicographically least of all rotations of its list of welded corners
+/// and of the reversed list.
 struct Canonical {
-    /// Index of its first corner in the array of corners.
+    /// Index of the first corner of the form in the array of corners of all forms.
     start: u32,
+    /// Number of corners.
     len: u32,
-    /// Whether the form has the opposite direction of the face.
+    /// Whether the form is a rotation of the reversed list.
     reversed: bool,
 }
 
@@ -40,7 +41,7 @@ pub(super) fn count(mesh: &Mesh) -> Repeated {
     }
     let key = |face: &Canonical| &corners[face.start as usize..(face.start + face.len) as usize];
     let order = |a: &Canonical, b: &Canonical| -> Ordering { key(a).cmp(key(b)) };
-    // A stable sort: the first of equal faces is the earliest one.
+    // The sort is stable, so the first of equal faces is the earliest.
     faces.sort_by(order);
     let mut repeated = Repeated::default();
     for equal in faces.chunk_by(|a, b| order(a, b).is_eq()) {
@@ -55,7 +56,7 @@ pub(super) fn count(mesh: &Mesh) -> Repeated {
     repeated
 }
 
-/// Converts `face` to its canonical form and returns whether that is reversed. `backward`: scratch.
+/// Converts `face` to its canonical form and returns whether the form is reversed. `backward`: scratch.
 fn make_canonical(face: &mut [u32], backward: &mut Vec<u32>) -> bool {
     backward.clear();
     backward.extend(face.iter().rev());
@@ -68,7 +69,7 @@ fn make_canonical(face: &mut [u32], backward: &mut Vec<u32>) -> bool {
     reversed
 }
 
-/// Rotates `face` to its lexicographically least rotation (Booth 1980, in the two-pointer form of Shiloach).
+/// Rotates `face` to its lexicographically least rotation (Booth 1980; two-pointer form of Shiloach).
 ///
 /// Takes linear time even if corners repeat.
 fn rotate_smallest(face: &mut [u32]) {
@@ -95,15 +96,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rotate_smallest_gives_the_least_of_all_rotations() {
+    fn rotate_smallest_returns_the_least_of_all_rotations() {
         for face in
             [vec![3, 1, 2], vec![2, 1, 2, 1, 1], vec![5, 5, 5, 4], vec![1, 2, 1, 2], vec![7, 0, 7, 0, 3]]
         {
             let rotations = |face: &[u32]| {
                 let face = face.to_vec();
-                (0..face.len()).map(move |by| {
+                (0..face.len()).map(move |steps| {
                     let mut rotated = face.clone();
-                    rotated.rotate_left(by);
+                    rotated.rotate_left(steps);
                     rotated
                 })
             };

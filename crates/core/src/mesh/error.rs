@@ -7,7 +7,7 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// A corner of a face refers to a vertex that does not exist. Faces and vertices are counted from 0.
+    /// A corner of a face refers to a vertex that does not exist.
     #[error("face {face} refers to vertex {vertex} of {count} (counted from 0)")]
     IndexOutOfRange {
         /// Index of the face, from 0.
@@ -46,7 +46,7 @@ pub enum MeshError {
         /// The common position.
         at: [f64; 3],
     },
-    /// There are more vertices or corners of faces than 32-bit indices allow: 2^32 - 2.
+    /// There are more than 2^32 - 2 vertices or corners of faces, the maximum for 32-bit indices.
     #[error("the mesh has {count} {what}; 32-bit indices allow at most 4294967294")]
     TooLarge {
         /// Name of the items: vertices or corners of faces.

@@ -1,10 +1,10 @@
 //! The surface mesh: vertices, polygons, topology, volume.
 //!
-//! This file has [`Mesh`]. The other files, in the order of the data flow:
+//! This file defines [`Mesh`]. The other files, in the order of the data flow:
 //!
 //! * `weld`: finds vertices at equal positions.
-//! * `topology`: describes a mesh, with `duplicates` for repeated faces and `measure` for volume and area.
-//! * `csr`, `union_find`: data structures for this module and the modules above it.
+//! * `topology`: describes a mesh. `duplicates` counts repeated faces; `measure` computes volume and area.
+//! * `csr`, `union_find`: data structures, also for the modules that depend on this module.
 
 mod csr;
 mod duplicates;
@@ -26,7 +26,7 @@ pub(crate) use union_find::UnionFind;
 
 /// A surface mesh: vertices in `f64` and polygons of any size.
 ///
-/// Polygons are also available as triangles, fanned from their first vertex:
+/// Each polygon is also available as a fan of triangles from its first corner:
 ///
 /// ```text
 ///     d---c          face   [a, b, c, d]
@@ -39,21 +39,23 @@ pub(crate) use union_find::UnionFind;
 pub struct Mesh {
     vertices: Arc<[Point3<f64>]>,
     faces: Arc<Faces>,
+    /// For each vertex, the first vertex at the same position.
     weld: Arc<[u32]>,
     bounds: (Point3<f64>, Point3<f64>),
     topology: Arc<OnceLock<Topology>>,
 }
 
+/// The polygons of a mesh, and their triangles.
 #[derive(Debug)]
 struct Faces {
-    /// The corners of each polygon.
+    /// The corners of each polygon, as vertex indices.
     polygons: Csr<u32>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// Builds a mesh from vertices, shape `(n, 3)`, and faces that list their corners as vertex indices from
-    /// 0.
+    /// Builds a mesh from vertices, shape `(n, 3)`, and faces. A face lists its corners as vertex indices,
+    /// counted from 0.
     ///
     /// ```
     /// let vertices = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -66,8 +68,8 @@ impl Mesh {
     ///
     /// # Errors
     /// If an index is out of range, if a coordinate is not finite or outside the range of `f32`, if no face
-    /// has three distinct corners, if all used vertices are at one point, or if there are more than 2^32 - 2
-    /// vertices or corners. Any other input is accepted and described by [`Mesh::topology`].
+    /// has three distinct corners, if all vertices of the faces are at one point, or if there are more than
+    /// 2^32 - 2 vertices or corners. Any other input is accepted and described by [`Mesh::topology`].
     pub fn new<F: AsRef<[u32]>>(vertices: Vec<[f64; 3]>, faces: &[F]) -> Result<Self, MeshError> {
         let corner_count = faces.iter().map(|face| face.as_ref().len()).sum();
         check_count("corners of faces", corner_count)?;
@@ -81,11 +83,11 @@ impl Mesh {
         Self::from_flat(vertices.into_iter().map(Point3::from).collect(), offsets, corners)
     }
 
-    /// Builds a mesh as [`Mesh::new`] does, from faces in one array: the corners of face `f` are
+    /// Builds a mesh as [`Mesh::new`] does, from faces in one array. The corners of face `f` are
     /// `corners[offsets[f]..offsets[f + 1]]`.
     ///
     /// # Errors
-    /// Those of [`Mesh::new`].
+    /// Fails in the same cases as [`Mesh::new`].
     ///
     /// # Panics
     /// If `offsets` does not begin with 0, is not sorted, or does not end with the number of corners.
@@ -131,19 +133,19 @@ impl Mesh {
         self.faces.polygons.len()
     }
 
-    /// Iterates over the faces in input order, each as the vertices of its corners.
+    /// Iterates over the faces in input order. A face is the list of the vertex indices of its corners.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> + Clone {
         self.faces.polygons.rows()
     }
 
     /// Returns the triangles of the faces, in the order of the faces.
     ///
-    /// A face with `n >= 3` corners is fanned from its first corner into `n - 2` triangles.
+    /// A face with `n >= 3` corners gives a fan of `n - 2` triangles from its first corner.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.faces.triangles
     }
 
-    /// Returns the smallest and the largest coordinates of the vertices that faces use.
+    /// Returns the bounding box of the vertices that faces use: its lowest and its highest corner.
     pub fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
         self.bounds
     }
@@ -156,24 +158,25 @@ impl Mesh {
 
     /// Returns the description of the surface. It is computed at the first call and cached.
     pub fn topology(&self) -> &Topology {
-        self.topology.get_or_init(|| Topology::of(self))
+        self.topology.get_or_init(|| Topology::new(self))
     }
 
-    /// Returns whether the surface is closed: with equal positions welded, the directed uses of each edge
-    /// cancel.
+    /// Returns whether the surface is closed. It is closed if, with equal positions welded, the faces use
+    /// each edge equally often in both directions.
     pub fn is_closed(&self) -> bool {
         self.topology().open_edges == 0
     }
 
-    /// Returns the enclosed volume, in cubed units of length, never negative.
+    /// Returns the enclosed volume, in cubed units of length. It is never negative.
     ///
-    /// For an open mesh this is the volume of the surface coned from the center of its bounds, which has
-    /// little meaning.
+    /// For an open mesh this is the magnitude of the sum of the signed volumes of the tetrahedra from the
+    /// center of the bounding box to the triangles, which has little meaning.
     pub fn volume(&self) -> f64 {
         self.signed_volume().abs()
     }
 
-    /// Returns the volume as [`Mesh::volume`], but negative if the faces are clockwise seen from outside.
+    /// Returns the volume as [`Mesh::volume`] does, but negative if the faces are clockwise seen from
+    /// outside.
     pub fn signed_volume(&self) -> f64 {
         self.topology().signed_volume
     }
@@ -197,7 +200,7 @@ impl Mesh {
             return Err(MeshError::NoExtent { vertices: vertices.len(), at: bounds.0.into() });
         }
         Ok(Self {
-            // The weld of the input is kept, even where rounding makes two positions equal.
+            // Keeps the weld of the unscaled mesh, even if rounding makes two positions equal.
             weld: self.weld.clone(),
             faces: self.faces.clone(),
             vertices: vertices.into(),
@@ -206,34 +209,36 @@ impl Mesh {
         })
     }
 
-    /// Returns the vertices of the corners of a face.
+    /// Returns the vertex indices of the corners of a face.
     pub(crate) fn face(&self, face: usize) -> &[u32] {
         self.faces.polygons.row(face)
     }
 
-    /// Returns the corners of all faces, one after another.
+    /// Returns the corners of all faces, face by face.
     fn corners(&self) -> &[u32] {
         self.faces.polygons.items()
     }
 
-    /// Returns the center of the bounds.
+    /// Returns the center of the bounding box.
     fn center(&self) -> Point3<f64> {
         nalgebra::center(&self.bounds.0, &self.bounds.1)
     }
 
-    /// Returns the signed volume of some of the triangles, about the center of the bounds.
+    /// Returns the sum of the signed volumes of the tetrahedra from the center of the bounding box to
+    /// `triangles`, a subset of the triangles.
     fn volume_of(&self, triangles: &[[u32; 3]]) -> f64 {
         let center = self.center();
         signed_volume(triangles, |vertex| self.vertices[vertex as usize] - center)
     }
 }
 
-/// Returns an error if `count` exceeds the range of 32-bit indices.
+/// Returns an error if `count` exceeds the range of 32-bit indices. `what`: name of the items.
 fn check_count(what: &'static str, count: usize) -> Result<(), MeshError> {
     // Index tables use `u32::MAX` for "no entry".
     if count < u32::MAX as usize { Ok(()) } else { Err(MeshError::TooLarge { what, count }) }
 }
 
+/// Returns an error if a coordinate is not finite in `f32`.
 fn check_finite(vertices: &[Point3<f64>]) -> Result<(), MeshError> {
     for (vertex, point) in vertices.iter().enumerate() {
         for (axis, &value) in ['x', 'y', 'z'].into_iter().zip(point.coords.iter()) {
@@ -245,17 +250,18 @@ fn check_finite(vertices: &[Point3<f64>]) -> Result<(), MeshError> {
     Ok(())
 }
 
+/// Returns an error if a corner of a polygon is not the index of one of `count` vertices.
 fn check_indices(polygons: &Csr<u32>, count: usize) -> Result<(), MeshError> {
     match polygons.items().iter().position(|&corner| corner as usize >= count) {
         None => Ok(()),
-        Some(at) => {
-            let (face, vertex) = (polygons.row_of(at), polygons.items()[at]);
+        Some(corner) => {
+            let (face, vertex) = (polygons.row_of(corner), polygons.items()[corner]);
             Err(MeshError::IndexOutOfRange { face, vertex, count })
         }
     }
 }
 
-/// Returns the bounds of the vertices that faces use, or `None` if there are no corners.
+/// Returns the bounding box of the vertices that faces use, or `None` if there are no corners.
 fn bounds(vertices: &[Point3<f64>], corners: &[u32]) -> Option<(Point3<f64>, Point3<f64>)> {
     let used = corners.iter().map(|&corner| vertices[corner as usize]);
     let grow =

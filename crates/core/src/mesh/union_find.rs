@@ -11,7 +11,7 @@ impl UnionFind {
         Self { parent: (0..n as u32).collect() }
     }
 
-    /// Returns the lowest element of the set that contains `element`, and halves the path to it.
+    /// Returns the lowest element of the set that contains `element`. Shortens the paths in the set.
     pub(crate) fn find(&mut self, mut element: u32) -> u32 {
         loop {
             let parent = self.parent[element as usize];
@@ -24,15 +24,15 @@ impl UnionFind {
         }
     }
 
-    /// Unites the sets of two elements. Returns false if they are in the same set already.
+    /// Unites the sets of two elements. Returns false if the elements are in the same set already.
     pub(crate) fn unite(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
         a != b
     }
 
-    /// Returns the number of sets and the set of each element. Sets are numbered in the order of their lowest
-    /// elements.
+    /// Returns the number of sets, and the number of the set of each element. Sets are numbered from 0 in the
+    /// order of their lowest elements.
     pub(crate) fn labels(mut self) -> (usize, Vec<u32>) {
         let mut count = 0;
         let mut labels = vec![0; self.parent.len()];

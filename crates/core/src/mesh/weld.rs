@@ -1,4 +1,4 @@
-//! Welding: vertices at exactly equal positions count as one vertex in topology and normals.
+//! Welds vertices: vertices at exactly equal positions count as one vertex in topology and normals.
 
 use nalgebra::Point3;
 
@@ -7,9 +7,9 @@ const EMPTY: u32 = u32::MAX;
 
 /// Returns, for each vertex, the first vertex at exactly the same position (`-0.0` equals `0.0`).
 ///
-/// Uses a hash table with open addressing: linear time, and the result does not depend on the order of the
-/// table. The table is written here because every mesh is welded: for 500,000 vertices sorting takes 4 times
-/// as long, `HashMap` 16 times, and `HashMap` with this hash 6 times.
+/// Uses a hash table with open addressing. It takes linear time, and the result does not depend on the order
+/// of the table. A table of our own is used because every mesh is welded. For 500,000 vertices, sorting takes
+/// 4 times as long, `HashMap` 16 times as long, and `HashMap` with this hash function 6 times as long.
 pub(super) fn weld(vertices: &[Point3<f64>]) -> Vec<u32> {
     let mask = (2 * vertices.len()).next_power_of_two().max(2) - 1;
     let mut table = vec![EMPTY; mask + 1];
@@ -23,7 +23,8 @@ pub(super) fn weld(vertices: &[Point3<f64>]) -> Vec<u32> {
                 representative.push(index as u32);
                 break;
             }
-            // Floats are compared, not bits, so that -0.0 equals 0.0. NaN is an error earlier.
+            // Compares floats and not their bits, so that -0.0 equals 0.0. Meshes with NaN are rejected
+            // earlier.
             if vertices[found as usize] == *vertex {
                 representative.push(found);
                 break;

@@ -1,4 +1,4 @@
-//! Lattice shape matching and region damping by explicit sums.
+//! Computes lattice shape matching and region damping by explicit sums.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,11 +7,13 @@ use crate::lattice::Lattice;
 
 /// Computes the goal positions (Rivers & James 2007, Eqs. (5) and (6)).
 ///
-/// The goal of a vertex is the mean, over all regions that contain it, of its rest position moved by the
-/// rigid motion of the region. With the weights m_i / n_i, `sum m_i g_i = sum m_i x_i`.
+/// Each region that contains a vertex moves the rest position of the vertex by the rigid motion of the
+/// region. The goal position g_i of vertex i is the mean of the resulting positions. In a region, vertex i
+/// has the weight m_i / n_i: its mass divided by the number of regions that contain it. With these weights,
+/// `sum m_i g_i = sum m_i x_i`, where x_i are the positions.
 ///
-/// * `positions`: one per lattice vertex, in the units of the lattice's cell size.
-/// * `half_width`: w of the regions, in cells.
+/// * `positions`: one per lattice vertex, in the unit of the lattice's cell size.
+/// * `half_width`: half-width of the regions, in cells.
 ///
 /// # Panics
 ///
@@ -41,15 +43,18 @@ pub fn rotations(
     motions.iter().map(|motion| motion.rotation).collect()
 }
 
-/// Damps velocities towards the mean rigid velocity of the regions: `v_i + damping * (u_i - v_i)`.
+/// Returns the damped velocities `v_i + damping * (u_i - v_i)`, where u_i is the mean rigid velocity of the
+/// regions that contain vertex i.
 ///
-/// u_i is the mean, over the regions r that contain i, of `v_r + omega_r x R_r (x0_i - c0_r)`.
+/// u_i is the mean of `v_r + omega_r × R_r (x0_i - c0_r)` over the regions r that contain i. Here v_r and
+/// omega_r are the velocity and the angular velocity of the region, R_r its rotation, x0_i the rest position
+/// of the vertex, and c0_r the weighted mean of the rest positions of the region.
 ///
-/// This is the region damping of Rivers & James 2007, section 5, except that the lever arms are those of the
-/// rest shape rotated by R, not those of the current shape. The inertia of a region is then constant except
-/// for its rotation, and is never singular for `half_width >= 1`.
+/// This is the region damping of Rivers & James 2007, section 5, except for the lever arms: they are the
+/// lever arms in the rest shape rotated by R_r, not the lever arms in the current shape. The inertia of a
+/// region is then constant except for its rotation, and is never singular for `half_width >= 1`.
 ///
-/// * `positions`, `velocities`: one per lattice vertex, in the units of the lattice's cell size.
+/// * `positions`, `velocities`: one per lattice vertex, in the unit of the lattice's cell size.
 /// * `damping`: 0 keeps the velocities, 1 replaces them by u_i.
 ///
 /// # Panics

@@ -1,8 +1,9 @@
-//! Reference implementation of the method: explicit sums in f64, slow and readable. The oracle of the tests
-//! and of the error report.
+//! Reference implementation of the method: explicit sums in f64, slow and readable. The tests and the error
+//! report compare the fast implementation with it.
 //!
-//! Positions are in the length unit of the lattice's cell size. The cost is of the order of `(2 w + 1)^3` per
-//! lattice vertex. [`Naive`] keeps the data that repeated calls share.
+//! Positions are in the length unit of the lattice's cell size. The cost per lattice vertex is of the order
+//! of `(2 w + 1)^3`, where w is the half-width of the regions in cells. [`Naive`] stores the data that
+//! repeated calls need.
 
 mod matching;
 mod momenta;

@@ -1,4 +1,4 @@
-//! Momenta of points with masses.
+//! Computes the momenta of points with masses.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -36,11 +36,11 @@ impl Momenta {
         Self { mass, center, linear, angular }
     }
 
-    /// Returns the rigid velocity to add to `points`, with the momenta `self`, so that their momenta become
-    /// `to`.
+    /// Returns the rigid velocity that changes the momenta of `points` from `self` to `to` if it is added to
+    /// the velocities.
     ///
-    /// The result is the velocity of the center and the angular velocity about it. The latter is zero if the
-    /// points are collinear.
+    /// The result is the velocity of the center of mass and the angular velocity about the center of mass.
+    /// The angular velocity is zero if the points are collinear.
     pub fn missing(&self, to: &Self, points: impl Iterator<Item = Mass>) -> (Vector3<f64>, Vector3<f64>) {
         let inertia: Matrix3<f64> = points
             .map(|point| {

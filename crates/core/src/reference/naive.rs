@@ -1,4 +1,4 @@
-//! The reference method on one lattice, with regions and weights computed once.
+//! Implements the reference method on one lattice, with regions and weights computed once.
 
 use std::borrow::Cow;
 
@@ -7,14 +7,14 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Regions, Weights, region, rotation, weights};
 use crate::lattice::Lattice;
 
-/// The reference method on one lattice, with the data that repeated evaluations share.
+/// The reference method on one lattice, with the data that repeated evaluations need.
 #[derive(Clone, Debug)]
 pub struct Naive<'a> {
     lattice: &'a Lattice,
     half_width: usize,
     regions: Regions,
     weights: Weights,
-    /// The vertices of each region. `None`: found again at each use.
+    /// The vertices of each region. `None` if they are found again at each use.
     listed: Option<Vec<Vec<u32>>>,
 }
 
@@ -32,12 +32,13 @@ pub struct RegionMotion {
 }
 
 impl RegionMotion {
-    /// Returns the rotated lever arm of a rest position, given relative to the lattice's origin.
+    /// Returns the rotated lever arm of a rest position. `rest`: relative to the lattice's origin.
     fn arm(&self, rest: Vector3<f64>) -> Vector3<f64> {
         self.rotation * (rest - self.rest_centroid)
     }
 
-    /// Returns the goal of a rest position, given relative to the lattice's origin.
+    /// Returns the position to which the motion moves a rest position. `rest`: relative to the lattice's
+    /// origin.
     fn goal(&self, rest: Vector3<f64>) -> Vector3<f64> {
         self.centroid + self.arm(rest)
     }
@@ -46,13 +47,13 @@ impl RegionMotion {
 impl<'a> Naive<'a> {
     /// Prepares the method for regions of half-width `half_width`, in cells.
     ///
-    /// The regions are found again at each use, unless they are stored by [`Naive::listed`].
+    /// The regions are found again at each use, unless [`Naive::listed`] stores them.
     pub fn new(lattice: &'a Lattice, half_width: usize, regions: Regions) -> Self {
         let weights = weights(lattice, half_width, regions);
         Self { lattice, half_width, regions, weights, listed: None }
     }
 
-    /// Stores the regions, which takes up to `4 (2 w + 1)^3` bytes per lattice vertex.
+    /// Stores the regions. This takes up to `4 (2 w + 1)^3` bytes per lattice vertex for the half-width w.
     pub fn listed(self) -> Self {
         let listed = self.vertices().map(|vertex| self.members(vertex).into_owned()).collect();
         Self { listed: Some(listed), ..self }
@@ -67,7 +68,7 @@ impl<'a> Naive<'a> {
         0..self.lattice.len() as u32
     }
 
-    /// Returns the vertices of the region of `vertex`, sorted.
+    /// Returns the vertices of the region around `vertex`, sorted.
     fn members(&self, vertex: u32) -> Cow<'_, [u32]> {
         match &self.listed {
             Some(listed) => Cow::Borrowed(&listed[vertex as usize]),
@@ -80,7 +81,8 @@ impl<'a> Naive<'a> {
         Vector3::from(self.lattice.indices()[vertex as usize].map(f64::from)) * self.lattice.cell_size()
     }
 
-    /// Computes the motion of the region of each vertex by matching its rest shape to the positions.
+    /// Computes the motion of the region around each vertex: matches the region's rest shape to the
+    /// positions.
     ///
     /// # Panics
     ///
@@ -90,6 +92,7 @@ impl<'a> Naive<'a> {
         self.vertices().map(|vertex| self.motion(&self.members(vertex), positions)).collect()
     }
 
+    /// Computes the motion of the region with the vertices `members`.
     fn motion(&self, members: &[u32], positions: &[Vector3<f64>]) -> RegionMotion {
         let mass: f64 = members.iter().map(|&i| self.weights.of(i)).sum();
         let mean = |value: &dyn Fn(u32) -> Vector3<f64>| -> Vector3<f64> {
@@ -108,7 +111,8 @@ impl<'a> Naive<'a> {
         RegionMotion { mass, rest_centroid, centroid, rotation: rotation(&moments) }
     }
 
-    /// Computes the goal positions: for each vertex, the mean of the goals of all regions that contain it.
+    /// Computes the goal position of each vertex: the mean of the positions to which the motions of all
+    /// regions that contain the vertex move its rest position.
     ///
     /// # Panics
     ///
@@ -117,7 +121,7 @@ impl<'a> Naive<'a> {
         self.means(motions, |&motion, _| move |rest| motion.goal(rest))
     }
 
-    /// Damps velocities as [`damped_velocities`](super::damped_velocities), with given motions.
+    /// Damps velocities as [`damped_velocities`](super::damped_velocities) does, with given motions.
     ///
     /// # Panics
     ///
@@ -147,7 +151,8 @@ impl<'a> Naive<'a> {
 
     /// Computes, for each vertex, the mean of a value over the regions that contain it.
     ///
-    /// `value` returns, for a region, the value as a function of the rest position.
+    /// `value`: returns, for the motion and the vertices of a region, the value as a function of the rest
+    /// position.
     fn means<V: Fn(Vector3<f64>) -> Vector3<f64>>(
         &self,
         motions: &[RegionMotion],
@@ -165,11 +170,12 @@ impl<'a> Naive<'a> {
         means
     }
 
-    /// Computes half the sum, over all regions, of the weighted squared distances of the vertices to the
-    /// goals of the region.
+    /// Computes half the sum, over all vertices of all regions, of the weighted squared distance from the
+    /// vertex to its rest position moved by the motion of the region.
     ///
-    /// The gradient of this sum is `m_i (x_i - g_i)`. Multiplied by `alpha / dt^2` and the mass of a full
-    /// cell, it is the elastic energy of the body.
+    /// The gradient of this sum with respect to the position x_i of vertex i is `m_i (x_i - g_i)`, where m_i
+    /// is the mass and g_i the goal position. Multiplied by `alpha / dt^2` and the mass of a full cell, the
+    /// sum is the elastic energy of the body.
     ///
     /// # Panics
     ///
@@ -185,15 +191,16 @@ impl<'a> Naive<'a> {
         self.vertices().zip(motions).map(of_region).sum::<f64>() / 2.0
     }
 
-    /// Computes the energy of a body whose velocities change by `alpha * (g - x)` in each step.
+    /// Computes the energy of a body whose velocities change by `alpha * (g - x)` in each step, where g are
+    /// the goal positions and x the positions.
     ///
-    /// The unit is the mass of a full cell times squared units of the positions, per step squared.
-    /// `velocities`: the velocities before this change, in units of the positions per step.
+    /// The unit of mass is the mass of a full cell, the unit of length is the unit of the positions, and the
+    /// unit of time is one step. `velocities`: the velocities before the change.
     ///
-    /// The steps are those of the leapfrog method, which does not conserve the sum of the kinetic and the
-    /// elastic energy. For a harmonic motion it conserves the sum returned here: the elastic energy at the
-    /// positions, and the kinetic energy with the product of the velocities before and after the change in
-    /// place of their square. Growth of this sum is therefore an error of the method.
+    /// These steps are steps of the leapfrog method, which does not conserve the sum of the kinetic and the
+    /// elastic energy. For a harmonic motion it conserves the sum returned here. This is the elastic energy
+    /// at the positions, plus a kinetic energy in which the product of the velocities before and after the
+    /// change replaces the square of the velocity. Growth of this sum is therefore an error of the method.
     ///
     /// # Panics
     ///

@@ -1,19 +1,20 @@
-//! Regions: the sets of lattice vertices for shape matching, one around each vertex.
+//! Finds the regions: the sets of lattice vertices for shape matching, one around each vertex.
 
 use crate::lattice::Lattice;
 
 /// The shape of a region around its vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Regions {
-    /// Up to w linked steps along z, then from each vertex found up to w along y, then from each of these up
-    /// to w along x. Separable: sums over all regions are window sums along the axes.
+    /// All vertices that are found by at most w links along z, then at most w links along y from each vertex
+    /// found, then at most w links along x from each vertex found. The sums over all regions are then window
+    /// sums along one axis at a time. w is the half-width.
     #[default]
     Staircase,
-    /// All vertices within w steps. One step leads to any vertex of a common cell (Rivers & James 2007).
+    /// All vertices within w steps, where a step leads to any vertex of a common cell (Rivers & James 2007).
     BreadthFirst,
 }
 
-/// Returns the vertices of the region of `vertex`, sorted.
+/// Returns the vertices of the region around `vertex`, sorted.
 ///
 /// In a full box both shapes are the cube with `2 w + 1` vertices along each edge. They differ near concave
 /// corners and gaps.
@@ -30,6 +31,7 @@ pub fn region(lattice: &Lattice, vertex: u32, half_width: usize, regions: Region
     members
 }
 
+/// Returns the vertices of a region of shape [`Regions::Staircase`].
 fn staircase(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> {
     let mut members = vec![vertex];
     for axis in [2, 1, 0] {
@@ -38,7 +40,7 @@ fn staircase(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> {
     members
 }
 
-/// Returns the vertices within `half_width` linked steps of `start` along an axis, in both directions.
+/// Returns the vertices within `half_width` links of `start` along an axis, in both directions.
 fn window(lattice: &Lattice, start: u32, axis: usize, half_width: usize) -> Vec<u32> {
     let mut reached = vec![start];
     for direction in [2 * axis, 2 * axis + 1] {
@@ -52,6 +54,7 @@ fn window(lattice: &Lattice, start: u32, axis: usize, half_width: usize) -> Vec<
     reached
 }
 
+/// Returns the vertices of a region of shape [`Regions::BreadthFirst`].
 fn breadth_first(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> {
     let mut members = vec![vertex];
     let mut frontier = vec![vertex];
@@ -68,7 +71,7 @@ fn breadth_first(lattice: &Lattice, vertex: u32, half_width: usize) -> Vec<u32> 
 
 /// Returns the vertices of all cells that have `vertex` as a corner.
 ///
-/// In a full box these are the 26 neighbors and `vertex` itself, some of them repeated.
+/// In a full box these are the 26 neighbors and `vertex` itself. Some of them are repeated.
 fn cell_neighbors(lattice: &Lattice, vertex: u32) -> Vec<u32> {
     let index = lattice.indices()[vertex as usize];
     let around = (0..8).map(|k| [index[0] - (k & 1), index[1] - (k >> 1 & 1), index[2] - (k >> 2 & 1)]);

@@ -1,4 +1,4 @@
-//! The number types of output positions and normals.
+//! Defines the number types of output positions and normals.
 
 use fearless_simd::{Simd, SimdBase, f64x4};
 use nalgebra::RealField;
@@ -9,12 +9,12 @@ pub trait Coordinate: RealField + Copy + Send + Sync + Narrow {}
 impl Coordinate for f32 {}
 impl Coordinate for f64 {}
 
-/// The conversions from the number types of the kernels to a [`Coordinate`].
+/// Conversions from the number types of the kernels to a [`Coordinate`].
 pub trait Narrow: Sized {
-    /// Converts the first three of four numbers.
+    /// Converts the first three of the four numbers of a register.
     fn narrow<S: Simd>(simd: S, wide: f64x4<S>) -> [Self; 3];
 
-    /// Converts a number of single precision.
+    /// Converts an `f32` number.
     fn of(single: f32) -> Self;
 }
 

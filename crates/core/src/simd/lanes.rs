@@ -1,16 +1,18 @@
-//! Storage in blocks of eight lattice vertices along one axis: an array of structures of eight lanes.
+//! Stores numbers of lattice vertices in blocks of eight vertices, one vertex in each lane of an `f32x8`.
 //!
-//! Kernels load and store whole rows. They are written as plain loops, because a closure passed to `map` or
-//! `from_fn` can be compiled as a separate function without the SIMD level of its caller.
+//! The eight vertices of a block are consecutive along one axis of the lattice. A row has one number of each
+//! of these vertices. Kernels load and store whole rows. They are written as plain loops, because a closure
+//! passed to `map` or `from_fn` can be compiled as a separate function without the SIMD level of its caller.
 
 use std::ops::{Deref, DerefMut};
 
 use fearless_simd::{Simd, SimdBase, f32x8, f32x16};
 
-/// Number of lattice vertices in a block: the lanes of an `f32x8`.
+/// Number of lattice vertices in a block: one for each lane of an `f32x8`.
 pub(crate) const LANES: usize = 8;
 
-/// One number for each of eight lattice vertices, aligned so that a row never spans two cache lines.
+/// One number for each of the eight lattice vertices of a block. The alignment keeps a row within one cache
+/// line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct Row([f32; LANES]);
@@ -19,7 +21,7 @@ impl Row {
     /// A row of zeros.
     pub(crate) const ZERO: Self = Self::all(0.0);
 
-    /// A row of equal numbers.
+    /// Returns a row with `value` in each lane.
     pub(crate) const fn all(value: f32) -> Self {
         Self([value; LANES])
     }
@@ -41,7 +43,7 @@ impl DerefMut for Row {
     }
 }
 
-/// `N` numbers for each of eight lattice vertices.
+/// `N` numbers for each of the eight lattice vertices of a block.
 pub(crate) type Block<const N: usize> = [Row; N];
 
 /// `N` numbers for each lattice vertex, stored as blocks of `N` rows of eight lanes.
@@ -50,8 +52,8 @@ pub(crate) type Block<const N: usize> = [Row; N];
 /// maps lattice vertices to slots.
 ///
 /// ```text
-/// block 0: [c0 of slots 0..8] [c1 of slots 0..8] ... [c(N-1) of slots 0..8]
-/// block 1: [c0 of slots 8..16] ...
+/// block 0: [number 0 of slots 0..8] [number 1 of slots 0..8] ... [number N-1 of slots 0..8]
+/// block 1: [number 0 of slots 8..16] ...
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lanes<const N: usize> {
@@ -59,17 +61,17 @@ pub struct Lanes<const N: usize> {
 }
 
 impl<const N: usize> Lanes<N> {
-    /// Creates `blocks` blocks of zeros.
+    /// Creates storage of `blocks` blocks, filled with zeros.
     pub fn zeros(blocks: usize) -> Self {
         Self::filled(blocks, [Row::ZERO; N])
     }
 
-    /// Creates `blocks` copies of `block`.
+    /// Creates storage of `blocks` blocks, each a copy of `block`.
     pub fn filled(blocks: usize, block: [Row; N]) -> Self {
         Self { blocks: vec![block; blocks] }
     }
 
-    /// Copies `other` and reuses the allocation.
+    /// Overwrites these blocks with a copy of `other`. Reuses the allocation.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.blocks.clone_from(&other.blocks);
     }
@@ -97,13 +99,13 @@ impl<const N: usize> Lanes<N> {
         size_of_val(self.blocks())
     }
 
-    /// The blocks in storage order.
+    /// Returns the blocks in storage order.
     #[inline]
     pub fn blocks(&self) -> &[[Row; N]] {
         &self.blocks
     }
 
-    /// The blocks in storage order, mutable.
+    /// Returns the blocks in storage order, mutable.
     #[inline]
     pub fn blocks_mut(&mut self) -> &mut [[Row; N]] {
         &mut self.blocks
@@ -120,7 +122,7 @@ pub(crate) fn load<S: Simd, const N: usize, const M: usize>(simd: S, block: &Blo
     rows
 }
 
-/// Stores `N` rows.
+/// Stores `values` in the first `N` of `rows`.
 #[inline(always)]
 pub(crate) fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [Row]) {
     for c in 0..N {
@@ -128,8 +130,9 @@ pub(crate) fn store<S: Simd, const N: usize>(values: [f32x8<S>; N], rows: &mut [
     }
 }
 
-/// Loads the first `N` rows of two blocks side by side. Two independent blocks hide the latency of kernels
-/// with long dependency chains.
+/// Loads the first `N` rows of two blocks. Each result has the row of the first block in lanes 0 to 7 and the
+/// row of the second block in lanes 8 to 15. Computing on two independent blocks at once hides the latency of
+/// long dependency chains.
 #[inline(always)]
 pub(crate) fn load_two<S: Simd, const N: usize, const M: usize>(
     simd: S,
@@ -154,13 +157,13 @@ pub(crate) fn split_two<S: Simd, const N: usize>(simd: S, values: [f32x16<S>; N]
     blocks
 }
 
-/// The block and the lane of a slot.
+/// Returns the block and the lane of a slot.
 #[inline]
 fn split(slot: u32) -> (usize, usize) {
     (slot as usize / LANES, slot as usize % LANES)
 }
 
-/// Serializes the numbers as little-endian bytes, which is exact, compact and fast.
+/// Serializes the numbers as little-endian bytes in storage order. This format is exact, compact and fast.
 #[cfg(feature = "serde")]
 impl<const N: usize> serde::Serialize for Lanes<N> {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -174,10 +177,10 @@ impl<const N: usize> serde::Serialize for Lanes<N> {
 impl<'de, const N: usize> serde::Deserialize<'de> for Lanes<N> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let bytes = <Vec<u8> as serde::Deserialize>::deserialize(deserializer)?;
-        let (words, rest) = bytes.as_chunks::<4>();
-        let (rows, odd) = words.as_chunks::<LANES>();
-        let (blocks, left) = rows.as_chunks::<N>();
-        if !(rest.is_empty() && odd.is_empty() && left.is_empty()) {
+        let (words, extra_bytes) = bytes.as_chunks::<4>();
+        let (rows, extra_words) = words.as_chunks::<LANES>();
+        let (blocks, extra_rows) = rows.as_chunks::<N>();
+        if !(extra_bytes.is_empty() && extra_words.is_empty() && extra_rows.is_empty()) {
             return Err(serde::de::Error::custom("a lattice array is not a whole number of blocks"));
         }
         let number = |word: &[u8; 4]| f32::from_le_bytes(*word);

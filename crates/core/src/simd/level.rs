@@ -1,4 +1,4 @@
-//! The SIMD level of the kernels.
+//! Selects the SIMD level of the kernels: the instruction set that they use.
 
 use std::sync::OnceLock;
 
@@ -6,7 +6,7 @@ use fearless_simd::Level;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 use fearless_simd::Simd;
 
-/// The environment variable that forces a SIMD level.
+/// Name of the environment variable that selects the SIMD level.
 const LEVEL_VARIABLE: &str = "SUPPLE_SIMD";
 
 /// Returns the SIMD level of the kernels: the level named by `SUPPLE_SIMD` if the machine supports it, else
@@ -19,25 +19,27 @@ pub(crate) fn level() -> Level {
     })
 }
 
-/// `SUPPLE_SIMD` names a SIMD level that the machine does not support; the best level is used.
+/// The error that `SUPPLE_SIMD` names an unknown SIMD level, or one that the machine does not support. The
+/// kernels then use the best level of the machine.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 #[error("{LEVEL_VARIABLE} is {name:?}, which this machine does not support; it has {}", known.join(", "))]
 pub struct SimdError {
-    /// The requested name.
+    /// Requested name.
     pub name: String,
-    /// The names of the supported levels.
+    /// Names of the levels that the machine supports.
     pub known: Vec<&'static str>,
 }
 
 /// Checks that the machine supports the SIMD level named by the environment variable `SUPPLE_SIMD`.
 ///
 /// The names are `sse2`, `sse4.2`, `avx2`, `avx512` and `neon`, and `scalar` on a machine that supports no
-/// other level. An empty variable counts as not set.
+/// other level. An empty value has the same effect as an unset variable.
 ///
 /// # Errors
 ///
-/// An unknown or unsupported level. The best level of the machine is then used.
+/// If the variable names an unknown level or a level that the machine does not support. The kernels then use
+/// the best level of the machine.
 pub fn check_simd_request() -> Result<(), SimdError> {
     let Some(name) = std::env::var_os(LEVEL_VARIABLE) else { return Ok(()) };
     let (name, best) = (name.to_string_lossy().into_owned(), Level::new());
@@ -47,7 +49,7 @@ pub fn check_simd_request() -> Result<(), SimdError> {
     Err(SimdError { name, known: levels(best).map(|(name, _)| name).collect() })
 }
 
-/// Returns the level called `name`, or `None` if `best` does not include it.
+/// Returns the level called `name`, or `None` if a machine with the best level `best` does not support it.
 fn find_level(best: Level, name: &str) -> Option<Level> {
     levels(best).find(|(known, _)| *known == name).map(|(_, level)| level)
 }
@@ -57,7 +59,8 @@ pub fn simd_level() -> &'static str {
     levels(level()).last().map_or("scalar", |(name, _)| name)
 }
 
-/// The levels up to `best` with their names in increasing order; `scalar` only if there is no other.
+/// Returns the levels up to `best`, each with its name, in increasing order. `scalar` is included only if
+/// there is no other level.
 fn levels(best: Level) -> impl Iterator<Item = (&'static str, Level)> {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     let levels = [
@@ -79,8 +82,8 @@ mod tests {
     #[test]
     fn best_level_is_found_by_its_name() {
         let best = Level::new();
-        let (name, _) = levels(best).last().expect("a level");
-        let found = find_level(best, name).expect("the best level");
+        let (name, _) = levels(best).last().expect("every machine has at least one level");
+        let found = find_level(best, name).expect("the best level is found by its own name");
         assert_eq!(levels(found).last().map(|(name, _)| name), Some(name));
         assert!(find_level(best, "none").is_none());
     }

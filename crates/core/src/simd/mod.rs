@@ -1,14 +1,13 @@
-//! Storage and SIMD registers of the kernels: blocks of eight lattice vertices, points of four numbers, the
-//! SIMD level.
+//! Defines the storage formats and the SIMD helpers that the kernels share.
 //!
 //! | file | contents |
 //! |---|---|
-//! | `lanes` | blocks of eight lattice vertices |
-//! | `vector` | products of vectors, one vector for each lane |
-//! | `xyzx` | points as four numbers |
-//! | `tile` | scratch rows of a thread, gathered by 16-bit offsets |
+//! | `lanes` | numbers of lattice vertices, stored in blocks of eight vertices |
+//! | `vector` | products of 3-vectors, one vector in each lane of three registers |
+//! | `xyzx` | points stored as the four numbers (x, y, z, x) |
+//! | `tile` | scratch points of a thread, read by 16-bit offsets |
 //! | `coordinate` | the number types of output coordinates |
-//! | `level` | the SIMD level, and its environment variable |
+//! | `level` | the SIMD level, and the environment variable that selects it |
 
 mod coordinate;
 pub(crate) mod lanes;

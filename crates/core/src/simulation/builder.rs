@@ -7,10 +7,11 @@ use crate::error::Error;
 use crate::parallel::Executor;
 use crate::range::in_range;
 
-/// Limit of the number of threads: more than a simulation can use, and few enough for the system to start.
+/// Maximum number of threads: more than a simulation can use, and few enough for the system to start.
 const MAX_THREADS: usize = 1024;
 
-/// Builds a [`Simulation`] from bodies, colliders and settings. [`build`](Self::build) checks them.
+/// Builds a [`Simulation`] from bodies, colliders and settings. [`build`](Self::build) checks the colliders
+/// and settings.
 #[derive(Debug)]
 pub struct SimulationBuilder {
     bodies: Vec<Body>,
@@ -42,8 +43,8 @@ impl SimulationBuilder {
         self
     }
 
-    /// Sets gravity in scene units per second squared, each component at most 1e12 in magnitude; default (0,
-    /// -9.81, 0).
+    /// Sets gravity in scene units per second squared, each component at most 1e12 in magnitude. Default:
+    /// (0, -9.81, 0).
     #[must_use]
     pub fn gravity(mut self, gravity: [f64; 3]) -> Self {
         self.gravity = gravity;
@@ -65,7 +66,7 @@ impl SimulationBuilder {
     }
 
     /// Sets the number of steps per frame, at least 1; default 1. The volume correction of the displayed
-    /// surface uses the contacts of all steps since the frame began.
+    /// surface uses the contacts and external forces of all steps since the frame began.
     #[must_use]
     pub fn substeps(mut self, substeps: u64) -> Self {
         self.substeps = substeps;

@@ -1,15 +1,18 @@
-//! Simulation time, computed from a step count to avoid accumulated rounding.
+//! Computes the simulation time from a step count, so that rounding does not accumulate.
 
 use crate::state::Interval;
 
-/// A step counter and its time: `since + (steps - first) * dt`. `since` is the start time of step `first`, in
-/// seconds.
+/// A step counter and the time `since + (steps - first) * dt`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Clock {
+    /// Number of steps so far.
     steps: u64,
+    /// Length of a step in seconds.
     dt: f64,
+    /// Number of steps when `dt` or the time was last set.
     first: u64,
+    /// Time in seconds after `first` steps.
     since: f64,
 }
 
@@ -50,7 +53,7 @@ impl Clock {
         *self = Self { first: self.steps, since: time, ..*self };
     }
 
-    /// Returns the time after `steps` steps in total.
+    /// Returns the time in seconds after `steps` steps, counted from the start of the simulation.
     fn time_after(&self, steps: u64) -> f64 {
         self.since + (steps - self.first) as f64 * self.dt
     }

@@ -1,4 +1,4 @@
-//! The simulation: bodies, colliders and time. [`Simulation::step`] advances all of them.
+//! The simulation: bodies, colliders and time. [`Simulation::step`] advances the bodies and the time.
 
 mod builder;
 mod clock;
@@ -47,7 +47,7 @@ impl Simulation {
 
     /// Advances all bodies by `count` steps of length `dt`.
     pub fn steps(&mut self, count: u64) {
-        // Entering the pool takes longer than a step of a body that is a single task.
+        // Entering the pool takes longer than a step of a body that is a single task (see `parallel`).
         let executor = match &self.bodies[..] {
             [body] if body.is_one_task() => Executor::sequential(),
             _ => self.executor.clone(),
@@ -71,7 +71,7 @@ impl Simulation {
         self.clock.tick();
     }
 
-    /// Returns the stages of a step and of a display, with their memory.
+    /// Returns the stages of a step and of the evaluation of the displayed surface, with their memory.
     pub fn plan(&self) -> Plan {
         let bodies = self.bodies.iter().map(Body::plan).collect();
         Plan { dt: self.dt(), substeps: self.substeps, threads: self.threads(), bodies }
@@ -94,13 +94,14 @@ impl Simulation {
         Ok(())
     }
 
-    /// Returns the time in seconds. It is computed as steps x dt since dt or the time was last set, so
-    /// rounding does not accumulate.
+    /// Returns the time in seconds. It is computed as the time at which `dt` or the time was last set, plus
+    /// the number of steps since then times `dt`, so that rounding does not accumulate.
     pub fn time(&self) -> f64 {
         self.clock.time()
     }
 
-    /// Sets the time in seconds, which pins, handles and moving colliders follow.
+    /// Sets the time in seconds. The time windows of pins and handles and the keyframes of handles and
+    /// colliders refer to this time.
     ///
     /// # Errors
     ///
@@ -121,7 +122,7 @@ impl Simulation {
         self.substeps
     }
 
-    /// Returns the executor that steps and displays run on.
+    /// Returns the executor that runs the steps and evaluates displayed surfaces.
     pub fn executor(&self) -> &Executor {
         &self.executor
     }
@@ -132,7 +133,7 @@ impl Simulation {
     }
 
     /// Sets the number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any
-    /// number.
+    /// number of threads.
     ///
     /// # Errors
     ///
@@ -150,7 +151,7 @@ impl Simulation {
         self.executor.abandon();
     }
 
-    /// Sets the colliders, from the next step on.
+    /// Replaces all colliders, from the next step and the next evaluation of a displayed surface on.
     ///
     /// # Errors
     ///
@@ -177,7 +178,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Returns the bodies, in the order in which they were added. To display a body use [`Simulation::body`].
+    /// Returns the bodies, in the order in which they were added. To evaluate the displayed surface of a
+    /// body, use [`Simulation::body`].
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -187,11 +189,12 @@ impl Simulation {
         &mut self.bodies
     }
 
-    /// Returns a body together with the colliders, time and threads that its display needs.
+    /// Returns a reference to a body, with the data of the simulation that evaluating the displayed surface
+    /// needs.
     ///
     /// # Panics
     ///
-    /// If `index` is not the index of a body.
+    /// Panics if `index` is not the index of a body.
     pub fn body(&self, index: usize) -> BodyRef<'_> {
         BodyRef::new(&self.bodies[index], self.display_context())
     }
@@ -205,7 +208,7 @@ impl Simulation {
     ///
     /// # Panics
     ///
-    /// If `index` is not the index of a body.
+    /// Panics if `index` is not the index of a body.
     pub fn body_mut(&mut self, index: usize) -> &mut Body {
         &mut self.bodies[index]
     }

@@ -1,12 +1,13 @@
-//! The saved state of a simulation. A restored simulation continues bit-identically.
+//! Saves and restores the state of a simulation. A restored simulation continues bit-identically.
 
 use super::{Clock, Simulation};
 use crate::body::{BodySnapshot, StateError};
 use crate::error::Error;
 
-/// The saved state of a simulation: positions, velocities, rotations, origins, momenta, pins and handles with
-/// their captured poses, time, gravity and the body settings that can change between steps. It can be
-/// restored in any simulation that was built with the same bodies.
+/// The saved state of a simulation: time, step length, gravity and, for each body, a [`BodySnapshot`] with
+/// positions, velocities, rotations, origin, momenta, forces, pins and handles with their captured poses, and
+/// the settings that can change between steps. Colliders are not included. A state can be restored in any
+/// simulation that was built with the same bodies.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
@@ -16,7 +17,7 @@ pub struct SimulationState {
 }
 
 impl SimulationState {
-    /// Returns the number of steps before this state.
+    /// Returns the number of steps after which the state was saved.
     pub fn step_count(&self) -> u64 {
         self.clock.steps()
     }
@@ -32,7 +33,7 @@ impl Simulation {
         }
     }
 
-    /// Restores a state of a simulation that was built like this one.
+    /// Restores a state of a simulation that was built with the same bodies.
     ///
     /// # Errors
     ///

@@ -1,5 +1,6 @@
-//! Evaluates the positions and normals of all vertices, chunk by chunk: interpolates the positions of a chunk
-//! into a tile, computes its normals in a second tile, and writes the outputs from the tiles.
+//! Evaluates the positions and normals of all vertices, chunk by chunk. Interpolates the positions of a chunk
+//! into a tile, computes the normals of the chunk in a second tile, and writes the outputs from the two
+//! tiles.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f64x4};
 
@@ -15,13 +16,15 @@ use crate::simd::xyzx::{Pair, Xyzx};
 use crate::simd::{Coordinate, level};
 use crate::state::BodyFrame;
 
-/// Largest ratio of interpolated points to vertices. Above it, reordering the vertices is faster.
+/// Largest ratio of interpolated points to vertices for evaluation in input order. Above this ratio,
+/// evaluation in Morton order is faster.
 const MAX_POINTS_PER_VERTEX: usize = 2;
 
-/// Number of Morton cells along the longest side of the bounds. Vertices in one Morton cell keep their order.
+/// Number of Morton cells along the longest side of the bounding box. Vertices in one Morton cell keep their
+/// order.
 const MORTON_CELLS: f64 = 1024.0;
 
-/// Evaluation of positions without normals.
+/// Tables for the evaluation of positions without normals.
 #[derive(Debug)]
 pub(super) struct Positions {
     embedded: EmbeddedPoints,
@@ -58,19 +61,22 @@ impl Positions {
     }
 }
 
-/// Evaluation of normals, with or without positions.
+/// Tables for the evaluation of normals, with or without positions.
 ///
-/// In the order of the input if that keeps neighbors in common chunks, and in Morton order otherwise.
+/// Vertices are evaluated in input order if most neighbors are then in common chunks, and in Morton order
+/// otherwise.
 #[derive(Debug)]
 pub(super) enum Normals {
+    /// Evaluation in input order.
     InOrder(Neighborhoods),
+    /// Evaluation in Morton order.
     Reordered(Reordered),
 }
 
 impl Normals {
     pub(super) fn new(mesh: &Mesh, embedding: &Embedding) -> Self {
-        let own = (0..embedding.len() as u32).collect();
-        let vertices = Neighborhoods::new(mesh.triangles(), mesh.weld(), embedding, own);
+        let points = (0..embedding.len() as u32).collect();
+        let vertices = Neighborhoods::new(mesh.triangles(), mesh.weld(), embedding, points);
         if vertices.has_locality() {
             Self::InOrder(vertices)
         } else {
@@ -86,9 +92,9 @@ impl Normals {
         }
     }
 
-    /// Writes the positions in world space, unless `positions` is empty, and the unit normals.
+    /// Writes the unit normals, and the positions in world space unless `positions` is empty.
     ///
-    /// `records`: scratch.
+    /// `records`: scratch, overwritten.
     pub(super) fn evaluate<P: Coordinate, N: Coordinate>(
         &self,
         executor: &Executor,
@@ -114,14 +120,15 @@ pub(super) struct Neighborhoods {
 }
 
 impl Neighborhoods {
-    /// Prepares the vertices. Vertex `k` is point `points[k]` of the embedding.
+    /// Builds the tables. Vertex `k` is point `points[k]` of the embedding. `triangles` and `weld` refer to
+    /// these vertices.
     fn new(triangles: &[[u32; 3]], weld: &[u32], embedding: &Embedding, points: Vec<u32>) -> Self {
         let mut embedded = EmbeddedPointsBuilder::new(embedding, &points);
         let rings = OneRingBlocks::new(triangles, weld, &mut embedded);
         Self { embedded: embedded.finish(), rings, points }
     }
 
-    /// Returns whether the chunks need few vertices in addition to their own.
+    /// Returns whether the chunks need few neighbors from other chunks.
     fn has_locality(&self) -> bool {
         self.embedded.len() <= MAX_POINTS_PER_VERTEX * self.points.len()
     }
@@ -130,8 +137,8 @@ impl Neighborhoods {
         self.embedded.bytes() + self.rings.bytes() + size_of_val(&*self.points)
     }
 
-    /// Evaluates a chunk and calls `write` with the tile of positions, the tile of normals, and the offsets
-    /// of the chunk's vertices in them.
+    /// Evaluates a chunk. Calls `write` with the tile of positions, the tile of normals, and the offsets of
+    /// the chunk's vertices in both tiles.
     fn evaluate_chunk(&self, chunk: usize, pose: Pose, write: impl FnOnce(&Tile, &Tile, &[TileOffsets])) {
         with_tiles(|tile, normals| {
             self.embedded.interpolate(chunk, pose.lattice, tile.pairs());
@@ -142,12 +149,12 @@ impl Neighborhoods {
 
     /// Iterates over the vertices whose one-rings do not fit in a tile, with their unit normals.
     fn oversized(&self, pose: Pose) -> impl Iterator<Item = (usize, Xyzx)> {
-        let at = move |vertex: u32| {
+        let position = move |vertex: u32| {
             pose.embedding.extrapolated(self.points[vertex as usize] as usize, pose.lattice)
         };
         self.rings.oversized().iter().map(move |oversized| {
-            let ring = oversized.ring.iter().map(|&vertex| at(vertex));
-            (oversized.vertex as usize, ring_normal(at(oversized.center), ring))
+            let ring = oversized.ring.iter().map(|&vertex| position(vertex));
+            (oversized.vertex as usize, ring_normal(position(oversized.center), ring))
         })
     }
 
@@ -160,10 +167,10 @@ impl Neighborhoods {
         normals: &mut [[N; 3]],
     ) {
         executor.for_each(chunks(positions, normals), |(chunk, positions, normals)| {
-            self.evaluate_chunk(chunk, pose, |tile, found, offsets| {
+            self.evaluate_chunk(chunk, pose, |tile, normal_tile, offsets| {
                 write_positions(tile, offsets.iter().map(|entry| entry.position), pose.frame, positions);
                 for (out, entry) in normals.iter_mut().zip(offsets) {
-                    *out = to_xyz(found.get(entry.normal)).map(N::of);
+                    *out = to_xyz(normal_tile.get(entry.normal)).map(N::of);
                 }
             });
         });
@@ -173,12 +180,13 @@ impl Neighborhoods {
     }
 }
 
-/// Welded vertices in Morton order. They are evaluated in that order and copied to the mesh vertices.
+/// Welded vertices in Morton order. They are evaluated in this order, and the results are copied to the mesh
+/// vertices.
 #[derive(Debug)]
 pub(super) struct Reordered {
     vertices: Neighborhoods,
-    /// Index of each mesh vertex in `vertices`.
-    slots: Vec<u32>,
+    /// Index in `vertices` of each mesh vertex.
+    reordered: Vec<u32>,
 }
 
 impl Reordered {
@@ -189,19 +197,20 @@ impl Reordered {
         points.sort_by_cached_key(|&point| {
             morton((mesh.vertices()[point as usize] - low).map(|x| (x / cell) as u32).into())
         });
-        let mut slots = vec![0; embedding.len()];
-        (0..).zip(&points).for_each(|(slot, &point)| slots[point as usize] = slot);
-        for vertex in 0..slots.len() {
-            slots[vertex] = slots[mesh.weld()[vertex] as usize];
+        let mut reordered = vec![0; embedding.len()];
+        (0..).zip(&points).for_each(|(index, &point)| reordered[point as usize] = index);
+        for vertex in 0..reordered.len() {
+            reordered[vertex] = reordered[mesh.weld()[vertex] as usize];
         }
         let triangles: Vec<_> =
-            mesh.triangles().iter().map(|t| t.map(|corner| slots[corner as usize])).collect();
-        let own: Vec<u32> = (0..points.len() as u32).collect();
-        Self { vertices: Neighborhoods::new(&triangles, &own, embedding, points), slots }
+            mesh.triangles().iter().map(|t| t.map(|corner| reordered[corner as usize])).collect();
+        // The vertices are welded already, so each is its own representative.
+        let weld: Vec<u32> = (0..points.len() as u32).collect();
+        Self { vertices: Neighborhoods::new(&triangles, &weld, embedding, points), reordered }
     }
 
     fn bytes(&self) -> usize {
-        self.vertices.bytes() + size_of_val(&*self.slots)
+        self.vertices.bytes() + size_of_val(&*self.reordered)
     }
 
     /// Writes the outputs, as [`Normals::evaluate`].
@@ -216,7 +225,7 @@ impl Reordered {
         normals: &mut [[N; 3]],
         records: &mut Vec<Pair>,
     ) {
-        let Self { vertices, slots } = self;
+        let Self { vertices, reordered } = self;
         records.resize(vertices.points.len(), [0.0; 8]);
         executor.for_each(records.chunks_mut(CHUNK).enumerate(), |(chunk, records)| {
             vertices.evaluate_chunk(chunk, pose, |tile, normals, offsets| {
@@ -226,19 +235,19 @@ impl Reordered {
                 }
             });
         });
-        for (slot, normal) in vertices.oversized(pose) {
-            records[slot][4..].copy_from_slice(&normal);
+        for (vertex, normal) in vertices.oversized(pose) {
+            records[vertex][4..].copy_from_slice(&normal);
         }
         executor.for_each(chunks(positions, normals), |(chunk, positions, normals)| {
-            let own = || slots[chunk * CHUNK..].iter().map(|&slot| &records[slot as usize]);
+            let chunk_records = || reordered[chunk * CHUNK..].iter().map(|&index| &records[index as usize]);
             dispatch!(level(), simd => {
                 let world = ToWorld::new(simd, pose.frame);
-                for (position, record) in positions.iter_mut().zip(own()) {
+                for (position, record) in positions.iter_mut().zip(chunk_records()) {
                     let (local, _) = simd.split_f32x8(f32x8::load_array_ref(simd, record));
                     *position = world.position(simd, local);
                 }
             });
-            for (normal, [.., z, x, y, last]) in normals.iter_mut().zip(own()) {
+            for (normal, [.., z, x, y, last]) in normals.iter_mut().zip(chunk_records()) {
                 *normal = to_xyz([*z, *x, *y, *last]).map(N::of);
             }
         });
@@ -251,12 +260,12 @@ fn chunks<'a, P: Send, N: Send>(
     normals: &'a mut [N],
 ) -> impl ExactSizeIterator<Item = (usize, &'a mut [P], &'a mut [N])> + Send {
     normals.chunks_mut(CHUNK).enumerate().map(move |(chunk, normals)| {
-        let own = CHUNK.min(positions.len());
-        (chunk, positions.split_off_mut(..own).unwrap_or_default(), normals)
+        let length = CHUNK.min(positions.len());
+        (chunk, positions.split_off_mut(..length).unwrap_or_default(), normals)
     })
 }
 
-/// Returns the Morton code of a grid index (Morton 1966): the interleaved bits of its coordinates.
+/// Returns the Morton code of a grid index (Morton 1966): the interleaved bits of the coordinates.
 fn morton(index: [u32; 3]) -> u64 {
     let mut code = 0;
     for bit in 0..21 {
@@ -267,7 +276,7 @@ fn morton(index: [u32; 3]) -> u64 {
     code
 }
 
-/// The map from cells to world space.
+/// The map from the body frame, in cells, to world space.
 #[derive(Clone, Copy)]
 struct ToWorld<S: Simd> {
     origin: f64x4<S>,
@@ -281,7 +290,7 @@ impl<S: Simd> ToWorld<S> {
         Self { origin: f64x4::load_array(simd, [x, y, z, x]), cell: f64x4::splat(simd, frame.cell_size) }
     }
 
-    /// Converts a position in cells to world space.
+    /// Converts a position from the body frame, in cells, to world space.
     #[inline(always)]
     fn position<T: Coordinate>(self, simd: S, local: f32x4<S>) -> [T; 3] {
         let (local, _) = simd.widen_f32x8(simd.combine_f32x4(local, local));
@@ -289,7 +298,8 @@ impl<S: Simd> ToWorld<S> {
     }
 }
 
-/// Writes the positions at `offsets` in the tile to `out`, in world space, until `out` or `offsets` ends.
+/// Converts the positions at `offsets` in the tile to world space, and writes them to `out` until `out` or
+/// `offsets` ends.
 fn write_positions<T: Coordinate>(
     tile: &Tile,
     offsets: impl Iterator<Item = u16>,

@@ -1,4 +1,7 @@
 //! The trilinear update of the mesh: interpolates mesh vertices from the corners of their lattice cells.
+//!
+//! A chunk consists of the mesh vertices, here called points, that are interpolated into one tile; see
+//! `skin`. Two points that share a SIMD register are called a pair.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
@@ -7,28 +10,29 @@ use crate::lattice::{Embedding, extrapolate, polynomial};
 use crate::simd::level;
 use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes};
 
-/// Largest product of a point's distances outside its cell along two axes, in squared cells, for which the
-/// polynomial of the cell is used. The polynomial and the linear continuation then differ by less than the
-/// rounding of `f32`.
+/// Largest product of the distances of a point from its cell along two axes, in squared cells, for which the
+/// polynomial of the cell is used. The polynomial and the linear continuation of the cell then differ by less
+/// than the rounding error of `f32`.
 const MAX_OUTSIDE: f32 = 1e-8;
 
 /// Points in the order of their interpolation: by chunk, and within a chunk by cell.
 ///
-/// The number of points of each cell in a chunk is even.
+/// The number of points of each cell in a chunk is even, because the last point is stored twice if necessary.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EmbeddedPoints {
     /// Lattice vertices at the corners of each cell that contains points.
     corners: Vec<[u32; 8]>,
-    /// Ends of each chunk in the arrays below.
+    /// End of each chunk in the arrays below.
     ends: Vec<Ends>,
+    /// The cells of each chunk.
     runs: Vec<CellRun>,
-    /// Local coordinates of two points in their cell, each `(u, v, w, 0)`.
+    /// Local coordinates of each pair of points in their cell: `(u, v, w, 0)` of both points.
     coords: Vec<Pair>,
-    /// Points that need the linear continuation of their cell: row in the chunk, and cell.
+    /// Points that need the linear continuation of their cell: row in the tile, and index in `corners`.
     outliers: Vec<(u32, u32)>,
 }
 
-/// Ends of a chunk in the arrays of [`EmbeddedPoints`].
+/// Ends of one chunk in the arrays of [`EmbeddedPoints`].
 #[derive(Clone, Copy, Debug, Default)]
 struct Ends {
     runs: usize,
@@ -47,13 +51,13 @@ struct CellRun {
 
 /// Builder of [`EmbeddedPoints`]. Chunks are added with [`TileLayout::add`].
 pub(super) struct EmbeddedPointsBuilder {
-    /// Cell of each point, as index in `corners`, and local coordinates in it.
+    /// Cell of each point (index in `corners`), and local coordinates of the point in the cell.
     points: Vec<(u32, [f32; 3])>,
     embedded: EmbeddedPoints,
 }
 
 impl EmbeddedPointsBuilder {
-    /// Builds an empty builder. Point `k` of the chunks is `points[k]` of the embedding.
+    /// Creates a builder without chunks. `points[k]` is the index in the embedding of point `k`.
     pub(super) fn new(embedding: &Embedding, points: &[u32]) -> Self {
         let mut cell_of = vec![0; embedding.len()];
         let mut embedded = EmbeddedPoints::default();
@@ -65,12 +69,12 @@ impl EmbeddedPointsBuilder {
         Self { points: points.iter().map(entry).collect(), embedded }
     }
 
-    /// Returns the chunks that were added.
+    /// Returns the points of all chunks that were added.
     pub(super) fn finish(self) -> EmbeddedPoints {
         self.embedded
     }
 
-    /// Sorts points by cell and returns their indices in `points`.
+    /// Returns the indices of `points`, sorted by the cell of the point.
     fn by_cell(&self, points: &[u32]) -> Vec<usize> {
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by_key(|&k| self.points[points[k] as usize].0);
@@ -90,7 +94,7 @@ impl TileLayout for EmbeddedPointsBuilder {
         rows
     }
 
-    /// Appends a chunk. If a cell has an odd number of points, its last point is stored twice.
+    /// Appends a chunk. If a cell has an odd number of points, the last point of the cell is stored twice.
     fn add(&mut self, points: &[u32]) {
         let order = self.by_cell(points);
         let point = |&k: &usize| self.points[points[k] as usize];
@@ -101,8 +105,8 @@ impl TileLayout for EmbeddedPointsBuilder {
             let first = 2 * (coords.len() - begin) as u32;
             let outside = (first..).zip(run).filter(|(_, k)| is_outside(point(k).1));
             outliers.extend(outside.map(|(row, _)| (row, cell)));
-            coords.extend(run.chunks(2).map(|two| {
-                let ([a, b, c], [d, e, f]) = (point(&two[0]).1, point(&two[two.len() - 1]).1);
+            coords.extend(run.chunks(2).map(|pair| {
+                let ([a, b, c], [d, e, f]) = (point(&pair[0]).1, point(&pair[pair.len() - 1]).1);
                 [a, b, c, 0.0, d, e, f, 0.0]
             }));
             runs.push(CellRun { cell, pairs: run.len().div_ceil(2) as u32 });
@@ -112,7 +116,7 @@ impl TileLayout for EmbeddedPointsBuilder {
 }
 
 impl EmbeddedPoints {
-    /// Returns the number of interpolated points, including the duplicates that make cells even.
+    /// Returns the number of interpolated points, including the points that are stored twice.
     pub(super) fn len(&self) -> usize {
         2 * self.coords.len()
     }
@@ -132,16 +136,16 @@ impl EmbeddedPoints {
         let end = self.ends[chunk];
         let coords = &self.coords[begin.coords..end.coords];
         dispatch!(level(), simd => {
-            let mut rest = (coords, &mut *pairs);
+            let mut remaining = (coords, &mut *pairs);
             for run in &self.runs[begin.runs..end.runs] {
-                let (coords, later) = rest.0.split_at(run.pairs as usize);
-                let (pairs, later_pairs) = rest.1.split_at_mut(run.pairs as usize);
+                let (coords, later_coords) = remaining.0.split_at(run.pairs as usize);
+                let (pairs, later_pairs) = remaining.1.split_at_mut(run.pairs as usize);
                 interpolate_cell(simd, &self.corners[run.cell as usize], lattice, coords, pairs);
-                rest = (later, later_pairs);
+                remaining = (later_coords, later_pairs);
             }
         });
-        for &(at, cell) in &self.outliers[begin.outliers..end.outliers] {
-            let (pair, half) = (at as usize / 2, at as usize % 2 * 4);
+        for &(row, cell) in &self.outliers[begin.outliers..end.outliers] {
+            let (pair, half) = (row as usize / 2, row as usize % 2 * 4);
             let local = [0, 1, 2].map(|axis| coords[pair][half + axis]);
             let outlier = extrapolate(&self.corners[cell as usize], lattice, local);
             pairs[pair][half..half + 4].copy_from_slice(&outlier);
@@ -149,15 +153,17 @@ impl EmbeddedPoints {
     }
 }
 
-/// Returns whether the polynomial of a cell and its linear continuation differ at local coordinates.
+/// Returns whether the polynomial and the linear continuation of a cell differ at local coordinates.
 fn is_outside(local: [f32; 3]) -> bool {
     let [u, v, w] = local.map(|x| (x - x.clamp(0.0, 1.0)).abs());
     // Coordinates that are not finite count as outside.
-    let near = u * v <= MAX_OUTSIDE && v * w <= MAX_OUTSIDE && w * u <= MAX_OUTSIDE;
-    !near
+    let use_polynomial = u * v <= MAX_OUTSIDE && v * w <= MAX_OUTSIDE && w * u <= MAX_OUTSIDE;
+    !use_polynomial
 }
 
-/// Interpolates the points of one cell by its trilinear polynomial about corner 0.
+/// Interpolates pairs of points of one cell by the trilinear polynomial of the cell about corner 0.
+///
+/// `corners`: lattice vertices at the corners. `lattice`: positions of the lattice vertices.
 #[inline(always)]
 fn interpolate_cell<S: Simd>(
     simd: S,
@@ -171,11 +177,11 @@ fn interpolate_cell<S: Simd>(
         terms[k] = f32x4::load_array_ref(simd, &lattice[corners[k] as usize]);
     }
     let terms = polynomial(terms);
-    let mut both = [f32x8::splat(simd, 0.0); 8];
+    let mut doubled = [f32x8::splat(simd, 0.0); 8];
     for k in 0..8 {
-        both[k] = simd.combine_f32x4(terms[k], terms[k]);
+        doubled[k] = simd.combine_f32x4(terms[k], terms[k]);
     }
-    let [one, x, y, xy, z, xz, yz, xyz] = both;
+    let [one, x, y, xy, z, xz, yz, xyz] = doubled;
     for (local, pair) in coords.iter().zip(pairs) {
         let [u, v, w, _] = broadcast_lanes(simd, f32x8::load_array_ref(simd, local));
         // The small offset from corner 0 is summed first, which reduces the rounding error.

@@ -1,11 +1,15 @@
 //! The displayed mesh: positions and normals of the mesh vertices, computed from the lattice vertices.
 //!
-//! Vertices are evaluated in chunks. [`evaluate`] runs these steps for all chunks and writes the outputs:
+//! Vertices are evaluated in *chunks* of consecutive vertices. A *tile* is a small buffer of one thread,
+//! whose rows hold the positions or the normals of one chunk; see `simd::tile`. The *one-ring* of a vertex
+//! lists the neighbors of the vertex in order around it.
 //!
-//! * [`mesh_update`]: the trilinear update of the mesh. It interpolates the vertices of a chunk, cell by cell,
-//!   into a tile (a small buffer of the thread).
-//! * [`normals`]: vertex normals, from the one-rings in the tile.
-//! * [`one_ring_blocks`], [`one_ring`]: the one-rings, in blocks of eight. Prepared once, for normals only.
+//! * [`evaluate`]: runs the following steps for all chunks, and writes the outputs from the tiles.
+//! * [`mesh_update`]: the trilinear update of the mesh. Interpolates the vertices of a chunk, cell by cell,
+//!   into a tile.
+//! * [`normals`]: computes vertex normals from the one-rings.
+//! * [`one_ring_blocks`], [`one_ring`]: the one-rings in blocks of eight. They are built once, and only if
+//!   normals are evaluated.
 
 mod evaluate;
 mod mesh_update;
@@ -25,7 +29,8 @@ use crate::simd::xyzx::{Pair, Xyzx};
 use crate::state::BodyFrame;
 use evaluate::{Normals, Positions};
 
-/// The evaluation tables of an embedded mesh. Each is built at its first use. Buffers are in [`SkinBuffers`].
+/// The evaluation tables of an embedded mesh. Each table is built at its first use. Buffers are in
+/// [`SkinBuffers`].
 #[derive(Debug, Default)]
 pub(crate) struct Skin {
     positions: OnceLock<Positions>,
@@ -43,7 +48,7 @@ impl SkinBuffers {
     }
 }
 
-/// The state to evaluate: the mesh, its embedding, and the positions of the lattice vertices.
+/// The input of an evaluation: the mesh, its embedding, and the positions of the lattice vertices.
 #[derive(Clone, Copy)]
 pub(crate) struct Pose<'a> {
     pub(crate) mesh: &'a Mesh,
@@ -54,7 +59,7 @@ pub(crate) struct Pose<'a> {
     pub(crate) frame: &'a BodyFrame,
 }
 
-/// The output arrays, one entry per mesh vertex. `None`: not computed.
+/// The output arrays, one entry per mesh vertex. `None` if an output is not computed.
 pub(crate) struct Outputs<'a, P, N> {
     /// Positions in world space.
     pub(crate) positions: Option<&'a mut [[P; 3]]>,

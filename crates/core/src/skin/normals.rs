@@ -12,11 +12,11 @@ use crate::simd::xyzx::{Eight, Xyzx, broadcast_lanes, rotate_lanes, squared_leng
 
 /// Area-weighted vertex normals, prepared for many frames of one surface.
 ///
-/// Welded vertices share a normal, so that seams are not visible. The normal of a vertex without any triangle
-/// of positive area is zero.
+/// Welded vertices have the same normal, so that seams are not visible. The normal of a vertex without a
+/// triangle of positive area is zero.
 ///
-/// Each normal is one sum over the one-ring of its vertex, in a fixed order. No memory is shared between the
-/// sums of different vertices.
+/// Each normal is one sum over the one-ring of its vertex, in a fixed order. The sums of different vertices
+/// do not write to common memory.
 #[derive(Clone, Debug)]
 pub struct VertexNormals {
     rings: OneRingBlocks,
@@ -35,9 +35,9 @@ impl VertexNormals {
         Self { rings: OneRingBlocks::new(triangles, weld, &mut members), members }
     }
 
-    /// Writes the unit normal of each vertex at `positions` (one per vertex) to `out` (one per vertex).
+    /// Writes the unit normal of each vertex to `out`, given the position of each vertex.
     ///
-    /// Allocates memory only at the first call in each thread.
+    /// Only the first call in each thread allocates memory.
     ///
     /// # Panics
     /// If the length of `positions` or `out` is not the number of vertices of the mesh.
@@ -45,11 +45,11 @@ impl VertexNormals {
         let Self { rings, members } = self;
         assert_eq!(positions.len(), rings.len(), "`positions` must have one entry per vertex");
         assert_eq!(out.len(), rings.len(), "`out` must have one entry per vertex");
-        let at = |vertex: u32| xyzx(positions[vertex as usize]);
+        let position = |vertex: u32| xyzx(positions[vertex as usize]);
         for (chunk, out) in out.chunks_mut(CHUNK).enumerate() {
             with_tiles(|tile, normals| {
                 for (row, &vertex) in tile.rows().iter_mut().zip(&members[chunk]) {
-                    *row = at(vertex);
+                    *row = position(vertex);
                 }
                 rings.find_normals(chunk, tile, normals);
                 for (out, entry) in out.iter_mut().zip(rings.offsets(chunk)) {
@@ -58,8 +58,8 @@ impl VertexNormals {
             });
         }
         for oversized in rings.oversized() {
-            let ring = oversized.ring.iter().map(|&vertex| at(vertex));
-            out[oversized.vertex as usize] = to_xyz(ring_normal(at(oversized.center), ring));
+            let ring = oversized.ring.iter().map(|&vertex| position(vertex));
+            out[oversized.vertex as usize] = to_xyz(ring_normal(position(oversized.center), ring));
         }
     }
 }
@@ -78,7 +78,7 @@ impl TileLayout for Vec<Vec<u32>> {
 ///
 /// * `triangles`: corners as indices into `positions`, shape `(m, 3)`.
 /// * `positions`: shape `(n, 3)`.
-/// * `weld`: for each vertex, the vertex whose normal it shares, or itself, shape `(n,)`.
+/// * `weld`: for each vertex, the vertex to which it is welded (itself if it is not welded), shape `(n,)`.
 /// * `out`: the unit normals, shape `(n, 3)`.
 ///
 /// # Panics
@@ -94,7 +94,8 @@ pub(super) fn to_xyz([z, x, y, _]: Xyzx) -> [f32; 3] {
 }
 
 impl OneRingBlocks {
-    /// Writes the unit normals of a chunk to `normals`, given the positions of its one-rings in `tile`.
+    /// Writes the unit normals of a chunk to `normals`, given the positions of the chunk's vertices and
+    /// one-rings in `tile`.
     pub(super) fn find_normals(&self, chunk: usize, tile: &Tile, normals: &mut Tile) {
         normals.rows()[NO_NORMAL] = [0.0; 4];
         dispatch!(level(), simd => {
@@ -109,24 +110,25 @@ impl OneRingBlocks {
 #[inline(always)]
 fn block_normals<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock, normals: &mut Eight) {
     let mut sums = area_vectors(simd, tile, rings);
-    let squared = squared_lengths(simd, sums);
-    let inverse = broadcast_lanes(simd, f32x8::splat(simd, 1.0) / squared.sqrt());
+    let length_squared = squared_lengths(simd, sums);
+    let inverse = broadcast_lanes(simd, f32x8::splat(simd, 1.0) / length_squared.sqrt());
     for k in 0..4 {
         sums[k] *= inverse[k];
     }
     store(sums, normals);
-    // A squared length is zero, subnormal or not finite in f32: recompute these normals in f64.
-    if !(squared.simd_ge(f32::MIN_POSITIVE) & squared.simd_le(f32::MAX)).all_true() {
+    // Recomputes the normals in f64 if a squared length is zero, subnormal or not finite in f32.
+    if !(length_squared.simd_ge(f32::MIN_POSITIVE) & length_squared.simd_le(f32::MAX)).all_true() {
         for (lane, normal) in normals.as_flattened_mut().as_chunks_mut().0.iter_mut().enumerate() {
             *normal = ring_normal(tile.get(rings.centers[lane]), rings.ring(lane).map(|at| tile.get(at)));
         }
     }
 }
 
-/// Returns the sum of `(a - v) x (b - v)` over the consecutive entries of each of eight one-rings.
+/// Returns, for each of eight one-rings, the sum of `(a - v) × (b - v)` over all pairs of consecutive entries
+/// a and b, where v is the vertex that the one-ring surrounds.
 ///
-/// Two triangles that share `b` are combined in one product:
-/// `(a - v) x (b - v) + (b - v) x (c - v) = (b - v) x (c - a)`.
+/// The products of consecutive entries a, b and c are combined in one product:
+/// `(a - v) × (b - v) + (b - v) × (c - v) = (b - v) × (c - a)`.
 #[inline(always)]
 fn area_vectors<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock) -> [f32x8<S>; 4] {
     let centers = tile.gather(simd, rings.centers);
@@ -136,7 +138,8 @@ fn area_vectors<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock) -> [f32x8<S
         let (middle, after) = (tile.gather(simd, middle), tile.gather(simd, after));
         for k in 0..4 {
             let (arm, edge) = (middle[k] - centers[k], after[k] - before[k]);
-            // a * yzx(b) - yzx(a) * b is the cross product a x b in the lane order (z, x, y).
+            // a * yzx(b) - yzx(a) * b is the cross product a × b in the lane order (z, x, y), where yzx(a) is
+            // `rotate_lanes` of a.
             sums[k] = arm.mul_add(rotate_lanes(simd, edge), sums[k]);
             sums[k] = (-rotate_lanes(simd, arm)).mul_add(edge, sums[k]);
         }
@@ -145,14 +148,16 @@ fn area_vectors<S: Simd>(simd: S, tile: &Tile, rings: &OneRingBlock) -> [f32x8<S
     sums
 }
 
-/// Returns the unit normal of one vertex, computed in `f64`, or zero if no triangle has area.
+/// Returns the unit normal of one vertex, computed in `f64`, in the lane order `(z, x, y, z)`. Returns zero
+/// if all triangles have zero area.
 ///
-/// Used for squared lengths outside the range of `f32` and for one-rings that do not fit in a tile.
+/// Used for normals whose squared length is outside the range of `f32`, and for one-rings that do not fit in
+/// a tile.
 pub(super) fn ring_normal(center: Xyzx, ring: impl Iterator<Item = Xyzx>) -> Xyzx {
     let wide = |[x, y, z, _]: Xyzx| Vector3::new(x, y, z).map(f64::from);
     let (mut sum, mut last) = (Vector3::zeros(), Vector3::zeros());
-    for at in ring {
-        let arm = wide(at) - wide(center);
+    for entry in ring {
+        let arm = wide(entry) - wide(center);
         sum += last.cross(&arm);
         last = arm;
     }

@@ -1,12 +1,12 @@
-//! The one-ring of a vertex: its neighbors in the order around it.
+//! Finds the one-ring of a vertex: the neighbors of the vertex in order around it.
 
 use crate::mesh::Csr;
 
-/// The one-rings of the vertices of a surface, each computed from the edges opposite to its vertex.
+/// Computes the one-rings of the vertices of a surface from the edges opposite to each vertex.
 ///
-/// The *one-ring* of a vertex lists, for each triangle at the vertex, the two other corners in order. A
-/// corner shared by two consecutive triangles is listed once. Between triangles that do not share an edge,
-/// the vertex itself is listed:
+/// The *one-ring* of a vertex v lists, for each triangle at v, the two other corners in order. A corner
+/// shared by two consecutive triangles is listed once. Between triangles that do not share an edge, v itself
+/// is listed:
 ///
 /// ```text
 ///       c---b
@@ -16,13 +16,14 @@ use crate::mesh::Csr;
 ///       e---f
 /// ```
 ///
-/// Each pair of consecutive entries that does not contain `v` is a triangle together with `v`.
+/// Each pair of consecutive entries that does not contain v forms a triangle with v.
 pub(super) struct OneRings {
-    /// The edges opposite to each vertex.
+    /// For each vertex, the opposite edge of each triangle at the vertex.
     edges: Csr<[u32; 2]>,
     /// Scratch of [`OneRings::append`]: the sorted end vertices of the edges.
     ends: Vec<u32>,
-    /// Scratch of [`OneRings::append`]: number of edges used so far, at the first edge of each start vertex.
+    /// Scratch of [`OneRings::append`]: the number of edges with the same start vertex that were used so far,
+    /// at the index of the first such edge.
     used: Vec<u32>,
 }
 
@@ -47,21 +48,22 @@ impl OneRings {
         used.resize(edges.len(), 0);
 
         let first = ring.len();
-        // Returns the end of the next unused edge from a vertex.
-        let mut follow = |from: u32| {
-            let group = edges.partition_point(|edge| edge[0] < from);
-            let edge = edges.get(group + *used.get(group)? as usize).filter(|edge| edge[0] == from)?;
+        // Returns the end of the next unused edge that starts at a vertex.
+        let mut follow = |start: u32| {
+            let group = edges.partition_point(|edge| edge[0] < start);
+            let edge = edges.get(group + *used.get(group)? as usize).filter(|edge| edge[0] == start)?;
             used[group] += 1;
             Some(edge[1])
         };
-        // Open fans first, from vertices where no edge ends. The remaining edges form closed rings.
-        let open = edges.iter().map(|edge| edge[0]).filter(|from| ends.binary_search(from).is_err());
-        for from in open.chain(edges.iter().map(|edge| edge[0])) {
-            let Some(mut at) = follow(from) else { continue };
+        // Open fans come first. They start at vertices where no edge ends. The remaining edges form closed
+        // rings.
+        let open = edges.iter().map(|edge| edge[0]).filter(|start| ends.binary_search(start).is_err());
+        for start in open.chain(edges.iter().map(|edge| edge[0])) {
+            let Some(mut at) = follow(start) else { continue };
             if ring.len() > first {
                 ring.push(vertex);
             }
-            ring.extend([from, at]);
+            ring.extend([start, at]);
             while let Some(next) = follow(at) {
                 ring.push(next);
                 at = next;

@@ -1,4 +1,7 @@
-//! The one-rings of all vertices of a surface, in blocks of eight.
+//! Stores the one-rings of all vertices of a surface in blocks of eight, as offsets in a tile.
+//!
+//! A *tile* is a small buffer of rows, one row per position or normal. An *offset* addresses a row by 16
+//! bits; see `simd::tile`. An *entry* is one vertex in a one-ring.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -6,35 +9,36 @@ use std::ops::Range;
 use super::one_ring::OneRings;
 use crate::simd::tile::{ROWS, offset};
 
-/// Number of vertices in a chunk, the unit of work of a thread. Large enough to find eight one-rings of
-/// similar length.
+/// Number of vertices in a chunk, the unit of work of a thread. Large enough that most blocks get eight
+/// one-rings of similar length.
 pub(super) const CHUNK: usize = 512;
 
-/// Row of the zero normal in the tile of a chunk's normals, for vertices without triangles.
+/// Row of the tile of normals that contains the zero normal, for vertices without triangles.
 pub(super) const NO_NORMAL: usize = CHUNK;
 
 /// Assigns vertices to the rows of a tile.
 pub(super) trait TileLayout {
-    /// Returns the row of each of `vertices`, which are in ascending order.
+    /// Returns the row of each of `vertices`, which must be in ascending order.
     fn rows(&self, vertices: &[u32]) -> Vec<usize>;
 
-    /// Appends a tile with the given vertices.
+    /// Appends the tile of the next chunk, with the given vertices.
     fn add(&mut self, vertices: &[u32]);
 }
 
-/// The one-rings of vertices, by chunk in the order of the vertices.
+/// The one-rings of all vertices, chunk by chunk.
 ///
-/// A chunk is evaluated in a tile with the positions of its vertices and their neighbors, welded. Its
-/// normals are written to a second tile, block by block.
+/// A chunk is evaluated with two tiles. The first tile has the positions of the welded vertices of the chunk
+/// and of their neighbors. The normals of the chunk are written to the second tile, block by block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OneRingBlocks {
     blocks: Vec<Block>,
-    /// Pairs of entries of all blocks, one after another.
+    /// Pairs of entries, block by block. A pair has two entries for each of the eight one-rings of a block.
     pairs: Vec<[[u16; 8]; 2]>,
     /// End of each chunk in `blocks`.
     ends: Vec<usize>,
     /// Tile offsets of each vertex.
     offsets: Vec<TileOffsets>,
+    /// The vertices whose one-rings do not fit in a tile.
     oversized: Vec<OversizedRing>,
 }
 
@@ -48,7 +52,7 @@ pub(super) struct TileOffsets {
 /// Eight one-rings, one per lane, as offsets in the tile of positions.
 #[derive(Clone, Debug)]
 struct Block {
-    /// The vertex of each one-ring.
+    /// The vertex that each one-ring surrounds.
     centers: [u16; 8],
     /// First entry of each one-ring.
     first: [u16; 8],
@@ -68,8 +72,8 @@ pub(super) struct OversizedRing {
 
 /// Eight vertices and their one-rings, as offsets in the tile of positions.
 ///
-/// All one-rings of a block have the same length: one entry, then pairs of entries. Shorter ones are padded
-/// with the vertex itself, which adds nothing to the normal.
+/// All one-rings of a block have the same length: one entry, then pairs of entries. Shorter one-rings are
+/// padded with the vertex that they surround, which adds zero to the normal.
 pub(super) struct OneRingBlock<'a> {
     pub(super) centers: &'a [u16; 8],
     pub(super) first: &'a [u16; 8],
@@ -77,14 +81,16 @@ pub(super) struct OneRingBlock<'a> {
 }
 
 impl OneRingBlocks {
-    /// Builds the one-rings of all vertices. `weld`: for each vertex, the vertex to which it is welded.
+    /// Builds the one-rings of all vertices.
+    ///
+    /// `weld`: for each vertex, the vertex to which it is welded. `layout`: assigns the rows of the tiles.
     pub(super) fn new(triangles: &[[u32; 3]], weld: &[u32], layout: &mut impl TileLayout) -> Self {
         let welded = triangles.iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
         let mut one_rings = OneRings::new(welded, weld.len());
         let mut this = Self { offsets: Vec::with_capacity(weld.len()), ..Self::default() };
         for first in (0..weld.len()).step_by(CHUNK) {
-            let own = first..weld.len().min(first + CHUNK);
-            let mut chunk = Chunk::new(&mut one_rings, &weld[own.clone()]);
+            let range = first..weld.len().min(first + CHUNK);
+            let mut chunk = Chunk::new(&mut one_rings, &weld[range.clone()]);
             let (vertices, rows) = loop {
                 let vertices = chunk.vertices();
                 let rows = layout.rows(&vertices);
@@ -93,8 +99,8 @@ impl OneRingBlocks {
                 }
                 let longest = chunk.take_longest();
                 for (center, ring) in longest {
-                    let of_ring = own.clone().filter(|&vertex| weld[vertex] == center);
-                    this.oversized.extend(of_ring.map(|vertex| OversizedRing {
+                    let around = range.clone().filter(|&vertex| weld[vertex] == center);
+                    this.oversized.extend(around.map(|vertex| OversizedRing {
                         vertex: vertex as u32,
                         center,
                         ring: ring.clone(),
@@ -102,16 +108,17 @@ impl OneRingBlocks {
                 }
             };
             layout.add(&vertices);
-            let row_of = |vertex: u32| rows[vertices.binary_search(&vertex).expect("vertex is in tile")];
-            this.add(&chunk, &weld[own], |vertex| offset(row_of(vertex)));
+            let row_of = |vertex: u32| rows[vertices.binary_search(&vertex).expect("each vertex has a row")];
+            this.add(&chunk, &weld[range], |vertex| offset(row_of(vertex)));
         }
         this
     }
 
-    /// Appends a chunk in blocks of eight one-rings, the shortest first.
+    /// Appends a chunk in blocks of eight one-rings, the shortest one-rings first.
     ///
-    /// `own`: for each vertex of the chunk, the vertex to which it is welded.
-    fn add(&mut self, chunk: &Chunk, own: &[u32], offset_of: impl Fn(u32) -> u16) {
+    /// `weld`: for each vertex of the chunk, the vertex to which it is welded. `offset_of`: returns the
+    /// offset of a welded vertex in the tile of positions.
+    fn add(&mut self, chunk: &Chunk, weld: &[u32], offset_of: impl Fn(u32) -> u16) {
         for eight in chunk.rings.chunks(8) {
             // The last one-ring is repeated in the remaining lanes.
             let lane = |lane: usize| &eight[lane.min(eight.len() - 1)];
@@ -129,7 +136,7 @@ impl OneRingBlocks {
         self.ends.push(self.blocks.len());
         let normals: HashMap<u32, usize> =
             (0..).zip(&chunk.rings).map(|(row, (vertex, _))| (*vertex, row)).collect();
-        self.offsets.extend(own.iter().map(|vertex| TileOffsets {
+        self.offsets.extend(weld.iter().map(|vertex| TileOffsets {
             position: offset_of(*vertex),
             normal: offset(normals.get(vertex).copied().unwrap_or(NO_NORMAL)),
         }));
@@ -166,9 +173,9 @@ impl OneRingBlocks {
     /// Returns the memory of the tables, in bytes.
     pub(super) fn bytes(&self) -> usize {
         let Self { blocks, pairs, ends, offsets, oversized } = self;
-        let single = |single: &OversizedRing| size_of::<OversizedRing>() + size_of_val(&*single.ring);
+        let ring = |oversized: &OversizedRing| size_of::<OversizedRing>() + size_of_val(&*oversized.ring);
         let tables = size_of_val(&**ends) + size_of_val(&**offsets);
-        tables + size_of_val(&**blocks) + size_of_val(&**pairs) + oversized.iter().map(single).sum::<usize>()
+        tables + size_of_val(&**blocks) + size_of_val(&**pairs) + oversized.iter().map(ring).sum::<usize>()
     }
 }
 
@@ -182,19 +189,22 @@ impl OneRingBlock<'_> {
 /// The one-rings of a chunk during construction.
 struct Chunk {
     /// The welded vertices of the chunk, in ascending order.
-    own: Vec<u32>,
-    /// Vertices with a one-ring, and its range in `entries`; the shortest one-ring first.
+    welded: Vec<u32>,
+    /// Vertices with a one-ring, and the range of the one-ring in `entries`. The shortest one-ring comes
+    /// first.
     rings: Vec<(u32, Range<usize>)>,
     entries: Vec<u32>,
 }
 
 impl Chunk {
+    /// Builds the one-rings of a chunk. `welded`: for each vertex of the chunk, the vertex to which it is
+    /// welded.
     fn new(one_rings: &mut OneRings, welded: &[u32]) -> Self {
-        let mut own = welded.to_vec();
-        own.sort_unstable();
-        own.dedup();
+        let mut welded = welded.to_vec();
+        welded.sort_unstable();
+        welded.dedup();
         let (mut rings, mut entries) = (Vec::new(), Vec::new());
-        for &vertex in &own {
+        for &vertex in &welded {
             let begin = entries.len();
             one_rings.append(vertex, &mut entries);
             if entries.len() > begin {
@@ -202,13 +212,13 @@ impl Chunk {
             }
         }
         rings.sort_by_key(|(_, ring)| ring.len());
-        Self { own, rings, entries }
+        Self { welded, rings, entries }
     }
 
-    /// Returns the vertices of the chunk and of its one-rings, in ascending order.
+    /// Returns the welded vertices of the chunk and the vertices of the one-rings, in ascending order.
     fn vertices(&self) -> Vec<u32> {
         let entries = self.rings.iter().flat_map(|(_, ring)| &self.entries[ring.clone()]);
-        let mut vertices: Vec<u32> = self.own.iter().chain(entries).copied().collect();
+        let mut vertices: Vec<u32> = self.welded.iter().chain(entries).copied().collect();
         vertices.sort_unstable();
         vertices.dedup();
         vertices
@@ -225,7 +235,7 @@ impl Chunk {
 mod tests {
     use super::*;
 
-    /// A layout that uses every other row. Keeps the vertices of each tile.
+    /// A layout that uses every other row. It stores the vertices of each tile.
     #[derive(Default)]
     struct EveryOtherRow(Vec<Vec<u32>>);
 
@@ -241,9 +251,9 @@ mod tests {
 
     /// Returns the one-ring of a vertex, read back from the blocks.
     fn read_ring(rings: &OneRingBlocks, tiles: &EveryOtherRow, weld: &[u32], vertex: usize) -> Vec<u32> {
-        if let Some(single) = rings.oversized.iter().find(|single| single.vertex as usize == vertex) {
-            assert_eq!(single.center, weld[vertex]);
-            return single.ring.clone();
+        if let Some(oversized) = rings.oversized.iter().find(|ring| ring.vertex as usize == vertex) {
+            assert_eq!(oversized.center, weld[vertex]);
+            return oversized.ring.clone();
         }
         let chunk = vertex / CHUNK;
         let at = |offset: u16| tiles.0[chunk][usize::from(offset) / 32];
@@ -253,9 +263,9 @@ mod tests {
         if normal == NO_NORMAL {
             return Vec::new();
         }
-        let eight = rings.block(rings.blocks(chunk).start + normal / 8);
-        assert_eq!(at(eight.centers[normal % 8]), weld[vertex]);
-        eight.ring(normal % 8).map(at).collect()
+        let block = rings.block(rings.blocks(chunk).start + normal / 8);
+        assert_eq!(at(block.centers[normal % 8]), weld[vertex]);
+        block.ring(normal % 8).map(at).collect()
     }
 
     #[test]
@@ -268,7 +278,7 @@ mod tests {
         (weld[5], weld[8999]) = (3, 3);
         let mut tiles = EveryOtherRow::default();
         let rings = OneRingBlocks::new(&triangles, &weld, &mut tiles);
-        assert!(rings.oversized.iter().any(|single| single.vertex == 1500));
+        assert!(rings.oversized.iter().any(|ring| ring.vertex == 1500));
         let mut found = Vec::new();
         for (vertex, &v) in weld.iter().enumerate() {
             let ring = read_ring(&rings, &tiles, &weld, vertex);
@@ -277,7 +287,7 @@ mod tests {
         }
         let welded = triangles.iter().map(|t| t.map(|corner| weld[corner as usize]));
         let at_corners = welded.flat_map(|[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]);
-        // Vertices 3, 5 and 8999 are welded, and each of them has the one-ring.
+        // Vertices 3, 5 and 8999 are welded, and each of them has the one-ring of vertex 3.
         let mut expected: Vec<_> =
             at_corners.flat_map(|t| std::iter::repeat_n(t, if t[0] == 3 { 3 } else { 1 })).collect();
         expected.sort_unstable();

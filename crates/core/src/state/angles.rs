@@ -1,8 +1,8 @@
-//! Euler angles in degrees, with bit-identical results on every machine.
+//! Computes rotation matrices from Euler angles in degrees. The results are bit-identical on every machine.
 
 use nalgebra::Matrix3;
 
-/// Coefficients of x^3, x^5, ... x^17 in the Taylor series of the sine.
+/// Coefficients of x³, x⁵, ... x¹⁷ in the Taylor series of the sine.
 const SIN: [f64; 8] = [
     -1.0 / 6.0,
     1.0 / 120.0,
@@ -14,7 +14,7 @@ const SIN: [f64; 8] = [
     1.0 / 355_687_428_096_000.0,
 ];
 
-/// Coefficients of x^2, x^4, ... x^16 in the Taylor series of the cosine.
+/// Coefficients of x², x⁴, ... x¹⁶ in the Taylor series of the cosine.
 const COS: [f64; 8] = [
     -1.0 / 2.0,
     1.0 / 24.0,
@@ -26,18 +26,19 @@ const COS: [f64; 8] = [
     1.0 / 20_922_789_888_000.0,
 ];
 
-/// Computes sine and cosine of an angle in degrees, to about 1 ulp, and exactly at multiples of 90.
+/// Computes the sine and the cosine of an angle in degrees. The error is approximately 1 ulp, and zero at
+/// multiples of 90 degrees.
 ///
-/// Uses only correctly rounded operations, so the results are bit-identical on every machine; the platform's
-/// math library does not guarantee that. Full turns do not reduce the accuracy. The result is NaN for an
-/// angle that is not finite.
+/// Uses only correctly rounded operations, so that the results are bit-identical on every machine. The math
+/// library of a platform does not guarantee this. An angle of many full turns has the same accuracy. The
+/// results are NaN for an angle that is not finite.
 pub fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
-    // Both the remainder and the difference are exact.
-    let turn = degrees % 360.0;
-    let quarter = (turn / 90.0).round();
-    let x = (turn - 90.0 * quarter) * (std::f64::consts::PI / 180.0);
+    // Both the remainder by 360 and the difference from a multiple of 90 are exact.
+    let within_turn = degrees % 360.0;
+    let quarters = (within_turn / 90.0).round();
+    let x = (within_turn - 90.0 * quarters) * (std::f64::consts::PI / 180.0);
     let (s, c) = (x + x * series(&SIN, x * x), 1.0 + series(&COS, x * x));
-    match (quarter as i32).rem_euclid(4) {
+    match (quarters as i32).rem_euclid(4) {
         0 => (s, c),
         1 => (c, -s),
         2 => (-s, -c),
@@ -45,14 +46,16 @@ pub fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// Computes the sum of `coefficients[k] * square^(k+1)`.
-fn series(coefficients: &[f64; 8], square: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * square)
+/// Computes the sum of `coefficients[k] * x_squared^(k+1)`.
+fn series(coefficients: &[f64; 8], x_squared: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * x_squared)
 }
 
-/// Computes the rotation by Euler angles in degrees about the *fixed* axes x, then y, then z: `Rz * Ry * Rx`.
+/// Computes the rotation matrix of Euler angles in degrees about the *fixed* axes x, then y, then z:
+/// `Rz * Ry * Rx`.
 ///
-/// Multiples of 90 degrees give entries of exactly 0 and ±1; zero angles give the identity.
+/// If all angles are multiples of 90 degrees, each entry is exactly 0, 1 or -1. Zero angles give the
+/// identity.
 pub fn euler_degrees(angles: [f64; 3]) -> Matrix3<f64> {
     let [(sx, cx), (sy, cy), (sz, cz)] = angles.map(sin_cos_degrees);
     Matrix3::new(cz, -sz, 0.0, sz, cz, 0.0, 0.0, 0.0, 1.0)

@@ -1,13 +1,15 @@
-//! The frame of a body's state, and the time interval of a step.
+//! Defines the frame in which the state of a body is stored, and the time interval of a step.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::simd::lanes::Lanes;
 
-/// The frame in which the state of a body is stored: world position = `base` + `cell_size` (`shift` + x).
+/// The frame in which the state of a body is stored. The world position of a stored position x is
+/// `base` + `cell_size` (`shift` + x).
 ///
-/// The origin of a free body moves with the body. The common displacement and velocity of all vertices are in
-/// f64, so that the accuracy of the f32 state does not depend on distance or speed.
+/// The origin of a free body, one without constraints and contacts, moves with the body. The displacement and
+/// the velocity of the origin are in f64, so that the accuracy of the f32 positions and velocities does not
+/// depend on the distance and the speed of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Frame {
@@ -15,12 +17,12 @@ pub(crate) struct Frame {
     pub(super) base: [f64; 3],
     /// Displacement of the origin from `base`, in cells.
     pub(super) shift: [f64; 3],
-    /// Velocity of the origin, in cells/s. The velocities of the state are relative to it.
+    /// Velocity of the origin, in cells/s. The stored velocities of the vertices are relative to it.
     pub(super) velocity: [f64; 3],
     /// Edge length of a cell in scene units.
     pub(super) cell_size: f64,
-    /// Unit of the shifts of [`State::rebase`](super::State::rebase): a power of two, at least the body's
-    /// extent in the rest pose, in cells.
+    /// Quantum in cells: [`State::rebase`](super::State::rebase) moves the origin by multiples of it. It is a
+    /// power of two and at least the extent of the body in the rest pose.
     pub(super) quantum: f64,
 }
 
@@ -40,12 +42,12 @@ impl Frame {
         BodyFrame { origin: self.to_world(Vector3::zeros()), cell_size: self.cell_size }
     }
 
-    /// The edge length of a cell in scene units.
+    /// Returns the edge length of a cell in scene units.
     pub(crate) fn cell_size(self) -> f64 {
         self.cell_size
     }
 
-    /// The velocity of the origin, in cells/s.
+    /// Returns the velocity of the origin, in cells/s.
     pub(crate) fn velocity(self) -> Vector3<f64> {
         self.velocity.into()
     }
@@ -55,15 +57,16 @@ impl Frame {
         (self.velocity() + Vector3::from(local.map(f64::from))) * self.cell_size
     }
 
-    /// Advances the origin by one step: adds `gain` in cells/s to its velocity, then moves it.
-    pub(crate) fn advance_origin(&mut self, gain: Vector3<f64>, dt: f64) {
-        let velocity = self.velocity() + gain;
+    /// Advances the origin by one step of `dt` seconds: adds `velocity_change`, in cells/s, to its velocity,
+    /// then moves it with the new velocity.
+    pub(crate) fn advance_origin(&mut self, velocity_change: Vector3<f64>, dt: f64) {
+        let velocity = self.velocity() + velocity_change;
         self.velocity = velocity.into();
         self.shift = (Vector3::from(self.shift) + velocity * dt).into();
     }
 
-    /// Rounds a point, in cells from the origin, to multiples of the quantum. Coordinates that are not finite
-    /// become 0.
+    /// Rounds each coordinate of a point, in cells from the origin, to a multiple of the quantum. A
+    /// coordinate that is not finite becomes 0.
     pub(super) fn nearest(self, local: Vector3<f64>) -> Vector3<f64> {
         local.map(|x| if x.is_finite() { (x / self.quantum).round() * self.quantum } else { 0.0 })
     }
@@ -72,7 +75,7 @@ impl Frame {
 /// The transformation from the local coordinates of a body to world space:
 /// `world = origin + cell_size * local`.
 ///
-/// The axes are those of the world; local coordinates are in cells.
+/// The local axes are parallel to the world axes. Local coordinates are in cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyFrame {
     /// World position of the local origin, in scene units.
@@ -95,29 +98,31 @@ impl BodyFrame {
     }
 }
 
-/// The positions and velocities of one body, as constraints, contacts and forces change them.
+/// The positions and velocities of one body, for the stages that change them: constraints, contacts, forces.
+///
+/// A slot is the index of a lattice vertex in the storage order ([`Lanes`]).
 #[derive(Debug)]
 pub struct BodyState<'a> {
-    /// Local positions by slot, in cells.
+    /// Positions by slot, in cells from the local origin.
     pub positions: &'a mut Lanes<3>,
-    /// Rounding errors of the f32 positions, or `None` if they are not stored. A position is `positions` +
-    /// `compensation`.
+    /// Rounding errors of the f32 positions, or `None` if they are not stored. The exact position is
+    /// `positions` + `compensation`.
     pub compensation: Option<&'a mut Lanes<3>>,
-    /// Velocities by slot, in cells per second.
+    /// Velocities by slot, in cells per second, relative to the velocity of the local origin.
     pub velocities: &'a mut Lanes<3>,
     /// Transformation from local coordinates to world space.
     pub frame: BodyFrame,
 }
 
 impl BodyState<'_> {
-    /// Returns the position of a slot in cells.
+    /// Returns the position of a slot, in cells from the local origin.
     #[inline]
     pub fn position(&self, slot: u32) -> Vector3<f64> {
         let high = wide(self.positions.get(slot));
         self.compensation.as_ref().map_or(high, |compensation| high + wide(compensation.get(slot)))
     }
 
-    /// Sets the position of a slot in cells.
+    /// Sets the position of a slot, in cells from the local origin.
     #[inline]
     pub fn set_position(&mut self, slot: u32, position: Vector3<f64>) {
         let high: [f32; 3] = position.map(|x| x as f32).into();
@@ -140,7 +145,7 @@ impl BodyState<'_> {
     }
 }
 
-/// Converts to f64.
+/// Converts a vector to f64.
 #[inline]
 fn wide(value: [f32; 3]) -> Vector3<f64> {
     Vector3::from(value.map(f64::from))
@@ -148,8 +153,8 @@ fn wide(value: [f32; 3]) -> Vector3<f64> {
 
 /// The time interval of a step, in seconds.
 ///
-/// Start and end are multiples of the step length, not running sums, so that the end of a step is
-/// bit-identical to the start of the next.
+/// Start and end are computed as a number of steps times the step length, not as running sums. So the end of
+/// a step is bit-identical to the start of the next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Time at the start of the step.
@@ -161,7 +166,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Returns the interval of the step after `count` steps of `dt` seconds.
+    /// Returns the interval of the step that follows the first `count` steps, each `dt` seconds long.
     pub fn of_step(count: u64, dt: f64) -> Self {
         Self { start: count as f64 * dt, end: (count + 1) as f64 * dt, dt }
     }

@@ -2,10 +2,10 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `angles` | Euler angles in degrees, bit-identical on every machine |
+//! | `angles` | rotation matrices from Euler angles in degrees, bit-identical on every machine |
 //! | `placement` | initial position, orientation and velocity of a body |
-//! | `frame` | f64 frame of the f32 state, and the time interval of a step |
-//! | `mod` | positions, velocities, rotations, momenta |
+//! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
+//! | `mod` | [`State`]: positions, velocities, rotations and momenta |
 
 mod angles;
 mod frame;
@@ -21,28 +21,31 @@ use nalgebra::{Point3, Vector3};
 use crate::lattice::{Lattice, Layout};
 use crate::simd::lanes::{Block, Lanes, Row};
 
-/// The state of a body: positions, velocities and rotations of its lattice vertices, by slot.
+/// The state of a body: positions, velocities and rotations of its lattice vertices.
 ///
-/// Positions are in cells from the body's origin, along the world axes. The origin stays near the body, so
-/// that f32 coordinates are small.
+/// The arrays are indexed by slot, the index of a vertex in the storage order ([`Lanes`]). Positions are in
+/// cells from the body's origin, along the world axes. The origin stays near the body, so that the f32
+/// coordinates are small.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct State {
     pub(crate) frame: Frame,
     pub(crate) positions: Lanes<3>,
-    /// Rounding errors of the f32 positions: a position is `positions` + `compensation`.
+    /// Rounding errors of the f32 positions: the exact position is `positions` + `compensation`.
     pub(crate) compensation: Lanes<3>,
     /// Velocities relative to the frame's origin, in cells/s.
     pub(crate) velocities: Lanes<3>,
-    /// Rotation of the region around each vertex from the rest pose: unit quaternions (x, y, z, w).
+    /// Rotation of the region around each vertex, relative to the rest pose: unit quaternions (x, y, z, w).
     pub(crate) rotations: Lanes<4>,
-    /// Whether the rotations are up to date: `false` after positions were set or the regions changed, until
-    /// the next step fits them.
+    /// Whether the rotations are up to date. `false` after a caller has set positions or changed the regions,
+    /// until the next step fits the rotations.
     pub(crate) fitted: bool,
-    /// Conserved momenta of each component without constraints and contacts; `None` where they are not
-    /// measured.
+    /// Momenta of each connected component of the lattice. They are conserved in a component without
+    /// constraints and contacts. `None` for a component whose momenta are not conserved or not yet measured.
     pub(crate) momenta: Vec<Option<Momentum>>,
-    /// Energy limit of a free body; `None` until a rotation does not converge in Newton's method.
+    /// Energy limit of a free body: a body without constraints and contacts. `None` until Newton's method
+    /// does not converge for the rotation of a region, because the energy can grow only then
+    /// (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
 }
 
@@ -50,7 +53,7 @@ pub(crate) struct State {
 pub(crate) const IDENTITIES: Block<4> = [Row::ZERO, Row::ZERO, Row::ZERO, Row::all(1.0)];
 
 impl State {
-    /// Creates the state of a lattice at rest in its placement.
+    /// Creates the state of an undeformed lattice in its placement, with velocity zero.
     pub(crate) fn at_rest(lattice: &Lattice, layout: &Layout, placement: &Placement) -> Self {
         let (rotation, translation) = (placement.rotation(), Vector3::from(placement.translate));
         let (low, high) = index_bounds(lattice.indices());
@@ -81,22 +84,22 @@ impl State {
         state
     }
 
-    /// Checks deserialized data: whether all arrays have `blocks` blocks, and there are `components`
-    /// components.
+    /// Checks deserialized data. Returns whether each array has `blocks` blocks of eight vertices and the
+    /// momenta have `components` entries.
     pub(crate) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let Self { positions, compensation, velocities, rotations, .. } = self;
-        let of_three =
+        let vectors_match =
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
-        of_three && rotations.blocks().len() == blocks && self.momenta.len() == components
+        vectors_match && rotations.blocks().len() == blocks && self.momenta.len() == components
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let Self { positions, compensation, velocities, rotations, .. } = self;
         positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes()
     }
 
-    /// Sets the velocities of a lattice at rest from the velocity and the spin of its placement.
+    /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement.
     pub(crate) fn set_initial_velocities(
         &mut self,
         lattice: &Lattice,
@@ -110,15 +113,15 @@ impl State {
         let center: Vector3<f64> =
             layout.slots().iter().zip(masses).map(|(&slot, m)| self.local(slot) * (m / mass)).sum();
         for &slot in layout.slots() {
-            let turning = spin.cross(&(self.local(slot) - center));
-            self.velocities.set(slot, turning.map(|v| v as f32).into());
+            let rotational = spin.cross(&(self.local(slot) - center));
+            self.velocities.set(slot, rotational.map(|v| v as f32).into());
         }
-        // The common velocity of all vertices is in the frame, in f64.
+        // The frame stores the common velocity of all vertices in f64.
         self.frame.velocity = velocity.into();
     }
 
-    /// The part of the state that constraints, contacts and forces change.
-    pub(crate) fn shared(&mut self) -> BodyState<'_> {
+    /// Returns the positions and velocities, for the stages that change them: constraints, contacts, forces.
+    pub(crate) fn body_state(&mut self) -> BodyState<'_> {
         BodyState {
             frame: self.frame.body_frame(),
             positions: &mut self.positions,
@@ -140,8 +143,8 @@ impl State {
         self.compensation.set(slot, std::array::from_fn(|c| (local[c] - f64::from(high[c])) as f32));
     }
 
-    /// Sets the positions of `slots`, all slots of the body, from world positions. Moves the origin near
-    /// their mean.
+    /// Sets the positions of all vertices from the world positions `world`. Moves the origin near the mean
+    /// position. `slots` has the slot of each vertex.
     pub(crate) fn set_world(&mut self, slots: &[u32], world: &[Point3<f64>]) {
         let mean = world.iter().map(|p| self.frame.to_local(*p) / world.len() as f64).sum();
         self.frame.shift = (Vector3::from(self.frame.shift) + self.frame.nearest(mean)).into();
@@ -152,20 +155,20 @@ impl State {
         self.momenta.fill(None);
     }
 
-    /// Sets the velocities of `slots`, all slots of the body, from world velocities in scene units per
-    /// second. Their mean becomes the velocity of the origin.
+    /// Sets the velocities of all vertices from `world`, world velocities in scene units per second. The mean
+    /// velocity becomes the velocity of the origin. `slots` has the slot of each vertex.
     pub(crate) fn set_world_velocities(&mut self, slots: &[u32], world: &[Vector3<f64>]) {
-        let cells = |v: &Vector3<f64>| v / self.frame.cell_size;
-        let mean = world.iter().map(|v| cells(v) / world.len() as f64).sum::<Vector3<f64>>();
+        let in_cells = |v: &Vector3<f64>| v / self.frame.cell_size;
+        let mean = world.iter().map(|v| in_cells(v) / world.len() as f64).sum::<Vector3<f64>>();
         for (&slot, velocity) in slots.iter().zip(world) {
-            self.velocities.set(slot, (cells(velocity) - mean).map(|v| v as f32).into());
+            self.velocities.set(slot, (in_cells(velocity) - mean).map(|v| v as f32).into());
         }
         self.frame.velocity = mean.into();
         self.momenta.fill(None);
     }
 
-    /// Changes the velocity of the origin to `velocity`, in cells/s. The world velocities of the vertices
-    /// stay the same.
+    /// Changes the velocity of the origin to `velocity`, in cells/s. The world velocities of the vertices do
+    /// not change. `slots` has the slot of each vertex.
     pub(crate) fn set_origin_velocity(&mut self, slots: &[u32], velocity: Vector3<f64>) {
         let change = self.frame.velocity() - velocity;
         if change == Vector3::zeros() {
@@ -179,19 +182,22 @@ impl State {
         self.momenta.fill(None);
     }
 
-    /// Invalidates the momenta of the component of a lattice vertex.
+    /// Invalidates the momenta of the connected component that contains a lattice vertex.
     pub(crate) fn invalidate_momentum(&mut self, lattice: &Lattice, vertex: u32) {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;
     }
 
-    /// Whether the body is so far from its origin that [`State::rebase`] is needed: whether a coordinate of
-    /// the vertex in `slot` exceeds two quanta.
+    /// Returns whether the body is so far from its origin that [`State::rebase`] is needed.
+    ///
+    /// The test uses one vertex: a coordinate of the vertex in `slot` has a magnitude above two quanta. A
+    /// quantum (`Frame::quantum`) is at least the extent of the body in the rest pose.
     pub(crate) fn needs_rebase(&self, slot: u32) -> bool {
         self.positions.get(slot).iter().any(|x| f64::from(x.abs()) > 2.0 * self.frame.quantum)
     }
 
-    /// Moves the origin near `center`, in cells from the origin, by a multiple of the quantum. World
-    /// positions stay the same.
+    /// Moves the origin near `center`, a point in cells from the current origin. Each coordinate of the
+    /// origin changes by a multiple of the quantum. The world positions of the vertices do not change.
+    /// `slots` has the slot of each vertex.
     pub(crate) fn rebase(&mut self, slots: &[u32], center: Vector3<f64>) {
         let offset = self.frame.nearest(center);
         if offset == Vector3::zeros() {
@@ -204,29 +210,33 @@ impl State {
     }
 }
 
-/// The momenta of one component, with masses in units of a full cell's mass and lengths in cells.
+/// The momenta of one connected component. Masses are in units of a full cell's mass, lengths in cells, and
+/// velocities in cells/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Momentum {
-    /// Linear momentum Σ m v.
+    /// Linear momentum Σ m v, with the mass m and the velocity v of each vertex, relative to the origin's
+    /// velocity.
     pub(crate) linear: [f64; 3],
-    /// Angular momentum Σ m (x - c) x v about the component's center of mass c.
+    /// Angular momentum Σ m (x - c) × v about the component's center of mass c, with the position x of each
+    /// vertex.
     pub(crate) angular: [f64; 3],
 }
 
-/// The energy limit of a free body.
+/// The energy limit of a free body: the energy in the first step in which Newton's method did not converge
+/// for the rotation of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct EnergyLimit {
-    /// Greatest energy, in full cells times (cells/s)².
+    /// Largest permitted energy, in units of a full cell's mass times (cells/s)².
     pub(crate) energy: f64,
-    /// alpha/dt in 1/s at the measurement. The limit is valid only for this value and this `dt`.
+    /// alpha/dt in 1/s when the energy was measured. The limit is valid only for this value and this `dt`.
     pub(crate) stiffness_rate: f64,
-    /// Time step in seconds at the measurement.
+    /// Time step in seconds when the energy was measured.
     pub(crate) dt: f64,
 }
 
-/// Returns the least and the greatest grid index along each axis.
+/// Returns the smallest and the largest grid index along each axis.
 pub(crate) fn index_bounds(indices: &[[i32; 3]]) -> ([i32; 3], [i32; 3]) {
     indices.iter().fold(([i32::MAX; 3], [i32::MIN; 3]), |(low, high), index| {
         (std::array::from_fn(|c| low[c].min(index[c])), std::array::from_fn(|c| high[c].max(index[c])))

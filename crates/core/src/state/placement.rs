@@ -1,11 +1,11 @@
-//! The initial position, orientation and velocity of a body.
+//! Defines the initial position, orientation and velocity of a body.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::angles::euler_degrees;
 use crate::range::{RangeError, in_range};
 
-/// The placement of the scaled model in the world, and its initial velocity.
+/// Placement of the scaled model in the world, and its initial velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Placement {
     /// Euler angles in degrees about the fixed axes x, then y, then z; default 0.
@@ -19,17 +19,18 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The rotation from the model's axes to the world axes.
+    /// Returns the rotation from the model's axes to the world axes.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_matrix(&euler_degrees(self.rotate))
     }
 
-    /// The rigid transformation from the model's frame to world space.
+    /// Returns the rigid transformation from the model's frame to world space.
     pub fn isometry(&self) -> Isometry3<f64> {
         Isometry3::from_parts(Vector3::from(self.translate).into(), self.rotation())
     }
 
-    /// Checks that lengths and speeds are at most `limit`, and the spin at most 1e12 rad/s.
+    /// Checks that each component of the translation and the velocity has a magnitude of at most `limit`, and
+    /// each component of the spin a magnitude of at most 1e12 rad/s.
     pub(crate) fn check_limit(&self, limit: f64) -> Result<(), RangeError> {
         let Self { translate, velocity, spin, .. } = *self;
         for (name, values) in [("translate", translate), ("velocity", velocity), ("spin", spin)] {
@@ -45,7 +46,7 @@ impl Placement {
     ///
     /// # Errors
     ///
-    /// A value that is not finite.
+    /// If a value is not finite.
     pub fn validate(&self) -> Result<(), RangeError> {
         let Self { rotate, translate, velocity, spin } = *self;
         let named = [("rotate", rotate), ("translate", translate), ("velocity", velocity), ("spin", spin)];

@@ -1,8 +1,11 @@
-//! Tables of a lattice: links, boundary faces of its cells, occupied cells around each vertex.
+//! Builds tables of a lattice: links, boundary faces of its cells, occupied cells around each vertex.
+//!
+//! A link is an edge of the lattice: it connects a vertex with a neighbor along an axis. Boundary faces are
+//! the faces of cells that belong to one cell only.
 
 use crate::lattice::Lattice;
 
-/// Unit steps along the axes, in neighbor order: -x, +x, -y, +y, -z, +z.
+/// Unit steps along the axes, in *neighbor order*: -x, +x, -y, +y, -z, +z.
 pub(super) const DIRECTIONS: [[i32; 3]; 6] =
     [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]];
 
@@ -23,50 +26,51 @@ pub(super) const FACE_CORNERS: [[usize; 4]; 6] =
 #[derive(Clone, Debug)]
 pub(super) struct Adjacency {
     /// Neighbors of each vertex in neighbor order; a missing neighbor is replaced by the vertex itself.
-    pub(super) rows: Vec<[u32; 6]>,
+    pub(super) neighbors: Vec<[u32; 6]>,
     /// Component of each vertex.
-    pub(super) of_vertex: Vec<u32>,
+    pub(super) component_of_vertex: Vec<u32>,
     /// Number of components.
-    pub(super) components: usize,
+    pub(super) component_count: usize,
 }
 
 impl Adjacency {
     pub(super) fn new(lattice: &Lattice) -> Self {
-        let row = |i: u32| lattice.neighbors(i).map(|j| j.unwrap_or(i));
+        let neighbors = |i: u32| lattice.neighbors(i).map(|j| j.unwrap_or(i));
         let components = lattice.components();
         Self {
-            rows: (0..lattice.len() as u32).map(row).collect(),
-            of_vertex: components.of_vertex.clone(),
-            components: components.count,
+            neighbors: (0..lattice.len() as u32).map(neighbors).collect(),
+            component_of_vertex: components.of_vertex.clone(),
+            component_count: components.count,
         }
     }
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.rows) + size_of_val(&*self.of_vertex)
+        size_of_val(&*self.neighbors) + size_of_val(&*self.component_of_vertex)
     }
 
     /// Returns the number of vertices.
     pub(super) fn len(&self) -> usize {
-        self.rows.len()
+        self.neighbors.len()
     }
 
-    /// Returns the component of a vertex.
+    /// Returns the component of vertex `i`.
     pub(super) fn component(&self, i: usize) -> usize {
-        self.of_vertex[i] as usize
+        self.component_of_vertex[i] as usize
     }
 
     /// Returns whether vertex `i` has a neighbor on `side`, an index in neighbor order.
     pub(super) fn has_neighbor(&self, i: usize, side: usize) -> bool {
-        self.rows[i][side] as usize != i
+        self.neighbors[i][side] as usize != i
     }
 
-    /// Returns the existing neighbors, in neighbor order.
+    /// Returns the existing neighbors of vertex `i`, in neighbor order.
     pub(super) fn linked(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
-        self.rows[i].iter().map(|&j| j as usize).filter(move |&j| j != i)
+        self.neighbors[i].iter().map(|&j| j as usize).filter(move |&j| j != i)
     }
 
-    /// Returns the number of links from each vertex to the nearest source; `u32::MAX` if there is no path.
+    /// Returns, for each vertex, the number of links on the shortest path to a source; `u32::MAX` if there is
+    /// no path.
     pub(super) fn distances(&self, sources: impl Iterator<Item = usize>) -> Vec<u32> {
         let mut distance = vec![u32::MAX; self.len()];
         let mut queue = Vec::new();
@@ -90,8 +94,8 @@ impl Adjacency {
     }
 }
 
-/// Returns the boundary faces, which belong to one cell only: the side in neighbor order, and the corners
-/// counter-clockwise seen from outside.
+/// Returns the boundary faces. Each has the index of its side of the cell, in neighbor order, and its
+/// corners, counter-clockwise seen from outside.
 pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, [u32; 4])> {
     lattice.cells().iter().enumerate().flat_map(|(cell, index)| {
         let corners = lattice.cell_corners(cell as u32);
@@ -102,12 +106,16 @@ pub(super) fn boundary_faces(lattice: &Lattice) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// Returns a bit mask of the occupied cells around each vertex; `boundary_normals` defines the bits.
+/// Returns a bit mask of the occupied cells around each vertex: bit `k` is set iff the cell in octant `k`
+/// exists.
+///
+/// Octant `k` around a vertex lies in the direction `(k & 1, k >> 1 & 1, k >> 2 & 1)`, where 0 is the
+/// negative side of an axis and 1 the positive side.
 pub(super) fn octants(lattice: &Lattice) -> Vec<u8> {
     let mut octants = vec![0; lattice.len()];
     for cell in 0..lattice.cells().len() as u32 {
         for (corner, vertex) in lattice.cell_corners(cell).into_iter().enumerate() {
-            // From corner `k` of a cell, the cell lies in the direction of the opposite corner, `7 - k`.
+            // Seen from corner `k` of a cell, the cell lies in the octant of the opposite corner, `7 - k`.
             octants[vertex as usize] |= 1 << (7 - corner);
         }
     }

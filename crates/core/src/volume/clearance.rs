@@ -1,4 +1,8 @@
-//! Clearance: the limits within which lattice vertices may move without the surface entering a collider.
+//! Finds the limits within which lattice vertices may move without the surface entering a collider.
+//!
+//! The surface is represented by its samples, which are grouped by lattice cell ([`SampleCells`]). A *row* is
+//! an index into `SampleCells::vertices`. Positions and distances are in cells of the body's frame. Colliders
+//! at one time are called obstacles where only their shapes matter.
 
 use fearless_simd::{Simd, dispatch};
 use nalgebra::{Point3, Vector3};
@@ -11,55 +15,65 @@ use crate::contact::{
 use crate::simd::level;
 use crate::state::BodyFrame;
 
-/// Tolerated increase of a sample's depth by the correction, in cells.
+/// Tolerated increase of the depth of a sample in a collider by the correction, in cells.
 const TOLERANCE: f64 = 1e-3;
 
-/// Search of the limits, with its buffers.
+/// Searches for limits, and stores the limits that it finds.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Clearance {
-    /// Position of the vertex in each row of the samples, in the body's frame, without the correction.
-    places: Vec<Vec4>,
-    /// Position of the vertex in each row with the correction.
+pub(super) struct LimitSearch {
+    /// Position of the vertex of each row, without the correction.
+    positions: Vec<Vec4>,
+    /// Position of the vertex of each row, with the correction.
     corrected: Vec<Vec4>,
+    /// Rows with a limit at the current collider.
     rows: RowSet,
-    /// Nearest sample of each row of `rows`.
+    /// Nearest sample of each row in `rows`.
     nearest: Vec<Nearest>,
+    /// Limits at all colliders.
     pub(super) limits: Vec<Limit>,
 }
 
 /// Colliders at one time, in the frame of a body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Obstacles<'a> {
+    /// Colliders of the scene.
     pub(crate) colliders: &'a Colliders,
-    /// Time in seconds.
+    /// Time in seconds, at which moving colliders are evaluated.
     pub(crate) time: f64,
     /// Frame of the body.
     pub(crate) frame: BodyFrame,
 }
 
-/// Sample with the least clearance in the cells around a vertex.
+/// Nearest sample of a vertex: the sample with the least clearance in the cells around the vertex.
 #[derive(Clone, Copy, Debug)]
 struct Nearest {
-    /// Distance from the collider in cells; `add_entered` subtracts the displacement against the normal.
+    /// Distance by which the sample may move against `normal`, in cells. It is relative to the uncorrected
+    /// sample in `find`, and to the corrected sample in `add_limits_for_entered_cells`.
     clearance: f64,
     /// Unit normal away from the collider.
     normal: Vector3<f64>,
 }
 
-impl Clearance {
+impl LimitSearch {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let places = size_of_val(&*self.places) + size_of_val(&*self.corrected);
-        places + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
+        let positions = size_of_val(&*self.positions) + size_of_val(&*self.corrected);
+        positions + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
     }
 
     /// Finds the limits of the vertices whose displacement by `distance` cells could move a sample into a
     /// collider.
     ///
-    /// There is one limit for each vertex and collider. `positions`: one per lattice vertex, in cells of the
-    /// body's frame. A sample lies in the convex hull of its cell's corners. If no corner moves farther than
-    /// the least clearance of the cell's samples, no sample of the cell enters a plane. Curved shapes need
-    /// [`add_entered`](Self::add_entered) too.
+    /// * `positions`: uncorrected positions, one per lattice vertex.
+    ///
+    /// For each collider, a vertex gets a limit if a sample in the cells around the vertex is within
+    /// `distance` of the collider. The clearance of the limit is the least distance of these samples from the
+    /// collider, at least 0.
+    ///
+    /// A sample is a weighted mean of the corners of its cell. If no corner moves farther against the normal
+    /// of a plane than the least distance of the cell's samples, no sample of the cell enters the plane. For
+    /// other shapes, whose normal is not constant,
+    /// [`add_limits_for_entered_cells`](Self::add_limits_for_entered_cells) is needed as well.
     pub(super) fn find(
         &mut self,
         samples: &SampleCells,
@@ -67,60 +81,68 @@ impl Clearance {
         obstacles: &Obstacles<'_>,
         distance: f64,
     ) {
-        read(&mut self.places, samples, positions);
+        copy_positions(&mut self.positions, samples, positions);
         self.rows.resize(samples.vertices.len());
         self.limits.clear();
         for shape in obstacles.shapes() {
             self.clear();
-            let field = ShapeField { shape: &shape, places: &self.places };
-            if may_touch(&shape, self.places.iter(), distance) {
+            let field = ShapeField { shape: &shape, positions: &self.positions };
+            if may_touch(&shape, self.positions.iter(), distance) {
                 let (rows, nearest) = (&mut self.rows, &mut self.nearest);
                 dispatch!(level(), simd => search(simd, &field, samples, distance, |cell, sample| {
-                    let SignedDistance { distance: clearance, normal } = shape.signed_distance(&sample.place);
+                    let SignedDistance { distance: clearance, normal } =
+                        shape.signed_distance(&sample.position);
                     keep_nearest(rows, nearest, &samples.corners[cell], Nearest { clearance, normal });
                 }));
             }
-            self.limits.extend(limits(samples, &self.rows, &self.nearest, |_| Vector3::zeros()));
+            self.limits.extend(row_limits(samples, &self.rows, &self.nearest, |_| Vector3::zeros()));
         }
     }
 
-    /// Adds limits for cells whose corrected surface enters a curved collider; returns whether there are any.
+    /// Adds limits for the cells in which a corrected sample enters a collider other than a plane. Returns
+    /// whether any limit was added.
     ///
-    /// The displacement of each corner is cut back along the normal at the sample's uncorrected position, so
-    /// that the sample does not pass the tangent plane of the collider there. A convex collider lies entirely
-    /// behind that plane.
-    pub(super) fn add_entered(
+    /// * `positions`: corrected positions, one per lattice vertex.
+    ///
+    /// The corners of a cell get limits if the deepest sample of the cell has sunk into the collider by more
+    /// than [`TOLERANCE`]: from the surface of the collider, or from its uncorrected position if this
+    /// position is already inside. Let `n` be the normal of the collider at the uncorrected sample, and `P`
+    /// the tangent plane of the collider with this normal (or the plane through the uncorrected sample, if
+    /// the sample is inside). The limits reduce the displacement of each corner against `n` by the distance
+    /// of the corrected sample behind `P`, so that the sample does not pass `P`. A convex collider lies
+    /// entirely behind its tangent planes, so a sample that was outside does not enter the collider.
+    pub(super) fn add_limits_for_entered_cells(
         &mut self,
         samples: &SampleCells,
         positions: &[[f32; 3]],
         obstacles: &Obstacles<'_>,
     ) -> bool {
-        let before = self.limits.len();
-        read(&mut self.corrected, samples, positions);
+        let previous_len = self.limits.len();
+        copy_positions(&mut self.corrected, samples, positions);
         for shape in obstacles.shapes().filter(|shape| shape.plane().is_none()) {
             self.clear();
-            let Self { places, corrected, rows, nearest, .. } = self;
+            let Self { positions, corrected, rows, nearest, .. } = self;
             if may_touch(&shape, corrected.iter(), 0.0) {
-                let entered = ShapeField { shape: &shape, places: corrected };
-                let uncorrected = ShapeField { shape: &shape, places };
+                let entered = ShapeField { shape: &shape, positions: corrected };
+                let uncorrected = ShapeField { shape: &shape, positions: positions };
                 dispatch!(level(), simd => search(simd, &entered, samples, 0.0, |cell, sample| {
-                    let place = sample.place_in(simd, &uncorrected, &samples.corners[cell]);
-                    let before = shape.signed_distance(&place);
-                    let after = shape.signed_distance(&sample.place);
+                    let position = sample.position_in(simd, &uncorrected, &samples.corners[cell]);
+                    let before = shape.signed_distance(&position);
+                    let after = shape.signed_distance(&sample.position);
                     if after.distance < before.distance.min(0.0) - TOLERANCE {
-                        let moved = (sample.place - place).dot(&before.normal);
+                        let moved = (sample.position - position).dot(&before.normal);
                         let (clearance, normal) = (moved + before.distance.max(0.0), before.normal);
                         keep_nearest(rows, nearest, &samples.corners[cell], Nearest { clearance, normal });
                     }
                 }));
             }
-            let displacement = |row: usize| wide(&(self.corrected[row] - self.places[row]));
-            self.limits.extend(limits(samples, &self.rows, &self.nearest, displacement));
+            let displacement = |row: usize| wide(&(self.corrected[row] - self.positions[row]));
+            self.limits.extend(row_limits(samples, &self.rows, &self.nearest, displacement));
         }
-        self.limits.len() > before
+        self.limits.len() > previous_len
     }
 
-    /// Clears the search of one collider.
+    /// Clears the rows and nearest samples of the previous collider.
     fn clear(&mut self) {
         self.rows.clear();
         self.nearest.clear();
@@ -128,28 +150,34 @@ impl Clearance {
 }
 
 impl Obstacles<'_> {
-    /// Returns whether any collider is not a plane, and so needs [`Clearance::add_entered`].
-    pub(super) fn are_curved(&self) -> bool {
+    /// Returns whether any collider is not a plane and therefore needs
+    /// [`LimitSearch::add_limits_for_entered_cells`].
+    pub(super) fn has_non_planes(&self) -> bool {
         self.shapes().any(|shape| shape.plane().is_none())
     }
 
-    /// Returns the shapes in the body's frame.
+    /// Returns the shapes of the colliders in the body's frame.
     fn shapes(&self) -> impl Iterator<Item = PosedShape> {
         self.colliders.at(self.time, self.frame)
     }
 }
 
-/// Copies the positions of the samples' vertices.
-fn read(places: &mut Vec<Vec4>, samples: &SampleCells, positions: &[[f32; 3]]) {
-    places.clear();
-    places.extend(samples.vertices.iter().map(|&vertex| {
+/// Replaces `out` by the position of the vertex of each row. `positions`: one per lattice vertex.
+fn copy_positions(out: &mut Vec<Vec4>, samples: &SampleCells, positions: &[[f32; 3]]) {
+    out.clear();
+    out.extend(samples.vertices.iter().map(|&vertex| {
         let [x, y, z] = positions[vertex as usize];
         Vec4::new(x, y, z, 0.0)
     }));
 }
 
-/// Returns the limits of the vertices in `rows`, which already have a displacement.
-fn limits(
+/// Returns the limit of the vertex of each row in `rows`.
+///
+/// * `nearest`: the nearest sample of each of these rows.
+/// * `displacement`: returns the displacement of a row's vertex in the configuration to which the clearances
+///   of `nearest` are relative. Its part against the normal is added to the clearance, so that the limit is
+///   relative to the uncorrected position.
+fn row_limits(
     samples: &SampleCells,
     rows: &RowSet,
     nearest: &[Nearest],
@@ -162,36 +190,44 @@ fn limits(
     })
 }
 
-/// Keeps, for each corner of a cell, the sample with the least clearance.
+/// Replaces the nearest sample of each corner of a cell by `sample`, if its clearance is less.
+///
+/// * `rows`: rows with a nearest sample; the rows of the corners are added.
+/// * `corners`: rows of the corners.
 fn keep_nearest(rows: &mut RowSet, nearest: &mut Vec<Nearest>, corners: &[u32; 8], sample: Nearest) {
     for &row in corners {
-        let number = rows.number(row) as usize;
-        if number == nearest.len() {
+        let index = rows.index_or_insert(row) as usize;
+        if index == nearest.len() {
             nearest.push(sample);
-        } else if sample.clearance < nearest[number].clearance {
-            nearest[number] = sample;
+        } else if sample.clearance < nearest[index].clearance {
+            nearest[index] = sample;
         }
     }
 }
 
-/// Sample of a cell: its position, and its place in its block.
+/// Sample of a cell.
 struct Sample<'a> {
-    place: Point3<f64>,
+    position: Point3<f64>,
+    /// Block of eight samples that contains the sample.
     block: &'a SampleBlock,
+    /// Half of the block that contains the sample: 0 or 1.
     half: usize,
+    /// Index of the sample in this half, 0..4.
     lane: usize,
 }
 
 impl Sample<'_> {
-    /// Returns its position with the vertex positions of another field.
+    /// Returns the position of the sample, computed with the vertex positions of `field`. `corners`: rows of
+    /// the corners of the sample's cell.
     #[inline(always)]
-    fn place_in<S: Simd>(&self, simd: S, field: &ShapeField<'_>, corners: &[u32; 8]) -> Point3<f64> {
-        let monomials = &monomials(simd, &self.block.places)[self.half];
-        field.places(simd, &field.cell(corners), monomials)[self.lane]
+    fn position_in<S: Simd>(&self, simd: S, field: &ShapeField<'_>, corners: &[u32; 8]) -> Point3<f64> {
+        let half_monomials = &monomials(simd, &self.block.positions)[self.half];
+        field.positions(simd, &field.cell(corners), half_monomials)[self.lane]
     }
 }
 
-/// Calls `visit` with the nearest sample of each cell that has a sample within `distance` of a shape.
+/// Calls `visit` for each cell that has a sample within `distance` of the shape of `field`, with the index of
+/// the cell and its nearest sample.
 #[inline(always)]
 fn search<S: Simd>(
     simd: S,
@@ -215,26 +251,28 @@ fn search<S: Simd>(
     }
 }
 
-/// Returns the sample of a cell that is nearest to a shape, if it is within `limit`.
+/// Returns the sample of a cell that is nearest to the shape of `field`, if it is within `max_distance`.
 #[inline(always)]
 fn nearest_sample<'a, S: Simd>(
     simd: S,
     field: &ShapeField<'_>,
     samples: &'a SampleCells,
     cell: usize,
-    limit: f64,
+    max_distance: f64,
 ) -> Option<Sample<'a>> {
     let interpolants = field.cell(&samples.corners[cell]);
-    let (mut least, mut found) = (limit, None);
+    let (mut nearest_distance, mut nearest) = (max_distance, None);
     for block in samples.cell_blocks(cell) {
-        for (half, monomials) in monomials(simd, &block.places).iter().enumerate() {
-            for (lane, place) in field.places(simd, &interpolants, monomials).into_iter().enumerate() {
-                let distance = field.shape.signed_distance(&place).distance;
-                if distance <= least {
-                    (least, found) = (distance, Some(Sample { place, block, half, lane }));
+        for (half, half_monomials) in monomials(simd, &block.positions).iter().enumerate() {
+            let positions = field.positions(simd, &interpolants, half_monomials);
+            for (lane, position) in positions.into_iter().enumerate() {
+                let distance = field.shape.signed_distance(&position).distance;
+                if distance <= nearest_distance {
+                    nearest_distance = distance;
+                    nearest = Some(Sample { position, block, half, lane });
                 }
             }
         }
     }
-    found
+    nearest
 }

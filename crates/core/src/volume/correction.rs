@@ -1,9 +1,9 @@
-//! Volume-preserving correction of a deformed lattice.
+//! Runs the volume correction of a deformed lattice: field, scales, cubics, limits at colliders.
 
 use std::sync::{Arc, Weak};
 
 use super::adjacency::Adjacency;
-use super::clearance::{Clearance, Obstacles};
+use super::clearance::{LimitSearch, Obstacles};
 use super::cubic::smallest_root;
 use super::external_forces::{self, ExternalForce};
 use super::field::{Field, rotated};
@@ -18,40 +18,42 @@ use crate::contact::SampleCells;
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
-/// Greatest relative residual of a kept volume: the accuracy that positions in `f32` allow.
+/// Relative volume error up to which the volume counts as preserved: the accuracy that positions in `f32`
+/// allow.
 const VOLUME_TOLERANCE: f64 = 1e-6;
 
-/// Maximum number of passes of the active-set iteration over limited vertices. Three to five are common. The
-/// residual reports the volume error after the last pass.
+/// Maximum number of passes of the active-set iteration in [`Correction::solve_with_limits`]. Three to five
+/// passes are common. The reported residual is the volume error after the last pass.
 const LIMITED_PASSES: usize = 8;
 
-/// Maximum number of rounds of [`Correction::limit_at_colliders`].
+/// Maximum number of rounds of [`Correction::limit_at_colliders`]. Each round finds limits and solves again.
 ///
-/// A further round is needed if vertices move farther than the searched distance, or if the corrected surface
-/// still enters a curved collider. One or two rounds are common.
+/// A further round is needed if vertices move farther than the search distance, or if the corrected surface
+/// still enters a collider other than a plane. One or two rounds are common.
 const ROUNDS: usize = 16;
 
-/// Search distance of limits, as a multiple of the greatest displacement. The margin avoids a second search
-/// in a later round with larger displacements.
+/// Search distance for limits, as a multiple of the greatest displacement. The margin avoids a second search
+/// if the displacements grow in a later round.
 const MARGIN: f64 = 1.25;
 
 /// Volume correction of one body: moves its lattice vertices along a field to restore the rest volume.
 ///
-/// It solves Takamatsu & Kanai 2009, Eq. (1): `vol(P^ + lambda V) = vol(P)`. With the scope `regional` each
-/// vertex first moves by its own scale. The correction is constant after its construction. An evaluation
-/// writes to a [`CorrectionWorkspace`], so that several threads can share one correction.
+/// It solves `vol(P^ + lambda V) = vol(P)` (Takamatsu & Kanai 2009, Eq. (1)): the deformed vertices `P^`,
+/// moved by `lambda` times the field `V`, have the volume of the rest positions `P`. With the scope
+/// `regional` each vertex first moves by its own scale. A correction does not change after its construction.
+/// An evaluation writes to a [`CorrectionWorkspace`], so that several threads can share one correction.
 #[derive(Clone, Debug)]
 pub struct Correction {
     measure: Measure,
     field: Field,
-    /// Shared with the workspaces whose ramps belong to this lattice.
+    /// Links of the lattice. A [`Ramp`] refers to the adjacency for which it was built.
     adjacency: Arc<Adjacency>,
     cell_size: f64,
-    /// Length of the ramp beside constrained vertices, in links.
+    /// Number of links over which the field fades in beside constrained vertices.
     ramp_links: u32,
     /// Volume of each component at rest, in cubed cells.
     rest: Vec<f64>,
-    /// Cap on `lambda` of each component, in cells.
+    /// Greatest magnitude of `lambda` of each component, in cells.
     caps: Vec<f64>,
     regional: Option<Regional>,
 }
@@ -65,21 +67,23 @@ pub struct CorrectionWorkspace {
     ramp: Option<Ramp>,
     scratch: Scratch,
     regional: RegionalScratch,
-    /// Pairs of vertex and index of the external forces, sorted.
+    /// Pairs `(vertex, index)` of the external forces, sorted.
     order: Vec<(u32, u32)>,
     limits: Limits,
-    clearance: Clearance,
-    /// Scale of each component, in cells.
+    limit_search: LimitSearch,
+    /// `lambda` of each component, in cells.
     lambdas: Vec<f64>,
     reports: Vec<ComponentReport>,
 }
 
-/// Factors of the field beside constrained vertices.
+/// Factors by which the field fades in beside constrained vertices.
 #[derive(Clone, Debug)]
 struct Ramp {
+    /// Identifies the lattice for which the ramp was built.
     adjacency: Weak<Adjacency>,
+    /// Constrained vertices.
     constrained: Vec<u32>,
-    /// Factor of each vertex, [0, 1].
+    /// Factor of each vertex, in [0, 1].
     factors: Vec<f32>,
 }
 
@@ -101,21 +105,22 @@ impl CorrectionWorkspace {
             + self.regional.bytes()
             + size_of_val(&*self.order)
             + self.limits.bytes()
-            + self.clearance.bytes()
+            + self.limit_search.bytes()
             + size_of_val(&*self.lambdas)
             + size_of_val(&*self.reports)
     }
 }
 
 impl Correction {
-    /// Creates the correction for `options`; `None` if they turn it off.
+    /// Creates the correction for `options`; `None` if `options` turn the correction off.
     ///
-    /// Beside constrained vertices the field rises from 0 to 1 over half of the body's thickness, at least
-    /// two links. A longer ramp would leave too few vertices that can move, and a shorter one would leave a
-    /// visible crease.
+    /// Beside constrained vertices the field fades in, from a factor of 0 to 1, over half of the body's
+    /// thickness and at least two links. A longer transition would leave too few vertices that can move, and
+    /// a shorter transition would leave a visible crease.
     ///
     /// # Errors
-    /// Returns a [`VolumeError`] if the chosen measure cannot use the surface, or if the cap is out of range.
+    /// Returns a [`VolumeError`] if the chosen measure cannot use the surface, or if `max_correction` is out
+    /// of range.
     pub fn new(
         lattice: &Lattice,
         surface: Option<Surface<'_>>,
@@ -131,7 +136,7 @@ impl Correction {
         };
         let field = Field::new(options.field, lattice, surface, &adjacency);
         let mut scratch = Scratch::default();
-        scratch.place_at_rest(lattice, &adjacency);
+        scratch.set_rest_positions(lattice, &adjacency);
         measure.evaluate(&Executor::sequential(), &mut scratch);
         let regional = (options.scope == VolumeScope::Regional).then(|| {
             for (point, direction) in scratch.points.iter_mut().zip(&field.directions) {
@@ -152,12 +157,12 @@ impl Correction {
         }))
     }
 
-    /// Returns the measure whose value is kept.
+    /// Returns the measure by which the volume is preserved.
     pub fn measure(&self) -> VolumeMeasure {
         self.measure.kind()
     }
 
-    /// Returns the memory in bytes: the field, the measure, the links.
+    /// Returns the memory in bytes: field, measure, scope `regional`, links.
     pub fn bytes(&self) -> usize {
         let regional = self.regional.as_ref().map_or(0, Regional::bytes);
         size_of_val(&*self.field.directions) + self.measure.bytes() + regional + self.adjacency.bytes()
@@ -165,8 +170,9 @@ impl Correction {
 
     /// Sets the lattice vertices that pins and handles constrain.
     ///
-    /// The correction does not move these vertices, and fades in beside them. The workspace keeps them until
-    /// it serves the correction of another lattice. Allocates only if the vertices change.
+    /// The correction does not move these vertices, and fades in beside them. The workspace keeps the
+    /// constrained vertices until it is used for another lattice. Allocates only if the constrained vertices
+    /// change.
     pub fn set_constrained(
         &self,
         workspace: &mut CorrectionWorkspace,
@@ -183,18 +189,21 @@ impl Correction {
         }
     }
 
-    /// Corrects a deformed lattice: `corrected = deformed + lambda V`.
+    /// Corrects a deformed lattice: writes `deformed + lambda V` to `corrected`. With the scope `regional`
+    /// each vertex is also moved by its own scale.
     ///
-    /// * `deformed`, `corrected`: (n, 3), lattice vertices in cells, in the body's frame, at any distance
-    ///   from the origin.
-    /// * `rotations`: (n, 4), unit quaternions (x, y, z, w) from the model's frame to that of `deformed`. The
-    ///   field fits best with the rotations of the shape matching of `deformed`.
+    /// * `deformed`, `corrected`: positions of the lattice vertices, shape (n, 3), in cells, in the body's
+    ///   frame, at any distance from the origin.
+    /// * `rotations`: unit quaternions (x, y, z, w), shape (n, 4), that rotate vectors from the model's frame
+    ///   to the frame of `deformed`. The field fits best if they are the shape-matching rotations of
+    ///   `deformed`.
     /// * `forces`: external forces from contacts and from the user, in any order; see [`ExternalForce`].
     ///
     /// Returns one report per component of the lattice, in scene units. Finite positions never give NaN.
     ///
     /// # Panics
-    /// If a length differs from the number of lattice vertices, or the vertex of a force is out of range.
+    /// Panics if the length of an array differs from the number of lattice vertices, or if the vertex of a
+    /// force is out of range.
     pub fn apply<'w>(
         &self,
         workspace: &'w mut CorrectionWorkspace,
@@ -207,7 +216,8 @@ impl Correction {
         self.write(workspace, deformed, corrected)
     }
 
-    /// Computes the displacement of each vertex; the arguments are those of [`Correction::apply`].
+    /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
+    /// of the arguments of [`Correction::apply`].
     pub(crate) fn solve(
         &self,
         workspace: &mut CorrectionWorkspace,
@@ -226,17 +236,17 @@ impl Correction {
         workspace.lambdas.resize(self.rest.len(), 0.0);
         workspace.reports.resize(self.rest.len(), ComponentReport::default());
         workspace.limits.clear();
-        workspace.scratch.place(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        workspace.scratch.set_positions(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
         self.rotate_field(workspace, rotations);
-        let CorrectionWorkspace { scratch, order, regional: scales, .. } = workspace;
+        let CorrectionWorkspace { scratch, order, regional: regional_scratch, .. } = workspace;
         external_forces::remove_force_directions(forces, order, &mut scratch.points);
         if let Some(regional) = &self.regional {
-            regional.correct(scales, executor, &self.adjacency, &self.caps, &mut scratch.points);
+            regional.correct(regional_scratch, executor, &self.adjacency, &self.caps, &mut scratch.points);
         }
         self.solve_cubics(workspace, executor);
-        let unit = self.cell_size.powi(3);
+        let cell_volume = self.cell_size.powi(3);
         for (report, c) in workspace.reports.iter_mut().zip(&workspace.scratch.coefficients) {
-            report.before = c[0] * unit;
+            report.before = c[0] * cell_volume;
         }
     }
 
@@ -246,15 +256,16 @@ impl Correction {
         let scales = self.scales(&workspace.regional);
         let length = |(i, point): (usize, &Moving)| {
             let scale = lambda(i as u32) + scales.map_or(0.0, |s| f64::from(s[i]));
-            let square: f64 = point.direction().iter().map(|&v| f64::from(v).powi(2)).sum();
-            scale.abs() * square.sqrt()
+            let length_squared: f64 = point.direction().iter().map(|&v| f64::from(v).powi(2)).sum();
+            scale.abs() * length_squared.sqrt()
         };
         workspace.scratch.points.iter().enumerate().map(length).fold(0.0, f64::max)
     }
 
-    /// Limits displacements and solves again until the correction moves no surface sample into a collider.
+    /// Limits the displacements and solves again, until the correction moves no surface sample into a
+    /// collider, or [`ROUNDS`] times.
     ///
-    /// Must be called after [`Correction::solve`]; `corrected` is scratch.
+    /// Must be called after [`Correction::solve`], with the same `deformed`. `corrected` is scratch.
     pub(crate) fn limit_at_colliders(
         &self,
         workspace: &mut CorrectionWorkspace,
@@ -264,36 +275,37 @@ impl Correction {
         deformed: &[[f32; 3]],
         corrected: &mut [[f32; 3]],
     ) {
-        // Taken out of the workspace so that `limit` can borrow both.
-        let mut clearance = std::mem::take(&mut workspace.clearance);
-        let mut searched = 0.0;
-        let curved = obstacles.are_curved();
+        // Taken out of the workspace, so that `solve_with_limits` can borrow the workspace and the limits.
+        let mut search = std::mem::take(&mut workspace.limit_search);
+        let mut search_distance = 0.0;
+        let has_non_planes = obstacles.has_non_planes();
         for _ in 0..ROUNDS {
             let greatest = self.greatest_displacement(workspace);
-            let limited = if greatest > searched {
-                searched = MARGIN * greatest;
-                clearance.find(samples, deformed, obstacles, searched);
-                !clearance.limits.is_empty()
-            } else if searched > 0.0 && curved {
+            let has_new_limits = if greatest > search_distance {
+                search_distance = MARGIN * greatest;
+                search.find(samples, deformed, obstacles, search_distance);
+                !search.limits.is_empty()
+            } else if search_distance > 0.0 && has_non_planes {
                 self.write(workspace, deformed, corrected);
-                clearance.add_entered(samples, corrected, obstacles)
+                search.add_limits_for_entered_cells(samples, corrected, obstacles)
             } else {
                 false
             };
-            if !limited {
+            if !has_new_limits {
                 break;
             }
-            self.limit(workspace, executor, &clearance.limits);
+            self.solve_with_limits(workspace, executor, &search.limits);
         }
-        workspace.clearance = clearance;
+        workspace.limit_search = search;
     }
 
-    /// Solves again with limits, by an active-set iteration in which the volume remains an exact cubic.
+    /// Solves again with limits, by an active-set iteration.
     ///
-    /// A vertex at its limit slides along the obstacle; the others take up the volume.
-    fn limit(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
+    /// A vertex at its limit slides along the obstacle or stops, and the other vertices restore the volume.
+    /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic.
+    fn solve_with_limits(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
         let scales = self.scales(&workspace.regional);
-        workspace.limits.begin(limits, &mut workspace.scratch.points, scales);
+        workspace.limits.replace(limits, &mut workspace.scratch.points, scales);
         for _ in 0..LIMITED_PASSES {
             if !self.update_motions(workspace) {
                 return;
@@ -304,13 +316,14 @@ impl Correction {
         self.report_residuals(workspace, executor);
     }
 
-    /// Updates the motions of limited vertices for the current `lambda`. Returns whether any has changed.
+    /// Updates the motions of the limited vertices for the current `lambda`. Returns whether any motion has
+    /// changed.
     fn update_motions(&self, workspace: &mut CorrectionWorkspace) -> bool {
         let CorrectionWorkspace { limits, lambdas, scratch, .. } = workspace;
         limits.update_motions(lambda_of(lambdas, &self.adjacency), &mut scratch.points)
     }
 
-    /// Evaluates the volume for the current `lambda` and reports its residual, without a new solve.
+    /// Reports the volume error for the current `lambda`, without solving again.
     fn report_residuals(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
         self.measure.evaluate(executor, &mut workspace.scratch);
         for component in 0..self.rest.len() {
@@ -321,10 +334,10 @@ impl Correction {
         }
     }
 
-    /// Writes the corrected positions: `corrected = deformed + lambda V`. Returns one report per component.
+    /// Writes the corrected positions to `corrected`, and returns one report per component.
     ///
     /// # Panics
-    /// If a length differs from the number of lattice vertices.
+    /// Panics if the length of an array differs from the number of lattice vertices.
     pub(crate) fn write<'w>(
         &self,
         workspace: &'w CorrectionWorkspace,
@@ -350,12 +363,12 @@ impl Correction {
         &workspace.reports
     }
 
-    /// Returns the scale of each vertex with the scope `regional`, else `None`.
+    /// Returns the regional scale of each vertex; `None` with the scope `global`.
     fn scales<'w>(&self, regional: &'w RegionalScratch) -> Option<&'w [f32]> {
         self.regional.as_ref().map(|_| &*regional.scales)
     }
 
-    /// Sets the directions of the points: the field at rest, rotated, times the ramp.
+    /// Sets the directions of the points to the field at rest, rotated, times the factors of the ramp.
     fn rotate_field(&self, workspace: &mut CorrectionWorkspace, rotations: &[[f32; 4]]) {
         for (point, (q, v)) in
             workspace.scratch.points.iter_mut().zip(rotations.iter().zip(&self.field.directions))
@@ -369,7 +382,7 @@ impl Correction {
         }
     }
 
-    /// Solves Eq. (1): one cubic for each component.
+    /// Solves Eq. (1) of Takamatsu & Kanai 2009: one cubic for each component.
     fn solve_cubics(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
         self.measure.evaluate(executor, &mut workspace.scratch);
         for component in 0..self.rest.len() {
@@ -382,12 +395,12 @@ impl Correction {
 
     /// Writes the report of a component. `excess`: corrected volume minus rest volume, in cubed cells.
     fn report(&self, workspace: &mut CorrectionWorkspace, component: usize, excess: f64) {
-        let (unit, rest) = (self.cell_size.powi(3), self.rest[component]);
+        let (cell_volume, rest) = (self.cell_size.powi(3), self.rest[component]);
         let residual = excess / rest;
         workspace.reports[component] = ComponentReport {
-            rest: rest * unit,
+            rest: rest * cell_volume,
             before: workspace.reports[component].before,
-            after: (rest + excess) * unit,
+            after: (rest + excess) * cell_volume,
             lambda: workspace.lambdas[component] * self.cell_size,
             residual,
             capped: residual.abs() > VOLUME_TOLERANCE,

@@ -1,24 +1,25 @@
-//! Root of the cubic: the real root of least absolute value of a cubic polynomial, within a cap (`max_correction`
-//! times the thickness of the component).
+//! Finds the real root of least absolute value of a cubic polynomial, within a cap.
 //!
-//! Takamatsu & Kanai 2009, Eq. (1), vol(P^ + lambda V) - vol(P) = 0, is a cubic in the scale `lambda` of the correction; they use the root of
-//! least absolute value. A closed-form solution loses that root if the leading coefficients almost vanish,
-//! which happens whenever the field encloses little volume of its own. Here the line is split at the
-//! stationary points, and the interval nearest to zero with a change of sign is bisected over the bit
-//! patterns of the floating-point numbers. The bisection needs at most 64 evaluations, always converges, and
-//! has full accuracy at every magnitude.
+//! Eq. (1) of Takamatsu & Kanai 2009, `vol(P^ + lambda V) - vol(P) = 0`, is a cubic in the scale `lambda` of
+//! the correction. Their solution is the root of least absolute value. A closed-form solution loses this root
+//! if the leading coefficients almost vanish, which happens whenever the vectors of the field `V`, taken as
+//! positions, enclose little volume. Here the interval from 0 to the cap is split at the stationary points of
+//! the cubic, on either side of 0. The subinterval nearest to 0 in which the sign changes is bisected over
+//! the bit patterns of the floating-point numbers. The bisection needs at most 64 evaluations, always
+//! converges, and has full accuracy at every magnitude.
 
-/// Greatest magnitude of a root that is searched: beyond it the cube of `lambda` could overflow.
+/// Greatest magnitude of a root that is searched; the cube of a larger `lambda` could overflow.
 const MAX_MAGNITUDE: f64 = 1e75;
 
-/// Rounding error of Horner's rule on a cubic, relative to the sum of |terms| (six roundings, doubled).
+/// Bound of the rounding error of Horner's rule on a cubic, relative to the sum of the magnitudes of the
+/// terms (six roundings, doubled).
 const ROUNDING: f64 = 12.0 * f64::EPSILON;
 
 /// Result of [`smallest_root`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
-    /// The root; without a root within the cap, the point within the cap at which the polynomial is least in
-    /// magnitude.
+    /// The root. Without a root within the cap: the point within the cap at which the polynomial has the
+    /// least magnitude.
     pub lambda: f64,
     /// Value of the polynomial at `lambda`.
     pub residual: f64,
@@ -29,12 +30,14 @@ pub struct Root {
 /// Returns the root of least absolute value of `c[0] + c[1] x + c[2] x^2 + c[3] x^3` in `-cap ..= cap`.
 ///
 /// * Any coefficients may vanish. Of two roots of equal magnitude the positive one is returned.
-/// * A stationary point whose value is zero up to rounding is a (double or triple) root.
+/// * A stationary point at which the polynomial is zero up to rounding is a (double or triple) root.
 /// * Without a root within the cap, the result is the point within the cap of least residual, with `capped`
-///   set. Of equal residuals the point nearest to zero is returned, so that a constant polynomial gives zero.
+///   set. Of several points with this residual, the point nearest to zero is returned, so that a constant
+///   polynomial gives zero.
 /// * `cap` may be infinite. A cap that is zero, negative or NaN allows only `lambda = 0`.
-/// * The backward error `|p(lambda)| / sum |c_i lambda^i|` of a root is below `1e-14`.
-/// * Finite coefficients never give NaN. Other coefficients give `lambda = 0`, capped.
+/// * The backward error of a root, `|p(lambda)| / sum |c[i] lambda^i|` with the polynomial `p`, is below
+///   `1e-14`.
+/// * Finite coefficients never give NaN. Infinite or NaN coefficients give `lambda = 0` with `capped` set.
 pub fn smallest_root(c: [f64; 4], cap: f64) -> Root {
     if c[0] == 0.0 {
         return Root { lambda: 0.0, residual: 0.0, capped: false };
@@ -44,13 +47,13 @@ pub fn smallest_root(c: [f64; 4], cap: f64) -> Root {
         return Root { lambda: 0.0, residual: c[0], capped: true };
     }
     // Division by a power of two is exact, does not change the roots, and keeps products in range.
-    let unit = power_of_two_below(largest);
-    let scaled = Scaled(c.map(|c| c / unit));
+    let divisor = power_of_two_below(largest);
+    let scaled = Scaled(c.map(|c| c / divisor));
     let end = if cap.is_finite() { cap.min(MAX_MAGNITUDE) } else { scaled.root_bound().min(MAX_MAGNITUDE) };
     let stationary = scaled.stationary();
 
     let positive = scaled.first_root(&stationary, end, 1.0);
-    // The negative side only matters up to the magnitude of the positive root.
+    // On the negative side, only roots up to the magnitude of the positive root matter.
     let negative = scaled.first_root(&stationary, positive.map_or(end, |root| root.min(end)), -1.0);
     let lambda = match (positive, negative) {
         (Some(positive), Some(negative)) if negative < positive => Some(-negative),
@@ -61,10 +64,11 @@ pub fn smallest_root(c: [f64; 4], cap: f64) -> Root {
         Some(lambda) => (lambda, false),
         None => (scaled.least_residual(&stationary, end), true),
     };
-    Root { lambda, residual: scaled.at(lambda) * unit, capped }
+    Root { lambda, residual: scaled.at(lambda) * divisor, capped }
 }
 
-/// Returns the largest normal power of two that is at most `x > 0`; the smallest one for subnormal `x`.
+/// Returns the largest normal power of two that is at most `x > 0`; for subnormal `x`, the smallest normal
+/// power of two.
 fn power_of_two_below(x: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff << 52;
     f64::from_bits(x.to_bits() & EXPONENT).max(f64::MIN_POSITIVE)
@@ -86,21 +90,23 @@ impl Scaled {
         self.at(x).abs() <= ROUNDING * (((c[3] * m + c[2]) * m + c[1]) * m + c[0])
     }
 
-    /// Returns an upper bound of the roots' magnitudes (Fujiwara 1916), without leading zero coefficients.
+    /// Returns an upper bound of the magnitudes of the roots (Fujiwara 1916); leading coefficients that are
+    /// zero are ignored.
     fn root_bound(&self) -> f64 {
         let c = self.0;
         let Some(degree) = (1..4).rev().find(|&i| c[i] != 0.0) else { return 1.0 };
         let bound =
             (1..=degree).map(|k| (c[degree - k] / c[degree]).abs().powf(1.0 / k as f64)).fold(0.0, f64::max);
-        // Twice the maximum bounds the roots; the factor 2.5 allows for the rounding of `powf`.
+        // Twice the maximum is Fujiwara's bound; the factor 2.5 allows for the rounding of `powf`.
         2.5 * bound
     }
 
-    /// Returns the real stationary points, unordered; NaN for one that does not exist.
+    /// Returns the two real stationary points in any order; NaN replaces a stationary point that does not
+    /// exist.
     fn stationary(&self) -> [f64; 2] {
         let [_, c1, c2, c3] = self.0;
-        // A quarter of the discriminant of 3 c3 x^2 + 2 c2 x + c1, compensated for the rounding of one
-        // product, so that cancellation does not lose a double stationary point.
+        // A quarter of the discriminant of the derivative 3 c3 x^2 + 2 c2 x + c1. It is compensated for the
+        // rounding error of a product, so that cancellation does not lose a double stationary point.
         let product = 3.0 * c3 * c1;
         let product_error = (3.0 * c3).mul_add(c1, -product);
         let discriminant = c2.mul_add(c2, -product) - product_error;
@@ -112,7 +118,8 @@ impl Scaled {
         [q / (3.0 * c3), c1 / q].map(|x| if x.is_finite() { x } else { f64::NAN })
     }
 
-    /// Returns the magnitude of the root nearest to zero up to `end` on one side (1: positive, -1: negative).
+    /// Returns the magnitude of the root nearest to zero, up to `end`, on one side of zero: positive for a
+    /// `side` of 1, negative for -1.
     fn first_root(&self, stationary: &[f64; 2], end: f64, side: f64) -> Option<f64> {
         let mut interval_ends = [end; 3];
         for (interval_end, x) in interval_ends.iter_mut().zip(stationary) {
@@ -124,31 +131,32 @@ impl Scaled {
         if interval_ends[0] > interval_ends[1] {
             interval_ends.swap(0, 1);
         }
-        let above = self.0[0] > 0.0;
-        let mut from = 0.0;
+        let starts_positive = self.0[0] > 0.0;
+        let mut interval_start = 0.0;
         for interval_end in interval_ends {
             if interval_end < end && self.vanishes(side * interval_end) {
                 return Some(interval_end);
             }
             let value = self.at(side * interval_end);
-            if value == 0.0 || (value > 0.0) != above {
-                return Some(self.bisect(from, interval_end, side, above));
+            if value == 0.0 || (value > 0.0) != starts_positive {
+                return Some(self.bisect(interval_start, interval_end, side, starts_positive));
             }
-            from = interval_end;
+            interval_start = interval_end;
         }
         None
     }
 
-    /// Bisects `low ..= high` for the change of sign; `above`: whether the value at `low` is positive.
+    /// Bisects the magnitudes `low ..= high` for the change of sign, on one side of zero as in `first_root`.
     ///
-    /// Returns that of the two adjacent numbers around the sign change with the smaller residual. The bit
-    /// patterns of non-negative numbers have the order of the numbers.
-    fn bisect(&self, low: f64, high: f64, side: f64, above: bool) -> f64 {
+    /// `starts_positive`: whether the value at `low` is positive. The sign changes between two adjacent
+    /// floating-point numbers; the number with the smaller residual is returned. The bit patterns of
+    /// non-negative floating-point numbers, as integers, have the same order as the numbers.
+    fn bisect(&self, low: f64, high: f64, side: f64, starts_positive: bool) -> f64 {
         let (mut low, mut high) = (low.to_bits(), high.to_bits());
         while high - low > 1 {
             let middle = low + (high - low) / 2;
             let value = self.at(side * f64::from_bits(middle));
-            if value != 0.0 && (value > 0.0) == above {
+            if value != 0.0 && (value > 0.0) == starts_positive {
                 low = middle;
             } else {
                 high = middle;
@@ -158,17 +166,18 @@ impl Scaled {
         if self.at(side * low).abs() < self.at(side * high).abs() { low } else { high }
     }
 
-    /// Returns the point in `-end ..= end` of least residual; of equal residuals the point nearest to zero.
+    /// Returns the point in `-end ..= end` with the least residual. Of several such points, returns the point
+    /// nearest to zero.
     fn least_residual(&self, stationary: &[f64; 2], end: f64) -> f64 {
         let candidates = [stationary[0], stationary[1], end, -end];
-        let mut least = 0.0_f64;
+        let mut best = 0.0_f64;
         for x in candidates.into_iter().filter(|x| x.abs() <= end) {
-            let (value, best) = (self.at(x).abs(), self.at(least).abs());
-            if value < best || (value == best && x.abs() < least.abs()) {
-                least = x;
+            let (residual, best_residual) = (self.at(x).abs(), self.at(best).abs());
+            if residual < best_residual || (residual == best_residual && x.abs() < best.abs()) {
+                best = x;
             }
         }
-        least
+        best
     }
 }
 

@@ -1,45 +1,52 @@
-//! External forces (Takamatsu & Kanai 2009, Eq. (2)) and constrained vertices in the deformation field.
+//! Changes the deformation field: removes the directions of external forces, by Eq. (2) of Takamatsu & Kanai
+//! 2009, and fades the field out beside constrained vertices.
 
 use super::adjacency::Adjacency;
 use super::line::Moving;
 
 /// External force on a lattice vertex, from a contact or from the user; gravity is not included.
 ///
-/// The force is a length, so that it does not depend on the units of mass and time: the displacement of the
-/// free vertex in one step, divided by the stiffness `alpha`. A force `f` on a mass `m` during a step `dt`
-/// gives `f dt^2 / (m alpha)`. A contact that displaces a vertex by `d` and changes its velocity by `v` gives
-/// `d + v dt`.
+/// The force is expressed as a length, so that it does not depend on the units of mass and time. The length
+/// is the displacement by which the force alone would move the vertex, divided by the stiffness `alpha`. A
+/// force `f` on a mass `m` during a step `dt` gives the length `f dt^2 / (m alpha)`. A contact that displaces
+/// a vertex by `d` and changes its velocity by `v` gives `(d + v dt) / alpha`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExternalForce {
     /// Lattice vertex.
     pub vertex: u32,
-    /// Force vector in cells, in world axes. Zero and non-finite forces have no effect.
+    /// Force as a length, in cells, with the direction of the force in world axes. Zero and non-finite forces
+    /// have no effect.
     pub force: [f32; 3],
 }
 
-/// Force, in cells, that removes half of the field's component along it.
+/// Force, in cells, that halves the component of the field along the force.
 ///
-/// It is well below the force that carries the weight of a vertex at rest on the ground in a stiff body, and
-/// well above rounding. Contacts that carry weight therefore have their full effect, and the effect of a
-/// grazing contact fades in with the square of its force.
+/// It is well below the contact force that carries the weight of a vertex of a stiff body at rest on the
+/// ground, and well above rounding errors. Contacts that carry weight therefore have their full effect, and
+/// the effect of a grazing contact fades in with the square of the contact force.
 pub const HALF_FORCE: f64 = 1e-3;
 
-/// Clamp of a force, in units of [`HALF_FORCE`]; it keeps the matrix of the solve well conditioned.
+/// Magnitude to which a force is clamped, in units of [`HALF_FORCE`]. It keeps the matrix `I + F` well
+/// conditioned.
 const MAX_FORCE: f64 = 1e4;
 
 /// Removes the directions of external forces from the field: Takamatsu & Kanai 2009, Eq. (2), regularized.
 ///
+/// `v` is the vector of the field at a vertex, and `v'` replaces it. `^T` is the transpose:
+///
 /// ```text
-/// paper:   v' = v - (v . f^) f^,  f^ = f / |f|                                              (Eq. 2)
-/// here:    v' minimizes |v' - v|^2 + sum (f . v')^2 / f0^2,  the sum over the forces f on the vertex
-///          which is (I + F) v' = v,  F = sum f f^T / f0^2,  f0 = HALF_FORCE
+/// paper:  v' = v - (v . d) d  for one force f with the direction d = f / |f|          (Eq. 2)
+/// here:   v' minimizes |v' - v|^2 + sum (f . v')^2 / f0^2,  f0 = HALF_FORCE,
+///         with the sum over the forces f on the vertex. The solution of
+///         (I + F) v' = v,  F = sum f f^T / f0^2,  is this minimum.
 /// ```
 ///
-/// A single force gives `v' = v - s (v . f^) f^` with `s = |f|^2 / (|f|^2 + f0^2)`. A strong
-/// force gives Eq. (2), `s = 1`. A weak force gives `s` near 0, where Eq. (2) would jump. Several forces
-/// remove all directions in their span, independently of their order.
+/// A single force gives `v' = v - s (v . d) d` with `s = |f|^2 / (|f|^2 + f0^2)`. For a strong force `s` is
+/// nearly 1, as in Eq. (2). For a weak force `s` is near 0, so that the field changes continuously when a
+/// force begins; with Eq. (2) it would jump. Several strong forces remove all directions in their span,
+/// independently of their order.
 ///
-/// `order` is scratch; it keeps its capacity between calls.
+/// `order` is a buffer that keeps its capacity between calls.
 pub(super) fn remove_force_directions(
     forces: &[ExternalForce],
     order: &mut Vec<(u32, u32)>,
@@ -52,7 +59,7 @@ pub(super) fn remove_force_directions(
         // Upper triangle of I + F: xx, xy, xz, yy, yz, zz.
         let mut matrix = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
         for &(_, index) in group {
-            let [x, y, z] = in_half_forces(&forces[index as usize].force);
+            let [x, y, z] = in_units_of_half_force(&forces[index as usize].force);
             for (sum, term) in matrix.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]) {
                 *sum += term;
             }
@@ -63,7 +70,7 @@ pub(super) fn remove_force_directions(
 }
 
 /// Returns a force in units of [`HALF_FORCE`], clamped to the length [`MAX_FORCE`]; zero if it is not finite.
-fn in_half_forces(force: &[f32; 3]) -> [f64; 3] {
+fn in_units_of_half_force(force: &[f32; 3]) -> [f64; 3] {
     let f = force.map(|x| f64::from(x) / HALF_FORCE);
     let length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
     if !length.is_finite() {
@@ -73,7 +80,8 @@ fn in_half_forces(force: &[f32; 3]) -> [f64; 3] {
     f.map(|f| f * factor)
 }
 
-/// Solves a symmetric system with eigenvalues >= 1, by an LDL^T (square-root-free Cholesky) factorization.
+/// Solves a symmetric system with the right-hand side `b`, by an LDL^T (square-root-free Cholesky)
+/// factorization. The eigenvalues of the matrix must be at least 1.
 fn solve(&[xx, xy, xz, yy, yz, zz]: &[f64; 6], b: [f64; 3]) -> [f64; 3] {
     let (l10, l20) = (xy / xx, xz / xx);
     let d1 = (yy - l10 * xy).max(1.0);
@@ -85,9 +93,11 @@ fn solve(&[xx, xy, xz, yy, yz, zz]: &[f64; 6], b: [f64; 3]) -> [f64; 3] {
     [b[0] / xx - l10 * y - l20 * z, y, z]
 }
 
-/// Returns the field's factor at each vertex: 0 at a constrained vertex, rising smoothly to 1 `links` away.
+/// Returns the factor of the field at each vertex: 0 at a constrained vertex, and 1 at vertices that are
+/// `links` or more links away from all constrained vertices.
 ///
-/// The smooth transition avoids a crease beside a pin. All factors are 1 if no vertex is constrained.
+/// In between the factor rises smoothly, which avoids a crease beside a pin. All factors are 1 if no vertex
+/// is constrained.
 pub(super) fn ramp(adjacency: &Adjacency, constrained: &[u32], links: u32) -> Vec<f32> {
     let links = links.max(1);
     let factor = |distance: u32| {
@@ -101,10 +111,10 @@ pub(super) fn ramp(adjacency: &Adjacency, constrained: &[u32], links: u32) -> Ve
 mod tests {
     use super::*;
 
-    /// Returns the field direction `v` after the removal of the forces `offsets`.
-    fn remaining(v: [f32; 3], offsets: &[[f32; 3]]) -> [f32; 3] {
+    /// Returns the vector `v` of the field after the removal of the directions of `force_vectors`.
+    fn remaining(v: [f32; 3], force_vectors: &[[f32; 3]]) -> [f32; 3] {
         let forces: Vec<ExternalForce> =
-            offsets.iter().map(|&force| ExternalForce { vertex: 0, force }).collect();
+            force_vectors.iter().map(|&force| ExternalForce { vertex: 0, force }).collect();
         let mut points = [Moving::new([0.0; 3], v)];
         remove_force_directions(&forces, &mut Vec::new(), &mut points);
         points[0].direction()

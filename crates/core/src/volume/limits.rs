@@ -1,25 +1,30 @@
-//! Limits of the correction: a vertex that would move into an obstacle stops before it, or slides along it.
+//! Applies limits to the correction: a vertex at its limit slides along the obstacle, or stops.
+//!
+//! An obstacle is a collider at one time. [`Limits`] is the active set of the iteration that solves for
+//! `lambda`: it determines which limited vertices move freely, slide or are stopped at the current `lambda`.
 
 use nalgebra::Vector3;
 
 use super::line::Moving;
 
-/// Limit of a lattice vertex: a half space in which it must stay so that the surface enters no obstacle.
+/// Limit of a lattice vertex: a half space in which the vertex must stay, so that the surface does not enter
+/// an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limit {
     /// Lattice vertex.
     pub(super) vertex: u32,
     /// Unit normal away from the obstacle, in world axes.
     pub(super) normal: Vector3<f64>,
-    /// Greatest displacement against the normal, in cells; at least 0.
+    /// Greatest displacement of the vertex against the normal, in cells; at least 0.
     pub(super) clearance: f64,
 }
 
-/// Limited vertices of one evaluation.
+/// Vertices with limits in one evaluation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Limits {
     /// Limits, sorted by vertex.
     sorted: Vec<Limit>,
+    /// Vertices with limits, in increasing order.
     limited: Vec<LimitedVertex>,
 }
 
@@ -27,25 +32,25 @@ pub(super) struct Limits {
 #[derive(Clone, Copy, Debug)]
 struct LimitedVertex {
     vertex: u32,
-    /// Range of its limits in `Limits::sorted`.
-    limits: (u32, u32),
-    /// Position without correction.
-    place: Vector3<f64>,
-    /// Direction of the field.
+    /// Start and end of the limits of the vertex in `Limits::sorted`.
+    limit_range: (u32, u32),
+    /// Position without correction, relative to the center of the component.
+    position: Vector3<f64>,
+    /// Vector of the field.
     direction: Vector3<f64>,
-    /// Scale by which the scope `regional` has moved the vertex, in units of `direction`.
+    /// Scale of the vertex by the scope `regional`; 0 with the scope `global`.
     scale: f64,
     motion: Motion,
 }
 
-/// Motion of a vertex as a function of `lambda` (its state in the active set).
+/// Motion of a vertex as a function of `lambda`: the state of the vertex in the active set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motion {
     /// Moves along the field.
     Free,
-    /// Slides along one obstacle, at its limit.
+    /// Slides along an obstacle, at the limit with this index in `Limits::sorted`.
     Sliding { limit: u32 },
-    /// Is stopped by several obstacles, at a constant displacement.
+    /// Is stopped by several limits, at a constant displacement.
     Stopped { displacement: Vector3<f64> },
 }
 
@@ -61,8 +66,11 @@ impl Limits {
         self.limited.clear();
     }
 
-    /// Replaces the limits, given in any order. `scales`: displacements of the points, in units of direction.
-    pub(super) fn begin(&mut self, limits: &[Limit], points: &mut [Moving], scales: Option<&[f32]>) {
+    /// Replaces the limits by `limits`, which may be in any order.
+    ///
+    /// * `points`: points of the lattice. The points of the previously limited vertices are reset.
+    /// * `scales`: scale of each vertex by the scope `regional`, by which its point has already moved.
+    pub(super) fn replace(&mut self, limits: &[Limit], points: &mut [Moving], scales: Option<&[f32]>) {
         for limited in &self.limited {
             limited.reset(&mut points[limited.vertex as usize]);
         }
@@ -76,24 +84,27 @@ impl Limits {
         for group in self.sorted.chunk_by(|a, b| a.vertex == b.vertex) {
             let vertex = group[0].vertex;
             let point = &points[vertex as usize];
-            let wide = |v: [f32; 3]| Vector3::from(v.map(f64::from));
-            let direction = wide(point.direction());
+            let to_f64 = |v: [f32; 3]| Vector3::from(v.map(f64::from));
+            let direction = to_f64(point.direction());
             let scale = scales.map_or(0.0, |scales| f64::from(scales[vertex as usize]));
-            let place = wide(point.place()) - direction * scale;
-            let limits = (first, first + group.len() as u32);
+            let position = to_f64(point.position()) - direction * scale;
+            let limit_range = (first, first + group.len() as u32);
             self.limited.push(LimitedVertex {
                 vertex,
-                limits,
-                place,
+                limit_range,
+                position,
                 direction,
                 scale,
                 motion: Motion::Free,
             });
-            first = limits.1;
+            first = limit_range.1;
         }
     }
 
-    /// Updates motions and points for the `lambda` of each vertex. Returns whether any motion has changed.
+    /// Updates the motions of the limited vertices, and their points, for the current `lambda`. Returns
+    /// whether any motion has changed.
+    ///
+    /// * `lambda`: returns the `lambda` of a vertex.
     pub(super) fn update_motions(&mut self, lambda: impl Fn(u32) -> f64, points: &mut [Moving]) -> bool {
         let mut changed = false;
         for limited in &mut self.limited {
@@ -110,13 +121,16 @@ impl Limits {
                 Motion::Stopped { .. } => Vector3::zeros(),
             };
             let point = &mut points[limited.vertex as usize];
-            point.set_place((limited.place + displacement - direction * lambda).map(|x| x as f32).into());
+            // The point reaches the displacement at the current `lambda`.
+            let position = limited.position + displacement - direction * lambda;
+            point.set_position(position.map(|x| x as f32).into());
             point.set_direction(direction.map(|x| x as f32).into());
         }
         changed
     }
 
-    /// Writes the positions of the limited vertices: `deformed` plus their displacement at `lambda`.
+    /// Writes the corrected position of each limited vertex to `out`: its position in `deformed` plus its
+    /// displacement at its `lambda`.
     pub(super) fn write(&self, lambda: impl Fn(u32) -> f64, deformed: &[[f32; 3]], out: &mut [[f32; 3]]) {
         for limited in &self.limited {
             let (_, displacement) = limited.motion_at(&self.sorted, lambda(limited.vertex));
@@ -127,28 +141,29 @@ impl Limits {
 }
 
 impl Limit {
-    /// Returns the distance of a displacement beyond the limit; negative within it.
+    /// Returns the distance by which a displacement exceeds the limit; negative within the limit.
     fn excess(&self, displacement: &Vector3<f64>) -> f64 {
         -self.normal.dot(displacement) - self.clearance
     }
 }
 
 impl LimitedVertex {
-    /// Resets a point to its position and direction without limits.
+    /// Resets the point of the vertex to its position and direction without limits.
     fn reset(&self, point: &mut Moving) {
-        point.set_place((self.place + self.direction * self.scale).map(|x| x as f32).into());
+        point.set_position((self.position + self.direction * self.scale).map(|x| x as f32).into());
         point.set_direction(self.direction.map(|x| x as f32).into());
     }
 
     /// Computes the motion and the displacement at `lambda`.
     ///
-    /// The displacement along the field is projected to each limit in turn. A projection can move it beyond
-    /// another limit, for example between obstacles at an acute angle. The displacement is then scaled down
-    /// to that limit.
+    /// The displacement along the field is projected to the plane of each limit that it exceeds, one limit
+    /// after another. A projection can move the displacement beyond another limit, for example between
+    /// obstacles at an acute angle. The displacement is then scaled down until it satisfies this other limit.
     fn motion_at(&self, sorted: &[Limit], lambda: f64) -> (Motion, Vector3<f64>) {
-        let limits = (self.limits.0..self.limits.1).map(|index| (index, &sorted[index as usize]));
+        let limits = (self.limit_range.0..self.limit_range.1).map(|index| (index, &sorted[index as usize]));
         let mut displacement = self.direction * (self.scale + lambda);
-        // At a clearance of 0 the component along the normal is pure rounding.
+        // After a projection to a limit with clearance 0, the component along the normal is only rounding
+        // error.
         let rounding = 1e-9 * displacement.norm();
         let mut motion = Motion::Free;
         for (index, limit) in limits.clone() {
@@ -183,22 +198,28 @@ mod tests {
     }
 
     /// Returns the displacement of a vertex at `lambda`.
-    fn moved(direction: [f32; 3], scales: Option<&[f32]>, limits: &[Limit], lambda: f64) -> [f32; 3] {
-        let place = std::array::from_fn(|k| 10.0 + scales.map_or(0.0, |scales| scales[0]) * direction[k]);
-        let mut points = [Moving::new(place, direction)];
-        let mut all = Limits::default();
-        all.begin(limits, &mut points, scales);
-        all.update_motions(|_| lambda, &mut points);
+    fn displacement_of(
+        direction: [f32; 3],
+        scales: Option<&[f32]>,
+        limits: &[Limit],
+        lambda: f64,
+    ) -> [f32; 3] {
+        let position = std::array::from_fn(|k| 10.0 + scales.map_or(0.0, |scales| scales[0]) * direction[k]);
+        let mut points = [Moving::new(position, direction)];
+        let mut active_set = Limits::default();
+        active_set.replace(limits, &mut points, scales);
+        active_set.update_motions(|_| lambda, &mut points);
         let mut out = [[f32::NAN; 3]];
-        all.write(|_| lambda, &[[10.0; 3]], &mut out);
+        active_set.write(|_| lambda, &[[10.0; 3]], &mut out);
         // The point at `lambda` agrees with the written position.
         points[0].advance(lambda as f32);
-        let gap = out[0].iter().zip(points[0].place()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        assert!(gap <= 4e-6, "{out:?} {points:?}");
+        let differences = out[0].iter().zip(points[0].position()).map(|(a, b)| (a - b).abs());
+        let difference = differences.fold(0.0, f32::max);
+        assert!(difference <= 4e-6, "{out:?} {points:?}");
         out[0].map(|x| x - 10.0)
     }
 
-    fn near(a: [f32; 3], b: [f32; 3]) {
+    fn assert_near(a: [f32; 3], b: [f32; 3]) {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 4e-6), "{a:?} {b:?}");
     }
 
@@ -207,22 +228,24 @@ mod tests {
 
     #[test]
     fn vertex_slides_along_the_obstacle_at_its_limit() {
-        near(moved(DOWN, None, &[limit(FLOOR, 0.5)], 0.5), [0.3, -0.4, 0.0]);
-        near(moved(DOWN, None, &[limit(FLOOR, 0.5)], 2.0), [1.2, -0.5, 0.0]);
-        near(moved(DOWN, None, &[limit(FLOOR, 0.0)], 2.0), [1.2, 0.0, 0.0]);
-        near(moved(DOWN, None, &[limit(FLOOR, 0.5)], -2.0), [-1.2, 1.6, 0.0]);
-        // The displacement by the scope `regional` counts.
-        near(moved(DOWN, Some(&[1.5]), &[limit(FLOOR, 0.5)], 0.5), [1.2, -0.5, 0.0]);
+        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], 0.5), [0.3, -0.4, 0.0]);
+        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], 2.0), [1.2, -0.5, 0.0]);
+        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.0)], 2.0), [1.2, 0.0, 0.0]);
+        assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], -2.0), [-1.2, 1.6, 0.0]);
+        // The regional scale is part of the displacement.
+        assert_near(displacement_of(DOWN, Some(&[1.5]), &[limit(FLOOR, 0.5)], 0.5), [1.2, -0.5, 0.0]);
     }
 
     #[test]
     fn several_limits_are_all_satisfied() {
-        near(moved(DOWN, None, &[limit(FLOOR, 0.5), limit([-1.0, 0.0, 0.0], 0.1)], 2.0), [0.1, -0.5, 0.0]);
-        near(moved(DOWN, None, &[limit(FLOOR, 0.5), limit(FLOOR, 0.2)], 2.0), [1.2, -0.2, 0.0]);
-        // A narrow wedge: the projection to one side must not leave the vertex beyond the other.
+        let floor_and_wall = [limit(FLOOR, 0.5), limit([-1.0, 0.0, 0.0], 0.1)];
+        assert_near(displacement_of(DOWN, None, &floor_and_wall, 2.0), [0.1, -0.5, 0.0]);
+        let two_floors = [limit(FLOOR, 0.5), limit(FLOOR, 0.2)];
+        assert_near(displacement_of(DOWN, None, &two_floors, 2.0), [1.2, -0.2, 0.0]);
+        // A narrow wedge: after the projection to one side, the vertex must not be beyond the other side.
         let wedge = [limit([0.6, 0.8, 0.0], 0.1), limit([-0.8, 0.6, 0.0], 0.1), limit([-0.6, 0.8, 0.0], 0.1)];
         for lambda in [0.1, 1.0, 10.0] {
-            let offset = moved([0.0, -1.0, 0.0], None, &wedge, lambda);
+            let offset = displacement_of([0.0, -1.0, 0.0], None, &wedge, lambda);
             for limit in &wedge {
                 let outward = -limit.normal.dot(&Vector3::from(offset.map(f64::from)));
                 assert!(outward <= 0.1 + 4e-6, "{offset:?} {limit:?}");
@@ -230,16 +253,16 @@ mod tests {
         }
     }
 
-    /// Rounding along the normal must not stop the vertex.
+    /// Rounding errors along the normal must not stop the vertex.
     #[test]
     fn vertex_without_clearance_slides_for_any_normal() {
         for degrees in 0..=180 {
             let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
-            let out = moved([0.0, 0.0, 1.0], None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
-            near(out, [0.0, 0.0, 2.0]);
+            let out = displacement_of([0.0, 0.0, 1.0], None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
+            assert_near(out, [0.0, 0.0, 2.0]);
             let v = [(0.3 * cos - 0.9 * sin) as f32, (-0.3 * sin - 0.9 * cos) as f32, 0.0];
-            let out = moved(v, None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
-            near(out, [(0.6 * cos) as f32, (-0.6 * sin) as f32, 0.0]);
+            let out = displacement_of(v, None, &[limit([sin, cos, 0.0], 0.0)], 2.0);
+            assert_near(out, [(0.6 * cos) as f32, (-0.6 * sin) as f32, 0.0]);
         }
     }
 
@@ -247,7 +270,7 @@ mod tests {
     fn update_motions_returns_whether_a_motion_changed() {
         let mut points = [Moving::new([0.0; 3], DOWN)];
         let mut limits = Limits::default();
-        limits.begin(&[limit(FLOOR, 0.4)], &mut points, None);
+        limits.replace(&[limit(FLOOR, 0.4)], &mut points, None);
         let changed = [0.2, 0.4, 0.6, 0.9, 0.1].map(|lambda| limits.update_motions(|_| lambda, &mut points));
         assert_eq!(changed, [false, false, true, false, true]);
     }

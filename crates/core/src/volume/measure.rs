@@ -1,11 +1,15 @@
-//! Volume measures of a body: its volume as a cubic in the scale `lambda`.
+//! Evaluates the volume measures of a body: its volume as a cubic in the scale `lambda`.
+//!
+//! The measures are sums of determinants; `det[a, b, c]` is the scalar triple product `a . (b × c)`. Each
+//! lattice vertex moves along a straight line as `lambda` changes, so each determinant is a cubic in
+//! `lambda`.
 
 use fearless_simd::{Simd, dispatch};
 
 use super::adjacency::{Adjacency, boundary_faces};
-use super::line::{Arm, Determinants, Line, Moving, load};
+use super::line::{CrossFactor, Determinants, Line, Moving, load};
 use super::mesh_measure::MeshMeasure;
-use super::sums::{ChunkedSum, DETERMINANTS, Scratch};
+use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
 use super::surface::{self, Surface};
 use super::{Preservation, VolumeError, VolumeMeasure};
 use crate::lattice::Lattice;
@@ -15,8 +19,8 @@ use crate::simd::level;
 /// Volume of each component of the lattice as an exact cubic in the scale `lambda`.
 #[derive(Clone, Debug)]
 pub(super) enum Measure {
-    Lattice(RowMeasure<6>),
-    Cells(RowMeasure<4>),
+    Lattice(DeterminantMeasure<6>),
+    Cells(DeterminantMeasure<4>),
     Mesh(MeshMeasure),
 }
 
@@ -42,14 +46,16 @@ impl Measure {
 
     /// Creates the measure `lattice`.
     pub(super) fn lattice(adjacency: &Adjacency) -> Self {
-        Self::Lattice(RowMeasure::new(adjacency.rows.clone(), adjacency))
+        Self::Lattice(DeterminantMeasure::new(adjacency.neighbors.clone(), adjacency))
     }
 
     /// Creates the measure `cells`.
     pub(super) fn cells(lattice: &Lattice, adjacency: &Adjacency) -> Self {
-        Self::Cells(RowMeasure::new(boundary_faces(lattice).map(|(_, face)| face).collect(), adjacency))
+        let faces = boundary_faces(lattice).map(|(_, face)| face).collect();
+        Self::Cells(DeterminantMeasure::new(faces, adjacency))
     }
 
+    /// Returns the kind of the measure.
     pub(super) fn kind(&self) -> VolumeMeasure {
         match self {
             Self::Lattice(_) => VolumeMeasure::Lattice,
@@ -67,17 +73,17 @@ impl Measure {
         }
     }
 
-    /// Computes the coefficients of `scratch` from its points.
+    /// Computes `scratch.coefficients` from `scratch.points`.
     pub(super) fn evaluate(&self, executor: &Executor, scratch: &mut Scratch) {
         scratch.coefficients.fill([0.0; 4]);
         match self {
-            Self::Lattice(rows) => rows.add_coefficients(
+            Self::Lattice(measure) => measure.add_coefficients(
                 executor,
                 scratch,
                 1.0 / 8.0,
-                |rows, points| dispatch!(level(), simd => vertex_sum(simd, rows, points)),
+                |neighbors, points| dispatch!(level(), simd => vertex_sum(simd, neighbors, points)),
             ),
-            Self::Cells(faces) => faces.add_coefficients(
+            Self::Cells(measure) => measure.add_coefficients(
                 executor,
                 scratch,
                 1.0 / 24.0,
@@ -88,30 +94,32 @@ impl Measure {
     }
 }
 
-/// Measure that adds one determinant per row of `N` lattice vertices; the rows are sorted by component.
+/// Measure that is a sum of determinants, each of which depends on `N` lattice vertices.
 #[derive(Clone, Debug)]
-pub(super) struct RowMeasure<const N: usize> {
-    rows: Vec<[u32; N]>,
+pub(super) struct DeterminantMeasure<const N: usize> {
+    /// Lattice vertices of each determinant, sorted by component.
+    terms: Vec<[u32; N]>,
     sums: ChunkedSum,
 }
 
-impl<const N: usize> RowMeasure<N> {
-    fn new(mut rows: Vec<[u32; N]>, adjacency: &Adjacency) -> Self {
-        // All vertices of a row are in the same component.
-        let component = |row: &[u32; N]| adjacency.component(row[0] as usize);
-        let mut counts = vec![0; adjacency.components];
-        rows.iter().for_each(|row| counts[component(row)] += 1);
+impl<const N: usize> DeterminantMeasure<N> {
+    fn new(mut terms: Vec<[u32; N]>, adjacency: &Adjacency) -> Self {
+        // All vertices of a term are in the same component.
+        let component = |term: &[u32; N]| adjacency.component(term[0] as usize);
+        let mut counts = vec![0; adjacency.component_count];
+        terms.iter().for_each(|term| counts[component(term)] += 1);
         if counts.len() > 1 {
-            rows.sort_by_key(component);
+            terms.sort_by_key(component);
         }
-        Self { rows, sums: ChunkedSum::new(&counts, DETERMINANTS) }
+        Self { terms, sums: ChunkedSum::new(&counts, CHUNK_DETERMINANTS) }
     }
 
     fn bytes(&self) -> usize {
-        size_of_val(&*self.rows)
+        size_of_val(&*self.terms)
     }
 
-    /// Adds `factor` times the sum over the rows, computed by `sum`, to the coefficients of each component.
+    /// Adds `factor` times the sum of the determinants to the coefficients of each component. `sum`: returns
+    /// the sum of the determinants of several terms.
     fn add_coefficients(
         &self,
         executor: &Executor,
@@ -120,38 +128,47 @@ impl<const N: usize> RowMeasure<N> {
         sum: fn(&[[u32; N]], &[Moving]) -> [f64; 4],
     ) {
         let Scratch { points, sums, coefficients, .. } = scratch;
-        self.sums.add_to(executor, factor, sums, coefficients, |range| sum(&self.rows[range], points));
+        self.sums.add_to(executor, factor, sums, coefficients, |range| sum(&self.terms[range], points));
     }
 }
 
-/// Sums eight times the measure `lattice` (Takamatsu & Kanai 2009) over the vertices with these neighbors.
+/// Returns eight times the sum of the measure `lattice` (Takamatsu & Kanai 2009) over several vertices.
 ///
-/// The term of a vertex is `det[dx, dy, dz]`, where `da` is the difference of its two neighbors along axis
-/// `a`. It is twice the edge vector of the vertex's volume, hence the factor of 8. A missing neighbor is
-/// replaced by the vertex itself. A vertex on a face of a box then counts half a cell, on an edge a quarter
-/// and at a corner an eighth, so that the volume of a box of cells is exact.
+/// `neighbors`: the neighbors of each vertex, as in [`Adjacency::neighbors`].
+///
+/// The volume of a vertex is the volume of a parallelepiped around the vertex. Its edge vectors are `dx / 2`,
+/// `dy / 2` and `dz / 2`, where `da` is the difference of the two neighbors along axis `a`. The volume is
+/// therefore `det[dx, dy, dz] / 8`. A missing neighbor is replaced by the vertex itself. At rest a vertex on
+/// a face of a box then has the volume of half a cell, on an edge a quarter of a cell and at a corner an
+/// eighth of a cell, so that the volume of a box of cells is exact.
 #[inline(always)]
-fn vertex_sum<S: Simd>(simd: S, rows: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
+fn vertex_sum<S: Simd>(simd: S, neighbors: &[[u32; 6]], points: &[Moving]) -> [f64; 4] {
     let mut sum = Determinants::zero(simd);
-    for row in rows {
-        let (x, y, z) = differences(simd, row, points);
+    for vertex_neighbors in neighbors {
+        let (x, y, z) = differences(simd, vertex_neighbors, points);
         sum.add(x, y, z);
     }
     sum.coefficients()
 }
 
-/// Returns the differences of a vertex's neighbors along each axis; their determinant is 8 times its volume.
+/// Returns the difference of the two neighbors of a vertex along each axis. The determinant of the
+/// differences is 8 times the volume of the vertex.
 #[inline(always)]
-pub(super) fn differences<S: Simd>(simd: S, row: &[u32; 6], points: &[Moving]) -> (Line<S>, Arm<S>, Arm<S>) {
-    let [x0, x1, y0, y1, z0, z1] = load(simd, points, row);
-    (Line::zxy(simd, x1 - x0), Arm::new(simd, y1 - y0), Arm::new(simd, z1 - z0))
+pub(super) fn differences<S: Simd>(
+    simd: S,
+    neighbors: &[u32; 6],
+    points: &[Moving],
+) -> (Line<S>, CrossFactor<S>, CrossFactor<S>) {
+    let [x0, x1, y0, y1, z0, z1] = load(simd, points, neighbors);
+    (Line::zxy(simd, x1 - x0), CrossFactor::new(simd, y1 - y0), CrossFactor::new(simd, z1 - z0))
 }
 
-/// Sums 24 times the measure `cells`, the exact volume of the trilinear cells, over boundary faces.
+/// Returns 24 times the sum over several boundary faces of their contributions to the measure `cells`, the
+/// exact volume of the trilinear cells.
 ///
-/// The contributions of interior faces cancel. A face of a trilinear cell is a bilinear patch, whose flux is
-/// the mean of its two triangulations: `(a + b + c + d) . ((c - a) x (d - b)) / 24`, with the corners a, b,
-/// c, d in counter-clockwise order seen from outside.
+/// The contributions of interior faces cancel. A face of a trilinear cell is a bilinear patch with the
+/// corners a, b, c, d, in counter-clockwise order seen from outside. Its contribution is the mean of the
+/// contributions of its two triangulations: `(a + b + c + d) . ((c - a) × (d - b)) / 24`.
 #[inline(always)]
 fn face_sum<S: Simd>(simd: S, faces: &[[u32; 4]], points: &[Moving]) -> [f64; 4] {
     let mut sum = Determinants::zero(simd);
@@ -159,7 +176,7 @@ fn face_sum<S: Simd>(simd: S, faces: &[[u32; 4]], points: &[Moving]) -> [f64; 4]
         let [a, b, c, d] = load(simd, points, face);
         let corner_sum =
             Line::zxy(simd, a).plus(Line::zxy(simd, b)).plus(Line::zxy(simd, c).plus(Line::zxy(simd, d)));
-        sum.add(corner_sum, Arm::new(simd, c - a), Arm::new(simd, d - b));
+        sum.add(corner_sum, CrossFactor::new(simd, c - a), CrossFactor::new(simd, d - b));
     }
     sum.coefficients()
 }
@@ -173,12 +190,14 @@ mod tests {
     use crate::mesh::Mesh;
     use crate::volume::adjacency::FACE_CORNERS;
 
-    /// Returns a pseudo-random number with six fractional bits, so that `p + lambda v` below is exact in f32.
+    /// Returns a pseudo-random number with six fractional bits, so that `p + lambda v` in the test below is
+    /// exact in f32.
     fn dyadic(state: &mut u32) -> f32 {
         *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (*state >> 22) as f32 / 64.0 - 8.0
     }
 
+    /// Creates the three measures of a box of cells.
     fn measures(lattice: &Lattice, adjacency: &Adjacency) -> [Measure; 3] {
         // A box a quarter of a cell inside the bounding box of the cells.
         let corner = |k: i32| [k & 1, k >> 1 & 1, k >> 2 & 1];
@@ -222,7 +241,7 @@ mod tests {
             for lambda in [-3.0_f32, -1.0, -0.5, 0.0, 0.25, 1.5, 7.0] {
                 let mut moved = scratch.clone();
                 for point in &mut moved.points {
-                    let (p, v) = (point.place(), point.direction());
+                    let (p, v) = (point.position(), point.direction());
                     *point = Moving::new(std::array::from_fn(|k| p[k] + lambda * v[k]), [0.0; 3]);
                 }
                 measure.evaluate(&executor, &mut moved);
@@ -247,13 +266,13 @@ mod tests {
         let lattice = block([40, 30, 20]);
         let adjacency = Adjacency::new(&lattice);
         let mut scratch = random_points(lattice.len());
-        let two = Executor::new(2);
+        let two_threads = Executor::new(2);
         for measure in measures(&lattice, &adjacency) {
             let mut evaluated = |executor| {
                 measure.evaluate(executor, &mut scratch);
                 scratch.coefficients[0].map(f64::to_bits)
             };
-            assert_eq!(evaluated(&Executor::sequential()), evaluated(&two));
+            assert_eq!(evaluated(&Executor::sequential()), evaluated(&two_threads));
         }
     }
 }

@@ -1,38 +1,44 @@
-//! Volume-preserving correction of a deformed lattice (Takamatsu & Kanai 2009), after von Funck, Theisel &
-//! Seidel (2008).
+//! Corrects a deformed lattice so that its volume equals the rest volume (Takamatsu & Kanai 2009, after von
+//! Funck, Theisel & Seidel 2008).
 //!
-//! The dynamics give deformed vertices `P^`, whose volume differs from the rest volume. The
-//! correction moves them along a deformation field `V`:
+//! The dynamics give the deformed lattice vertices `P^`. Their volume `vol(P^)` differs from `vol(P)`, the
+//! volume of the rest positions `P`. The correction moves each vertex along its vector of a deformation field
+//! `V`, by a scale `lambda`. Along such straight lines the volume is a cubic in `lambda` with the
+//! coefficients `c0` to `c3`. The corrected vertices are `P~`. "(Eq. n)" refers to Takamatsu & Kanai 2009.
 //!
 //! ```text
-//! field V at rest (built once) -> rotated by the matching -> minus external forces (Eq. 2) and constraints
-//! P^ + Lambda V, a scale per vertex from the volume loss of its regions     (scope `regional` only)
-//! vol(P^ + lambda V) = c0 + c1 lambda + c2 lambda^2 + c3 lambda^3 = vol(P)  (Eq. 1)
-//! P~ = P^ + lambda V,  lambda the root of least absolute value
-//! vertices that would enter a collider stop before it; solve again          (only with colliders)
+//! 1. V: build at rest, once; rotate with the shape matching; fade out beside constrained vertices;
+//!    remove the directions of external forces (Eq. 2)
+//! 2. scope `regional` only: move each vertex along V by its own scale, from the volume loss around it
+//! 3. vol(P^ + lambda V) = c0 + c1 lambda + c2 lambda^2 + c3 lambda^3 = vol(P)  (Eq. 1):
+//!    solve for lambda, the root of least absolute value
+//! 4. only with colliders: stop vertices before they enter a collider; solve again for the other vertices
+//! 5. P~ = P^ + lambda V, plus the displacements of step 2
 //! ```
 //!
-//! `P~` is used for the display only: it deforms the mesh and never feeds back into the dynamics.
+//! `P~` is used for the display only: it deforms the displayed mesh and never feeds back into the dynamics.
 //!
-//! [`Correction`] corrects a body, with the buffers of a [`CorrectionWorkspace`]. [`VolumeMeasures`]
-//! evaluates all measures of a body, with or without correction. [`smallest_root`] solves the cubic. Each
-//! connected component of the lattice has its own rest volume and its own `lambda`.
+//! [`Correction`] corrects a body, with the buffers of a [`CorrectionWorkspace`]. A measure is a definition
+//! of the volume of a body; [`VolumeMeasures`] evaluates all measures, with or without correction.
+//! [`smallest_root`] solves the cubic. In this module *component* means connected component of the lattice.
+//! Each component has its own rest volume and its own `lambda`. A *link* is an edge of the lattice between
+//! two neighboring vertices.
 //!
 //! | file | content |
 //! |---|---|
 //! | `options`, `report` | user options, and the results |
-//! | `adjacency` | tables of the lattice: links, boundary faces |
-//! | `line` | points that move along lines, and their determinants, which are cubics |
+//! | `adjacency` | tables of the lattice: links, boundary faces, occupied cells around each vertex |
+//! | `line` | points that move along straight lines, and their determinants, which are cubics in `lambda` |
 //! | `sums` | buffers of an evaluation; sums in a fixed order |
 //! | `measure`, `mesh_measure` | the volume as a cubic in `lambda`, for each measure |
-//! | `surface`, `shells` | the measure `mesh`: the shells of the mesh that bound the body |
+//! | `surface`, `shells` | construction of the measure `mesh`; which shells of the mesh bound the body |
 //! | `volumes` | all measures of a body, for reports |
-//! | `field` | the field V |
-//! | `external_forces` | external forces (Eq. 2) and constrained vertices |
-//! | `cubic` | the root of the cubic of Eq. (1) |
-//! | `regional` | scope `regional`: a scale per vertex, before the cubic |
-//! | `limits`, `clearance` | vertices that stop at a collider or slide along it |
-//! | `correction` | the whole correction, in this order |
+//! | `field` | the field `V` |
+//! | `external_forces` | changes of the field by external forces (Eq. 2) and constrained vertices |
+//! | `cubic` | the root of the cubic (Eq. 1) |
+//! | `regional` | scope `regional`: a scale for each vertex, before the cubic is solved |
+//! | `clearance`, `limits` | search for limits at colliders; vertices that slide or stop at their limits |
+//! | `correction` | the whole correction, in the order of the steps above |
 
 mod adjacency;
 mod clearance;

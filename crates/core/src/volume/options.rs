@@ -2,22 +2,25 @@
 
 use std::fmt;
 
-/// Volume measure: a definition of a body's volume. Each measure is an exact cubic in the scale `lambda`.
+/// Volume measure: a definition of a body's volume.
+///
+/// By each measure the volume is an exact cubic in the scale `lambda` of the correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VolumeMeasure {
-    /// Sum over the lattice vertices of a volume from their six neighbors (Takamatsu & Kanai 2009). Cheap
-    /// and approximate: the embedded surface keeps its volume to a few per cent.
+    /// Sum over the lattice vertices of a volume that is computed from the six neighbors of the vertex
+    /// (Takamatsu & Kanai 2009). Cheap and approximate: the embedded surface keeps its volume to a few per
+    /// cent.
     Lattice,
-    /// Exact volume of the trilinear cells.
+    /// Exact volume of the lattice cells, deformed by trilinear interpolation.
     Cells,
     /// Exact volume enclosed by the embedded surface.
     Mesh,
 }
 
 impl VolumeMeasure {
-    /// Returns the name in scenes and reports: `lattice`, `cells` or `mesh`.
+    /// Returns the name of the measure in scenes and reports: `lattice`, `cells` or `mesh`.
     pub fn name(self) -> &'static str {
         Preservation::By(self).name()
     }
@@ -29,13 +32,14 @@ impl fmt::Display for VolumeMeasure {
     }
 }
 
-/// Choice of volume preservation: off, or the measure whose value is kept.
+/// Choice of volume preservation: off, or the measure by which the volume is preserved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Preservation {
-    /// No correction: the surface follows the dynamics. Uses no time and no memory.
+    /// No correction: the displayed surface follows the uncorrected lattice. Uses no time and no memory.
     Off,
-    /// `mesh` if the surface encloses a volume, else `cells`.
+    /// `mesh` if this measure can use the surface, else `cells`. [`VolumeError`] lists the surfaces that
+    /// `mesh` cannot use.
     #[default]
     Auto,
     /// Preservation of this measure.
@@ -43,7 +47,7 @@ pub enum Preservation {
 }
 
 impl Preservation {
-    /// Names in scenes and in Python.
+    /// All values, with their names in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 5] = [
         ("auto", Self::Auto),
         ("off", Self::Off),
@@ -52,7 +56,7 @@ impl Preservation {
         ("mesh", Self::By(VolumeMeasure::Mesh)),
     ];
 
-    /// Returns its name in [`Preservation::NAMED`].
+    /// Returns the name of the value in [`Preservation::NAMED`].
     pub fn name(self) -> &'static str {
         name_of(self, &Self::NAMED)
     }
@@ -60,7 +64,7 @@ impl Preservation {
 
 /// Returns the name of `value` in `named`, which lists all values.
 fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'static str {
-    named.iter().find(|(_, one)| *one == value).map_or("", |(name, _)| name)
+    named.iter().find(|(_, candidate)| *candidate == value).map_or("", |(name, _)| name)
 }
 
 /// Scope of the correction: where a body regains its volume.
@@ -68,46 +72,48 @@ fn name_of<T: PartialEq>(value: T, named: &[(&'static str, T)]) -> &'static str 
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VolumeScope {
-    /// Everywhere: one scale per lattice component (Takamatsu & Kanai 2009).
+    /// Everywhere: one scale for each connected component of the lattice (Takamatsu & Kanai 2009).
     #[default]
     Global,
-    /// Where the volume was lost: one scale per lattice region, then one per component for the remainder.
+    /// Where the volume was lost: first a scale for each vertex, from the volume loss of the regions around
+    /// the vertex; then one scale for each component, for the remaining error.
     Regional,
 }
 
 impl VolumeScope {
-    /// Names in scenes and in Python.
+    /// All values, with their names in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 2] = [("global", Self::Global), ("regional", Self::Regional)];
 
-    /// Returns its name in [`VolumeScope::NAMED`].
+    /// Returns the name of the value in [`VolumeScope::NAMED`].
     pub fn name(self) -> &'static str {
         name_of(self, &Self::NAMED)
     }
 }
 
-/// Construction of the deformation field.
+/// Construction of the deformation field: the direction in which each lattice vertex is moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FieldKind {
-    /// Field of Takamatsu & Kanai (2009). Boundary vertices have unit normals, computed from their existing
-    /// neighbors. Interior vertices have the mean direction of the previous layer, with a length that
-    /// decreases from 1 at the boundary to 0 at the center.
+    /// Field of Takamatsu & Kanai (2009). The vector of a boundary vertex is a unit normal, computed from the
+    /// existing neighbors of the vertex. The vector of an interior vertex has the mean direction of its
+    /// neighbors in the next layer towards the boundary. Its length decreases from 1 at the boundary to 0 at
+    /// the center.
     Paper,
     /// Smoothest field that moves the boundary faces of the cells by 1 along their normals.
     Cells,
-    /// Smoothest field that moves the surface mesh by 1 along its normals; it does not depend on the steps of
-    /// the lattice boundary. A bare lattice uses `Cells`.
+    /// Smoothest field that moves the surface mesh by 1 along its normals. It does not depend on the
+    /// staircase shape of the lattice boundary. A bare lattice uses `Cells`.
     #[default]
     Surface,
 }
 
 impl FieldKind {
-    /// Names in scenes and in Python.
+    /// All values, with their names in scenes and in Python.
     pub const NAMED: [(&'static str, Self); 3] =
         [("surface", Self::Surface), ("cells", Self::Cells), ("paper", Self::Paper)];
 
-    /// Returns its name in [`FieldKind::NAMED`].
+    /// Returns the name of the value in [`FieldKind::NAMED`].
     pub fn name(self) -> &'static str {
         name_of(self, &Self::NAMED)
     }
@@ -119,14 +125,15 @@ impl FieldKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VolumeOptions {
-    /// Measure whose value is kept, or off. Default: [`Preservation::Auto`].
+    /// Measure by which the volume is preserved, or off. Default: [`Preservation::Auto`].
     pub measure: Preservation,
     /// Scope of the correction. Default: [`VolumeScope::Global`].
     pub scope: VolumeScope,
-    /// Field along which the correction moves the vertices. Default: [`FieldKind::Surface`].
+    /// Field along which the correction moves the lattice vertices. Default: [`FieldKind::Surface`].
     pub field: FieldKind,
-    /// Cap on the scale `lambda`, as a fraction of the body's thickness (the greatest depth of a lattice
-    /// vertex below the boundary). Finite, >= 0; at 0 no vertex moves. Default: 1.
+    /// Cap: greatest magnitude of the scale `lambda`, as a fraction of the thickness. The thickness of a
+    /// component of the lattice is the greatest depth of its vertices below its boundary. Finite, >= 0; at 0
+    /// no vertex moves. Default: 1.
     pub max_correction: f64,
 }
 
@@ -142,7 +149,7 @@ impl Default for VolumeOptions {
 }
 
 impl VolumeOptions {
-    /// Returns the options without correction.
+    /// Returns options that turn the correction off.
     pub fn off() -> Self {
         Preservation::Off.into()
     }
@@ -160,7 +167,7 @@ impl From<VolumeMeasure> for VolumeOptions {
     }
 }
 
-/// Volume options that the body cannot satisfy.
+/// Error in the volume options of a body: the measure cannot use the surface, or a value is out of range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VolumeError {
@@ -173,26 +180,26 @@ pub enum VolumeError {
          inconsistently oriented faces: use `cells`"
     )]
     Open {
-        /// Number of edges whose directed uses do not cancel.
+        /// Number of edges that faces use more often in one direction than in the other.
         open_edges: usize,
     },
-    /// The surface of a component encloses less than 1 % of the volume of its cells.
+    /// The surface in a lattice component encloses at most 1 % of the volume of the component's cells.
     #[error(
-        "volume measure `mesh`: the surface of lattice component {component} encloses {mesh:.3e}, less than \
+        "volume measure `mesh`: the surface of lattice component {component} encloses {mesh:.3e}, at most \
          1 % of the volume {cells:.3e} of its cells: use `cells`"
     )]
     Flat {
         /// Index of the lattice component, from 0.
         component: usize,
-        /// Volume enclosed by the surface, in cubed scene units.
+        /// Volume enclosed by the surface in this component, in cubed scene units.
         mesh: f64,
-        /// Volume of the component's cells, in cubed scene units.
+        /// Volume of the cells of this component, in cubed scene units.
         cells: f64,
     },
     /// A connected component of the surface is embedded in more than one component of the lattice.
     #[error(
-        "volume measure `mesh`: a connected part of the surface lies in several components of the lattice: \
-         use `cells`"
+        "volume measure `mesh`: a connected component of the surface lies in several components of the \
+         lattice: use `cells`"
     )]
     AcrossComponents,
     /// `max_correction` is out of range.

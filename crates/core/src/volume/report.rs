@@ -1,4 +1,4 @@
-//! Reports on the volume of a body and its correction.
+//! Defines reports on the volume of a body and its correction.
 
 use super::VolumeMeasure;
 
@@ -20,43 +20,45 @@ pub struct Volumes {
 pub struct ComponentReport {
     /// Volume at rest, in cubed scene units.
     pub rest: f64,
-    /// Volume before the correction. [`Correction::apply`](super::Correction::apply) with the scope
-    /// `regional` reports the volume after the regional scales.
+    /// Volume before the correction. In the result of [`Correction::apply`](super::Correction::apply) with
+    /// the scope `regional` it is the volume after the vertices have moved by their own scales.
     pub before: f64,
     /// Volume after the correction.
     pub after: f64,
-    /// Scale `lambda` of the correction as a length, in scene units: the displacement of a free boundary
-    /// vertex along its normal, outwards if positive. With the scope `regional` it is the scale of
-    /// the remaining correction.
+    /// Scale `lambda` of the correction as a length, in scene units. The field moves the boundary by 1 along
+    /// its normals, approximately, so `lambda` is approximately the displacement of the free boundary,
+    /// outwards if positive. With the scope `regional` it is the scale that corrects the remaining error
+    /// after the scales of the vertices.
     pub lambda: f64,
     /// `(after - rest) / rest`.
     pub residual: f64,
-    /// Whether the residual exceeds 1e-6. Either no scale within the cap preserves the volume, and `lambda`
-    /// is the scale of least residual, or colliders prevent the correction.
+    /// Whether the magnitude of `residual` exceeds 1e-6. The reason is one of two: no scale within the cap
+    /// preserves the volume, and `lambda` is the scale with the least residual; or colliders prevent a
+    /// complete correction.
     pub capped: bool,
 }
 
-/// Volume of a body, and the result of its correction.
+/// Volumes of a body, and the result of its correction.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct VolumeReport {
-    /// Measure whose value is kept; without correction the measure that `auto` would choose.
+    /// Measure by which the volume is preserved; without correction, the measure that `auto` would choose.
     pub measure: VolumeMeasure,
-    /// Total volume at rest by that measure, in cubed scene units.
+    /// Total volume at rest by `measure`, in cubed scene units.
     pub rest: f64,
-    /// Total volume of the deformed body before the correction.
+    /// Total volume of the deformed body before the correction, by `measure`.
     pub before: f64,
-    /// Total volume after the correction; without correction equal to `before`.
+    /// Total volume after the correction, by `measure`; without correction equal to `before`.
     pub after: f64,
-    /// [`ComponentReport::lambda`] of greatest magnitude.
+    /// The [`ComponentReport::lambda`] with the greatest magnitude.
     pub lambda: f64,
-    /// [`ComponentReport::residual`] of greatest magnitude.
+    /// The [`ComponentReport::residual`] with the greatest magnitude.
     pub residual: f64,
-    /// Whether any component is capped.
+    /// Whether [`ComponentReport::capped`] is set for any component.
     pub capped: bool,
     /// Reports of the components of the lattice.
     pub components: Vec<ComponentReport>,
-    /// Volumes by each available measure: `lattice`, `cells`, and `mesh` if the surface is usable.
+    /// Total volumes by each available measure: `lattice`, `cells`, and `mesh` if it can use the surface.
     pub volumes: Vec<(VolumeMeasure, Volumes)>,
 }
 
@@ -66,10 +68,10 @@ impl VolumeReport {
         components: Vec<ComponentReport>,
         volumes: Vec<(VolumeMeasure, Volumes)>,
     ) -> Self {
-        let total = |part: fn(&ComponentReport) -> f64| components.iter().map(part).sum();
-        let greatest = |part: fn(&ComponentReport) -> f64| {
+        let total = |value: fn(&ComponentReport) -> f64| components.iter().map(value).sum();
+        let greatest = |value: fn(&ComponentReport) -> f64| {
             let greater = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
-            components.iter().map(part).fold(0.0, greater)
+            components.iter().map(value).fold(0.0, greater)
         };
         Self {
             measure,
@@ -84,7 +86,7 @@ impl VolumeReport {
         }
     }
 
-    /// Returns the volumes by one measure, if it is available.
+    /// Returns the total volumes by one measure, if it is available.
     pub fn by(&self, measure: VolumeMeasure) -> Option<Volumes> {
         self.volumes.iter().find(|(kind, _)| *kind == measure).map(|(_, volumes)| *volumes)
     }

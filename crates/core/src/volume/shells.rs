@@ -1,10 +1,12 @@
-//! Shells of a closed surface that bound the body: a nested shell is ignored, or bounds a cavity.
+//! Determines which shells of a closed surface bound the body. A shell is a connected component of the
+//! surface. A nested shell is ignored or bounds a cavity, depending on its orientation.
 
 use nalgebra::{Point3, Vector3, center};
 
 use crate::mesh::signed_volume;
 
-/// Number of sample points of a shell in the inside test against another shell; the majority decides.
+/// Number of vertices of a shell that are tested to decide whether the shell lies inside another shell. The
+/// majority decides.
 const SAMPLES: usize = 15;
 
 /// Maximum number of bins of a [`Winding`] grid along either axis.
@@ -18,27 +20,29 @@ pub(super) struct Shell {
     pub(super) component: u32,
     /// Signed volume, in cubed scene units.
     pub(super) volume: f64,
-    /// AABB: low and high corner.
-    bounds: (Point3<f64>, Point3<f64>),
+    /// Low and high corner of the AABB.
+    aabb: (Point3<f64>, Point3<f64>),
 }
 
 impl Shell {
     pub(super) fn new(vertices: &[Point3<f64>], triangles: Vec<[u32; 3]>, component: u32) -> Self {
         let corners = || triangles.iter().flatten().map(|&corner| vertices[corner as usize]);
         let first = vertices[triangles[0][0] as usize];
-        let bounds = corners().fold((first, first), |(low, high), x| (low.inf(&x), high.sup(&x)));
-        let middle = center(&bounds.0, &bounds.1);
+        let aabb = corners().fold((first, first), |(low, high), x| (low.inf(&x), high.sup(&x)));
+        let middle = center(&aabb.0, &aabb.1);
         let volume = signed_volume(&triangles, |corner| vertices[corner as usize] - middle);
-        Self { triangles, component, volume, bounds }
+        Self { triangles, component, volume, aabb }
     }
 
-    /// Returns whether `other` is in the same lattice component and the AABBs overlap.
+    /// Returns whether `other` may lie inside this shell: both are in the same lattice component, and their
+    /// AABBs overlap.
     fn may_contain(&self, other: &Self) -> bool {
         self.component == other.component
-            && (0..3).all(|k| self.bounds.0[k] <= other.bounds.1[k] && other.bounds.0[k] <= self.bounds.1[k])
+            && (0..3).all(|k| self.aabb.0[k] <= other.aabb.1[k] && other.aabb.0[k] <= self.aabb.1[k])
     }
 
-    /// Returns whether most sample points of this shell lie inside the shell of `winding`.
+    /// Returns whether most of the tested vertices of this shell lie inside another shell. `winding`: winding
+    /// number of the other shell.
     fn lies_within(&self, winding: &Winding<'_>, vertices: &[Point3<f64>]) -> bool {
         let count = SAMPLES.min(self.triangles.len());
         let inside = (0..count).filter(|sample| {
@@ -49,12 +53,14 @@ impl Shell {
     }
 }
 
-/// Returns the sign with which each shell's signed volume counts: `1`, `-1`, or `0` if it is ignored.
+/// Returns the sign of each shell, by which its signed volume is multiplied in the volume of the body: `1`,
+/// `-1`, or `0` for an ignored shell.
 ///
-/// An outermost shell counts with the sign that makes its volume positive. A shell inside another one with
-/// the same orientation is ignored, since the outer shell already contains its volume (an eye in a head).
-/// With the opposite orientation it bounds a cavity, and its volume is subtracted. The same rules apply to a
-/// shell in a cavity, relative to the cavity.
+/// An outermost shell gets the sign that makes its volume positive. An inner shell with the orientation of
+/// the shell around it is ignored, because the volume of the outer shell contains its volume (for example, an
+/// eye in a head). An inner shell with the opposite orientation bounds a cavity, and its volume is
+/// subtracted. For a shell inside a cavity, the shell of the cavity is the outer shell, and the same rules
+/// apply.
 pub(super) fn signs(vertices: &[Point3<f64>], shells: &[Shell]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..shells.len()).collect();
     order.sort_by(|&a, &b| shells[b].volume.abs().total_cmp(&shells[a].volume.abs()));
@@ -62,12 +68,12 @@ pub(super) fn signs(vertices: &[Point3<f64>], shells: &[Shell]) -> Vec<f64> {
     let mut windings: Vec<Option<Winding<'_>>> = (0..shells.len()).map(|_| None).collect();
     for (rank, &index) in order.iter().enumerate() {
         let shell = &shells[index];
-        // The smallest enclosing shell decides; it is the last one of the larger shells.
+        // The smallest enclosing shell decides: the last enclosing shell in descending order of volume.
         let enclosing = order[..rank].iter().rev().copied().find(|&outer| {
             signs[outer] != 0.0 && shells[outer].may_contain(shell) && {
-                let enclosing = &shells[outer];
+                let outer_shell = &shells[outer];
                 let winding = windings[outer]
-                    .get_or_insert_with(|| Winding::new(vertices, &enclosing.triangles, enclosing.bounds));
+                    .get_or_insert_with(|| Winding::new(vertices, &outer_shell.triangles, outer_shell.aabb));
                 shell.lies_within(winding, vertices)
             }
         });
@@ -80,28 +86,35 @@ pub(super) fn signs(vertices: &[Point3<f64>], shells: &[Shell]) -> Vec<f64> {
     signs
 }
 
-/// Winding number of a closed shell: counts signed crossings of a ray in x, with triangles binned by y and z.
+/// Winding number of a closed shell, as a function of position.
+///
+/// The winding number is the sum of the signed crossings of a ray from the position towards +x with the
+/// triangles. The triangles are binned by y and z.
 pub(super) struct Winding<'a> {
     vertices: &'a [Point3<f64>],
     triangles: &'a [[u32; 3]],
     bins: Bins,
-    /// Triangles of bin `b`: `members[starts[b]..starts[b + 1]]`.
+    /// Start of the triangles of each bin in `members` (CSR offsets).
     starts: Vec<u32>,
+    /// Triangles that overlap each bin.
     members: Vec<u32>,
 }
 
 /// Uniform grid over the (y, z) plane.
 struct Bins {
+    /// Low corner.
     low: [f64; 2],
+    /// Number of bins per unit length along each axis.
     per_length: [f64; 2],
+    /// Number of bins along each axis.
     count: usize,
 }
 
 impl Bins {
-    /// Returns the bin of coordinate `x` along `axis` (0: y, 1: z).
-    fn at(&self, axis: usize, x: f64) -> usize {
+    /// Returns the bin of a coordinate along `axis` (0: y, 1: z).
+    fn at(&self, axis: usize, coordinate: f64) -> usize {
         // The cast saturates: coordinates below the grid are in the first bin, coordinates above in the last.
-        (((x - self.low[axis]) * self.per_length[axis]) as usize).min(self.count - 1)
+        (((coordinate - self.low[axis]) * self.per_length[axis]) as usize).min(self.count - 1)
     }
 }
 
@@ -119,16 +132,17 @@ impl<'a> Winding<'a> {
         });
         let bins = Bins { low: [low.y, low.z], per_length, count };
         let mut starts = vec![0_u32; count * count + 1];
-        let covered = |triangle: &[u32; 3]| {
+        let covered_bins = |triangle: &[u32; 3]| {
             let corners = triangle.map(|corner| vertices[corner as usize]);
             let range = |axis: usize| {
-                let along = corners.map(|corner| bins.at(axis, corner[axis + 1]));
-                along.into_iter().fold(usize::MAX, usize::min)..along.into_iter().fold(0, usize::max) + 1
+                let corner_bins = corners.map(|corner| bins.at(axis, corner[axis + 1]));
+                let first = corner_bins.into_iter().fold(usize::MAX, usize::min);
+                first..corner_bins.into_iter().fold(0, usize::max) + 1
             };
             let (columns, rows) = (range(0), range(1));
             rows.flat_map(move |row| columns.clone().map(move |column| row * count + column))
         };
-        for bin in triangles.iter().flat_map(covered) {
+        for bin in triangles.iter().flat_map(covered_bins) {
             starts[bin + 1] += 1;
         }
         for bin in 1..starts.len() {
@@ -137,7 +151,7 @@ impl<'a> Winding<'a> {
         let mut next = starts.clone();
         let mut members = vec![0_u32; starts[count * count] as usize];
         for (index, triangle) in triangles.iter().enumerate() {
-            for bin in covered(triangle) {
+            for bin in covered_bins(triangle) {
                 members[next[bin] as usize] = index as u32;
                 next[bin] += 1;
             }
@@ -145,35 +159,39 @@ impl<'a> Winding<'a> {
         Self { vertices, triangles, bins, starts, members }
     }
 
-    /// Returns the winding number at `point`: 1 inside a shell oriented outwards, -1 if inwards, 0 outside.
+    /// Returns the winding number at `point`: 0 outside the shell; inside, 1 if the shell is oriented
+    /// outwards and -1 if it is oriented inwards.
     pub(super) fn number(&self, point: &Point3<f64>) -> i32 {
         let bin = self.bins.at(1, point.z) * self.bins.count + self.bins.at(0, point.y);
         let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
         members.iter().map(|&member| self.crossing(self.triangles[member as usize], point)).sum()
     }
 
-    /// Returns 1 if the ray from `point` towards +x leaves through the triangle's front, -1 if through its
-    /// back, else 0.
+    /// Returns the signed crossing of the ray from `point` towards +x with a triangle: 1 if the triangle's
+    /// normal has a positive x component, -1 if negative, 0 if the ray does not cross the triangle.
     fn crossing(&self, triangle: [u32; 3], point: &Point3<f64>) -> i32 {
         let [a, b, c] = triangle;
-        let turns = self.edge_turn(a, b, point) + self.edge_turn(b, c, point) + self.edge_turn(c, a, point);
-        if turns == 0 {
+        let crossing = self.edge_crossing(a, b, point)
+            + self.edge_crossing(b, c, point)
+            + self.edge_crossing(c, a, point);
+        if crossing == 0 {
             return 0;
         }
         let [a, b, c] = triangle.map(|corner| self.vertices[corner as usize]);
         let normal: Vector3<f64> = (b - a).cross(&(c - a));
         let offset = point - a;
-        let along = offset.dot(&normal);
-        // The ray intersects the plane iff `along` and the x component of the normal have opposite signs.
-        i32::from(along * normal.x < 0.0) * turns
+        let height = offset.dot(&normal);
+        // The ray intersects the plane iff the height above it and the x component of the normal have
+        // opposite signs.
+        i32::from(height * normal.x < 0.0) * crossing
     }
 
-    /// Returns how the projected edge crosses the ray from the projected point towards +y: 1 towards +z, -1
-    /// towards -z, 0 for no crossing.
+    /// Returns how the edge from `a` to `b` crosses the ray from `point` towards +y, both projected to the
+    /// (y, z) plane: 1 towards +z, -1 towards -z, 0 if the edge does not cross the ray.
     ///
-    /// Both triangles of an edge compute the crossing in the same vertex order, so that no ray passes between
-    /// them.
-    fn edge_turn(&self, a: u32, b: u32, point: &Point3<f64>) -> i32 {
+    /// The crossing is computed in the same vertex order for both triangles of an edge, so that no ray
+    /// towards +x passes between the two triangles.
+    fn edge_crossing(&self, a: u32, b: u32, point: &Point3<f64>) -> i32 {
         let [low, high] = [a.min(b), a.max(b)].map(|corner| self.vertices[corner as usize]);
         if (low.z <= point.z) == (high.z <= point.z) {
             return 0;
@@ -190,7 +208,7 @@ impl<'a> Winding<'a> {
 mod tests {
     use super::*;
 
-    /// Creates a cube with outward faces, or inward faces if `flipped`.
+    /// Creates a cube with faces oriented outwards, or inwards if `flipped`.
     fn cuboid(vertices: &mut Vec<Point3<f64>>, low: [f64; 3], side: f64, flipped: bool) -> Shell {
         let first = vertices.len() as u32;
         for k in 0..8 {
@@ -213,7 +231,7 @@ mod tests {
             cuboid(&mut vertices, [4.0; 3], 4.0, true),  // a cavity
             cuboid(&mut vertices, [5.0, 5.0, 5.1], 1.0, false), // an island in the cavity
             cuboid(&mut vertices, [6.5; 3], 1.0, true),  // same orientation as the cavity: ignored
-            cuboid(&mut vertices, [20.0; 3], 1.0, true), // separate and flipped
+            cuboid(&mut vertices, [20.0; 3], 1.0, true), // outermost, oriented inwards
             cuboid(&mut vertices, [9.5; 3], 2.0, false), // mostly outside
         ];
         assert_eq!(signs(&vertices, &shells), [1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0]);
@@ -233,7 +251,7 @@ mod tests {
     fn winding_number_is_one_inside_and_zero_outside() {
         let mut vertices = Vec::new();
         let shell = cuboid(&mut vertices, [0.0; 3], 1.0, false);
-        let winding = Winding::new(&vertices, &shell.triangles, shell.bounds);
+        let winding = Winding::new(&vertices, &shell.triangles, shell.aabb);
         for k in 0..4096 {
             let point = Point3::new(k % 16, k / 16 % 16, k / 256).map(|i| (f64::from(i) - 3.5) / 8.0);
             let inside = point.iter().all(|&x| x > 0.0 && x < 1.0);

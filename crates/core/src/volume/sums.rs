@@ -1,4 +1,7 @@
-//! Buffers of an evaluation, and sums of cubics in an order that does not depend on the number of threads.
+//! Provides the buffers of an evaluation, and sums of cubics that do not depend on the number of threads.
+//!
+//! The cubics are volumes as functions of the scale `lambda`. They are stored as four coefficients, with the
+//! coefficient of `lambda^k` at index `k`.
 
 use std::ops::Range;
 
@@ -7,22 +10,23 @@ use super::line::Moving;
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
-/// Bound to which coordinates are clamped, so that differences of positions stay finite in f32.
-const MAX_COORD: f64 = 1e37;
+/// Magnitude to which coordinates are clamped, so that differences of positions stay finite in f32.
+const MAX_COORDINATE: f64 = 1e37;
 
-/// Input, output and buffers of an evaluation. They grow to the size of the lattice and keep their capacity.
+/// Input, output and buffers of an evaluation. The vectors grow to the size of the lattice and keep their
+/// capacity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     /// Lattice vertices relative to the center of their component, so that f32 is accurate enough for
     /// determinants.
     pub(super) points: Vec<Moving>,
-    /// Coefficients of each component's volume in cubed cells, that of `lambda^k` at index `k`.
+    /// Coefficients of the volume of each component, in cubed cells.
     pub(super) coefficients: Vec<[f64; 4]>,
     /// Points of the embedded surface.
     pub(super) surface_points: Vec<Moving>,
-    /// Sums over chunks.
+    /// Sum of each chunk of a [`ChunkedSum`].
     pub(super) sums: Vec<[f64; 4]>,
-    /// Sum of the positions, their number, and the center, of each component.
+    /// For each component: sum of the positions, number of vertices, center.
     centers: Vec<([f64; 3], f64, [f64; 3])>,
 }
 
@@ -32,13 +36,20 @@ impl Scratch {
         size_of_val(&*self.points) + size_of_val(&*self.surface_points) + size_of_val(&*self.sums)
     }
 
-    /// Sets the points to `positions`, relative to the rounded mean of their component; keeps the directions.
-    pub(super) fn place(&mut self, positions: impl Iterator<Item = [f64; 3]> + Clone, adjacency: &Adjacency) {
+    /// Sets the positions of the points to `positions`, relative to the center of their component. Keeps the
+    /// directions.
+    ///
+    /// The center is the mean position of the vertices of the component, rounded to whole cells.
+    pub(super) fn set_positions(
+        &mut self,
+        positions: impl Iterator<Item = [f64; 3]> + Clone,
+        adjacency: &Adjacency,
+    ) {
         self.points.resize(adjacency.len(), Moving::default());
-        self.coefficients.resize(adjacency.components, [0.0; 4]);
+        self.coefficients.resize(adjacency.component_count, [0.0; 4]);
         self.centers.clear();
-        self.centers.resize(adjacency.components, ([0.0; 3], 0.0, [0.0; 3]));
-        for (p, &component) in positions.clone().zip(&adjacency.of_vertex) {
+        self.centers.resize(adjacency.component_count, ([0.0; 3], 0.0, [0.0; 3]));
+        for (p, &component) in positions.clone().zip(&adjacency.component_of_vertex) {
             let (sum, count, _) = &mut self.centers[component as usize];
             for (sum, p) in sum.iter_mut().zip(p) {
                 *sum += p;
@@ -46,43 +57,51 @@ impl Scratch {
             *count += 1.0;
         }
         for (sum, count, center) in &mut self.centers {
-            // Rounded to whole cells: the subtraction is then exact for positions on the grid.
+            // The subtraction of whole cells is exact for positions on the grid.
             *center = sum.map(|sum| (sum / *count).round());
         }
-        for ((p, &component), point) in positions.zip(&adjacency.of_vertex).zip(&mut self.points) {
+        for ((p, &component), point) in positions.zip(&adjacency.component_of_vertex).zip(&mut self.points) {
             let (_, _, center) = &self.centers[component as usize];
-            point.set_place(std::array::from_fn(|k| (p[k] - center[k]).clamp(-MAX_COORD, MAX_COORD) as f32));
+            point.set_position(std::array::from_fn(|k| {
+                (p[k] - center[k]).clamp(-MAX_COORDINATE, MAX_COORDINATE) as f32
+            }));
         }
     }
 
-    /// Sets the points' positions to those of the lattice at rest.
-    pub(super) fn place_at_rest(&mut self, lattice: &Lattice, adjacency: &Adjacency) {
-        self.place(lattice.indices().iter().map(|index| index.map(f64::from)), adjacency);
+    /// Sets the positions of the points to the positions of the lattice vertices at rest.
+    pub(super) fn set_rest_positions(&mut self, lattice: &Lattice, adjacency: &Adjacency) {
+        self.set_positions(lattice.indices().iter().map(|index| index.map(f64::from)), adjacency);
     }
 }
 
-/// Number of terms in a chunk of determinants. It is constant, so that the order of the additions is too.
-pub(super) const DETERMINANTS: usize = 2048;
+/// Number of determinants in a chunk. It is constant, so that the order of the additions is constant too.
+pub(super) const CHUNK_DETERMINANTS: usize = 2048;
 
-/// Chunked sum of terms sorted by component: adds the terms of each chunk in order, then the chunks in order.
+/// Sum of terms that are sorted by component, in chunks of consecutive terms of a component.
+///
+/// The terms of each chunk are added in order, in parallel with other chunks. Then the sums of the chunks are
+/// added in order.
 #[derive(Clone, Debug)]
 pub(super) struct ChunkedSum {
     chunks: Vec<Chunk>,
 }
 
+/// Consecutive terms of a component.
 #[derive(Clone, Debug)]
 struct Chunk {
+    /// Indices of the terms.
     terms: Range<usize>,
     component: usize,
 }
 
 impl ChunkedSum {
-    /// Creates the chunks of `counts[c]` terms of each component `c`, in order, with `size` terms in a chunk.
+    /// Creates the chunks for `counts[c]` terms of each component `c`, with up to `size` terms in a chunk.
     pub(super) fn new(counts: &[usize], size: usize) -> Self {
         Self { chunks: Vec::new() }.then(counts, size)
     }
 
-    /// Appends the chunks of further terms, again in the order of the components.
+    /// Appends chunks for further terms: `counts[c]` terms of each component `c`, with up to `size` terms in
+    /// a chunk. The indices of the terms continue.
     pub(super) fn then(mut self, counts: &[usize], size: usize) -> Self {
         let mut first = self.chunks.last().map_or(0, |chunk| chunk.terms.end);
         for (component, count) in counts.iter().enumerate() {
@@ -96,21 +115,25 @@ impl ChunkedSum {
         self
     }
 
-    /// Adds `factor` times the sum of each component's terms to `out`, one per component. `sums` is scratch.
+    /// Adds `factor` times the sum of the terms of each component `c` to `out[c]`.
+    ///
+    /// * `sums`: buffer.
+    /// * `sum_of_terms`: returns the sum of the terms with these indices.
     pub(super) fn add_to(
         &self,
         executor: &Executor,
         factor: f64,
         sums: &mut Vec<[f64; 4]>,
         out: &mut [[f64; 4]],
-        terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
+        sum_of_terms: impl Fn(Range<usize>) -> [f64; 4] + Sync,
     ) {
         sums.resize(self.chunks.len(), [0.0; 4]);
-        executor
-            .for_each(self.chunks.iter().zip(&mut *sums), |(chunk, sum)| *sum = terms(chunk.terms.clone()));
-        for (chunk, terms) in self.chunks.iter().zip(sums) {
-            for (sum, term) in out[chunk.component].iter_mut().zip(terms) {
-                *sum += factor * *term;
+        executor.for_each(self.chunks.iter().zip(&mut *sums), |(chunk, sum)| {
+            *sum = sum_of_terms(chunk.terms.clone());
+        });
+        for (chunk, chunk_sum) in self.chunks.iter().zip(sums) {
+            for (total, coefficient) in out[chunk.component].iter_mut().zip(chunk_sum) {
+                *total += factor * *coefficient;
             }
         }
     }

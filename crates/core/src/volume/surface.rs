@@ -1,13 +1,16 @@
-//! Construction of the measure `mesh` from a surface mesh: validation, shells, orientation, patches.
+//! Builds the measure `mesh` from a surface mesh: validation, shells, orientation, patches.
+//!
+//! A shell is a connected component of the welded surface, that is, the surface in which vertices at equal
+//! positions are merged.
 
 use super::VolumeError;
 use super::adjacency::Adjacency;
-use super::mesh_measure::{MIN_PATCH_TRIANGLES, MeshMeasure, Parts, Patch};
+use super::mesh_measure::{MIN_PATCH_TRIANGLES, MeshMeasure, MeshTerms, Patch};
 use super::shells::{self, Shell};
 use crate::lattice::{Embedding, Lattice};
 use crate::mesh::{Mesh, UnionFind};
 
-/// Least volume that a surface must enclose, as a fraction of the volume of the cells.
+/// The surface in a component must enclose more than this fraction of the volume of the component's cells.
 const MIN_VOLUME_FRACTION: f64 = 0.01;
 
 /// Surface mesh and its embedding in the lattice.
@@ -19,7 +22,11 @@ pub struct Surface<'a> {
     pub embedding: &'a Embedding,
 }
 
-/// Creates the measure `mesh`. The welded surface must be closed, and must not be flat.
+/// Creates the measure `mesh`.
+///
+/// # Errors
+/// Returns an error without a surface, if the welded surface is not closed, if a shell lies in several
+/// components of the lattice, or if the surface encloses too little volume; see [`MIN_VOLUME_FRACTION`].
 pub(super) fn measure(
     surface: Option<Surface<'_>>,
     lattice: &Lattice,
@@ -30,65 +37,69 @@ pub(super) fn measure(
     if open_edges > 0 {
         return Err(VolumeError::Open { open_edges });
     }
-    let shells = split(surface, adjacency)?;
+    let shells = split_into_shells(surface, adjacency)?;
     let signs = shells::signs(surface.mesh.vertices(), &shells);
     check_volumes(&shells, &signs, lattice, adjacency)?;
 
-    let mut parts = Parts::default();
-    for component in 0..adjacency.components {
-        let own = shells.iter().zip(&signs).filter(|(shell, _)| shell.component as usize == component);
-        let oriented = own.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
+    let mut terms = MeshTerms::default();
+    for component in 0..adjacency.component_count {
+        let component_shells =
+            shells.iter().zip(&signs).filter(|(shell, _)| shell.component as usize == component);
+        let oriented = component_shells.filter(|(_, sign)| **sign != 0.0).flat_map(|(shell, &sign)| {
             shell.triangles.iter().map(move |&[a, b, c]| if sign < 0.0 { [a, c, b] } else { [a, b, c] })
         });
-        add_component(surface.embedding, oriented.collect(), &mut parts);
+        add_component(surface.embedding, oriented.collect(), &mut terms);
     }
-    let points = number_points(surface.embedding, &mut parts.triangles);
-    Ok(MeshMeasure::new(parts, &points, surface.embedding))
+    let points = renumber_corners(surface.embedding, &mut terms.triangles);
+    Ok(MeshMeasure::new(terms, &points, surface.embedding))
 }
 
-/// Adds the triangles of one component: patches for cells with many triangles, the other triangles by cell.
-fn add_component(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, parts: &mut Parts) {
+/// Adds the triangles of one component to `terms`: as a patch for each cell with many triangles, and one by
+/// one for other cells and for triangles that cross cells.
+fn add_component(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, terms: &mut MeshTerms) {
     let cell = |corner: u32| embedding.cell(corner as usize);
-    // Sort key: the cell, and whether the triangle leaves it. A triangle that crosses cells has the key of
-    // the last of its cells, after the triangles inside that cell.
-    let outside = |corner: &u32| embedding.local(*corner as usize).iter().any(|x| !(0.0..=1.0).contains(x));
+    // Sort key: the cell, and whether the triangle leaves the cell. A triangle that crosses cells is sorted
+    // into the last of its cells, after the triangles that lie inside this cell.
+    let is_outside =
+        |corner: &u32| embedding.local(*corner as usize).iter().any(|x| !(0.0..=1.0).contains(x));
     let key = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(cell);
-        (a.max(b).max(c), a != b || b != c || triangle.iter().any(outside))
+        (a.max(b).max(c), a != b || b != c || triangle.iter().any(is_outside))
     };
     triangles.sort_by_cached_key(key);
-    let (patches, others) = (parts.patches.len(), parts.triangles.len());
+    let (previous_patches, previous_triangles) = (terms.patches.len(), terms.triangles.len());
     for group in triangles.chunk_by(|a, b| key(a) == key(b)) {
-        let (_, leaves) = key(&group[0]);
-        if leaves || group.len() < MIN_PATCH_TRIANGLES {
-            parts.triangles.extend_from_slice(group);
+        let (_, leaves_cell) = key(&group[0]);
+        if leaves_cell || group.len() < MIN_PATCH_TRIANGLES {
+            terms.triangles.extend_from_slice(group);
         } else {
-            let places = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
-            parts.patches.push(Patch::new(embedding.corners(group[0][0] as usize), places));
+            let local = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
+            terms.patches.push(Patch::new(embedding.corners(group[0][0] as usize), local));
         }
     }
-    parts.patch_counts.push(parts.patches.len() - patches);
-    parts.triangle_counts.push(parts.triangles.len() - others);
+    terms.patch_counts.push(terms.patches.len() - previous_patches);
+    terms.triangle_counts.push(terms.triangles.len() - previous_triangles);
 }
 
-/// Renumbers the triangles' corners in the order of their cells; returns the mesh vertex of each new number.
-fn number_points(embedding: &Embedding, triangles: &mut [[u32; 3]]) -> Vec<u32> {
+/// Replaces the corners of the triangles, which are mesh vertices, by indices into a list of surface points.
+/// Returns this list: the mesh vertices that the triangles use, sorted by cell.
+fn renumber_corners(embedding: &Embedding, triangles: &mut [[u32; 3]]) -> Vec<u32> {
     let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
     used.sort_by_key(|&vertex| embedding.cell(vertex as usize));
-    let mut number = vec![0_u32; embedding.len()];
-    for (new, &vertex) in used.iter().enumerate() {
-        number[vertex as usize] = new as u32;
+    let mut point_of_vertex = vec![0_u32; embedding.len()];
+    for (point, &vertex) in used.iter().enumerate() {
+        point_of_vertex[vertex as usize] = point as u32;
     }
     for corner in triangles.iter_mut().flatten() {
-        *corner = number[*corner as usize];
+        *corner = point_of_vertex[*corner as usize];
     }
     used
 }
 
-/// Returns the connected components of the welded surface, without degenerate triangles.
-fn split(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, VolumeError> {
+/// Returns the shells, without degenerate triangles.
+fn split_into_shells(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, VolumeError> {
     let (mesh, weld) = (surface.mesh, surface.mesh.weld());
     let triangles = mesh.triangles().iter().map(|triangle| triangle.map(|corner| weld[corner as usize]));
     let triangles: Vec<[u32; 3]> = triangles.filter(|[a, b, c]| a != b && b != c && c != a).collect();
@@ -98,36 +109,37 @@ fn split(surface: Surface<'_>, adjacency: &Adjacency) -> Result<Vec<Shell>, Volu
         sets.unite(*a, *c);
     }
     let (count, labels) = sets.labels();
-    let mut parts = vec![Vec::new(); count];
+    let mut triangles_of_shell = vec![Vec::new(); count];
     for triangle in triangles {
-        parts[labels[triangle[0] as usize] as usize].push(triangle);
+        triangles_of_shell[labels[triangle[0] as usize] as usize].push(triangle);
     }
     let component_of =
         |corner: u32| adjacency.component(surface.embedding.corners(corner as usize)[0] as usize);
     let mut shells = Vec::new();
-    for part in parts.into_iter().filter(|part| !part.is_empty()) {
-        let component = component_of(part[0][0]);
-        if part.iter().flatten().any(|&corner| component_of(corner) != component) {
+    for triangles in triangles_of_shell.into_iter().filter(|triangles| !triangles.is_empty()) {
+        let component = component_of(triangles[0][0]);
+        if triangles.iter().flatten().any(|&corner| component_of(corner) != component) {
             return Err(VolumeError::AcrossComponents);
         }
-        shells.push(Shell::new(mesh.vertices(), part, component as u32));
+        shells.push(Shell::new(mesh.vertices(), triangles, component as u32));
     }
     Ok(shells)
 }
 
-/// Checks that the surface of each component encloses enough volume; see [`MIN_VOLUME_FRACTION`].
+/// Checks that the surface in each component encloses enough volume; see [`MIN_VOLUME_FRACTION`]. `signs`:
+/// result of [`shells::signs`].
 fn check_volumes(
     shells: &[Shell],
     signs: &[f64],
     lattice: &Lattice,
     adjacency: &Adjacency,
 ) -> Result<(), VolumeError> {
-    let mut enclosed = vec![0.0; adjacency.components];
+    let mut enclosed = vec![0.0; adjacency.component_count];
     for (shell, sign) in shells.iter().zip(signs) {
         enclosed[shell.component as usize] += sign * shell.volume;
     }
     let cell_volume = lattice.cell_size().powi(3);
-    let mut cells = vec![0.0; adjacency.components];
+    let mut cells = vec![0.0; adjacency.component_count];
     for cell in 0..lattice.cells().len() as u32 {
         cells[adjacency.component(lattice.cell_corners(cell)[0] as usize)] += cell_volume;
     }

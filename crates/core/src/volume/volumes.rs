@@ -1,4 +1,4 @@
-//! All volume measures of a body, with or without correction.
+//! Evaluates all volume measures of a body for reports, with or without correction.
 
 use super::adjacency::Adjacency;
 use super::measure::Measure;
@@ -8,13 +8,13 @@ use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
 use crate::lattice::Lattice;
 use crate::parallel::Executor;
 
-/// All volume measures of a body, for reports.
+/// All volume measures that a body allows, for reports.
 ///
-/// They do not need a [`Correction`]: a body without one builds them for its first report.
+/// The measures do not depend on a [`Correction`].
 #[derive(Clone, Debug)]
 pub struct VolumeMeasures {
     measures: Vec<Measure>,
-    /// Rest volume of each component, by measure, in cubed scene units.
+    /// Rest volume of each component by each measure, in cubed scene units. The outer index is the measure.
     rest: Vec<Vec<f64>>,
     adjacency: Adjacency,
     cell_size: f64,
@@ -26,7 +26,7 @@ impl VolumeMeasures {
         self.measures.iter().map(Measure::bytes).sum::<usize>() + self.adjacency.bytes()
     }
 
-    /// Creates `lattice`, `cells`, and `mesh` if the surface is usable as a measure.
+    /// Creates the measures `lattice`, `cells`, and `mesh` if it can use the surface.
     pub fn new(lattice: &Lattice, surface: Option<Surface<'_>>) -> Self {
         let adjacency = Adjacency::new(lattice);
         let mesh = surface::measure(surface, lattice, &adjacency).ok().map(Measure::Mesh);
@@ -37,12 +37,13 @@ impl VolumeMeasures {
         this
     }
 
-    /// Returns the available measures: `lattice`, `cells`, and `mesh` if it is usable.
+    /// Returns the available measures: `lattice`, `cells`, and `mesh` if it can use the surface.
     pub fn kinds(&self) -> impl Iterator<Item = VolumeMeasure> + '_ {
         self.measures.iter().map(Measure::kind)
     }
 
-    /// Reports on a deformed lattice without correction. `deformed`: (n, 3), in cells, in the body's frame.
+    /// Reports the volumes of a deformed lattice without correction. `deformed`: positions of the lattice
+    /// vertices, shape (n, 3), in cells, in the body's frame.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
         let before = self.evaluate_deformed(deformed);
         // The last measure is the most accurate one available.
@@ -55,7 +56,9 @@ impl VolumeMeasures {
         VolumeReport::new(self.measures[last].kind(), components, self.volumes(&before, &before))
     }
 
-    /// Reports on a deformed lattice and the results of [`Correction::apply`]: `corrected` and `components`.
+    /// Reports the volumes of a deformed lattice before and after its correction.
+    ///
+    /// `corrected` and `components` are the results of [`Correction::apply`] for `deformed`.
     pub fn report_corrected(
         &self,
         correction: &Correction,
@@ -65,25 +68,26 @@ impl VolumeMeasures {
     ) -> VolumeReport {
         let (before, after) = (self.evaluate_deformed(deformed), self.evaluate_deformed(corrected));
         let mut components = components.to_vec();
-        if let Some(kept) = self.kinds().position(|kind| kind == correction.measure()) {
+        if let Some(preserved) = self.kinds().position(|kind| kind == correction.measure()) {
             components
                 .iter_mut()
-                .zip(&before[kept])
+                .zip(&before[preserved])
                 .for_each(|(component, before)| component.before = *before);
         }
         VolumeReport::new(correction.measure(), components, self.volumes(&before, &after))
     }
 
-    /// Evaluates all measures of a deformed lattice.
+    /// Returns the volume of each component of a deformed lattice by each measure; see `evaluate`.
     fn evaluate_deformed(&self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
         self.evaluate(positions.iter().map(|p| p.map(f64::from)))
     }
 
-    /// Returns the volume of each component, by measure, in cubed scene units.
+    /// Returns the volume of each component by each measure, in cubed scene units. The outer index is the
+    /// measure.
     fn evaluate(&self, positions: impl Iterator<Item = [f64; 3]> + Clone) -> Vec<Vec<f64>> {
         let mut scratch = Scratch::default();
-        scratch.place(positions, &self.adjacency);
+        scratch.set_positions(positions, &self.adjacency);
         let volumes = |measure: &Measure| {
             measure.evaluate(&Executor::sequential(), &mut scratch);
             scratch.coefficients.iter().map(|c| c[0] * self.cell_size.powi(3)).collect()
@@ -94,11 +98,11 @@ impl VolumeMeasures {
     /// Returns the total volumes of the body by each measure.
     fn volumes(&self, before: &[Vec<f64>], after: &[Vec<f64>]) -> Vec<(VolumeMeasure, Volumes)> {
         let total = |volumes: &[f64]| volumes.iter().sum();
-        let parts = self.rest.iter().zip(before).zip(after).map(|((rest, before), after)| Volumes {
+        let totals = self.rest.iter().zip(before).zip(after).map(|((rest, before), after)| Volumes {
             rest: total(rest),
             before: total(before),
             after: total(after),
         });
-        self.kinds().zip(parts).collect()
+        self.kinds().zip(totals).collect()
     }
 }

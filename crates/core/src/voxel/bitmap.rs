@@ -4,7 +4,7 @@ use fixedbitset::FixedBitSet;
 
 use super::grid_set::GridSet;
 
-/// Bits in a word.
+/// Number of bits in a word.
 const WORD: usize = usize::BITS as usize;
 
 /// Rows of bits along x, for a grid and a margin of one cell around it. Each row begins at a word boundary.
@@ -20,18 +20,19 @@ pub(super) struct Bitmap {
 }
 
 impl Bitmap {
+    /// Creates a bitmap without set bits, for a grid with `size` cells along each axis.
     pub(super) fn new(size: [usize; 3]) -> Self {
         let row_words = (size[0] + 2).div_ceil(WORD);
         let bits = FixedBitSet::with_capacity(row_words * WORD * (size[1] + 2) * (size[2] + 2));
         Self { size, row_words, bits }
     }
 
-    /// Returns the bytes of a bitmap of `size` cells along each axis, or infinity if the number overflows.
+    /// Returns the bytes of a bitmap with `size` cells along each axis, or infinity if the number overflows.
     pub(super) fn bytes(size: [f64; 3]) -> f64 {
         ((size[0] + 2.0) / 64.0).ceil() * 8.0 * Self::row_count_of(size)
     }
 
-    /// Returns the number of rows of a bitmap of `size` cells along each axis, margin included.
+    /// Returns the number of rows of a bitmap with `size` cells along each axis, margin included.
     pub(super) fn row_count_of(size: [f64; 3]) -> f64 {
         (size[1] + 2.0) * (size[2] + 2.0)
     }
@@ -46,7 +47,7 @@ impl Bitmap {
         (self.size[1] + 2) * (self.size[2] + 2)
     }
 
-    /// Returns the number of rows of one z, margin included.
+    /// Returns the number of rows with the same z, margin included.
     pub(super) fn rows_per_plane(&self) -> usize {
         self.size[1] + 2
     }
@@ -56,7 +57,7 @@ impl Bitmap {
         &self.bits.as_slice()[row * self.row_words..][..self.row_words]
     }
 
-    /// Returns the words of a row, mutable.
+    /// Returns the words of a row for writing.
     pub(super) fn row_mut(&mut self, row: usize) -> &mut [usize] {
         &mut self.bits.as_mut_slice()[row * self.row_words..][..self.row_words]
     }
@@ -112,11 +113,11 @@ impl Bitmap {
             let row = self.row((z + 1) * self.rows_per_plane() + y + 1);
             let mut end = 1;
             loop {
-                let x = next(row, end, nx + 1, false);
+                let x = next_bit(row, end, nx + 1, false);
                 if x > nx {
                     break;
                 }
-                end = next(row, x, nx + 1, true);
+                end = next_bit(row, x, nx + 1, true);
                 set.push([x as i32 - 1, y as i32, z as i32], (end - x) as u32);
             }
         }
@@ -124,11 +125,11 @@ impl Bitmap {
     }
 }
 
-/// Returns the first bit in `from..end` that has the given value, or `end` if no such bit exists.
-fn next(row: &[usize], from: usize, end: usize, value: bool) -> usize {
+/// Returns the first bit in `start..end` that has the given value, or `end` if there is no such bit.
+fn next_bit(row: &[usize], start: usize, end: usize, value: bool) -> usize {
     let flip = if value { 0 } else { usize::MAX };
-    let mut mask = usize::MAX << (from % WORD);
-    for (word, bits) in row.iter().enumerate().skip(from / WORD) {
+    let mut mask = usize::MAX << (start % WORD);
+    for (word, bits) in row.iter().enumerate().skip(start / WORD) {
         let found = (bits ^ flip) & mask;
         if found != 0 {
             return (word * WORD + found.trailing_zeros() as usize).min(end);

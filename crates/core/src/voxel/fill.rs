@@ -4,20 +4,22 @@ use std::collections::VecDeque;
 
 use super::bitmap::Bitmap;
 
-/// Cells and faces that the flood does not pass.
+/// Cells and faces that the flood fill does not pass.
 pub(super) struct Walls<'a> {
     /// Cells that the surface passes through.
     pub(super) cells: &'a Bitmap,
-    /// For each axis, a bit is set iff the surface lies on the face between the cell and its lower neighbor
-    /// along the axis. `None` stands for no such face.
+    /// For each axis, the cells with a wall on the face to the lower neighbor along the axis. `None` if there
+    /// is no such wall.
     pub(super) faces: [Option<&'a Bitmap>; 3],
 }
 
 /// Returns the cells, margin included, that are connected to the margin through faces without passing a wall.
 ///
-/// Works on rows of bits along x. A row is filled along x in two passes and then spreads into its four
-/// neighbors. A neighbor that gets new bits is added to the queue.
+/// Works on rows of bits along x, with a queue of rows. A row is filled along x in two passes, one for each
+/// direction. The bits of the row then spread to the four neighboring rows. A neighboring row that gets new
+/// bits is added to the queue.
 pub(super) fn outside(walls: &Walls<'_>) -> Bitmap {
+    // Cells that the flood fill has reached.
     let mut reached = Bitmap::new(walls.cells.size());
     let rows = reached.row_count();
     let plane = reached.rows_per_plane();
@@ -64,9 +66,10 @@ fn fill_row(reached: &mut [usize], walls: &[usize], faces: Option<&[usize]>) {
     }
 }
 
-/// Spreads the bits of a word through the open bits, in one direction. The shift doubles in each step.
+/// Spreads the bits of a word through adjacent bits of `open`, in one direction. The shift doubles in each
+/// step.
 ///
-/// `shifted(bits, n)`: shifts by n bits in that direction.
+/// `shifted(bits, n)`: returns `bits`, shifted by n bits in this direction.
 fn spread(mut bits: usize, mut open: usize, shifted: impl Fn(usize, u32) -> usize) -> usize {
     for step in (0..usize::BITS.ilog2()).map(|k| 1 << k) {
         bits |= open & shifted(bits, step);
@@ -75,7 +78,9 @@ fn spread(mut bits: usize, mut open: usize, shifted: impl Fn(usize, u32) -> usiz
     bits
 }
 
-/// Spreads the reached bits of a row to a neighboring row. Returns whether any bit is new.
+/// Spreads the reached bits of row `from` to the neighboring row `to`. Returns whether row `to` has new bits.
+///
+/// `walls`: cells of row `to` that are walls. `faces`: cells with a wall on the face between the two rows.
 fn spread_to(reached: &mut Bitmap, from: usize, to: usize, walls: &[usize], faces: Option<&[usize]>) -> bool {
     let mut changed = false;
     for (word, wall) in walls.iter().enumerate() {

@@ -5,14 +5,16 @@ use nalgebra::Point3;
 /// Largest magnitude of a grid index. The difference of two indices then fits in 32 bits.
 pub(crate) const HIGHEST_INDEX: i32 = 1 << 30;
 
-/// Depth in cells up to which a surface only touches a cell. Far above rounding, far below visible detail.
+/// Depth, in cells, up to which a surface that enters a cell counts as only touching it. Far greater than
+/// rounding errors and far less than visible detail.
 pub(super) const TOUCH_DEPTH: f64 = 1e-6;
 
-/// Precision of coordinates, relative to the largest one. Files often have six digits.
+/// Assumed precision of the mesh coordinates, as a fraction of the largest coordinate. Files often have six
+/// digits.
 const PRECISION: f64 = 2e-6;
 
-/// Largest distance, in cells, by which a coordinate is snapped to a grid plane. It bounds the tolerance for
-/// meshes far from their origin or with very small cells.
+/// Largest distance, in cells, by which a coordinate is snapped to a grid plane. Without this bound the
+/// distance could be large for meshes far from their origin or with very small cells.
 pub(super) const MAX_SNAP: f64 = 1e-3;
 
 /// A grid of cells around a bounding box, centered on the box.
@@ -29,7 +31,8 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Builds the smallest grid around a box, or `None` if an axis has more than [`HIGHEST_INDEX`] cells.
+    /// Builds the smallest grid around a box. Returns `None` if an axis would have more than
+    /// [`HIGHEST_INDEX`] cells.
     pub(crate) fn new((low, high): (Point3<f64>, Point3<f64>), cell_size: f64) -> Option<Self> {
         let counts = Self::counts(&(low, high), cell_size);
         if counts.iter().any(|&n| n > f64::from(HIGHEST_INDEX)) {
@@ -43,7 +46,8 @@ impl Grid {
         })
     }
 
-    /// Returns the number of cells that a grid would have along each axis, or infinity on overflow.
+    /// Returns the number of cells along each axis of the smallest grid around a box, or infinity on
+    /// overflow.
     pub(crate) fn counts((low, high): &(Point3<f64>, Point3<f64>), cell_size: f64) -> [f64; 3] {
         let tolerance = Self::tolerance(&(*low, *high), cell_size);
         std::array::from_fn(|a| ((high[a] - low[a]) / cell_size - tolerance).ceil().max(1.0))
@@ -61,13 +65,13 @@ impl Grid {
         Point3::new(at(0), at(1), at(2))
     }
 
-    /// Converts a point to cells from the origin and clamps it to the grid.
+    /// Returns the coordinates of a point relative to the origin of the grid, in cells, clamped to the grid.
     ///
-    /// A coordinate near a grid plane is snapped to it.
-    pub(crate) fn place(&self, point: &Point3<f64>) -> [f64; 3] {
+    /// A coordinate near a grid plane is snapped to the plane.
+    pub(crate) fn cell_space(&self, point: &Point3<f64>) -> [f64; 3] {
         std::array::from_fn(|a| {
             let size = self.size[a] as f64;
-            // Points in the box are in the grid except for rounding.
+            // A point in the box is in the grid, except for rounding.
             let x = ((point[a] - self.center[a]) / self.cell_size + 0.5 * size).clamp(0.0, size);
             // The nearest integer, without a call of `round`.
             let plane = f64::from((x + 0.5) as i32);

@@ -1,17 +1,19 @@
-//! A sorted set of grid positions, stored as runs along x. A look-up takes two binary searches.
+//! A sorted set of grid positions (of cells or lattice vertices), stored as runs along x. A look-up takes two
+//! binary searches.
 
 use std::ops::Range;
 
 use super::grid::MAX_SNAP;
 
-/// Distance outside a cell, in cells, up to which a point counts as inside. It exceeds the largest snap to a
-/// grid plane.
+/// Distance from a cell, in cells, up to which a point outside counts as inside. It is greater than the
+/// largest distance by which a coordinate is snapped to a grid plane.
 const SLACK: f64 = 2.0 * MAX_SNAP;
 
-/// A set of grid positions, numbered in the order of (z, y, x), x fastest.
+/// A set of grid positions. Their *numbers* count from 0 in the order of (z, y, x), x fastest.
 ///
-/// Stored as runs of consecutive x in each row (z, y) that is not empty. A run takes 8 bytes and a row 12
-/// bytes: solid shapes need about one byte per position, and the empty space between cells takes no memory.
+/// A *row* consists of the positions with the same (z, y), and a *run* of positions with consecutive x in a
+/// row. A run takes 8 bytes and a row that is not empty 12 bytes. Solid shapes need approximately one byte
+/// per position, and the empty space between cells takes no memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct GridSet {
     rows: Vec<Row>,
@@ -28,7 +30,8 @@ struct Row {
     first_run: u32,
 }
 
-/// Consecutive positions from `x` on. The run ends where the numbers of the next run begin.
+/// Positions with consecutive x, starting at `x`. The number of positions is the difference between `first`
+/// of the next run and `first` of this run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Run {
     x: i32,
@@ -48,8 +51,8 @@ impl GridSet {
         set
     }
 
-    /// Appends `count` positions along x, from `[x, y, z]` on. They must follow all positions of the set in
-    /// its order.
+    /// Appends `count` positions along x, starting at `[x, y, z]`. They must come after all positions of the
+    /// set in the order of (z, y, x).
     pub(crate) fn push(&mut self, [x, y, z]: [i32; 3], count: u32) {
         let same_row = self.rows.last().is_some_and(|row| (row.z, row.y) == (z, y));
         if !same_row {
@@ -82,7 +85,7 @@ impl GridSet {
         (self.rows[row].z, self.rows[row].y)
     }
 
-    /// Returns the runs of a row.
+    /// Returns the range of the runs of a row.
     pub(crate) fn row_runs(&self, row: usize) -> Range<usize> {
         let end = self.rows.get(row + 1).map_or(self.runs.len(), |next| next.first_run as usize);
         self.rows[row].first_run as usize..end
@@ -128,17 +131,17 @@ impl GridSet {
         self.runs.partition_point(|run| run.first <= number) - 1
     }
 
-    /// Returns the cell of the set that contains a point, given in cells, if there is one.
+    /// Returns the number of the cell of the set that contains a point, if there is one.
     ///
-    /// A point at a boundary belongs to cell `floor(point)` if that is in the set, and otherwise to the first
-    /// neighbor that is in the set.
+    /// `point`: coordinates in cells. A point at the boundary of cells belongs to the cell `floor(point)` if
+    /// this cell is in the set, and otherwise to the first neighbor that is in the set.
     pub(crate) fn locate(&self, point: [f64; 3]) -> Option<u32> {
         let middle = point.map(|x| x.floor());
-        // On each axis, the neighbor beyond the face near which the point lies, or else the cell of the
-        // point.
+        // On each axis, the index of the neighbor if the point is near the face to this neighbor, and the
+        // index of the point's cell otherwise.
         let beside: [f64; 3] = std::array::from_fn(|a| match point[a] - middle[a] {
-            depth if depth <= SLACK => middle[a] - 1.0,
-            depth if depth >= 1.0 - SLACK => middle[a] + 1.0,
+            local if local <= SLACK => middle[a] - 1.0,
+            local if local >= 1.0 - SLACK => middle[a] + 1.0,
             _ => middle[a],
         });
         let mut last = None;

@@ -3,10 +3,10 @@
 //! The files, in the order of the data flow:
 //!
 //! * [`grid`]: the grid around the surface.
-//! * [`triangle_box`]: the test of a triangle against a box of cells.
+//! * [`triangle_box`]: the intersection test of a triangle and a box of cells.
 //! * [`bitmap`]: one bit for each cell.
 //! * [`fill`]: flood fill of the cells outside the surface.
-//! * [`voxelize`](mod@voxelize): the cells of the surface and of its inside.
+//! * [`voxelize`](mod@voxelize): finds the cells that the surface passes through or encloses.
 //! * [`grid_set`]: the result, a sorted set of grid positions.
 
 mod bitmap;

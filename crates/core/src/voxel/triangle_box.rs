@@ -1,4 +1,4 @@
-//! Intersection test of a triangle and a box, by separating axes.
+//! Tests whether a triangle enters a box, by the separating axis theorem.
 
 use nalgebra::Vector3;
 
@@ -7,20 +7,22 @@ use super::grid::TOUCH_DEPTH;
 /// Penetration depth, in cells, up to which an intersection is attributed to rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Number of axes tested: the triangle's normal, and the cross products of its three edges with the three
-/// axes.
+/// Number of axes tested: the triangle's normal, and the cross products of the three edges of the triangle
+/// with the three coordinate axes.
 const AXES: usize = 10;
 
 /// A triangle, prepared for tests against many boxes (Akenine-Möller 2001).
 ///
-/// A triangle and an open box are disjoint iff they do not overlap along one of these axes: the axes of the
-/// box, the normal of the triangle, and the cross products of their edges. The axes of the box are not tested
-/// here: the caller only passes boxes that overlap the triangle along them.
+/// A triangle and an open box are disjoint iff their projections onto at least one of these axes are
+/// disjoint: the three coordinate axes (the directions of the box's edges), the normal of the triangle, and
+/// the cross products of an edge of the triangle with a coordinate axis. The coordinate axes are not tested
+/// here, because the caller only passes boxes that overlap the triangle along all of them.
 pub(super) struct TriangleAxes {
+    /// Components of the axes.
     x: [f64; AXES],
     y: [f64; AXES],
     z: [f64; AXES],
-    /// Interval of the triangle along each axis, shrunk by the depth that counts as touching.
+    /// Interval of the triangle's projection onto each axis, shrunk at both ends by [`touch_depth`].
     low: [f64; AXES],
     high: [f64; AXES],
 }
@@ -33,7 +35,7 @@ impl TriangleAxes {
             x: [0.0; AXES],
             y: [0.0; AXES],
             z: [0.0; AXES],
-            // An axis of zero length does not separate anything.
+            // An unbounded interval, so that an axis of zero length never separates.
             low: [f64::NEG_INFINITY; AXES],
             high: [f64::INFINITY; AXES],
         };
@@ -54,15 +56,17 @@ impl TriangleAxes {
         }
         let axis = axis / longest;
         let depth = touch_depth(&axis);
-        let along = corners.map(|corner| axis.dot(&corner));
+        let projections = corners.map(|corner| axis.dot(&corner));
         self.x[i] = axis.x;
         self.y[i] = axis.y;
         self.z[i] = axis.z;
-        self.low[i] = along[0].min(along[1]).min(along[2]) + depth;
-        self.high[i] = along[0].max(along[1]).max(along[2]) - depth;
+        self.low[i] = projections[0].min(projections[1]).min(projections[2]) + depth;
+        self.high[i] = projections[0].max(projections[1]).max(projections[2]) - depth;
     }
 
-    /// Returns whether the triangle enters the inside of a box that it overlaps along each axis of the box.
+    /// Returns whether the triangle enters the interior of a box between the corners `low` and `high`.
+    ///
+    /// The triangle must overlap the box along each coordinate axis.
     pub(super) fn enters(&self, low: [f64; 3], high: [f64; 3]) -> bool {
         let center: [f64; 3] = std::array::from_fn(|a| 0.5 * (low[a] + high[a]));
         let half: [f64; 3] = std::array::from_fn(|a| 0.5 * (high[a] - low[a]));
@@ -76,12 +80,12 @@ impl TriangleAxes {
     }
 }
 
-/// Returns the depth along an axis, with a longest coordinate of 1, up to which an intersection counts as
-/// touching.
+/// Returns the depth along an axis up to which an intersection counts as touching.
 ///
-/// Where the surface crosses the line between the centers of two neighboring cells, its depth in one of them
-/// is at least half the sum of the two shorter coordinates. The limit is a quarter of this sum, so that no
-/// closed surface has a leak.
+/// `axis`: a vector whose largest component has the magnitude 1. Consider a surface that crosses the line
+/// between the centers of two neighboring cells. In one of these cells its depth is at least half the sum of
+/// the magnitudes of the two smaller components. The result is a quarter of this sum, so that the trace of a
+/// closed surface has no gaps.
 fn touch_depth(axis: &Vector3<f64>) -> f64 {
     let shorter = axis.abs().sum() - 1.0;
     (0.25 * shorter).clamp(ROUNDING, TOUCH_DEPTH)

@@ -1,7 +1,8 @@
 //! Finds the cells that a surface passes through or encloses.
 //!
-//! First the *trace* of the triangles is found: the cells that they enter, and the faces of cells that they
-//! lie on. The trace bounds a flood fill from outside. The cells that the fill does not reach are the result.
+//! The *trace* of the triangles consists of the cells that they enter, and of the faces of cells on which
+//! they lie. A flood fill from outside stops at the trace. The result is the cells that the flood fill does
+//! not reach.
 
 use nalgebra::Vector3;
 
@@ -12,16 +13,17 @@ use super::grid_set::GridSet;
 use super::triangle_box::TriangleAxes;
 use crate::mesh::{Mesh, signed_volume};
 
-/// Signed volume, relative to the grid, below which the orientation of a surface is undefined.
+/// Magnitude of the signed volume, as a fraction of the volume of the grid, below which a surface counts as
+/// having no orientation.
 const MIN_VOLUME: f64 = 1e-9;
 
-/// Maximum number of bitmaps: cells entered, cells reached, and three for each axis with faces.
+/// Maximum number of bitmaps: entered cells, outside cells, and three bitmaps for the faces across each axis.
 const BITMAPS: f64 = 11.0;
 
-/// Bytes of a row in the queue of the flood fill.
+/// Bytes that the queue of the flood fill needs per row.
 const ROW_BYTES: f64 = 17.0;
 
-/// Boxes with at most this number of cells are tested cell by cell. Larger boxes are halved first.
+/// A range with at most this number of boxes is tested box by box. A larger range is halved first.
 const SMALL_BOX: i64 = 16;
 
 /// The result of [`voxelize`].
@@ -39,11 +41,11 @@ pub(crate) fn bytes(counts: [f64; 3]) -> f64 {
 
 /// Finds the cells that a surface passes through or encloses.
 pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
-    let placed: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.place(vertex)).collect();
+    let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.cell_space(vertex)).collect();
     let mut trace = Trace::new(grid.size);
     let mut untraced = Vec::new();
     for triangle in mesh.triangles() {
-        let corners = triangle.map(|vertex| placed[vertex as usize]);
+        let corners = triangle.map(|vertex| positions[vertex as usize]);
         if !trace.add(&corners) {
             untraced.extend(corners);
         }
@@ -51,11 +53,11 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
     let walls = [0, 1, 2].map(|a| trace.walls(a));
     let mut outside =
         fill::outside(&Walls { cells: &trace.entered, faces: walls.each_ref().map(Option::as_ref) });
-    let flipped = trace.faces.iter().any(Option::is_some) && is_inside_out(mesh, &placed, grid);
+    let flipped = trace.faces.iter().any(Option::is_some) && is_inside_out(mesh, &positions, grid);
     for cell in trace.cells_behind_faces(&outside, flipped) {
         trace.entered.set(cell);
     }
-    let free_cell = |corner: &[f64; 3]| untraced_cell(corner, &outside, &trace.entered);
+    let free_cell = |corner: &[f64; 3]| free_cell_at(corner, &outside, &trace.entered);
     for cell in untraced.iter().filter_map(free_cell).collect::<Vec<_>>() {
         trace.entered.set(cell);
     }
@@ -63,16 +65,20 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
     Voxels { cells: outside.unset(), surface_cells: trace.entered.count() }
 }
 
-/// Returns whether the normals of a surface point inwards overall, so that its signed volume is negative.
-fn is_inside_out(mesh: &Mesh, placed: &[[f64; 3]], grid: &Grid) -> bool {
+/// Returns whether the signed volume of a surface is negative, because its normals mostly point inwards.
+///
+/// `positions`: positions of the mesh vertices in cells.
+fn is_inside_out(mesh: &Mesh, positions: &[[f64; 3]], grid: &Grid) -> bool {
     let center = Vector3::from(grid.size.map(|n| 0.5 * n as f64));
-    let volume = signed_volume(mesh.triangles(), |vertex| Vector3::from(placed[vertex as usize]) - center);
+    let volume = signed_volume(mesh.triangles(), |vertex| Vector3::from(positions[vertex as usize]) - center);
     let box_volume: f64 = grid.size.iter().map(|n| *n as f64).product();
     volume < -MIN_VOLUME * box_volume
 }
 
-/// Returns a cell for a corner of a triangle without a trace, or `None` if an occupied cell contains it.
-fn untraced_cell(corner: &[f64; 3], outside: &Bitmap, entered: &Bitmap) -> Option<[i32; 3]> {
+/// Returns a cell that contains `corner`, a corner of a triangle without a trace.
+///
+/// Returns `None` if an occupied cell contains the corner.
+fn free_cell_at(corner: &[f64; 3], outside: &Bitmap, entered: &Bitmap) -> Option<[i32; 3]> {
     let upper = corner.map(|x| x.floor() as i32);
     let lower = corner.map(|x| x.ceil() as i32 - 1);
     let around = (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { lower[a] } else { upper[a] }));
@@ -85,13 +91,15 @@ fn untraced_cell(corner: &[f64; 3], outside: &Bitmap, entered: &Bitmap) -> Optio
 
 /// The cells and faces of the grid that the triangles occupy.
 struct Trace {
-    /// Cells whose inside a triangle enters.
+    /// Cells whose interior a triangle enters.
     entered: Bitmap,
-    /// Faces across each axis. `None` if no triangle lies in a grid plane across the axis.
+    /// Faces perpendicular to each axis. `None` if no triangle lies in a grid plane perpendicular to the
+    /// axis.
     faces: [Option<Faces>; 3],
 }
 
-/// Faces of cells across one axis on which a triangle lies. A face is stored with the upper of its two cells.
+/// Faces of cells, perpendicular to one axis, on which a triangle lies. A face is stored with its upper cell:
+/// of the two cells at the face, the one with the higher index along the axis.
 struct Faces {
     /// Faces of triangles whose normal points up the axis.
     up: Bitmap,
@@ -104,7 +112,7 @@ impl Trace {
         Self { entered: Bitmap::new(size), faces: [None, None, None] }
     }
 
-    /// Adds a triangle. Returns false if it leaves no trace because its area is zero or too small.
+    /// Adds a triangle. Returns false if the triangle leaves no trace because its area is zero or too small.
     fn add(&mut self, corners: &[[f64; 3]; 3]) -> bool {
         let [a, b, c] = corners;
         // No coordinate is negative, so truncation is `floor`.
@@ -120,7 +128,7 @@ impl Trace {
         if flat.next().is_some() {
             return false;
         }
-        // A triangle in a grid plane overlaps a face of the plane iff it enters the box of the two cells of
+        // A triangle in a grid plane overlaps a face in the plane iff it enters the box of the two cells at
         // the face.
         low[axis] -= 1;
         high[axis] += 1;
@@ -136,7 +144,7 @@ impl Trace {
         })
     }
 
-    /// Returns all faces across an axis on which a triangle lies.
+    /// Returns all faces perpendicular to an axis on which a triangle lies.
     fn walls(&self, axis: usize) -> Option<Bitmap> {
         let faces = self.faces[axis].as_ref()?;
         let mut walls = faces.up.clone();
@@ -144,10 +152,12 @@ impl Trace {
         Some(walls)
     }
 
-    /// Returns the cells to which the faces in grid planes belong.
+    /// Returns the cells to which the faces in the trace belong.
     ///
-    /// If one of the two cells is outside, this is the other cell. If both are outside, it is the cell behind
-    /// the normal (for a two-sided sheet, the lower one). If neither is outside, no cell is returned.
+    /// A face lies between two cells. If only one of them is outside, the face belongs to the other cell. If
+    /// both are outside, the face belongs to the cell behind the normal of the triangle (to the lower cell if
+    /// triangles with both normals lie on the face). If neither is outside, no cell is returned for the face.
+    /// `flipped`: whether the normals of the triangles point inwards.
     fn cells_behind_faces(&self, outside: &Bitmap, flipped: bool) -> Vec<[i32; 3]> {
         let mut cells = Vec::new();
         for (axis, faces) in self.faces.iter().enumerate() {
@@ -172,24 +182,25 @@ impl Trace {
 
 /// A search for the boxes that a triangle enters.
 ///
-/// A box is a single cell. For a triangle in a grid plane across the axis `flat`, it is the pair of cells on
-/// both sides of the plane.
+/// A *box* is a single cell, or for a triangle in a grid plane the two cells on both sides of the plane.
 struct Boxes<'a> {
     corners: &'a [[f64; 3]; 3],
+    /// Axis to which the plane is perpendicular. `None` if the triangle does not lie in a grid plane.
     flat: Option<usize>,
 }
 
 impl Boxes<'_> {
-    /// Calls `emit` with the lower cell of each box that the triangle enters. Returns false for no box.
+    /// Calls `emit` with the lower cell of each box that the triangle enters. Returns whether it enters any
+    /// box.
     ///
-    /// `low..high` are the cells that the bounds of the triangle overlap.
+    /// `low..high` is the range of the cells that the bounding box of the triangle overlaps.
     fn visit(&self, low: [i32; 3], high: [i32; 3], emit: &mut impl FnMut([i32; 3])) -> bool {
         if self.count(low, high) == 1 {
-            // The bounds of the triangle are within this one box, so it enters the box.
+            // The bounding box of the triangle is within this one box, so the triangle enters the box.
             emit(low);
             return true;
         }
-        self.visit_part(&TriangleAxes::new(self.corners), low, high, emit)
+        self.visit_recursively(&TriangleAxes::new(self.corners), low, high, emit)
     }
 
     /// Returns the number of boxes along an axis.
@@ -202,8 +213,8 @@ impl Boxes<'_> {
         (0..3).map(|axis| self.extent(low, high, axis)).fold(1, i64::saturating_mul)
     }
 
-    /// Does the work of [`Boxes::visit`] by recursive halving.
-    fn visit_part(
+    /// Does the work of [`Boxes::visit`] by recursive halving of the range `low..high`.
+    fn visit_recursively(
         &self,
         axes: &TriangleAxes,
         low: [i32; 3],
@@ -220,8 +231,8 @@ impl Boxes<'_> {
             let (mut lower_high, mut upper_low) = (high, low);
             lower_high[axis] = middle;
             upper_low[axis] = middle;
-            return self.visit_part(axes, low, lower_high, emit)
-                | self.visit_part(axes, upper_low, high, emit);
+            return self.visit_recursively(axes, low, lower_high, emit)
+                | self.visit_recursively(axes, upper_low, high, emit);
         }
         let step: [i32; 3] = std::array::from_fn(|axis| if self.flat == Some(axis) { 2 } else { 1 });
         let mut entered = false;

@@ -3,14 +3,14 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Error of writing a frame or another output file.
+/// Error of writing the frames of a body.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// A file operation failed: no space, no permission, no such directory, ...
+    /// A file operation failed, for example because of missing space, permission or directories.
     #[error("cannot {action} {}: {source}", .path.display())]
     Io {
-        /// Attempted operation: `"write"`, `"rename to"`, ...
+        /// Attempted operation, for example `"write"` or `"rename to"`.
         action: &'static str,
         /// File or directory of the operation.
         path: PathBuf,
@@ -27,7 +27,10 @@ pub enum OutputError {
         path: PathBuf,
     },
     /// A vertex position is NaN or infinite.
-    #[error("frame {frame} is not written: the position of vertex {vertex} (counted from 0) is not finite")]
+    #[error(
+        "frame {frame} is not written: the position of vertex {vertex} (counted from 0) is not finite; \
+         reduce the speeds and forces, or the time step"
+    )]
     NotFinite {
         /// Number of the frame.
         frame: u64,
@@ -35,7 +38,7 @@ pub enum OutputError {
         vertex: usize,
     },
     /// A point cache cannot be continued.
-    #[error("cannot continue {}: {reason}", .path.display())]
+    #[error("cannot continue {}: {reason}; write the sequence again from its first frame", .path.display())]
     Cache {
         /// Point cache file.
         path: PathBuf,

@@ -1,4 +1,5 @@
-//! Rewrites paths of material libraries so that they resolve from the directory of the frames.
+//! Rewrites the paths of material libraries (`mtllib`) so that they are correct relative to the directory of
+//! the frames.
 
 use std::ffi::OsString;
 use std::fs;
@@ -6,9 +7,9 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::obj::Library;
 
-/// Returns the bytes that replace the path of `library` in a file in the directory `output`, where the input
-/// file is in the directory `input`. Returns `None` if the path is absolute or resolves to the same file from
-/// `output`.
+/// Returns the bytes that replace the path of `library` in a frame. The input file is in the directory
+/// `input`, and the frames are in the directory `output`. Returns `None` if the path stays correct: it is
+/// absolute, or relative to `output` it leads to the same file.
 pub(super) fn rewritten(library: &Library, input: &Path, output: &Path) -> Option<Vec<u8>> {
     if Path::new(&library.name).is_absolute() || has_drive(&library.name) {
         return None;
@@ -21,13 +22,13 @@ pub(super) fn rewritten(library: &Library, input: &Path, output: &Path) -> Optio
     Some(bytes(&relative(&target, &resolve_directory(output))))
 }
 
-/// Returns whether `name` starts with a drive (`C:\...`), which `Path` recognizes on Windows only.
+/// Returns whether `name` starts with a drive (`C:\...`). `Path` recognizes drives on Windows only.
 fn has_drive(name: &str) -> bool {
     matches!(name.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }
 
-/// Returns the absolute path of a file that may be missing. A link to a file is not resolved, only its
-/// directory.
+/// Returns the absolute path of a file that may be missing. Links in its directory are resolved; if the file
+/// itself is a link, the link is kept.
 fn resolve(path: &Path) -> PathBuf {
     match (path.parent(), path.file_name()) {
         (Some(parent), Some(name)) => resolve_directory(parent).join(name),
@@ -35,7 +36,8 @@ fn resolve(path: &Path) -> PathBuf {
     }
 }
 
-/// Returns the absolute path of a directory that may be missing. Links are resolved in the part that exists.
+/// Returns the absolute path of a directory that may be missing. Links are resolved in the existing
+/// ancestors.
 fn resolve_directory(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     if let Ok(resolved) = fs::canonicalize(path) {
@@ -52,15 +54,15 @@ fn resolve_directory(path: &Path) -> PathBuf {
     }
 }
 
-/// Returns the relative path from the absolute directory `base` to the absolute `target`, with `/` between
-/// names. Returns `target` itself if they share no root.
+/// Returns the relative path from the absolute directory `base` to the absolute path `target`, with `/`
+/// between names. Returns `target` itself if the two paths have different roots (Windows drives).
 fn relative(target: &Path, base: &Path) -> OsString {
-    let shared = target.components().zip(base.components()).take_while(|(a, b)| a == b).count();
-    if shared == 0 {
+    let common = target.components().zip(base.components()).take_while(|(a, b)| a == b).count();
+    if common == 0 {
         return target.as_os_str().to_owned();
     }
-    let up = base.components().skip(shared).map(|_| Path::new("..").as_os_str());
-    let down = target.components().skip(shared).map(Component::as_os_str);
+    let up = base.components().skip(common).map(|_| Path::new("..").as_os_str());
+    let down = target.components().skip(common).map(Component::as_os_str);
     let mut path = OsString::new();
     for (index, name) in up.chain(down).enumerate() {
         if index > 0 {
@@ -71,6 +73,7 @@ fn relative(target: &Path, base: &Path) -> OsString {
     path
 }
 
+/// Returns the bytes of a path in a text file: the same bytes on Unix, UTF-8 elsewhere.
 fn bytes(path: &OsString) -> Vec<u8> {
     #[cfg(unix)]
     {

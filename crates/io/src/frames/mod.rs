@@ -1,13 +1,18 @@
-//! Frame sequences: the displayed surfaces as files that other programs read.
+//! Writes frame sequences: the evaluated surface of each body, as files that other programs read.
 //!
 //! | format | files | contents |
 //! |---|---|---|
-//! | [`Format::Obj`] | `NAME_0000.obj`, ... | the input, byte for byte, with new positions and normals |
-//! | [`Format::Ply`] | `NAME_0000.ply`, ... | binary little endian: positions, vertex normals, faces |
-//! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: the positions of all frames, in the input's vertex order |
+//! | [`Format::Obj`] | `NAME_0000.obj`, ... | the bytes of the input file, with new positions and normals |
+//! | [`Format::Ply`] | `NAME_0000.ply`, ... | positions, vertex normals and faces, binary little endian |
+//! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: positions of all frames, in input vertex order |
 //!
-//! A [`Sequence`] names the files and a [`FrameWriter`] writes them:
-//! [`Source`] and positions -> obj (with normal_transform and library_path), plain, ply or pc2.
+//! A [`Sequence`] names the files, and a [`FrameWriter`] writes them from positions and a [`Source`], the
+//! input of the body. The writer uses one of four modules:
+//!
+//! * `obj`: OBJ from an OBJ file, with `normal_transform` for its `vn` and `library_path` for its `mtllib`;
+//! * `plain`: OBJ from arrays;
+//! * `ply`;
+//! * `pc2`.
 //!
 //! Every file is written under a temporary name (with `.part` appended) and renamed when it is complete. A
 //! file with a final name is therefore always complete.

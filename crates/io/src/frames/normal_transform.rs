@@ -1,20 +1,22 @@
-//! Transforms the `vn` of an OBJ file as the surface deforms.
+//! Transforms the normals of an OBJ file (`vn` lines) as the surface deforms.
 //!
-//! A `vn` generally differs from the normal computed from the faces: hard edges, smoothed bevels, baked
-//! normals. Each face corner therefore transforms its own input normal, so that the difference is kept. With
-//! `e1`, `e2` the edges from the corner to its neighbors in the face, `m = e1 x e2`, and a prime for the
-//! deformed surface, the normal `n` becomes
+//! A `vn` generally differs from the normal computed from the faces, for example at hard edges, on smoothed
+//! bevels, or if normals are baked. To keep the difference, each face corner transforms its `vn` with the
+//! deformation of the face at this corner. Let `e1` and `e2` be the edges from the corner to the next and to
+//! the previous corner of the face, and `m = e1 × e2`. A prime marks values on the deformed surface, and `.`
+//! is the dot product. The normal `n` becomes
 //!
 //! ```text
 //! n' = (n . m/|m|) m'/|m'| / s  +  (n . e1) d1  +  (n . e2) d2        s = sqrt(|m'| / |m|)
 //! ```
 //!
-//! with `d1`, `d2` the dual basis of `e1'`, `e2'` in the plane of the corner. This applies the inverse
-//! transpose of the local deformation gradient, the transformation of normals. The stretch along the face
-//! normal is unknown and taken to be the mean stretch `s` within the face. Under a rigid motion or a uniform
-//! scale every normal is transformed exactly. A face normal remains the face normal under any deformation.
+//! up to its length. `d1` and `d2` are the dual basis of `e1'` and `e2'` in their plane: `d1 . e1'` and
+//! `d2 . e2'` are 1, `d1 . e2'` and `d2 . e1'` are 0. This is the usual transformation of normals, the
+//! inverse transpose of the local deformation gradient. The stretch along the face normal is unknown; it is
+//! set to `s`, the mean stretch within the face. Rigid motions and uniform scales transform every normal
+//! exactly. A face normal remains the face normal under any deformation.
 //!
-//! A `vn` that several corners share becomes the mean of their unit normals, normalized.
+//! If several corners share a `vn`, it becomes the mean of their unit normals, normalized.
 
 mod corner;
 
@@ -28,19 +30,19 @@ use crate::obj::{Document, Part};
 
 type Vec3 = Vector3<f64>;
 
-/// Smallest sine of the angle between the edges of a corner. Below it the edges of the corner with the
-/// largest area in the same face are used instead.
+/// Smallest sine of the angle between `e1` and `e2` of a corner. Below it, the corner uses `e1` and `e2` of
+/// the corner of the same face with the largest `|m|`.
 const MIN_SINE: f64 = 1e-3;
 
-/// The `vn` that the faces of a part use, and the corners that transform them.
+/// The `vn` that the faces of a [`Part`] use, and the corners that transform them.
 #[derive(Debug)]
 pub(super) struct NormalTransform {
     /// The corners that use `vn` number `k` are `corners[offsets[k]..offsets[k + 1]]`.
     offsets: Vec<u32>,
     corners: Vec<Corner>,
-    /// Vectors of the input, one per `vn`.
+    /// Vectors of the `vn` in the input, one per `vn`.
     input: Vec<[f32; 3]>,
-    /// Positions of the input, one per mesh vertex.
+    /// Positions in the input, one per mesh vertex.
     rest: Vec<[f32; 3]>,
 }
 
@@ -52,17 +54,18 @@ impl NormalTransform {
         for (face, file_face) in mesh.faces().zip(part.faces()) {
             let Some(normals) = document.face_normals(file_face) else { continue };
             let position = |corner: usize| mesh.vertices()[face[corner] as usize];
-            let frame = |corner: usize| {
+            // The vertex of a corner and its two neighbors, as corners of the face; then `e1`, `e2` and `m`.
+            let edges = |corner: usize| {
                 let triple = [corner, (corner + 1) % face.len(), (corner + face.len() - 1) % face.len()];
                 let [e1, e2] = [1, 2].map(|other| position(triple[other]) - position(corner));
                 (triple, e1, e2, e1.cross(&e2))
             };
             let widest =
-                (0..face.len()).map(frame).max_by(|a, b| a.3.norm_squared().total_cmp(&b.3.norm_squared()));
+                (0..face.len()).map(edges).max_by(|a, b| a.3.norm_squared().total_cmp(&b.3.norm_squared()));
             for (corner, &normal) in normals.iter().enumerate() {
-                let own = frame(corner);
-                let thin = own.3.norm() <= MIN_SINE * own.1.norm() * own.2.norm();
-                let (triple, e1, e2, m) = widest.filter(|_| thin).unwrap_or(own);
+                let this = edges(corner);
+                let is_thin = this.3.norm() <= MIN_SINE * this.1.norm() * this.2.norm();
+                let (triple, e1, e2, m) = widest.filter(|_| is_thin).unwrap_or(this);
                 let area = m.norm();
                 if area == 0.0 {
                     continue;
@@ -73,7 +76,7 @@ impl NormalTransform {
                 found.push((normal, Corner { vertices, covariant, root_area: area.sqrt() as f32 }));
             }
         }
-        // The sort is stable: the corners of a `vn` keep the order of the faces.
+        // The sort is stable, so the corners of a `vn` keep the order of the faces.
         found.sort_by_key(|&(normal, _)| normal);
         let first_of = |normal: usize| found.partition_point(|&(other, _)| (other as usize) < normal) as u32;
         Self {
@@ -84,28 +87,29 @@ impl NormalTransform {
         }
     }
 
-    /// Returns whether a corner of the part uses `vn` number `normal`. Lines of unused `vn` are kept.
+    /// Returns whether a corner of the part uses `vn` number `normal`, counted from 0. Frames keep the lines
+    /// of unused `vn` unchanged.
     #[inline]
     pub(super) fn is_used(&self, normal: usize) -> bool {
         self.offsets[normal] < self.offsets[normal + 1]
     }
 
-    /// Writes the directions of the `vn` in the range `numbers` to `directions`, for mesh vertices at
-    /// `positions`. The directions are unit vectors. A `vn` whose corners have not moved, or whose faces have
+    /// Computes the `vn` in the range `indices`, counted from 0, for mesh vertices at `positions`. Overwrites
+    /// `directions` with one unit vector per `vn`. A `vn` whose corners have not moved, or whose faces have
     /// collapsed, keeps its input vector exactly. `corners` is scratch.
     pub(super) fn transform(
         &self,
-        numbers: Range<usize>,
+        indices: Range<usize>,
         positions: &[[f32; 3]],
         corners: &mut Vec<[f32; 3]>,
         directions: &mut Vec<[f32; 3]>,
     ) {
-        let first = self.offsets[numbers.start] as usize;
-        let own = &self.corners[first..self.offsets[numbers.end] as usize];
-        corners.resize(own.len(), [0.0; 3]);
-        corner::transform(own, positions, corners);
+        let first = self.offsets[indices.start] as usize;
+        let used = &self.corners[first..self.offsets[indices.end] as usize];
+        corners.resize(used.len(), [0.0; 3]);
+        corner::transform(used, positions, corners);
         directions.clear();
-        directions.extend(numbers.map(|normal| {
+        directions.extend(indices.map(|normal| {
             let input = self.input[normal];
             let mut sum = [0.0_f32; 3];
             let mut moved = false;
@@ -122,11 +126,12 @@ impl NormalTransform {
     }
 }
 
-/// Returns the number of `vn` in a file that are shared by corners at different positions. The normals of
-/// such corners differ once the surface bends, and frames contain their mean.
+/// Counts the `vn` of a file that are shared by corners of `part` at different positions. The normals of such
+/// corners differ once the surface bends; frames contain their mean.
 pub fn count_shared_normals(document: &Document, part: &Part) -> usize {
     const UNUSED: u32 = u32::MAX;
     let mesh = part.mesh();
+    // For each `vn`, the vertex of the last corner that used it.
     let mut vertex = vec![UNUSED; document.normal_count()];
     let mut shared = vec![false; vertex.len()];
     for (face, file_face) in mesh.faces().zip(part.faces()) {
@@ -142,12 +147,12 @@ pub fn count_shared_normals(document: &Document, part: &Part) -> usize {
 /// Returns `vector` normalized, or zero if its length is zero.
 #[inline]
 fn unit(vector: [f32; 3]) -> [f32; 3] {
-    let squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
-    if squared >= f32::MIN_POSITIVE {
-        let inverse = 1.0 / squared.sqrt();
+    let length_squared = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
+    if length_squared >= f32::MIN_POSITIVE {
+        let inverse = 1.0 / length_squared.sqrt();
         return vector.map(|component| component * inverse);
     }
-    // The square of a short vector underflows in f32 although the vector itself does not.
+    // The squared length underflows in f32, although the vector does not.
     let wide = vector.map(f64::from);
     let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
     if length > 0.0 { wide.map(|component| (component / length) as f32) } else { [0.0; 3] }

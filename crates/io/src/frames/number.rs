@@ -1,14 +1,14 @@
-//! Formats numbers as text.
+//! Formats numbers as the shortest text that reads back exactly.
 
 /// Appends the shortest decimal text that reads back as the same finite `f32`: `0.1`, `-3`, `1.5e-7`, `-0`.
 #[inline]
-pub(super) fn push(text: &mut Vec<u8>, number: f32) {
+pub(super) fn append(text: &mut Vec<u8>, number: f32) {
     let mut buffer = zmij::Buffer::new();
     let digits = buffer.format_finite(number).as_bytes();
     if number.abs() < 1e9 {
         text.extend_from_slice(digits.strip_suffix(b".0").unwrap_or(digits));
     } else {
-        // `zmij` writes large numbers as `1e+30` or `1000000000.0`.
+        // `zmij` writes numbers from 1e9 as `1e+30` or `1000000000.0`.
         let digits = digits.strip_suffix(b".0").unwrap_or(digits);
         text.extend(digits.iter().filter(|&&digit| digit != b'+'));
     }
@@ -20,7 +20,7 @@ mod tests {
 
     fn text(number: f32) -> String {
         let mut text = Vec::new();
-        super::push(&mut text, number);
+        super::append(&mut text, number);
         String::from_utf8(text).unwrap()
     }
 
@@ -47,7 +47,7 @@ mod tests {
             prop_assume!(number.is_finite());
             let written = text(number);
             prop_assert_eq!(written.parse::<f32>().unwrap().to_bits(), bits);
-            // As many digits as the standard library's shortest form.
+            // The text has as many digits as the shortest text of the standard library.
             let digits = |text: &str| {
                 let mantissa = text.split('e').next().unwrap().replace(['.', '-'], "");
                 mantissa.trim_matches('0').len()

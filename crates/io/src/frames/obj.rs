@@ -1,8 +1,9 @@
-//! OBJ frames of a mesh that was read from a file: the bytes of the file, with new positions and normals.
+//! Writes OBJ frames of a mesh that was read from a file: the bytes of the file, with new positions and
+//! normals.
 //!
-//! The file is divided into pieces once. For each frame the pieces that change are filled independently of
-//! each other, on any thread, and all pieces are written in order. Long byte ranges that never change are
-//! pieces of their own, written directly from the input.
+//! The file is divided once into pieces: byte ranges, each with the statements in it that change (`v`, `vn`
+//! and `mtllib`). For each frame, several threads fill the pieces with changes, and then all pieces are
+//! written in order. A long byte range without changes is a piece that is written directly from the input.
 
 use std::ops::Range;
 use std::path::Path;
@@ -13,15 +14,15 @@ use super::{library_path, number};
 use crate::obj::{Document, Part};
 use supple::Executor;
 
-/// Largest number of changes in a piece: enough to outweigh the cost of a task for a thread and of a write
-/// call.
+/// Largest number of changes in a piece. Filling a piece of this size takes much longer than starting a task
+/// or a write call.
 const MAX_CHANGES: usize = 4096;
 
-/// Largest number of consecutive unchanged bytes in a piece that changes; a longer range becomes a piece of
-/// its own.
+/// Largest number of consecutive unchanged bytes in a piece with changes. A longer unchanged range becomes a
+/// separate piece.
 const MAX_UNCHANGED: usize = 1 << 16;
 
-/// Template of an OBJ file, divided into pieces, from which every frame is written.
+/// An OBJ file divided into pieces, from which every frame is written.
 #[derive(Debug)]
 pub(super) struct ObjTemplate {
     shared: Shared,
@@ -29,7 +30,7 @@ pub(super) struct ObjTemplate {
     executor: Executor,
 }
 
-/// Data that all pieces share.
+/// Data that is needed to fill any piece.
 #[derive(Debug)]
 struct Shared {
     document: Arc<Document>,
@@ -40,34 +41,36 @@ struct Shared {
     libraries: Vec<(Range<usize>, Vec<u8>)>,
 }
 
-/// A change of one statement. All numbers count from 0.
+/// A change of one statement. All indices count from 0.
 #[derive(Clone, Copy, Debug)]
 enum Change {
-    /// `v` number `v` of the file gets the position of mesh vertex `vertex`.
+    /// The numbers of `v` statement `v` become the position of mesh vertex `vertex`.
     Vertex { v: u32, vertex: u32 },
-    /// `vn` number `vn` of the file gets a new direction.
+    /// The numbers of `vn` statement `vn` become a new direction.
     Normal { vn: u32 },
-    /// A path is replaced: entry `index` of [`Shared::libraries`].
+    /// The path at entry `index` of [`Shared::libraries`] is replaced.
     Library { index: u32 },
 }
 
 /// A byte range of the file and the changes in it.
 #[derive(Debug)]
 struct Piece {
+    /// Byte range of the file.
     raw: Range<usize>,
+    /// Range in [`Shared::changes`].
     changes: Range<usize>,
-    /// Numbers of the `vn` in this piece, from the first to the last that changes.
+    /// Range of `vn`, from the first to the last that changes in this piece.
     normals: Range<usize>,
-    /// Directions of these `vn` in the current frame.
+    /// Direction of each `vn` in `normals` in the current frame.
     directions: Vec<[f32; 3]>,
-    /// Scratch for the directions.
+    /// Scratch: normals of face corners.
     corners: Vec<[f32; 3]>,
     /// Bytes of the piece in the current frame; unused if the piece has no changes.
     text: Vec<u8>,
 }
 
 impl ObjTemplate {
-    /// Creates a template for frames in `directory`, which must exist.
+    /// Divides a file into pieces, for frames in `directory`, which must exist.
     pub(super) fn new(document: &Arc<Document>, part: &Part, directory: &Path) -> Self {
         let rewritten = |library: crate::obj::Library| {
             Some((library.bytes.clone(), library_path::rewritten(&library, document.directory(), directory)?))
@@ -85,7 +88,7 @@ impl ObjTemplate {
         let mut changes: Vec<_> = vertices.chain(used).chain(libraries).collect();
         changes.sort_by_key(|change| shared.span(change).start);
         shared.changes = changes;
-        Self { pieces: shared.cut(), shared, executor: Executor::sequential() }
+        Self { pieces: shared.divide(), shared, executor: Executor::sequential() }
     }
 
     /// Sets the threads that fill the pieces.
@@ -97,7 +100,7 @@ impl ObjTemplate {
     pub(super) fn fill(&mut self, positions: &[[f32; 3]]) {
         let Self { shared, pieces, executor } = self;
         if shared.changes.len() <= MAX_CHANGES {
-            // Waking another thread takes longer than this.
+            // Filling so few changes takes less time than waking another thread.
             return pieces.iter_mut().for_each(|piece| shared.fill(piece, positions));
         }
         executor.for_each(pieces.iter_mut(), |piece| shared.fill(piece, positions));
@@ -114,6 +117,7 @@ impl ObjTemplate {
 }
 
 impl Shared {
+    /// Returns false for a `vn` that no corner uses.
     fn is_used(&self, change: &Change) -> bool {
         match *change {
             Change::Normal { vn } => self.normals.is_used(vn as usize),
@@ -121,7 +125,7 @@ impl Shared {
         }
     }
 
-    /// Returns the byte range from the start of a change to its end, including the bytes between its numbers.
+    /// Returns the byte range of a change: from its first to its third number, or the path of a library.
     fn span(&self, change: &Change) -> Range<usize> {
         match *change {
             Change::Vertex { v, .. } => self.document.vertex_numbers()[v as usize].span(),
@@ -131,7 +135,7 @@ impl Shared {
     }
 
     /// Divides the file into pieces.
-    fn cut(&self) -> Vec<Piece> {
+    fn divide(&self) -> Vec<Piece> {
         let mut pieces: Vec<Piece> = Vec::new();
         let mut end = 0;
         for (index, change) in self.changes.iter().enumerate() {
@@ -161,10 +165,11 @@ impl Shared {
 
     /// Fills one piece for mesh vertices at `positions`.
     fn fill(&self, piece: &mut Piece, positions: &[[f32; 3]]) {
-        let Piece { raw: bytes, changes, normals, directions, corners, text } = piece;
+        let Piece { raw: range, changes, normals, directions, corners, text } = piece;
         let raw = self.document.bytes();
         self.normals.transform(normals.clone(), positions, corners, directions);
-        let mut copied = bytes.start;
+        // End of the bytes of the file that `text` contains, with changes, so far.
+        let mut copied = range.start;
         text.clear();
         for change in &self.changes[changes.clone()] {
             let (numbers, values) = match *change {
@@ -175,22 +180,22 @@ impl Shared {
                     (&self.document.normal_numbers()[vn as usize], directions[vn as usize - normals.start])
                 }
                 Change::Library { index } => {
-                    let (range, name) = &self.libraries[index as usize];
-                    text.extend_from_slice(&raw[copied..range.start]);
-                    text.extend_from_slice(name);
-                    copied = range.end;
+                    let (old_path, new_path) = &self.libraries[index as usize];
+                    text.extend_from_slice(&raw[copied..old_path.start]);
+                    text.extend_from_slice(new_path);
+                    copied = old_path.end;
                     continue;
                 }
             };
             // The bytes between the numbers are copied unchanged.
-            for (range, value) in numbers.ranges().into_iter().zip(values) {
-                push_short(text, &raw[copied..range.start]);
-                number::push(text, value);
-                copied = range.end;
+            for (number, value) in numbers.ranges().into_iter().zip(values) {
+                append_bytes(text, &raw[copied..number.start]);
+                number::append(text, value);
+                copied = number.end;
             }
         }
         if changes.start < changes.end {
-            text.extend_from_slice(&raw[copied..bytes.end]);
+            text.extend_from_slice(&raw[copied..range.end]);
         }
     }
 }
@@ -201,9 +206,9 @@ impl Piece {
     }
 }
 
-/// Appends bytes, with a fast path for a single byte: the usual blank between numbers.
+/// Appends bytes to `text`. A single byte, the usual blank between two numbers, has a fast path.
 #[inline]
-fn push_short(text: &mut Vec<u8>, bytes: &[u8]) {
+fn append_bytes(text: &mut Vec<u8>, bytes: &[u8]) {
     match *bytes {
         [byte] => text.push(byte),
         _ => text.extend_from_slice(bytes),

@@ -1,13 +1,14 @@
-//! Point Cache 2: the positions of all frames in one file.
+//! Writes Point Cache 2 files: the positions of all frames in one file. A sample contains the positions of
+//! one frame.
 //!
 //! ```text
 //! offset  0   12 bytes   "POINTCACHE2" and a zero byte
 //!        12   int32      version: 1
 //!        16   int32      number of points in a sample
 //!        20   float32    first frame
-//!        24   float32    frames from one sample to the next
+//!        24   float32    number of frames from one sample to the next
 //!        28   int32      number of samples
-//!        32   float32    x, y, z of each point of the first sample, of the second, ...
+//!        32   float32    the samples: x, y, z of each point
 //! ```
 //!
 //! All numbers are little endian. The number of samples is updated after each sample, so that the `.part`
@@ -21,7 +22,9 @@ use super::{OutputError, Sequence};
 use crate::file::part_path;
 
 const SIGNATURE: &[u8; 12] = b"POINTCACHE2\0";
+/// Size of the header, in bytes.
 const HEADER: u64 = 32;
+/// Offset of the number of samples, in bytes.
 const COUNT_AT: u64 = 28;
 
 /// A point cache that is being written, as `NAME.pc2.part`.
@@ -42,7 +45,7 @@ impl PointCache {
         Ok(Self { path, file, points, samples: 0 })
     }
 
-    /// Continues a cache, finished or not, after its first `samples` samples. Later samples are cut off.
+    /// Continues a finished or unfinished cache after its first `samples` samples, and removes later samples.
     pub(super) fn resume(sequence: &Sequence, points: u32, samples: u64) -> Result<Self, OutputError> {
         let path = sequence.path(0);
         let part = part_path(&path);
@@ -51,47 +54,51 @@ impl PointCache {
         }
         let open = OpenOptions::new().read(true).write(true).open(&part);
         let mut file = open.map_err(OutputError::io("continue", &path))?;
-        let refuse = |reason: String| OutputError::Cache { path: path.clone(), reason };
+        let invalid = |reason: String| OutputError::Cache { path: path.clone(), reason };
         let mut found = [0; HEADER as usize];
-        file.read_exact(&mut found).map_err(|_| refuse("its header is incomplete".to_owned()))?;
+        file.read_exact(&mut found).map_err(|_| invalid("its header is incomplete".to_owned()))?;
         if found[..COUNT_AT as usize] != header(sequence, points)[..COUNT_AT as usize] {
-            return Err(refuse("its point count, first frame or frame step differs".to_owned()));
+            let Sequence { first, every, .. } = sequence;
+            return Err(invalid(format!(
+                "its header must have {points} points, first frame {first} and frame interval {every}"
+            )));
         }
         let length = file.metadata().map_err(OutputError::io("read", &path))?.len();
         let complete = (length - HEADER) / sample_size(points);
         if complete < samples {
-            return Err(refuse(format!("it has {complete} of the {samples} frames to keep")));
+            return Err(invalid(format!("it has {complete} of the {samples} frames to keep")));
         }
-        let samples = u32::try_from(samples).map_err(|_| refuse("more than 2^32 - 1 frames".to_owned()))?;
+        let samples =
+            u32::try_from(samples).map_err(|_| invalid("it has more than 2^32 - 1 frames".to_owned()))?;
         let mut cache = Self { path, file, points, samples };
-        cache.cut().map_err(OutputError::io("write", &cache.path))?;
+        cache.truncate().map_err(OutputError::io("write", &cache.path))?;
         Ok(cache)
     }
 
-    /// Appends a sample of 12 bytes per point. On failure the file is cut off after the previous sample.
+    /// Appends a sample of 12 bytes per point. If this fails, truncates the file after the previous sample.
     pub(super) fn write(&mut self, sample: &[u8]) -> Result<(), OutputError> {
-        debug_assert_eq!(sample.len() as u64, sample_size(self.points), "a sample has all points");
+        debug_assert_eq!(sample.len() as u64, sample_size(self.points), "a sample has 12 bytes per point");
         let written = self.file.write_all(sample).and_then(|()| {
             self.samples += 1;
             self.write_count().inspect_err(|_| self.samples -= 1)
         });
         if let Err(error) = written {
-            // The first error is returned.
-            let _ = self.cut();
+            // The write error is returned; an error of the truncation would add nothing.
+            let _ = self.truncate();
             return Err(OutputError::io("write", &self.path)(error));
         }
         Ok(())
     }
 
-    /// Gives the cache its final name.
+    /// Renames the file to its final name.
     pub(super) fn finish(self) -> Result<(), OutputError> {
         let Self { path, file, .. } = self;
         drop(file);
         fs::rename(part_path(&path), &path).map_err(OutputError::io("rename to", &path))
     }
 
-    /// Cuts the file off after the counted samples.
-    fn cut(&mut self) -> std::io::Result<()> {
+    /// Truncates the file after `self.samples` samples.
+    fn truncate(&mut self) -> std::io::Result<()> {
         self.file.set_len(HEADER + u64::from(self.samples) * sample_size(self.points))?;
         self.write_count()
     }
@@ -109,6 +116,7 @@ fn sample_size(points: u32) -> u64 {
     12 * u64::from(points)
 }
 
+/// Returns the header with the number of samples set to 0.
 fn header(sequence: &Sequence, points: u32) -> [u8; HEADER as usize] {
     let mut header = [0; HEADER as usize];
     let numbers = [

@@ -1,9 +1,9 @@
-//! OBJ frames of a mesh that was not read from a file.
+//! Writes OBJ frames of a mesh that was not read from a file.
 
 use super::number;
 use supple::mesh::Mesh;
 
-/// Template of an OBJ file: the text of the faces. Each frame writes its own vertices before it.
+/// Text of the faces, which is the same in all frames. Each frame writes its vertices before this text.
 #[derive(Debug)]
 pub(super) struct PlainObj {
     faces: Vec<u8>,
@@ -23,12 +23,13 @@ impl PlainObj {
         Self { faces: faces.into_bytes() }
     }
 
+    /// Appends the bytes of a frame to `text`.
     pub(super) fn fill(&self, positions: &[[f32; 3]], text: &mut Vec<u8>) {
         for position in positions {
             text.push(b'v');
             for &coordinate in position {
                 text.push(b' ');
-                number::push(text, coordinate);
+                number::append(text, coordinate);
             }
             text.push(b'\n');
         }

@@ -1,10 +1,11 @@
-//! PLY frames: binary little endian.
+//! Writes PLY frames in binary little endian.
 //!
-//! Turk 1994, "The PLY polygon file format": a header in text, then the elements one after another.
+//! A file is a header in text, followed by the vertices and the faces: Turk 1994, "The PLY polygon file
+//! format".
 
 use supple::mesh::Mesh;
 
-/// Template of a PLY file: the header and the faces, which all frames share.
+/// Bytes of the header and of the faces, which are the same in all frames.
 #[derive(Debug)]
 pub(super) struct Ply {
     header: Vec<u8>,
@@ -12,9 +13,9 @@ pub(super) struct Ply {
 }
 
 impl Ply {
-    /// Creates a template. Faces are polygons if all have the same number of corners; otherwise they are
-    /// triangles, because common readers (trimesh) accept binary lists of one length only. Faces with fewer
-    /// than three corners are left out.
+    /// Creates the header and the faces of a mesh. Faces are written as polygons if all have the same number
+    /// of corners, otherwise as triangles, because common readers (trimesh) require binary lists of equal
+    /// length. Faces with fewer than three corners are omitted.
     pub(super) fn new(mesh: &Mesh) -> Self {
         let polygons = || mesh.faces().filter(|face| face.len() > 2);
         let first = polygons().next().map_or(0, <[u32]>::len);
@@ -23,7 +24,7 @@ impl Ply {
         } else {
             mesh.triangles().iter().map(<[u32; 3]>::as_slice).collect()
         };
-        // Like most writers, stores the number of corners as a byte if it fits.
+        // The number of corners is a byte if it fits, as in the files of most programs.
         let fits_byte = written.iter().all(|face| u8::try_from(face.len()).is_ok());
         let mut faces = Vec::new();
         for face in &written {
@@ -46,11 +47,12 @@ impl Ply {
         Self { header: header.into_bytes(), faces }
     }
 
-    /// Returns the size of a frame with this number of vertices, in bytes.
+    /// Returns the size, in bytes, of a frame with `vertices` vertices.
     pub(super) fn len(&self, vertices: usize) -> u64 {
         (self.header.len() + 24 * vertices + self.faces.len()) as u64
     }
 
+    /// Appends the bytes of a frame to `bytes`.
     pub(super) fn fill(&self, positions: &[[f32; 3]], normals: &[[f32; 3]], bytes: &mut Vec<u8>) {
         bytes.extend_from_slice(&self.header);
         for (position, normal) in positions.iter().zip(normals) {

@@ -1,4 +1,4 @@
-//! The files of a frame sequence: their formats, their names, and which existing files belong to a sequence.
+//! Defines the files of a frame sequence: formats, names, and which existing files belong to a sequence.
 
 use std::fmt;
 use std::fs;
@@ -19,14 +19,14 @@ pub enum Format {
     #[default]
     Obj,
     /// PLY, binary little endian, one file per frame. Faces are polygons if all have the same number of
-    /// corners; otherwise they are triangles, because many readers accept lists of one length only.
+    /// corners, otherwise triangles, because many readers require lists of equal length.
     Ply,
     /// Point Cache 2, one file per body.
     ///
-    /// A reader applies it to the *input* mesh. That mesh must have the same number of points in the same
-    /// order (all `v` of an OBJ file, including unused ones), loaded without reordering, merging or splitting
-    /// vertices. The positions are in world space, in the axes of the scene. A program that rotates the input
-    /// on import (y up to z up) must rotate the cache in the same way.
+    /// The program that loads the cache applies it to the *input* mesh. The points of the cache are all `v`
+    /// of the OBJ file in file order, including unused ones. Load the input without reordering, merging or
+    /// splitting vertices. The positions are in world space, in the axes of the scene. A program that rotates
+    /// the input on import (y up to z up) must rotate the cache in the same way.
     Pc2,
 }
 
@@ -50,7 +50,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// Error: the name is not that of a [`Format`].
+/// Error: no [`Format`] has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unknown format `{0}`: it must be obj, ply or pc2")]
 pub struct UnknownFormat(pub String);
@@ -71,20 +71,21 @@ impl FromStr for Format {
 pub struct Sequence {
     /// Directory of the files. It is created if it is missing.
     pub directory: PathBuf,
-    /// Name of the body, with which the file names start.
+    /// Name of the body. File names start with it.
     pub name: String,
     /// Format of the files.
     pub format: Format,
     /// Number of the first frame.
     pub first: u64,
-    /// Step from one written frame to the next, in frames, at least 1.
+    /// Interval between written frames, in frames, at least 1.
     pub every: u64,
-    /// Number of the last frame. Numbers in file names have as many digits as this one, and at least 4.
+    /// Number of the last frame. It determines the number of digits in file names, at least 4.
     pub last: u64,
 }
 
 impl Sequence {
-    /// Returns the file of a frame, `NAME_0007.obj`; for a point cache the file of all frames, `NAME.pc2`.
+    /// Returns the path of a frame, such as `NAME_0007.obj`. A point cache has one path for all frames,
+    /// `NAME.pc2`.
     pub fn path(&self, frame: u64) -> PathBuf {
         let Self { name, format, .. } = self;
         let width = (self.last.checked_ilog10().unwrap_or(0) as usize + 1).max(4);
@@ -94,15 +95,14 @@ impl Sequence {
         })
     }
 
-    /// Returns the number of written frames before frame number `frame`.
+    /// Returns how many frames are written before frame number `frame`.
     pub fn frames_before(&self, frame: u64) -> u64 {
         frame.saturating_sub(self.first).div_ceil(self.every.max(1))
     }
 
-    /// Returns the files in the directory that belong to a sequence of this name and format, sorted. The
-    /// sequence may have any length, and incomplete files are included. A file belongs to it if its name is
-    /// exactly `NAME_<digits>.<extension>` (four digits or more) or `NAME.pc2`, with or without `.part`
-    /// appended.
+    /// Returns the files in the directory that belong to a sequence of this name and format with any number
+    /// of frames, sorted. A file belongs to the sequence if its name is exactly `NAME_<digits>.<extension>`
+    /// (four digits or more) or `NAME.pc2`. Incomplete files, with `.part` appended, are included.
     ///
     /// # Errors
     /// If the directory exists but cannot be read.
@@ -115,7 +115,7 @@ impl Sequence {
         let mut paths = Vec::new();
         for entry in entries {
             let entry = entry.map_err(OutputError::io("read", &self.directory))?;
-            if entry.file_name().to_str().is_some_and(|name| self.owns(name)) {
+            if entry.file_name().to_str().is_some_and(|name| self.contains(name)) {
                 paths.push(self.directory.join(entry.file_name()));
             }
         }
@@ -126,7 +126,7 @@ impl Sequence {
     /// Removes the files that [`Sequence::existing`] returns.
     ///
     /// # Errors
-    /// If one of them cannot be removed.
+    /// If the directory cannot be read or a file cannot be removed.
     pub fn remove_existing(&self) -> Result<(), OutputError> {
         self.existing()?
             .iter()
@@ -145,20 +145,21 @@ impl Sequence {
 
     /// Returns an error if a frame would replace `input`, or if `input` would be removed as an older frame.
     pub(crate) fn check_input(&self, input: &Path) -> Result<(), OutputError> {
-        // Checks a link and the file that it refers to.
+        // If `input` is a link, checks the link and its target.
         for path in [Some(input.to_owned()), fs::canonicalize(input).ok()].into_iter().flatten() {
-            let owned = path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.owns(name));
+            let in_sequence =
+                path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.contains(name));
             let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-            let folders = [parent.unwrap_or(Path::new(".")), &self.directory].map(fs::canonicalize);
-            if owned && matches!(folders, [Ok(ref a), Ok(ref b)] if a == b) {
+            let directories = [parent.unwrap_or(Path::new(".")), &self.directory].map(fs::canonicalize);
+            if in_sequence && matches!(directories, [Ok(ref a), Ok(ref b)] if a == b) {
                 return Err(OutputError::OverwritesInput { path });
             }
         }
         Ok(())
     }
 
-    /// Returns whether a file of this name belongs to the sequence: see [`Sequence::existing`].
-    fn owns(&self, file: &str) -> bool {
+    /// Returns whether a file with this name belongs to the sequence; see [`Sequence::existing`].
+    fn contains(&self, file: &str) -> bool {
         let Some(rest) = file.strip_prefix(self.name.as_str()) else { return false };
         let rest = rest.strip_suffix(PART).unwrap_or(rest);
         let Some(rest) = rest.strip_suffix(self.format.name()).and_then(|rest| rest.strip_suffix('.')) else {

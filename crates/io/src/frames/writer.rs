@@ -16,14 +16,14 @@ use crate::obj::{Document, Part};
 use supple::Executor;
 use supple::mesh::Mesh;
 
-/// Origin of the surface of a body.
+/// Input of a body: the origin of its surface.
 #[derive(Clone, Copy, Debug)]
 pub enum Source<'a> {
     /// Arrays: OBJ frames contain only vertices and faces.
     Mesh(&'a Mesh),
-    /// An OBJ file, and the part of it that is the body. OBJ frames and point caches contain all vertices of
-    /// the file, even if the body is only one of its objects; vertices of other objects do not move. PLY
-    /// frames contain the body alone.
+    /// An OBJ file, and the part of the file that is the body. OBJ frames and point caches contain all
+    /// vertices of the file, even if the body is only one of its objects; the vertices of the other objects
+    /// do not move. PLY frames contain only the body.
     Document(&'a Arc<Document>, &'a Part),
 }
 
@@ -35,8 +35,8 @@ impl Source<'_> {
         }
     }
 
-    /// Returns the number of points that the input must have when a point cache is applied to it: all `v` of
-    /// an OBJ file, or all vertices of a mesh of arrays.
+    /// Returns the number of points in a point cache, which must equal the number of points of the mesh that
+    /// it is applied to: all `v` of an OBJ file, or all vertices of a mesh.
     pub fn points(&self) -> usize {
         match self {
             Self::Mesh(mesh) => mesh.vertices().len(),
@@ -50,7 +50,8 @@ impl Source<'_> {
             (Format::Pc2, _) => 12 * self.points() as u64,
             (Format::Ply, _) => Ply::new(self.mesh()).len(self.mesh().vertices().len()),
             (Format::Obj, Self::Mesh(mesh)) => {
-                // Three numbers of about nine digits and a point per vertex; an index and a blank per corner.
+                // Per vertex, approximately: `v`, a line end, and three numbers of nine digits, each with a
+                // point and a blank. Per corner: an index and a blank. Per face: `f` and a line end.
                 let corners: usize = mesh.faces().map(<[u32]>::len).sum();
                 let digits = mesh.vertices().len().checked_ilog10().unwrap_or(0) as usize + 2;
                 (34 * mesh.vertices().len() + digits * corners + 2 * mesh.face_count()) as u64
@@ -79,18 +80,18 @@ enum Kind {
     Cache(PointCache, CachedPoints),
 }
 
-/// Points of a sample of a point cache.
+/// Points of one frame of a point cache.
 #[derive(Debug)]
 struct CachedPoints {
     /// All points. Points that are not vertices of the mesh never change.
     points: Vec<[f32; 3]>,
-    /// Point of each mesh vertex; `None` if they have the same numbers.
+    /// Index of the point of each mesh vertex; `None` if the indices are equal.
     map: Option<Vec<u32>>,
 }
 
 impl FrameWriter {
-    /// Starts a sequence. Creates the directory, and removes all files of an older sequence of the same name
-    /// and format.
+    /// Starts a sequence. Creates the directory, and removes all files of an older sequence with the same
+    /// name and format.
     ///
     /// # Errors
     /// If the directory cannot be created or read, older frames cannot be removed, or a frame would replace
@@ -99,11 +100,12 @@ impl FrameWriter {
         Self::open(sequence, source, None)
     }
 
-    /// Continues a sequence at frame `next`. Earlier frames are kept; this frame and later ones are written
-    /// again.
+    /// Continues a sequence at frame `next`. Keeps earlier frames. The caller writes frame `next` and the
+    /// following frames again.
     ///
     /// # Errors
-    /// As [`FrameWriter::create`], and if a point cache is missing, too short or of another mesh.
+    /// As [`FrameWriter::create`]. Also if a point cache is missing, is too short, or has another number of
+    /// points, first frame or frame interval.
     pub fn resume(sequence: Sequence, source: Source<'_>, next: u64) -> Result<Self, OutputError> {
         Self::open(sequence, source, Some(next))
     }
@@ -137,36 +139,36 @@ impl FrameWriter {
         Ok(Self { sequence, vertices: source.mesh().vertices().len(), kind, buffer: Vec::new() })
     }
 
-    /// Sets the threads that format a frame, where that is faster. The bytes do not depend on them.
+    /// Sets the threads that format OBJ frames of an OBJ file. The bytes do not depend on the threads.
     pub(crate) fn set_executor(&mut self, executor: &Executor) {
         if let Kind::Obj(template) = &mut self.kind {
             template.set_executor(executor);
         }
     }
 
-    /// Returns whether [`FrameWriter::write`] uses the normals. If not, they may be empty.
+    /// Returns whether [`FrameWriter::write`] uses the normals. If it does not, they may be empty.
     pub fn needs_normals(&self) -> bool {
         matches!(self.kind, Kind::Ply(_))
     }
 
     /// Writes a frame from `positions` in world space and unit `normals`, one of each per mesh vertex.
     ///
-    /// Frames of a point cache must be written in order, each once.
+    /// The frames of a point cache must be written in order, each one once.
     ///
     /// # Errors
-    /// If the file cannot be written (it is then removed, and earlier frames stay valid), or a position is
-    /// not finite.
+    /// If the file cannot be written, or a position is not finite. Earlier frames stay valid, and no
+    /// incomplete frame remains.
     ///
     /// # Panics
-    /// If the length of `positions` is not the number of mesh vertices, or that of `normals` where
-    /// [`FrameWriter::needs_normals`] returns true.
+    /// If the length of `positions` is not the number of mesh vertices. If [`FrameWriter::needs_normals`]
+    /// returns true, also if the length of `normals` is not the number of mesh vertices.
     pub fn write(
         &mut self,
         frame: u64,
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Result<(), OutputError> {
-        assert_eq!(positions.len(), self.vertices, "one position per vertex");
+        assert_eq!(positions.len(), self.vertices, "there is one position per mesh vertex");
         if let Some(vertex) =
             positions.iter().position(|point| point.iter().any(|number| !number.is_finite()))
         {
@@ -180,7 +182,7 @@ impl FrameWriter {
                 return write_texts(&self.sequence.path(frame), template.texts());
             }
             Kind::Ply(ply) => {
-                assert_eq!(normals.len(), self.vertices, "one normal per vertex");
+                assert_eq!(normals.len(), self.vertices, "there is one normal per mesh vertex");
                 ply.fill(positions, normals, &mut self.buffer);
             }
             Kind::Cache(cache, points) => return cache.write(&points.sample(positions)),
@@ -188,8 +190,8 @@ impl FrameWriter {
         write_texts(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
     }
 
-    /// Ends the sequence: a point cache gets its final name. Without this call it stays a `.part` file, which
-    /// can be resumed.
+    /// Ends the sequence: renames a point cache to its final name. Without this call the cache stays a
+    /// `.part` file, which can be resumed.
     ///
     /// # Errors
     /// If the file cannot be renamed.
@@ -217,11 +219,11 @@ impl CachedPoints {
         }
     }
 
-    /// Returns the bytes of a sample with the mesh vertices at `positions`.
+    /// Returns the bytes of a frame with the mesh vertices at `positions`.
     fn sample(&mut self, positions: &[[f32; 3]]) -> Cow<'_, [u8]> {
         match &self.map {
             None => self.points.copy_from_slice(positions),
-            Some(map) => map.iter().zip(positions).for_each(|(&point, &at)| self.points[point as usize] = at),
+            Some(map) => map.iter().zip(positions).for_each(|(&point, &to)| self.points[point as usize] = to),
         }
         if cfg!(target_endian = "little") {
             return bytemuck::cast_slice(&self.points).into();

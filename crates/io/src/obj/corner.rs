@@ -1,7 +1,7 @@
-//! Corners of `f` statements: `v`, `v/vt`, `v//vn`, `v/vt/vn`.
+//! Parses the corners of `f` statements: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
 
-/// The indices of a corner as written in the file. Positive indices count from 1, negative ones count back; 0
-/// is invalid.
+/// The indices of a corner as written in the file. Positive indices count from 1. Negative indices count
+/// back, and -1 is the last element above the line. 0 is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Corner {
     pub(super) vertex: i64,
@@ -9,7 +9,8 @@ pub(super) struct Corner {
     pub(super) normal: Option<i64>,
 }
 
-/// Parses a corner; returns `None` if it has none of the four forms. Indices beyond `i64` saturate.
+/// Parses a corner. Returns `None` if the text does not have one of the four forms. Indices beyond `i64`
+/// saturate.
 ///
 /// An empty texture or normal index (`1/`, `1//`) counts as absent.
 #[inline]
@@ -20,7 +21,7 @@ pub(super) fn parse(text: &[u8]) -> Option<Corner> {
     rest.is_empty().then_some(Corner { vertex: vertex?, texture, normal })
 }
 
-/// Parses a `/` followed by an optional integer. Empty text is also valid.
+/// Parses a `/` followed by an optional integer, or empty text. Returns the integer and the text after it.
 fn optional(text: &[u8]) -> Option<(Option<i64>, &[u8])> {
     match text {
         [] => Some((None, text)),
@@ -29,7 +30,8 @@ fn optional(text: &[u8]) -> Option<(Option<i64>, &[u8])> {
     }
 }
 
-/// Parses an optional integer before a `/` or the end. Returns `None` if there is any other text.
+/// Parses an optional integer that ends at a `/` or at the end of the text. Returns the integer and the text
+/// after it, or `None` if there are other characters.
 fn integer(text: &[u8]) -> Option<(Option<i64>, &[u8])> {
     let (negative, digits) = match text {
         [b'-', rest @ ..] => (true, rest),

@@ -1,4 +1,4 @@
-//! An OBJ file as read: its bytes, and the byte ranges of its elements.
+//! Defines [`Document`]: the bytes of an OBJ file, and the byte ranges of its elements.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use super::error::{ObjError, ObjProblem};
 use super::parse::{IgnoredStatement, NO_NORMAL, Numbers, Parsed, parse};
 use super::{Group, Library, library};
 
-/// An OBJ file: its bytes, its surface, and the names of its objects and groups.
+/// Contents of an OBJ file: the bytes, the surface, and the names of the objects and groups.
 ///
 /// Texture coordinates, materials, lines, points and free-form statements are kept but not interpreted.
 #[derive(Debug)]
@@ -20,8 +20,9 @@ impl Document {
     /// Reads a file.
     ///
     /// # Errors
-    /// If the file cannot be read, is not an OBJ file, has no faces, or has an index out of range or a number
-    /// that is malformed or not finite. The error names the file and, where there is one, the line.
+    /// If the file cannot be read, is not an OBJ file, has no faces, or contains an index out of range or a
+    /// number that is malformed or not finite. The error names the file and, if the problem is in one line,
+    /// the line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, ObjError> {
         let path = path.as_ref();
         let raw = std::fs::read(path).map_err(|source| ObjError {
@@ -32,8 +33,8 @@ impl Document {
         Self::from_bytes(path, raw)
     }
 
-    /// As [`Document::read`], from bytes in memory. `path` appears in errors, and `mtllib` paths are relative
-    /// to its directory.
+    /// Reads a file from its bytes in memory. Errors name `path`, and `mtllib` paths are relative to the
+    /// directory of `path`.
     ///
     /// # Errors
     /// As [`Document::read`].
@@ -45,7 +46,7 @@ impl Document {
         }
     }
 
-    /// Returns the path as given.
+    /// Returns the path of the file, as given.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -75,18 +76,18 @@ impl Document {
         self.parsed.lines
     }
 
-    /// Returns the number of faces with fewer than three corners, which are left out of the mesh, and the
-    /// line of the first one.
+    /// Returns the number of faces with fewer than three corners, which the mesh omits, and the line of the
+    /// first such face.
     pub fn short_faces(&self) -> (usize, Option<usize>) {
         (self.parsed.short_faces, self.parsed.first_short_face)
     }
 
-    /// Returns the names in `o` and `g` statements that have faces, in order.
+    /// Returns the objects (`o`) and groups (`g`) that have faces, in the order of their first statements.
     pub fn groups(&self) -> impl Iterator<Item = &Group> {
         self.parsed.groups.iter().filter(|group| !group.is_alias)
     }
 
-    /// Returns the statements that are not used: unknown ones, lines, points, free-form curves and surfaces.
+    /// Returns the ignored statements: unknown keywords, lines, points, free-form curves and surfaces.
     pub fn ignored_statements(&self) -> &[IgnoredStatement] {
         &self.parsed.ignored
     }
@@ -105,37 +106,38 @@ impl Document {
         }
     }
 
-    /// Returns the positions of all `v`.
+    /// Returns the positions of all `v` statements.
     pub(crate) fn positions(&self) -> &[[f32; 3]] {
         &self.parsed.positions
     }
 
-    /// Returns the vectors of all `vn`.
+    /// Returns the vectors of all `vn` statements.
     pub(crate) fn normals(&self) -> &[[f32; 3]] {
         &self.parsed.directions
     }
 
-    /// Returns the byte ranges of the numbers of all `v`.
+    /// Returns the byte ranges of the numbers in all `v` statements.
     pub(crate) fn vertex_numbers(&self) -> &[Numbers] {
         &self.parsed.vertices
     }
 
-    /// Returns the byte ranges of the numbers of all `vn`.
+    /// Returns the byte ranges of the numbers in all `vn` statements.
     pub(crate) fn normal_numbers(&self) -> &[Numbers] {
         &self.parsed.normals
     }
 
-    /// Returns the `v` of the corners of a face, from 0.
+    /// Returns the `v` index, from 0, of each corner of a face.
     pub(crate) fn face(&self, face: u32) -> &[u32] {
         &self.parsed.corners[self.corners_of(face)]
     }
 
-    /// Returns the `vn` of the corners of a face, from 0; `None` if a corner has no `vn`.
+    /// Returns the `vn` index, from 0, of each corner of a face. Returns `None` if a corner has no `vn`.
     pub(crate) fn face_normals(&self, face: u32) -> Option<&[u32]> {
         let normals = self.parsed.corner_normals.get(self.corners_of(face))?;
         normals.first().is_some_and(|&normal| normal != NO_NORMAL).then_some(normals)
     }
 
+    /// Returns the objects and groups that have faces, including aliases; see [`Group::is_alias`].
     pub(super) fn all_groups(&self) -> &[Group] {
         &self.parsed.groups
     }
@@ -145,6 +147,7 @@ impl Document {
         ObjError { path: self.path.clone(), line: None, problem }
     }
 
+    /// Returns the range of a face in the arrays of corners.
     fn corners_of(&self, face: u32) -> std::ops::Range<usize> {
         let offsets = &self.parsed.offsets;
         offsets[face as usize] as usize..offsets[face as usize + 1] as usize

@@ -15,7 +15,7 @@ pub struct ObjError {
     pub problem: ObjProblem,
 }
 
-/// A problem in an OBJ file. Elements are counted from 1, as in the format.
+/// A problem in an OBJ file. Indices count from 1, as in the file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjProblem {
@@ -23,7 +23,7 @@ pub enum ObjProblem {
     #[error("cannot be read: {0}")]
     Read(#[source] std::io::Error),
     /// The file has another format.
-    #[error("is not an OBJ file: {0}")]
+    #[error("is not an OBJ file: {0}; export the model as Wavefront OBJ")]
     NotObj(String),
     /// No face has three corners or more.
     #[error("no faces: no `f` with three corners among {faces} `f` and {vertices} `v`; export polygons")]
@@ -34,24 +34,24 @@ pub enum ObjProblem {
         faces: usize,
     },
     /// A statement has too few numbers.
-    #[error("`{statement}` needs {needed} numbers, {found} found")]
+    #[error("`{statement}` needs {needed} numbers, {found} found; complete the line")]
     TooFewNumbers {
         /// The statement: `v` or `vn`.
         statement: &'static str,
-        /// Required count of numbers.
+        /// Required number of numbers.
         needed: usize,
-        /// Count of numbers in the statement.
+        /// Number of numbers in the statement.
         found: usize,
     },
-    /// Text in place of a number.
-    #[error("`{text}` in `{statement}` is not a number")]
+    /// The text where a number is expected is not a number.
+    #[error("`{text}` in `{statement}` is not a number; write numbers like 1.5 or 2e-3")]
     NotANumber {
         /// The statement: `v` or `vn`.
         statement: &'static str,
         /// The invalid text.
         text: String,
     },
-    /// NaN, infinity, or a number beyond the range of `f32`.
+    /// A number is NaN, infinite, or beyond the range of `f32`.
     #[error("`{text}` in `{statement}`: numbers must be finite and within the range of f32")]
     NotFinite {
         /// The statement: `v` or `vn`.
@@ -67,16 +67,17 @@ pub enum ObjProblem {
         /// The invalid text.
         text: String,
     },
-    /// A face corner refers to an element that the file does not have.
-    #[error("face {face} refers to {what} {index} of {count}; indices start at 1, or at -1 to count back")]
+    /// A face corner refers to an element that does not exist.
+    #[error("face {face} refers to {what} {index} of {count}; indices count from 1, or back from -1")]
     IndexOutOfRange {
         /// The face, from 1.
         face: usize,
         /// `"vertex"`, `"texture coordinate"` or `"normal"`.
         what: &'static str,
-        /// Index as written in the file; negative indices count back from the line.
+        /// Index as written in the file. A negative index counts back from the line; -1 is the last element
+        /// above it.
         index: i64,
-        /// Number of elements: in the file, or, for a negative index, above the line.
+        /// Number of elements in the file; for a negative index, number of elements above the line.
         count: usize,
     },
     /// No `o` or `g` with faces has the requested name.
@@ -111,10 +112,10 @@ impl std::error::Error for ObjError {
     }
 }
 
-/// A problem and its line, before the path is known.
+/// A value and its line, from 1; `None` if the value concerns the whole file.
 pub(super) type Located<T> = (Option<usize>, T);
 
-/// Returns names in quotes with commas, or `none`.
+/// Formats names as a list in quotes, or as `none` if there are no names.
 fn list(names: &[String]) -> String {
     match names {
         [] => "none".to_owned(),

@@ -1,4 +1,4 @@
-//! Material libraries: the file names after `mtllib`.
+//! Finds the material libraries named in `mtllib` statements.
 
 use std::ffi::OsString;
 use std::ops::Range;
@@ -20,18 +20,19 @@ pub struct Library {
     pub(crate) bytes: Range<usize>,
 }
 
-/// Largest number of words in a name that is checked for an existing file. Limits the file-system queries for
-/// a long line.
+/// Largest number of words in a name for which an existing file is searched. Limits the number of file-system
+/// queries for a long line.
 const MAX_WORDS: usize = 16;
 
 /// Splits the text after `mtllib` into names. The format separates names by spaces, but names may contain
 /// spaces.
 ///
-/// A name is the longest run of words that is an existing file; otherwise the shortest run that ends in
-/// `.mtl`; otherwise all remaining words.
+/// Starting at the first remaining word, a name is the longest sequence of words that is an existing file. If
+/// there is no such file, it is the shortest sequence that ends in `.mtl`. If there is none, it is all
+/// remaining words.
 pub(super) fn split(raw: &[u8], names: Range<usize>, directory: &Path) -> Vec<Library> {
     let words: Vec<_> = Words::new(raw, &names).collect();
-    // A `#` inside a name ends a word; the text after it belongs to the last name.
+    // A `#` ends the words. If it is inside a name, the last name extends to the end of the text.
     let end_of = |last: usize| if last + 1 == words.len() { names.end } else { words[last].end };
     let mut libraries = Vec::new();
     let mut first = 0;
@@ -47,13 +48,13 @@ pub(super) fn split(raw: &[u8], names: Range<usize>, directory: &Path) -> Vec<Li
     libraries
 }
 
-/// Returns the library whose name is the range `bytes` of the file `raw` in `directory`.
+/// Returns the library whose name is at the byte range `bytes` of the file `raw`, which is in `directory`.
 fn library(raw: &[u8], bytes: Range<usize>, directory: &Path) -> Library {
     let name = &raw[bytes.clone()];
     let mut path = directory.join(os_string(name));
     let mut exists = path.is_file();
     if !exists && name.contains(&b'\\') {
-        // The path was probably written on Windows.
+        // Programs on Windows write `\` between directories.
         let slashed: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
         let other = directory.join(os_string(&slashed));
         if other.is_file() {
@@ -76,6 +77,7 @@ fn os_string(bytes: &[u8]) -> OsString {
     }
 }
 
+/// Returns whether `name` ends in `.mtl`, in upper or lower case.
 fn ends_in_mtl(name: &[u8]) -> bool {
     name.len() >= 4 && name[name.len() - 4..].eq_ignore_ascii_case(b".mtl")
 }

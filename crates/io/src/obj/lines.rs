@@ -1,11 +1,12 @@
-//! Splits bytes into statements and words, with continued lines and comments. Nothing is decoded or copied.
+//! Splits bytes into statements and words, and handles continued lines and comments. Returns byte ranges;
+//! decodes and copies nothing.
 
 use std::ops::Range;
 
 /// A statement: a line together with the lines that continue it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Statement {
-    /// Byte range without the final line end. Continuations (`\` and a line end) are included.
+    /// Byte range, without the final line end, but with the continuations (`\` and a line end) inside.
     pub(super) bytes: Range<usize>,
     /// First line, from 1.
     pub(super) line: usize,
@@ -15,13 +16,15 @@ pub(super) struct Statement {
 #[derive(Debug)]
 pub(super) struct Statements<'a> {
     raw: &'a [u8],
+    /// Offset of the next line.
     at: usize,
+    /// Number of lines read so far.
     line: usize,
 }
 
 impl<'a> Statements<'a> {
     pub(super) fn new(raw: &'a [u8]) -> Self {
-        // A byte-order mark is not part of the first word.
+        // Skips a byte-order mark, which is not part of the first word.
         let at = if raw.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         Self { raw, at, line: 0 }
     }
@@ -59,7 +62,7 @@ impl Iterator for Statements<'_> {
     }
 }
 
-/// Returns the length of the line end at the start of `rest`; 0 if there is none.
+/// Returns the length of the line end at the start of `rest`, or 0 if `rest` does not start with a line end.
 fn line_end(rest: &[u8]) -> usize {
     match rest {
         [b'\r', b'\n', ..] => 2,
@@ -68,13 +71,14 @@ fn line_end(rest: &[u8]) -> usize {
     }
 }
 
-/// Returns whether the next line continues this one: it ends in `\`, and not in a comment (`# C:\models\`).
+/// Returns whether the next line continues `text`. This is so if `text` ends in `\` outside a comment; the
+/// comment `# C:\models\` does not continue.
 fn is_continued(text: &[u8]) -> bool {
     let trimmed = text.trim_ascii_end();
     trimmed.last() == Some(&b'\\') && !trimmed.contains(&b'#')
 }
 
-/// Class of a byte when splitting words.
+/// Class of a byte for splitting words.
 #[derive(Clone, Copy, PartialEq)]
 enum Byte {
     Text,
@@ -83,7 +87,7 @@ enum Byte {
     Backslash,
 }
 
-/// Class of each byte. A table, because most bytes of a file are classified.
+/// Class of each byte. A table is fast, and most bytes of a file are classified.
 const CLASSES: [Byte; 256] = {
     let mut bytes = [Byte::Text; 256];
     let spaces = b" \t\n\r\x0b\x0c";
@@ -101,7 +105,9 @@ const CLASSES: [Byte; 256] = {
 #[derive(Clone, Debug)]
 pub(super) struct Words<'a> {
     raw: &'a [u8],
+    /// Offset of the next byte to read.
     at: usize,
+    /// End of the statement.
     end: usize,
 }
 
@@ -110,7 +116,7 @@ impl<'a> Words<'a> {
         Self { raw, at: statement.start, end: statement.end }
     }
 
-    /// Returns the length of the blank at `at`: a space or a continuation; 0 if there is none.
+    /// Returns the length of the blank (a space or a continuation) at offset `at`, or 0 if there is no blank.
     #[inline]
     fn blank(&self, at: usize) -> usize {
         match CLASSES[self.raw[at] as usize] {
@@ -120,13 +126,14 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Returns the length of the continuation at `at`: a `\`, blanks and a line end; 0 if there is none.
+    /// Returns the length of the continuation (a `\`, blanks and a line end) at offset `at`, or 0 if there is
+    /// no continuation.
     #[cold]
     fn continuation(&self, at: usize) -> usize {
         let rest = &self.raw[at + 1..self.end];
         let blanks = rest.iter().position(|&byte| byte != b' ' && byte != b'\t').unwrap_or(rest.len());
         match line_end(&rest[blanks..]) {
-            // A `\` at the end of the statement, without a next line.
+            // The statement ends in a `\` without a next line.
             0 if at + 1 + blanks == self.end => 1 + blanks,
             0 => 0,
             length => 1 + blanks + length,
@@ -142,8 +149,9 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Returns the text after the words read so far, trimmed: a name that may contain spaces. A `#` after a
-    /// space starts a comment; a `#` inside a word belongs to the name.
+    /// Returns the range of the text after the words read so far, without blanks at its ends. The text is a
+    /// name that may contain spaces. A `#` after a space starts a comment; a `#` inside a word belongs to the
+    /// name.
     pub(super) fn rest(mut self) -> Range<usize> {
         self.skip_blanks();
         let start = self.at;
@@ -185,7 +193,7 @@ impl Iterator for Words<'_> {
     }
 }
 
-/// Returns the line, from 1, of the byte at `offset`.
+/// Returns the line number, from 1, of the byte at `offset`.
 pub(super) fn line_of(raw: &[u8], offset: usize) -> usize {
     let mut line = 1;
     let mut at = 0;

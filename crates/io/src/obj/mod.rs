@@ -1,13 +1,15 @@
-//! Wavefront OBJ: reads surfaces, and keeps the bytes of the file so that it can be written back unchanged.
+//! Reads the surfaces of Wavefront OBJ files, and keeps the bytes of each file so that it can be written back
+//! unchanged.
 //!
 //! ```text
-//! bytes -> lines (statements, words) -> parse (with corner, groups) -> Document -> Part (mesh of an object)
+//! bytes -> lines: statements, words -> parse, with corner and groups -> Document -> Part: mesh of a body
 //! ```
 //!
 //! The file is parsed in one pass. The parser accepts polygons of any size, texture coordinates, normals,
-//! several `o` and `g`, negative indices, vertex colors, a fourth coordinate, any line ends, continued
-//! lines, names with spaces, bytes that are not UTF-8, and statements of other programs. Tests compare the
-//! result with [obj-rs](https://crates.io/crates/obj-rs), which accepts fewer files and keeps no byte ranges.
+//! several objects and groups, negative indices, vertex colors, a fourth coordinate, LF, CR or CRLF line
+//! ends, continued lines, names with spaces, bytes that are not UTF-8, and unknown statements. Tests compare
+//! the result with [obj-rs](https://crates.io/crates/obj-rs), which accepts fewer files and keeps no byte
+//! ranges.
 
 mod corner;
 mod document;
@@ -32,7 +34,7 @@ use supple::Mesh;
 /// Reads the surface of an OBJ file.
 ///
 /// # Errors
-/// As [`Document::read`] and [`Document::mesh`]; displayed as `path:line: problem`.
+/// As [`Document::read`] and [`Document::mesh`]. The message of the error is `path:line: problem`.
 pub fn read(path: impl AsRef<Path>) -> Result<Mesh, ObjError> {
     read_object(path, None)
 }
@@ -40,7 +42,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Mesh, ObjError> {
 /// Reads the surface of one object or group of an OBJ file, or of the whole file.
 ///
 /// # Errors
-/// As [`Document::read`] and [`Document::mesh`]; displayed as `path:line: problem`.
+/// As [`Document::read`] and [`Document::mesh`]. The message of the error is `path:line: problem`.
 pub fn read_object(path: impl AsRef<Path>, object: Option<&str>) -> Result<Mesh, ObjError> {
     Document::read(path)?.mesh(object)
 }

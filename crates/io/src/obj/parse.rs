@@ -1,4 +1,4 @@
-//! Parses an OBJ file in one pass: the surface, its groups, and the byte ranges of its numbers.
+//! Parses an OBJ file in one pass into the surface, its groups, and the byte ranges of its numbers.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use super::lines::{Statement, Statements, Words, decode, line_of};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Numbers {
     start: usize,
-    /// End of the first number, then start and end of the second and of the third, relative to `start`.
+    /// End of the first number, start and end of the second, start and end of the third; relative to `start`.
     ends: [u32; 5],
 }
 
@@ -30,7 +30,7 @@ impl Numbers {
     }
 }
 
-/// A keyword whose statements are not used.
+/// A keyword whose statements are ignored.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct IgnoredStatement {
@@ -48,18 +48,22 @@ pub(super) const NO_NORMAL: u32 = u32::MAX;
 /// Contents of a parsed file.
 #[derive(Debug, Default)]
 pub(super) struct Parsed {
+    /// Byte ranges of the numbers, one entry per `v`.
     pub(super) vertices: Vec<Numbers>,
+    /// Positions, one per `v`.
     pub(super) positions: Vec<[f32; 3]>,
+    /// Byte ranges of the numbers, one entry per `vn`.
     pub(super) normals: Vec<Numbers>,
+    /// Vectors, one per `vn`.
     pub(super) directions: Vec<[f32; 3]>,
-    /// Number of `vt`.
+    /// Number of `vt` statements.
     textures: usize,
     /// The corners of face `f`, three or more, are `corners[offsets[f]..offsets[f + 1]]`.
     pub(super) offsets: Vec<u32>,
-    /// `v` of each corner, from 0.
+    /// `v` index of each corner, from 0.
     pub(super) corners: Vec<u32>,
-    /// `vn` of each corner, from 0, up to the last face that has normals. If one corner of a face has no
-    /// `vn`, all of its corners are [`NO_NORMAL`].
+    /// `vn` index of each corner, from 0, up to the last face that has normals. If one corner of a face has
+    /// no `vn`, all corners of the face have [`NO_NORMAL`].
     pub(super) corner_normals: Vec<u32>,
     /// Number of faces with fewer than three corners.
     pub(super) short_faces: usize,
@@ -69,6 +73,7 @@ pub(super) struct Parsed {
     pub(super) libraries: Vec<Range<usize>>,
     pub(super) groups: Vec<Group>,
     pub(super) ignored: Vec<IgnoredStatement>,
+    /// Number of lines in the file.
     pub(super) lines: usize,
 }
 
@@ -78,7 +83,8 @@ impl Parsed {
     }
 }
 
-/// A corner that refers to an element further down. It is valid if the file has that element.
+/// A corner that refers to an element below its line. It is valid if the element exists at the end of the
+/// file.
 struct ForwardReference {
     line: usize,
     face: usize,
@@ -91,7 +97,7 @@ struct Parser<'a> {
     parsed: Parsed,
     groups: GroupBuilder,
     forward: Vec<ForwardReference>,
-    /// `v` and `vn` of the corners of the current face, from 1; 0 stands for no `vn`.
+    /// `v` and `vn` indices of the corners of the current face, from 1; 0 means that the corner has no `vn`.
     face: Vec<[u32; 2]>,
 }
 
@@ -101,7 +107,7 @@ const NORMAL: &str = "normal";
 
 /// Parses a whole file.
 pub(super) fn parse(raw: &[u8]) -> Result<Parsed, Located<ObjProblem>> {
-    // `contains` compares eight bytes at a time, unlike a search for the position.
+    // Most files have no zero byte. `contains` is a fast test because it compares eight bytes at a time.
     if raw.contains(&0) {
         let at = raw.iter().take_while(|&&byte| byte != 0).count();
         let text = "it contains binary data (a zero byte on this line)".to_owned();
@@ -145,7 +151,7 @@ impl Parser<'_> {
                 self.groups.start_groups(names, text, faces);
             }
             b"mtllib" => self.parsed.libraries.push(words.rest()),
-            // These change the appearance of faces, not the geometry.
+            // Materials and smoothing groups change the appearance of faces, not their geometry.
             b"usemtl" | b"s" => {}
             _ => self.ignore(&raw[keyword], statement.line),
         }
@@ -188,7 +194,8 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Resolves an index to a position from 1. `count` elements precede this line; more may follow it.
+    /// Converts an index as written in the file to an index from 1. `count` elements are above this line;
+    /// more may follow.
     #[inline]
     fn resolve(
         &mut self,
@@ -198,19 +205,19 @@ impl Parser<'_> {
         count: usize,
         index: i64,
     ) -> Result<u32, ObjProblem> {
-        let position = if index < 0 { count as i64 + 1 + index } else { index };
-        if position > count as i64 {
+        let absolute = if index < 0 { count as i64 + 1 + index } else { index };
+        if absolute > count as i64 {
             self.forward.push(ForwardReference { line, face, what, index });
-        } else if position < 1 {
+        } else if absolute < 1 {
             return Err(ObjProblem::IndexOutOfRange { face, what, index, count });
         }
-        // A position beyond 32 bits is also a forward reference, which `finish` rejects.
-        Ok(u32::try_from(position).unwrap_or(u32::MAX))
+        // An index beyond 32 bits is a forward reference, which `finish` rejects.
+        Ok(u32::try_from(absolute).unwrap_or(u32::MAX))
     }
 
-    /// Counts a statement that is not used.
+    /// Counts an ignored statement.
     fn ignore(&mut self, keyword: &[u8], line: usize) {
-        /// Largest number of entries; further keywords are counted in the last one.
+        /// Largest number of entries. The last entry counts all further keywords.
         const MAX_KEYWORDS: usize = 64;
         let ignored = &mut self.parsed.ignored;
         let full = ignored.len() >= MAX_KEYWORDS;
@@ -223,18 +230,18 @@ impl Parser<'_> {
         }
     }
 
-    /// Adds the line to a problem. If no `v` but a foreign statement precedes it, returns the problem that
-    /// the file is not an OBJ file instead.
+    /// Returns a problem with its line. If the file has a foreign statement and no `v` so far, returns
+    /// instead the problem that the file is not an OBJ file.
     fn locate(&self, line: usize, problem: ObjProblem) -> Located<ObjProblem> {
         let maybe_foreign =
             self.parsed.vertices.is_empty() && !matches!(problem, ObjProblem::IndexOutOfRange { .. });
         maybe_foreign.then(|| self.foreign()).flatten().unwrap_or((Some(line), problem))
     }
 
-    /// Returns the problem of the first statement that is not part of the format, if there is one.
+    /// Returns the problem of the first foreign statement, whose keyword is not part of the format.
     fn foreign(&self) -> Option<Located<ObjProblem>> {
         let first = self.parsed.ignored.iter().find(|entry| !KEYWORDS.contains(&entry.keyword.as_str()))?;
-        let text = format!("line starts with `{}`, not an OBJ keyword, before any `v`", first.keyword);
+        let text = format!("line starts with `{}`, which is not an OBJ keyword", first.keyword);
         Some((Some(first.first_line), ObjProblem::NotObj(text)))
     }
 
@@ -269,7 +276,7 @@ impl Parser<'_> {
     }
 }
 
-/// Keywords of the format that are not used here. They do not indicate a file of another format.
+/// Keywords of the format that this parser ignores. Other keywords can indicate a file of another format.
 #[rustfmt::skip]
 const KEYWORDS: &[&str] = &[
     "vp", "p", "l", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv",
@@ -293,7 +300,7 @@ fn three_numbers(
     }
     let [x, y, z] = ranges;
     let start = x.start;
-    // Fails only if the numbers span more than 4 GiB, almost all of it blanks.
+    // Fails only if the three numbers and the blanks between them are longer than 4 GiB.
     let ends = [x.end, y.start, y.end, z.start, z.end].map(|end| u32::try_from(end - start));
     let [Ok(a), Ok(b), Ok(c), Ok(d), Ok(e)] = ends else { return Err(ObjProblem::TooLarge) };
     Ok((Numbers { start, ends: [a, b, c, d, e] }, values))

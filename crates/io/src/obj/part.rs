@@ -1,4 +1,4 @@
-//! The part of an OBJ file that makes up one body.
+//! Selects the part of an OBJ file that is the surface of one body.
 
 use nalgebra::Point3;
 
@@ -7,21 +7,23 @@ use super::ObjError;
 use super::error::ObjProblem;
 use supple::Mesh;
 
-/// The mesh of a whole OBJ file or of one of its objects, with the corresponding `v` and faces of the file.
+/// The mesh of a whole OBJ file or of one of its objects or groups, and the indices of its `v` and faces in
+/// the file.
 #[derive(Clone, Debug)]
 pub struct Part {
     mesh: Mesh,
-    /// `v` of each mesh vertex, from 0; `None` if they have the same numbers.
+    /// `v` index of each mesh vertex, from 0; `None` if the indices are equal.
     vertices: Option<Vec<u32>>,
-    /// Faces of the file, from 0, in order; `None` if the part has all of them.
+    /// Index of each face in the file, from 0, in order; `None` if the part has all faces.
     faces: Option<Vec<u32>>,
 }
 
+/// Marks a `v` that is not a vertex of the mesh.
 const UNUSED: u32 = u32::MAX;
 
 impl Document {
-    /// Returns the mesh of the whole file, or of one object or group. The mesh of the whole file has all `v`
-    /// as vertices, in order; that of an object or group has the `v` that its faces use, in order.
+    /// Returns the mesh of the whole file, or of one object or group. The vertices of the whole file are all
+    /// `v`, in order. The vertices of an object or group are the `v` that its faces use, in order.
     ///
     /// # Errors
     /// If no `o` or `g` with faces has the name (the error lists the known names), or the surface has no
@@ -30,7 +32,8 @@ impl Document {
         Ok(self.part(object)?.into_mesh())
     }
 
-    /// As [`Document::mesh`], with the correspondence to the file that is needed to write it back.
+    /// Returns the mesh like [`Document::mesh`], with the indices that are needed to write it back to the
+    /// file.
     ///
     /// # Errors
     /// As [`Document::mesh`].
@@ -46,18 +49,19 @@ impl Part {
             return Ok(Self { mesh, vertices: None, faces: None });
         };
         let faces = faces_of(document, name)?;
-        let mut number = vec![UNUSED; document.vertex_count()];
+        // For each `v`, its index among the mesh vertices.
+        let mut index = vec![UNUSED; document.vertex_count()];
         for &face in &faces {
             for &vertex in document.face(face) {
-                number[vertex as usize] = 0;
+                index[vertex as usize] = 0;
             }
         }
         let mut vertices = Vec::new();
-        for (vertex, number) in number.iter_mut().enumerate().filter(|(_, number)| **number != UNUSED) {
-            *number = vertices.len() as u32;
+        for (vertex, index) in index.iter_mut().enumerate().filter(|(_, index)| **index != UNUSED) {
+            *index = vertices.len() as u32;
             vertices.push(vertex as u32);
         }
-        let mesh = build(document, faces.iter().copied(), Some((&vertices, &number)))?;
+        let mesh = build(document, faces.iter().copied(), Some((&vertices, &index)))?;
         Ok(Self { mesh, vertices: Some(vertices), faces: Some(faces) })
     }
 
@@ -66,25 +70,24 @@ impl Part {
         &self.mesh
     }
 
-    /// Returns the mesh and drops the rest.
+    /// Returns the mesh without the indices.
     pub fn into_mesh(self) -> Mesh {
         self.mesh
     }
 
-    /// Returns the `v`, from 0, of each mesh vertex.
+    /// Returns the `v` index, from 0, of each mesh vertex.
     pub fn vertices(&self) -> impl ExactSizeIterator<Item = u32> {
-        let same = |vertex: usize| vertex as u32;
         (0..self.mesh.vertices().len())
-            .map(move |vertex| self.vertices.as_ref().map_or_else(|| same(vertex), |map| map[vertex]))
+            .map(move |vertex| self.vertices.as_ref().map_or(vertex as u32, |map| map[vertex]))
     }
 
-    /// Returns the face of the file, from 0, of each mesh face.
+    /// Returns the index in the file, from 0, of each mesh face.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = u32> {
         (0..self.mesh.face_count()).map(move |face| self.faces.as_ref().map_or(face as u32, |map| map[face]))
     }
 }
 
-/// Returns the faces of an object or group by name, each once, in order.
+/// Returns the faces of all objects and groups with this name, each face once, in order.
 fn faces_of(document: &Document, name: &str) -> Result<Vec<u32>, ObjError> {
     let named = || document.all_groups().iter().filter(|group| group.name == name);
     if named().next().is_none() {
@@ -102,18 +105,18 @@ fn faces_of(document: &Document, name: &str) -> Result<Vec<u32>, ObjError> {
     Ok(faces)
 }
 
-/// Builds a mesh of some faces of a file. `map` has the used vertices, and the index among them of each
-/// vertex of the file.
+/// Builds the mesh of some faces of a file. `map` contains the `v` that become mesh vertices, and for each
+/// `v` its index among them; `None` if all `v` become mesh vertices.
 fn build(
     document: &Document,
     faces: impl Iterator<Item = u32> + Clone,
     map: Option<(&[u32], &[u32])>,
 ) -> Result<Mesh, ObjError> {
-    let wide = |position: [f32; 3]| Point3::from(position.map(f64::from));
+    let to_f64 = |position: [f32; 3]| Point3::from(position.map(f64::from));
     let positions = document.positions();
     let vertices = match map {
-        None => positions.iter().copied().map(wide).collect(),
-        Some((used, _)) => used.iter().map(|&vertex| wide(positions[vertex as usize])).collect(),
+        None => positions.iter().copied().map(to_f64).collect(),
+        Some((used, _)) => used.iter().map(|&vertex| to_f64(positions[vertex as usize])).collect(),
     };
     let mut offsets = vec![0];
     let mut corners = Vec::new();
@@ -121,7 +124,7 @@ fn build(
         let face = document.face(face);
         match map {
             None => corners.extend_from_slice(face),
-            Some((_, number)) => corners.extend(face.iter().map(|&vertex| number[vertex as usize])),
+            Some((_, index)) => corners.extend(face.iter().map(|&vertex| index[vertex as usize])),
         }
         offsets.push(corners.len() as u32);
     }

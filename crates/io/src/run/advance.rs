@@ -1,4 +1,5 @@
-//! The frame loop: advances the simulation, evaluates and writes each body, saves checkpoints.
+//! Runs the frame loop of a job: advances the simulation, evaluates and writes each body, and saves
+//! checkpoints.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -13,28 +14,29 @@ use super::stats::{Row, Stats, Times};
 use crate::frames::FrameWriter;
 use supple::{Display, Simulation};
 
-/// A running job.
+/// A running job: its simulation, open files and counters.
 pub(super) struct Running<'a> {
     job: &'a Job,
-    /// Shared with the observer; locked while a frame is computed.
+    /// Simulation, shared with the observer. It is locked while a frame is computed.
     simulation: Arc<Mutex<Simulation>>,
     substeps: u32,
     inputs: Vec<Input>,
-    /// One per body.
+    /// Frame writers, one per body.
     writers: Vec<FrameWriter>,
     stats: Option<Stats>,
     fingerprint: String,
-    /// Frame of the checkpoint that this run resumes from; `None` if it starts at frame 0.
+    /// Frame of the checkpoint that this run resumes from, from 0; `None` if this run starts at frame 0.
     resumed_after: Option<u32>,
-    /// Time spent on steps since the last row of statistics.
-    stepping: Duration,
+    /// Wall-clock time of the steps since the last row of statistics.
+    step_time: Duration,
     /// Number of frames written so far; a frame of all bodies counts once.
     written: u32,
-    /// One per body.
+    /// Evaluated surfaces, one per body.
     displays: Vec<Display>,
     /// Positions of the body that is being written, one per mesh vertex.
     positions: Vec<[f32; 3]>,
-    /// Normals of that body, one per mesh vertex; empty if its writer does not need them.
+    /// Normals of the body that is being written, one per mesh vertex; empty if its writer does not need
+    /// them.
     normals: Vec<[f32; 3]>,
 }
 
@@ -57,7 +59,7 @@ impl<'a> Running<'a> {
             stats,
             fingerprint,
             resumed_after,
-            stepping: Duration::ZERO,
+            step_time: Duration::ZERO,
             written: 0,
             displays: Vec::new(),
             positions: Vec::new(),
@@ -65,7 +67,8 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// Runs to the last frame, or until the observer returns [`Flow::Stop`].
+    /// Runs to the last frame, or until the observer returns [`Flow::Stop`]. `job_start` is the start of the
+    /// job, which includes reading its input.
     pub(super) fn run(
         mut self,
         job_start: Instant,
@@ -76,41 +79,41 @@ impl<'a> Running<'a> {
         let shared = self.simulation.clone();
         observer.built(&shared, &self.inputs);
         observer.started(first, last);
-        let started = Instant::now();
-        let mut saved = Instant::now();
+        let loop_start = Instant::now();
+        let mut last_save = Instant::now();
         for frame in first..=last {
-            let mut simulation = locked(&shared);
+            let mut simulation = lock(&shared);
             if frame > 0 {
-                let stepping = Instant::now();
+                let steps_start = Instant::now();
                 simulation.steps(u64::from(self.substeps));
-                self.stepping += stepping.elapsed();
+                self.step_time += steps_start.elapsed();
             }
             if self.job.is_written(frame) {
                 self.write_frame(&simulation, frame)?;
             }
             let time = simulation.time();
             drop(simulation);
-            let progress = Progress { frame, last, time, elapsed: started.elapsed() };
+            let progress = Progress { frame, last, time, elapsed: loop_start.elapsed() };
             let stop = observer.frame(&progress) == Flow::Stop;
-            let simulation = locked(&shared);
+            let simulation = lock(&shared);
             if stop || frame == last {
                 std::mem::take(&mut self.writers).into_iter().try_for_each(FrameWriter::finish)?;
                 self.save(&simulation, frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
                 return Ok(self.report(&simulation, outcome, first, frame, job_start));
             }
-            if saved.elapsed() >= self.job.checkpoint_interval {
+            if last_save.elapsed() >= self.job.checkpoint_interval {
                 self.save(&simulation, frame)?;
-                saved = Instant::now();
+                last_save = Instant::now();
             }
         }
         // Reached only if a job resumes after its last frame; `Job::run` does not start such a job.
-        Ok(self.report(&locked(&shared), Outcome::AlreadyFinished, first, last, job_start))
+        Ok(self.report(&lock(&shared), Outcome::AlreadyFinished, first, last, job_start))
     }
 
-    /// Writes a frame of every body and the rows of its statistics.
+    /// Writes frame `frame`, counted from 0, of every body, and one row of statistics per body.
     fn write_frame(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
-        let stepping = std::mem::take(&mut self.stepping);
+        let step_time = std::mem::take(&mut self.step_time);
         let number = self.job.number(frame);
         let mut rows = Vec::new();
         self.displays.resize_with(simulation.bodies().len(), Display::new);
@@ -123,23 +126,23 @@ impl<'a> Running<'a> {
             let normals = needs_normals.then_some(&mut self.normals[..]);
             let mut evaluated = display.evaluate(body);
             evaluated.surface_into(&mut self.positions, normals);
-            let writing = Instant::now();
+            let write_start = Instant::now();
             self.writers[index].write(number, &self.positions, &self.normals)?;
             if self.stats.is_some() {
-                let write = writing.elapsed();
-                let step = stepping.div_f64(simulation.bodies().len() as f64);
+                let write = write_start.elapsed();
+                let step = step_time.div_f64(simulation.bodies().len() as f64);
                 let times = Times { step, write, display: evaluated.times() };
-                rows.push(Row::of(number, simulation.time(), &body, &evaluated.volume_report(), times));
+                rows.push(Row::new(number, simulation.time(), &body, &evaluated.volume_report(), times));
             }
         }
         self.written += 1;
         match &mut self.stats {
-            Some(stats) => stats.push(&rows),
+            Some(stats) => stats.append_rows(&rows),
             None => Ok(()),
         }
     }
 
-    /// Writes a checkpoint after `frame`.
+    /// Writes a checkpoint of the state after `frame`.
     fn save(&self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
         let checkpoint = Checkpoint {
             fingerprint: self.fingerprint.clone(),
@@ -150,6 +153,7 @@ impl<'a> Running<'a> {
         checkpoint.write(&self.job.directory)
     }
 
+    /// Returns the report of a run from frame `first` to frame `last`.
     fn report(
         &self,
         simulation: &Simulation,
@@ -168,14 +172,14 @@ impl<'a> Running<'a> {
             substeps: self.substeps,
             elapsed: job_start.elapsed(),
             bodies: (0..simulation.bodies().len())
-                .map(|body| BodyReport::of(simulation.body(body)))
+                .map(|body| BodyReport::new(simulation.body(body)))
                 .collect(),
         }
     }
 }
 
-/// Locks the simulation and ignores poisoning. A panic in a step ends the job, and every call by which an
-/// observer can change the simulation leaves it in a valid state.
-fn locked(simulation: &Mutex<Simulation>) -> MutexGuard<'_, Simulation> {
+/// Locks the simulation and ignores poisoning: a panic in a step ends the job, and all calls with which an
+/// observer can change the simulation leave it in a valid state.
+fn lock(simulation: &Mutex<Simulation>) -> MutexGuard<'_, Simulation> {
     simulation.lock().unwrap_or_else(PoisonError::into_inner)
 }

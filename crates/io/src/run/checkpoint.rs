@@ -1,5 +1,5 @@
-//! Checkpoints, from which a run resumes: a file beside the frames, with a checksum. A damaged file is
-//! rejected.
+//! Writes and reads checkpoints, from which a run resumes. A checkpoint is a file in the directory of the
+//! frames, with a checksum. A damaged file is rejected.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use super::fingerprint::{difference, fnv1a};
 use crate::file::write_atomically;
 use supple::SimulationState;
 
-/// Name of the checkpoint file in the directory of the frames.
+/// Name of the checkpoint file, which is in the directory of the frames.
 pub const CHECKPOINT: &str = "supple.checkpoint";
 
 /// First bytes of every checkpoint file.
@@ -25,25 +25,26 @@ const HEADER: usize = 8 + 4 + 8 + 8;
 /// The state of a run after a frame.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
-    /// Fingerprint of the scene; a run that resumes from here must have the same.
+    /// Fingerprint of the scene. Only a run with the same fingerprint can resume from this checkpoint.
     pub(super) fingerprint: String,
-    /// SIMD level that was used.
+    /// SIMD level of the run that wrote the checkpoint.
     pub(super) level: String,
     /// Last completed frame, from 0.
     pub(super) frame: u32,
-    /// State of the simulation: all data that the next step depends on.
+    /// State of the simulation: all data on which the next step depends.
     pub(super) state: SimulationState,
 }
 
 impl Checkpoint {
-    /// Writes the checkpoint to a directory and replaces an existing one.
-    pub(super) fn write(&self, folder: &Path) -> Result<(), RunError> {
-        write(&path(folder), self)
+    /// Writes the checkpoint to a directory, and replaces an existing checkpoint.
+    pub(super) fn write(&self, directory: &Path) -> Result<(), RunError> {
+        write(&path(directory), self)
     }
 
-    /// Reads the checkpoint of a directory, if there is one. Returns an error if its fingerprint differs.
-    pub(super) fn read(folder: &Path, fingerprint: &str) -> Result<Option<Self>, RunError> {
-        let path = path(folder);
+    /// Reads the checkpoint of a directory; `None` if there is no checkpoint. Returns an error if its
+    /// fingerprint is not `fingerprint`.
+    pub(super) fn read(directory: &Path, fingerprint: &str) -> Result<Option<Self>, RunError> {
+        let path = path(directory);
         let Some(checkpoint) = read::<Self>(&path)? else { return Ok(None) };
         match difference(&checkpoint.fingerprint, fingerprint) {
             None => Ok(Some(checkpoint)),
@@ -52,8 +53,8 @@ impl Checkpoint {
     }
 
     /// Removes the checkpoint of a directory, if there is one.
-    pub(super) fn remove(folder: &Path) -> Result<(), RunError> {
-        let path = path(folder);
+    pub(super) fn remove(directory: &Path) -> Result<(), RunError> {
+        let path = path(directory);
         match std::fs::remove_file(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                 Err(RunError::io("remove", &path, error))
@@ -63,11 +64,11 @@ impl Checkpoint {
     }
 }
 
-fn path(folder: &Path) -> PathBuf {
-    folder.join(CHECKPOINT)
+fn path(directory: &Path) -> PathBuf {
+    directory.join(CHECKPOINT)
 }
 
-/// Writes the header and the encoded value.
+/// Writes the header and the encoded value to a file.
 fn write<T: Serialize>(path: &Path, value: &T) -> Result<(), RunError> {
     let save = |file: &mut std::fs::File| {
         let payload = postcard::to_stdvec(value)
@@ -81,33 +82,36 @@ fn write<T: Serialize>(path: &Path, value: &T) -> Result<(), RunError> {
     write_atomically(path, save).map_err(|source| RunError::io("write", path, source))
 }
 
-/// Reads a value and checks the header; returns `None` if there is no file.
+/// Reads the value of a file and checks the header. Returns `None` if there is no file.
 fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, RunError> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(RunError::io("read", path, source)),
     };
-    let damaged = |what: &str| RunError::Checkpoint { path: path.to_owned(), what: what.to_owned() };
+    let damaged = |problem: &str| RunError::Checkpoint { path: path.to_owned(), what: problem.to_owned() };
     if bytes.len() < HEADER || bytes[..8] != MAGIC {
         return Err(damaged("it is not a checkpoint of supple, or is incomplete"));
     }
+    // Little endian.
     let number = |range: std::ops::Range<usize>| {
         bytes[range].iter().rev().fold(0_u64, |number, &byte| number << 8 | u64::from(byte))
     };
     let version = number(8..12);
     if version != u64::from(VERSION) {
-        return Err(damaged(&format!("its format has version {version}, this program reads {VERSION}")));
+        return Err(damaged(&format!("its format is version {version}, this program reads {VERSION}")));
     }
     let payload = &bytes[HEADER..];
     if payload.len() as u64 != number(12..20) {
         let expected = number(12..20);
-        return Err(damaged(&format!("it has {} of {expected} bytes", payload.len())));
+        return Err(damaged(&format!("its data has {} bytes instead of {expected}", payload.len())));
     }
     if fnv1a(payload) != number(20..28) {
         return Err(damaged("its checksum does not match"));
     }
-    postcard::from_bytes(payload).map(Some).map_err(|error| damaged(&format!("decoding failed: {error}")))
+    postcard::from_bytes(payload)
+        .map(Some)
+        .map_err(|error| damaged(&format!("its data cannot be decoded: {error}")))
 }
 
 #[cfg(test)]
@@ -116,8 +120,8 @@ mod tests {
 
     #[test]
     fn truncation_and_bit_flips_at_any_byte_are_detected() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("supple.checkpoint");
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("supple.checkpoint");
         assert!(read::<Vec<f32>>(&path).unwrap().is_none());
         let value = vec![1.0_f32, -2.5, f32::NAN];
         write(&path, &value).unwrap();

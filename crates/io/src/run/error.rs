@@ -1,4 +1,4 @@
-//! Errors of jobs: invalid input, found before a job starts, and failures while it runs.
+//! Errors of jobs: invalid input, which is found before a job starts, and failures while a job runs.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ pub enum RunError {
     /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A mesh file cannot be read.
+    /// The mesh file of a body cannot be read.
     #[error("`{key}`: cannot read {}: {source}; the path is relative to the scene file", path.display())]
     MeshFile {
         /// Key of the file in the scene, such as `body.bust.mesh`.
@@ -41,7 +41,7 @@ pub enum RunError {
     /// An option of the job is out of range.
     #[error("`{option}` is {value}; it must be {range}")]
     Option {
-        /// Name of the option.
+        /// Name of the option, a field of [`Job`](super::Job).
         option: &'static str,
         /// Value found.
         value: String,
@@ -51,14 +51,14 @@ pub enum RunError {
     /// A frame cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The extension of a stats file is unknown.
-    #[error("the name of the stats file {} must end in .csv or .json", path.display())]
+    /// The extension of the statistics file is neither `.csv` nor `.json`.
+    #[error("the name of the statistics file {} must end in .csv or .json", path.display())]
     StatsName {
-        /// Stats file.
+        /// Statistics file.
         path: PathBuf,
     },
-    /// A file that is to be continued is not a stats file.
-    #[error("{} is not a stats file of supple and cannot be continued; choose another file", path.display())]
+    /// The file that a resumed job must continue is not a statistics file.
+    #[error("cannot continue {}: it is not a statistics file of supple; choose another file", path.display())]
     NotStats {
         /// The file.
         path: PathBuf,
@@ -87,10 +87,10 @@ pub enum RunError {
     Checkpoint {
         /// Checkpoint file.
         path: PathBuf,
-        /// Problem, a clause of the message.
+        /// Problem, part of the message.
         what: String,
     },
-    /// The checkpoint is of a scene with another motion.
+    /// The checkpoint belongs to a scene with another motion.
     #[error(
         "cannot resume from {}: {difference}; undo the change, or run without resuming to start again",
         path.display()
@@ -98,13 +98,13 @@ pub enum RunError {
     Differs {
         /// Checkpoint file.
         path: PathBuf,
-        /// First difference between the two scenes.
+        /// First difference between the scene of the checkpoint and this scene.
         difference: String,
     },
     /// A file operation failed while the job ran.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// Attempted operation: `"write"`, `"create"`, ...
+        /// Attempted operation, for example `"write"` or `"create"`.
         action: &'static str,
         /// File or directory of the operation.
         path: PathBuf,
@@ -114,7 +114,8 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Returns whether the cause is an invalid argument, scene or mesh, so that nothing was written.
+    /// Returns whether the cause is an invalid argument, scene, mesh or checkpoint. In this case no frame was
+    /// written.
     pub fn is_input(&self) -> bool {
         match self {
             Self::Output(error) => matches!(error, OutputError::OverwritesInput { .. }),

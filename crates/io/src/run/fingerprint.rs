@@ -1,13 +1,13 @@
-//! Fingerprint of a scene: all that affects the motion, as text. A run resumes only from a checkpoint with
-//! the same fingerprint.
+//! Computes the fingerprint of a scene: a text with all settings that affect the motion. A run resumes only
+//! from a checkpoint with the same fingerprint.
 
 use std::path::PathBuf;
 
 use super::error::RunError;
 use crate::scene::{OutputData, Scene};
 
-/// Returns the fingerprint of a scene: its TOML text with a hash of the bytes of each mesh in place of the
-/// path, and without the settings that do not change the motion (frames, threads, output).
+/// Returns the fingerprint of a scene: its TOML text, in which a hash of the bytes of each mesh file replaces
+/// its path, and the settings that do not affect the motion (frames, threads, output) have fixed values.
 ///
 /// # Errors
 ///
@@ -28,7 +28,8 @@ pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     Ok(scene.to_toml())
 }
 
-/// Describes the first difference between two fingerprints in words for a user; `None` if they are equal.
+/// Describes the first difference between two fingerprints in a message for the user. Returns `None` if they
+/// are equal.
 pub fn difference(before: &str, now: &str) -> Option<String> {
     if before == now {
         return None;
@@ -52,12 +53,13 @@ pub fn difference(before: &str, now: &str) -> Option<String> {
     }
 }
 
+/// Returns the key of a line `key = value`.
 fn key(line: &str) -> Option<&str> {
     line.split_once(" = ").map(|(key, _)| key)
 }
 
-/// Computes the 64-bit FNV-1a hash, which is the same on every machine. It detects accidental changes and
-/// edits, but not deliberate collisions.
+/// Computes the 64-bit FNV-1a hash, which is the same on every machine. The hash detects damage and edits,
+/// but not deliberate collisions.
 pub(super) fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
@@ -71,7 +73,7 @@ mod tests {
     const TEXT: &str = "[simulation]\nfps = 30.0\n\n[[body]]\nname = \"a\"\nmesh = \"00\"\nhalf_width = 2\n";
 
     #[test]
-    fn difference_names_the_table_and_the_change() {
+    fn difference_names_the_table_and_the_values() {
         assert_eq!(difference(TEXT, TEXT), None);
         for (from, to, words) in [
             ("fps = 30.0", "fps = 25.0", "[simulation]: `fps = 30.0` changed to `fps = 25.0`"),
@@ -85,7 +87,7 @@ mod tests {
         assert!(difference(TEXT, "").is_some() && difference("", TEXT).is_some());
     }
 
-    /// Test vectors by Fowler, Noll and Vo.
+    /// The expected hashes are test vectors of Fowler, Noll and Vo.
     #[test]
     fn fnv1a_matches_the_published_vectors() {
         assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);

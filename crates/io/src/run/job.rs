@@ -1,4 +1,4 @@
-//! A job: a scene, its output directory, and the options of the run.
+//! Defines [`Job`]: a scene, its output directory, and the options of the run.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -13,18 +13,20 @@ use crate::scene::{BodyData, Scene};
 pub struct Job {
     /// Scene to simulate. Its `output.directory` is ignored; see [`Job::directory`].
     pub scene: Scene,
-    /// Directory of the frames; it is created if it is missing.
+    /// Directory of the frames. It is created if it is missing.
     pub directory: PathBuf,
     /// Interval between written frames, in frames, at least 1; default 1.
     pub every: u32,
     /// Number of frame 0 (the rest pose) in file names; default 0. Frame `k` is written as number
     /// `start_frame + k`, for shots that are numbered 1001, 1002, ...; its time remains `k / fps`.
     pub start_frame: u32,
-    /// A `.csv` or `.json` file for one [`Row`](super::Row) per frame and body; default `None`.
+    /// Statistics file, `.csv` or `.json`, with one [`Row`](super::Row) per written frame and body; default
+    /// `None`.
     pub stats: Option<PathBuf>,
-    /// Whether to continue an earlier run; default false, which replaces an existing sequence.
+    /// Whether to continue an earlier run; default false. A job that does not continue replaces an existing
+    /// sequence.
     pub resume: bool,
-    /// Wall-clock time between checkpoints; default 10 s.
+    /// Smallest wall-clock time between checkpoints; default 10 s.
     pub checkpoint_interval: Duration,
 }
 
@@ -42,7 +44,7 @@ impl Job {
         }
     }
 
-    /// Returns the sequence of files of each body, in the order of the scene.
+    /// Returns the file sequence of each body, in the order of the scene.
     pub fn sequences(&self) -> Vec<Sequence> {
         let sequence = |body: &BodyData| Sequence {
             directory: self.directory.clone(),
@@ -55,17 +57,17 @@ impl Job {
         self.scene.bodies.iter().map(sequence).collect()
     }
 
-    /// Returns whether a frame, counted from 0, is written.
+    /// Returns whether the job writes frame `frame`, counted from 0.
     pub(super) fn is_written(&self, frame: u32) -> bool {
         frame.is_multiple_of(self.every)
     }
 
-    /// Returns the number of a frame, counted from 0, in file names.
+    /// Returns the number in file names of frame `frame`, counted from 0.
     pub(super) fn number(&self, frame: u32) -> u64 {
         u64::from(self.start_frame) + u64::from(frame)
     }
 
-    /// Checks the options and the paths, without reading a mesh.
+    /// Checks the options and the paths. Reads no mesh.
     pub(super) fn check(&self) -> Result<(), RunError> {
         if self.every == 0 {
             return Err(RunError::Option { option: "every", value: "0".into(), range: "at least 1" });
@@ -76,7 +78,7 @@ impl Job {
         if self.directory.exists() && !self.directory.is_dir() {
             return Err(RunError::OutputIsAFile { path: self.directory.clone() });
         }
-        // A mesh in the directory of the frames must not have the name of a frame.
+        // A mesh file in the output directory must not have the name of a frame, which would replace it.
         for sequence in self.sequences() {
             let check = |body: &BodyData| sequence.check_input(&self.scene.resolve(&body.mesh));
             self.scene.bodies.iter().try_for_each(check)?;

@@ -1,25 +1,25 @@
-//! Locks a directory, so that one run at a time writes to it.
+//! Locks the output directory, so that only one run at a time writes to it.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use super::error::RunError;
 
-/// Name of the lock file in the directory of the frames.
+/// Name of the lock file, which is in the directory of the frames.
 pub const LOCK: &str = "supple.lock";
 
-/// Lock of a directory. It is released on drop, and by the operating system when the process ends.
+/// Lock of a directory. It is released on drop. If the process is killed, the operating system releases it.
 #[derive(Debug)]
 pub(super) struct Lock {
-    /// Open lock file; the lock lasts as long as it is open.
+    /// Lock file. The lock lasts as long as the file is open.
     _file: File,
     path: PathBuf,
 }
 
 impl Lock {
     /// Acquires the lock of a directory.
-    pub(super) fn acquire(folder: &Path) -> Result<Self, RunError> {
-        let path = folder.join(LOCK);
+    pub(super) fn acquire(directory: &Path) -> Result<Self, RunError> {
+        let path = directory.join(LOCK);
         loop {
             let file = File::options()
                 .create(true)
@@ -29,7 +29,7 @@ impl Lock {
                 .map_err(|source| RunError::io("open the lock", &path, source))?;
             match file.try_lock() {
                 Ok(()) if is_at(&file, &path) => return Ok(Self { _file: file, path }),
-                // Another run ended and removed the file after it was opened here: try again.
+                // The run that had the lock removed the file after this run opened it: try again.
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Err(RunError::Locked { path }),
                 Err(TryLockError::Error(source)) => {
@@ -42,13 +42,13 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Removes the file while it is still locked. A failure is harmless, because an unlocked file has no
-        // effect.
+        // Removes the file before the lock is released. A failure is harmless, because a file that is not
+        // locked has no effect.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
-/// Returns whether an open file is still the file at `path`.
+/// Returns whether the open file `file` is still the file at `path`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -58,7 +58,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Returns true: the file at `path` is still the open one, because open files cannot be removed here.
+/// Returns true, because on this operating system open files cannot be removed.
 #[cfg(not(unix))]
 fn is_at(_file: &File, _path: &Path) -> bool {
     true
@@ -69,13 +69,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn second_lock_is_refused_until_the_first_is_dropped() {
-        let folder = tempfile::tempdir().unwrap();
-        let first = Lock::acquire(folder.path()).unwrap();
-        let refused = Lock::acquire(folder.path()).unwrap_err();
-        assert!(refused.to_string().contains(LOCK), "{refused}");
+    fn second_lock_is_rejected_until_the_first_is_dropped() {
+        let directory = tempfile::tempdir().unwrap();
+        let first = Lock::acquire(directory.path()).unwrap();
+        let error = Lock::acquire(directory.path()).unwrap_err();
+        assert!(error.to_string().contains(LOCK), "{error}");
         drop(first);
-        assert!(!folder.path().join(LOCK).exists());
-        Lock::acquire(folder.path()).unwrap();
+        assert!(!directory.path().join(LOCK).exists());
+        Lock::acquire(directory.path()).unwrap();
     }
 }

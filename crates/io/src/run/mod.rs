@@ -1,14 +1,15 @@
-//! Runs a scene: from scene data to frames on disk, with checkpoints.
+//! Runs a scene: simulates it, and writes frames, statistics and checkpoints.
 //!
 //! ```text
-//! Job (Scene) -> prepare: meshes, lattices, simulation, substeps
-//!             -> start: at frame 0, or after a checkpoint with the same fingerprint; under a lock
-//!             -> advance: steps, frames, stats, checkpoints
-//!             -> report
+//! Job with its Scene -> start: choose frame 0, or the frame after a checkpoint with the same fingerprint
+//!                    -> prepare: read the meshes, build the simulation, choose the steps per frame
+//!                    -> start: lock the output directory, open the files
+//!                    -> advance: step, write frames, statistics and checkpoints
+//!                    -> report
 //! ```
 //!
-//! Both the command line and Python call [`Job::run`]. They implement progress bars, Ctrl-C and callbacks in
-//! an [`Observer`].
+//! The command line and the Python module both call [`Job::run`]. Progress bars, Ctrl-C and Python callbacks
+//! are implementations of [`Observer`].
 
 mod advance;
 mod checkpoint;

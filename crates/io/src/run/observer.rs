@@ -1,4 +1,4 @@
-//! Callbacks of a running job, through which callers implement progress bars, Ctrl-C and their own callbacks.
+//! Defines the callbacks of a running job. Callers use them for progress bars, Ctrl-C and user callbacks.
 
 use std::fmt;
 use std::sync::{Arc, Mutex};
@@ -9,19 +9,20 @@ use supple::Simulation;
 
 /// Receives the events of a running job and can stop it. `()` ignores all events.
 pub trait Observer {
-    /// Called when the simulation is built, at frame 0 or at the frame of the checkpoint that the job resumes
-    /// from.
+    /// Called when the simulation is built. Its state is that of frame 0, or of the checkpoint that the job
+    /// resumes from.
     ///
     /// An implementation may keep the simulation, and read and change it between frames, for example in
-    /// [`Observer::frame`]. It is locked while the job computes a frame. Checkpoints contain the changes that
-    /// are part of a [`SimulationState`](supple::SimulationState). `inputs` are the files of the bodies.
+    /// [`Observer::frame`]. The simulation is locked while the job computes a frame. A checkpoint contains
+    /// only those changes that are part of a [`SimulationState`](supple::SimulationState). `inputs` has the
+    /// input of each body.
     fn built(&mut self, _simulation: &Arc<Mutex<Simulation>>, _inputs: &[Input]) {}
 
-    /// Called before the first frame of this run. Frames `first` to `last` follow.
+    /// Called before the first frame of this run. Frames `first` to `last` follow, counted from 0.
     fn started(&mut self, _first: u32, _last: u32) {}
 
-    /// Called when a frame is complete. It is then also written, if [`Job::every`](super::Job::every)
-    /// includes it.
+    /// Called after each frame. The frame has been written if [`Job::every`](super::Job::every) includes it.
+    /// The return value decides whether the job continues.
     fn frame(&mut self, _progress: &Progress) -> Flow {
         Flow::Continue
     }
@@ -32,7 +33,7 @@ pub trait Observer {
 
 impl Observer for () {}
 
-/// Whether a job continues.
+/// Whether a job continues or stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
     /// The job continues.
@@ -50,7 +51,7 @@ pub struct Progress {
     pub last: u32,
     /// Simulated time of the frame, s.
     pub time: f64,
-    /// Wall-clock time since this run began.
+    /// Wall-clock time since the first frame of this run started.
     pub elapsed: Duration,
 }
 
@@ -62,12 +63,12 @@ pub enum Note {
         /// Frame of the checkpoint, from 0.
         frame: u32,
     },
-    /// Frames before the checkpoint are missing or do not match, so the job starts at frame 0.
+    /// Frames before the checkpoint are missing or cannot be continued, so the job starts at frame 0.
     Restarted {
         /// Problem, such as a missing file.
         reason: String,
     },
-    /// The checkpoint was written at another SIMD level: the last bits may differ.
+    /// The checkpoint was written at another SIMD level, so that the last bits of positions may differ.
     SimdLevelDiffers {
         /// SIMD level of the checkpoint.
         before: String,

@@ -1,4 +1,5 @@
-//! Builds the simulation of a scene: reads meshes, builds lattices, checks pins and handles. Writes no files.
+//! Builds the simulation of a scene: reads meshes, builds lattices, adds pins, handles and colliders. Writes
+//! no files.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,28 +14,28 @@ use crate::scene::{BodyData, Scene, Substeps};
 use supple::euler_degrees;
 use supple::{Body, Placement, Simulation};
 
-/// A scene that is ready to run: the simulation at time 0, and the files of its bodies.
+/// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
 #[derive(Debug)]
 pub struct Prepared {
     /// Simulation with all bodies and colliders, at time 0.
     pub simulation: Simulation,
     /// Steps per frame, at least 1.
     pub substeps: u32,
-    /// Input of each body.
+    /// Inputs, one per body.
     pub inputs: Vec<Input>,
 }
 
-/// Input of a body.
+/// Input of a body: an OBJ file, and the part of the file that is the body.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// OBJ file; bodies from the same file share it.
+    /// OBJ file. Bodies from the same file share one document.
     pub document: Arc<Document>,
-    /// Part of the file that makes up the body.
+    /// Part of the file that is the body.
     pub part: Part,
 }
 
 impl Input {
-    /// Returns the input as the source for a frame writer.
+    /// Returns the source for a frame writer.
     pub fn source(&self) -> Source<'_> {
         Source::Document(&self.document, &self.part)
     }
@@ -55,7 +56,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
         let body = build(data, &part)?;
-        placed.push(place(data, &body));
+        placed.push(placed_bounds(data, &body));
         bodies.push(body);
         inputs.push(Input { document, part });
     }
@@ -78,7 +79,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     Ok(Prepared { simulation, substeps, inputs })
 }
 
-/// Reads a file, or returns it from `documents` if it was read before.
+/// Returns the document of a file. Reads the file only if it is not in `documents`, and adds it there.
 fn read(documents: &mut Vec<(PathBuf, Arc<Document>)>, path: &Path) -> Result<Arc<Document>, RunError> {
     if let Some((_, document)) = documents.iter().find(|(known, _)| known == path) {
         return Ok(document.clone());
@@ -88,7 +89,7 @@ fn read(documents: &mut Vec<(PathBuf, Arc<Document>)>, path: &Path) -> Result<Ar
     Ok(document)
 }
 
-/// Builds a body with its pins and handles.
+/// Builds a body, and adds its pins and handles.
 fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
@@ -113,9 +114,9 @@ fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
     Ok(body)
 }
 
-/// Returns the bounding box of a placed body, which encloses the rotated bounding box of its mesh, and the
-/// cell size.
-fn place(data: &BodyData, body: &Body) -> Placed {
+/// Returns the cell size of a body and a bounding box of the body in world space. The box encloses the
+/// rotated and translated bounding box of the mesh.
+fn placed_bounds(data: &BodyData, body: &Body) -> Placed {
     let Placement { rotate, translate, .. } = data.placement;
     let rotation = Rotation3::from_matrix_unchecked(euler_degrees(rotate));
     let (low, high) = body.mesh().map_or_else(Default::default, |mesh| mesh.bounds());

@@ -1,4 +1,4 @@
-//! Report of a job, as plain data.
+//! Defines the report of a job, as plain data.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use supple::{BodyRef, VolumeReport};
 pub struct RunReport {
     /// Directory of the frames.
     pub directory: PathBuf,
-    /// Whether the job is finished.
+    /// Whether the job is finished, stopped, or was finished before.
     pub outcome: Outcome,
     /// Frame after which this run resumed, from 0; `None` if it started at frame 0.
     pub resumed_after: Option<u32>,
@@ -22,13 +22,13 @@ pub struct RunReport {
     pub written: u32,
     /// Steps per frame; 0 if the job was already finished.
     pub substeps: u32,
-    /// Wall-clock time of this run, including reading the meshes.
+    /// Wall-clock time of this run, including the time for reading the input.
     pub elapsed: Duration,
     /// One report per body; empty if the job was already finished.
     pub bodies: Vec<BodyReport>,
 }
 
-/// Whether a job is finished.
+/// Outcome of a run of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All frames are complete.
@@ -46,12 +46,12 @@ pub struct BodyReport {
     pub name: String,
     /// Number of lattice vertices.
     pub lattice_vertices: usize,
-    /// Volume at the last frame.
+    /// Volume after the last completed frame.
     pub volume: VolumeReport,
 }
 
 impl BodyReport {
-    pub(super) fn of(body: BodyRef<'_>) -> Self {
+    pub(super) fn new(body: BodyRef<'_>) -> Self {
         Self {
             name: body.name().to_owned(),
             lattice_vertices: body.lattice().len(),

@@ -1,4 +1,4 @@
-//! Starts a job: decides whether it starts at frame 0, after a checkpoint or not at all, and opens its files.
+//! Starts a job: decides whether to start at frame 0, after a checkpoint or not at all, and opens the files.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,22 +19,23 @@ use crate::frames::{Format, FrameWriter, OutputError, Sequence, Source};
 /// Starting point of a job.
 #[derive(Debug)]
 pub(super) enum Start {
-    /// At frame 0; existing frames are replaced.
+    /// At frame 0. Existing frames are replaced.
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Checkpoint>),
-    /// Nothing to do: all frames exist.
+    /// Nothing to do, because all frames exist.
     Finished,
 }
 
 impl Job {
     /// Runs the job. All input is checked before any frame is written.
     ///
-    /// Frames appear under their final names only when they are complete. With [`Job::resume`],
-    /// a finished sequence is left unchanged, and a sequence that ended early, or that is now longer, continues
-    /// after its checkpoint. On the same SIMD level it is bit-identical to an uninterrupted run. Without a
-    /// checkpoint, or if a frame is missing, the job starts at frame 0. A checkpoint of another motion is an
-    /// error.
+    /// A frame gets its final name only when it is complete.
+    ///
+    /// With [`Job::resume`], a finished sequence is not changed. A sequence that was stopped, or that has
+    /// more frames in this job, continues after its checkpoint; its frames are bit-identical to the frames of
+    /// an uninterrupted run at the same SIMD level. If there is no checkpoint, or a frame is missing, the job
+    /// starts at frame 0. A checkpoint of a scene with another motion is an error.
     ///
     /// # Errors
     ///
@@ -60,8 +61,8 @@ impl Job {
             None => self.create_directory()?,
         };
         let running = match start {
-            Start::After(checkpoint) => self.reopen(prepared, *checkpoint, fingerprint, observer)?,
-            _ => self.open(prepared, fingerprint)?,
+            Start::After(checkpoint) => self.start_after(prepared, *checkpoint, fingerprint, observer)?,
+            _ => self.start_fresh(prepared, fingerprint)?,
         };
         running.run(job_start, observer)
     }
@@ -71,24 +72,25 @@ impl Job {
         let Some(checkpoint) = Checkpoint::read(&self.directory, fingerprint)? else {
             return Ok(Start::Fresh);
         };
-        let last = self.scene.simulation.frames;
-        if let Some(file) = self.missing_file(checkpoint.frame.min(last)) {
+        let last_frame = self.scene.simulation.frames;
+        if let Some(file) = self.missing_file(checkpoint.frame.min(last_frame)) {
             observer.note(&Note::Restarted { reason: format!("{} is missing", file.display()) });
             return Ok(Start::Fresh);
         }
-        if checkpoint.frame >= last { Ok(Start::Finished) } else { Ok(Start::After(Box::new(checkpoint))) }
+        Ok(if checkpoint.frame >= last_frame { Start::Finished } else { Start::After(Box::new(checkpoint)) })
     }
 
-    /// Returns the first missing file of the frames up to `done`.
-    fn missing_file(&self, done: u32) -> Option<PathBuf> {
+    /// Returns the first missing file of the frames up to `last_done`, counted from 0.
+    fn missing_file(&self, last_done: u32) -> Option<PathBuf> {
         self.sequences().into_iter().find_map(|sequence| {
             let file = |frame: u32| sequence.path(self.number(frame));
-            let written = (0..=done).filter(|&frame| self.is_written(frame));
+            let written = (0..=last_done).filter(|&frame| self.is_written(frame));
             match sequence.format {
                 Format::Pc2 => {
-                    // A point cache is called `.part` until its run ends.
-                    let unfinished = done < self.scene.simulation.frames;
-                    let exists = |path: &PathBuf| path.is_file() || unfinished && part_path(path).is_file();
+                    // The name of a point cache ends in `.part` until its run ends.
+                    let is_unfinished = last_done < self.scene.simulation.frames;
+                    let exists =
+                        |path: &PathBuf| path.is_file() || is_unfinished && part_path(path).is_file();
                     Some(file(0)).filter(|path| !exists(path))
                 }
                 _ => written.map(file).find(|path| !path.is_file()),
@@ -103,8 +105,8 @@ impl Job {
         Lock::acquire(&self.directory)
     }
 
-    /// Opens the files of a run from frame 0 and removes an existing sequence.
-    fn open(&self, prepared: Prepared, fingerprint: String) -> Result<Running<'_>, RunError> {
+    /// Opens the files of a run from frame 0, and removes an existing sequence.
+    fn start_fresh(&self, prepared: Prepared, fingerprint: String) -> Result<Running<'_>, RunError> {
         let stats = self.stats.as_deref().map(Stats::create).transpose()?;
         Checkpoint::remove(&self.directory)?;
         let writers = self.writers(&prepared, FrameWriter::create)?;
@@ -112,7 +114,7 @@ impl Job {
     }
 
     /// Opens the files of a run that continues after a checkpoint.
-    fn reopen(
+    fn start_after(
         &self,
         mut prepared: Prepared,
         checkpoint: Checkpoint,
@@ -120,13 +122,15 @@ impl Job {
         observer: &mut dyn Observer,
     ) -> Result<Running<'_>, RunError> {
         let frame = checkpoint.frame;
-        let next = self.number(frame) + 1;
-        let open = |sequence, source: Source<'_>| FrameWriter::resume(sequence, source, next);
-        let writers = match self.writers(&prepared, open) {
-            // The point cache does not fit: other point count, first frame or frame step, or too few frames.
-            Err(error @ OutputError::Cache { .. }) => {
-                observer.note(&Note::Restarted { reason: error.to_string() });
-                return self.open(prepared, fingerprint);
+        let done_number = self.number(frame);
+        let resume_writer =
+            |sequence, source: Source<'_>| FrameWriter::resume(sequence, source, done_number + 1);
+        let writers = match self.writers(&prepared, resume_writer) {
+            // The point cache has another point count, first frame or frame interval, or too few frames.
+            Err(OutputError::Cache { path, reason }) => {
+                let reason = format!("cannot continue {}: {reason}", path.display());
+                observer.note(&Note::Restarted { reason });
+                return self.start_fresh(prepared, fingerprint);
             }
             writers => writers?,
         };
@@ -138,27 +142,26 @@ impl Job {
             path: self.directory.join(CHECKPOINT),
             what: error.to_string(),
         })?;
-        let last = self.number(frame);
-        let stats = self.stats.as_deref().map(|path| Stats::resume(path, last)).transpose()?;
+        let stats = self.stats.as_deref().map(|path| Stats::resume(path, done_number)).transpose()?;
         observer.note(&Note::Resumed { frame });
         Ok(Running::new(self, prepared, writers, stats, fingerprint, Some(frame)))
     }
 
-    /// Opens a frame writer for each body.
+    /// Creates the frame writer of each body with `new_writer`.
     fn writers(
         &self,
         prepared: &Prepared,
-        open: impl Fn(Sequence, Source<'_>) -> Result<FrameWriter, OutputError>,
+        new_writer: impl Fn(Sequence, Source<'_>) -> Result<FrameWriter, OutputError>,
     ) -> Result<Vec<FrameWriter>, OutputError> {
-        let open = |(sequence, input): (Sequence, &Input)| {
-            let mut writer = open(sequence, input.source())?;
+        let writer_of_body = |(sequence, input): (Sequence, &Input)| {
+            let mut writer = new_writer(sequence, input.source())?;
             writer.set_executor(prepared.simulation.executor());
             Ok(writer)
         };
-        self.sequences().into_iter().zip(&prepared.inputs).map(open).collect()
+        self.sequences().into_iter().zip(&prepared.inputs).map(writer_of_body).collect()
     }
 
-    /// Returns the report of a job whose frames all exist.
+    /// Returns the report of a job that was finished before this run.
     fn already_finished(&self, job_start: Instant) -> RunReport {
         RunReport {
             directory: self.directory.clone(),

@@ -1,4 +1,5 @@
-//! Statistics as CSV or JSON, one row per frame and body. The file is complete after every frame.
+//! Writes statistics as CSV or JSON, with one row per written frame and body. The file is valid after every
+//! frame.
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
@@ -10,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::error::RunError;
 use supple::{Body, DisplayTimes, VolumeReport};
 
-/// Times and results of one frame of one body: a row of the statistics. The columns are the fields, in order.
-/// Times are wall-clock milliseconds for the frame; volumes are cubic lengths.
+/// A row of the statistics: times and results of one frame of one body. The columns are the fields, in order.
+/// The columns `ms_...` are wall-clock times in milliseconds. Volumes are cubic lengths.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Row {
     /// Number of the frame, as in its file name.
@@ -20,13 +21,13 @@ pub struct Row {
     pub time: f64,
     /// Name of the body.
     pub body: String,
-    /// Steps since the previous row of the body, divided by the number of bodies.
+    /// Time of the steps since the previous row of the body, divided by the number of bodies.
     pub ms_step: f64,
-    /// Volume correction.
+    /// Time of the volume correction.
     pub ms_volume: f64,
-    /// Mesh update, including normals.
+    /// Time of the mesh update, including normals.
     pub ms_embed: f64,
-    /// Writing the frame.
+    /// Time of writing the frame.
     pub ms_write: f64,
     /// Rest volume, by the measure of the body.
     pub volume_rest: f64,
@@ -34,7 +35,7 @@ pub struct Row {
     pub volume_before: f64,
     /// Volume after the correction.
     pub volume_after: f64,
-    /// Displacement of the correction along its field, a length.
+    /// Scale of the displacement field of the correction, a length.
     pub lambda: f64,
     /// Remaining volume error after the correction, as a fraction of the rest volume.
     pub residual: f64,
@@ -49,27 +50,28 @@ pub struct Row {
 /// Wall-clock times of one frame of one body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Times {
-    /// Steps since the previous row, divided by the number of bodies.
+    /// Time of the steps since the previous row, divided by the number of bodies.
     pub(super) step: Duration,
-    /// Volume correction and mesh update.
+    /// Times of the volume correction and of the mesh update.
     pub(super) display: DisplayTimes,
-    /// Writing the frame.
+    /// Time of writing the frame.
     pub(super) write: Duration,
 }
 
 impl Row {
     /// Returns the row of a body in its current state.
-    pub(super) fn of(frame: u64, time: f64, body: &Body, volume: &VolumeReport, times: Times) -> Self {
+    pub(super) fn new(frame: u64, time: f64, body: &Body, volume: &VolumeReport, times: Times) -> Self {
         let milliseconds = |duration: Duration| duration.as_secs_f64() * 1e3;
         let masses = body.masses();
-        let squares: Vec<f64> = body.velocities().iter().map(|velocity| velocity.norm_squared()).collect();
+        let speeds_squared: Vec<f64> =
+            body.velocities().iter().map(|velocity| velocity.norm_squared()).collect();
         Self {
             frame,
             time,
             body: body.name().to_owned(),
             ms_step: milliseconds(times.step),
             ms_volume: milliseconds(times.display.volume),
-            ms_embed: milliseconds(times.display.embed),
+            ms_embed: milliseconds(times.display.mesh_update),
             ms_write: milliseconds(times.write),
             volume_rest: volume.rest,
             volume_before: volume.before,
@@ -77,13 +79,13 @@ impl Row {
             lambda: volume.lambda,
             residual: volume.residual,
             capped: volume.capped,
-            energy_kinetic: masses.iter().zip(&squares).map(|(mass, square)| mass * square / 2.0).sum(),
-            max_speed: squares.iter().copied().fold(0.0, f64::max).sqrt(),
+            energy_kinetic: masses.iter().zip(&speeds_squared).map(|(mass, v2)| mass * v2 / 2.0).sum(),
+            max_speed: speeds_squared.iter().copied().fold(0.0, f64::max).sqrt(),
         }
     }
 }
 
-/// Format of a stats file, given by its extension.
+/// Format of a statistics file. The extension of the file determines it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Csv,
@@ -91,7 +93,7 @@ enum Kind {
 }
 
 impl Kind {
-    fn of(path: &Path) -> Result<Self, RunError> {
+    fn from_path(path: &Path) -> Result<Self, RunError> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv),
             Some("json") => Ok(Self::Json),
@@ -111,7 +113,8 @@ impl Kind {
         }
     }
 
-    /// Returns the text of rows with their separators; `is_first` means that no row precedes them.
+    /// Returns the text of rows with their separators. `is_first`: whether the rows are the first in the
+    /// file.
     fn rows(self, rows: &[Row], is_first: bool) -> std::io::Result<Vec<u8>> {
         match self {
             Self::Csv => csv_lines(rows, false),
@@ -132,11 +135,11 @@ impl Kind {
         }
     }
 
-    /// Returns the frame number of a row; `None` if the line is incomplete or not a row.
+    /// Returns the frame number of a row. Returns `None` if the line is incomplete or is not a row.
     fn frame_of(self, line: &str) -> Option<u64> {
-        /// The part of a [`Row`] that is needed to resume.
+        /// The field of a [`Row`] that is needed to resume.
         #[derive(Deserialize)]
-        struct Numbered {
+        struct FrameNumber {
             frame: u64,
         }
         let line = line.strip_suffix('\n')?;
@@ -144,7 +147,7 @@ impl Kind {
             Self::Csv => line.split(',').next()?.parse().ok(),
             Self::Json => {
                 let row = line.strip_suffix(',').unwrap_or(line);
-                serde_json::from_str(row).ok().map(|Numbered { frame }| frame)
+                serde_json::from_str(row).ok().map(|FrameNumber { frame }| frame)
             }
         }
     }
@@ -157,40 +160,40 @@ fn csv_lines(rows: &[Row], with_header: bool) -> std::io::Result<Vec<u8>> {
     writer.into_inner().map_err(|error| error.into_error())
 }
 
-/// Checks that the extension of a stats file is known.
+/// Checks that the extension of a statistics file is `.csv` or `.json`.
 pub(super) fn check_name(path: &Path) -> Result<(), RunError> {
-    Kind::of(path).map(drop)
+    Kind::from_path(path).map(drop)
 }
 
-/// An open stats file.
+/// An open statistics file.
 #[derive(Debug)]
 pub(super) struct Stats {
     file: File,
     path: PathBuf,
     kind: Kind,
-    /// Byte offset of the next row. In JSON the closing bracket is at this offset.
+    /// Byte offset of the end of the rows. In JSON, the closing bracket follows.
     end: u64,
     /// Whether the file has no rows yet.
     is_empty: bool,
 }
 
 impl Stats {
-    /// Creates a file and replaces an existing one.
+    /// Creates a file, and replaces an existing file.
     pub(super) fn create(path: &Path) -> Result<Self, RunError> {
-        let kind = Kind::of(path)?;
+        let kind = Kind::from_path(path)?;
         let file = File::create(path).map_err(|source| RunError::io("create", path, source))?;
         let mut stats = Self { file, path: path.to_owned(), kind, end: 0, is_empty: true };
         stats.append(kind.head())?;
         Ok(stats)
     }
 
-    /// Opens an existing file and cuts it off after the rows up to frame number `last`. Creates the file if
-    /// it is missing.
-    pub(super) fn resume(path: &Path, last: u64) -> Result<Self, RunError> {
+    /// Opens an existing file and removes the rows after frame number `last_kept`. Creates the file if it is
+    /// missing.
+    pub(super) fn resume(path: &Path, last_kept: u64) -> Result<Self, RunError> {
         if !path.exists() {
             return Self::create(path);
         }
-        let kind = Kind::of(path)?;
+        let kind = Kind::from_path(path)?;
         let failed = |action| move |source| RunError::io(action, path, source);
         let text = std::fs::read_to_string(path).map_err(failed("read"))?;
         let head = kind.head().map_err(failed("write"))?;
@@ -198,35 +201,36 @@ impl Stats {
             return Err(RunError::NotStats { path: path.to_owned() });
         }
         let rows = &text[head.len()..];
-        let is_kept = |line: &&str| kind.frame_of(line).is_some_and(|frame| frame <= last);
-        let kept: usize = rows.split_inclusive('\n').take_while(is_kept).map(str::len).sum();
+        let is_kept = |line: &&str| kind.frame_of(line).is_some_and(|frame| frame <= last_kept);
+        let kept_length: usize = rows.split_inclusive('\n').take_while(is_kept).map(str::len).sum();
         let kept = match kind {
-            Kind::Csv => &rows[..kept],
-            // The last row kept ends in `},\n` or `}\n`; the text after its brace is written again.
-            Kind::Json => rows[..kept].trim_end_matches(['\n', ',']),
+            Kind::Csv => &rows[..kept_length],
+            // The last kept row ends in `},\n` or `}\n`. The text after the brace is removed, and written
+            // again.
+            Kind::Json => rows[..kept_length].trim_end_matches(['\n', ',']),
         };
         let end = (head.len() + kept.len()) as u64;
-        let open = File::options().write(true).open(path);
-        let file = open.and_then(|file| file.set_len(end).map(|()| file)).map_err(failed("write"))?;
+        let opened = File::options().write(true).open(path);
+        let file = opened.and_then(|file| file.set_len(end).map(|()| file)).map_err(failed("write"))?;
         let mut stats = Self { file, path: path.to_owned(), kind, end, is_empty: kept.is_empty() };
         stats.append(Ok(Vec::new()))?;
         Ok(stats)
     }
 
-    /// Appends rows. The file is complete when this returns.
-    pub(super) fn push(&mut self, rows: &[Row]) -> Result<(), RunError> {
+    /// Appends rows. The file is valid when this function returns.
+    pub(super) fn append_rows(&mut self, rows: &[Row]) -> Result<(), RunError> {
         let text = self.kind.rows(rows, self.is_empty);
         self.is_empty &= rows.is_empty();
         self.append(text)
     }
 
-    /// Writes text at the end of the rows, followed by the text after the rows.
+    /// Writes `text` at the end of the rows, and then the text that ends the file.
     fn append(&mut self, text: std::io::Result<Vec<u8>>) -> Result<(), RunError> {
         let write = |mut text: Vec<u8>| {
             let length = text.len() as u64;
             text.extend_from_slice(self.kind.tail(self.is_empty));
             self.file.seek(SeekFrom::Start(self.end))?;
-            // A single write, so that a kill between two rows leaves a complete file.
+            // A single write, so that killing the process between two calls leaves a valid file.
             self.file.write_all(&text)?;
             self.end += length;
             Ok(())

@@ -1,6 +1,6 @@
-//! Scene data: one field for each key, with defaults filled in. serde reads and writes it.
+//! Defines the data of a scene: one field for each scene key, with defaults. serde reads and writes it.
 //!
-//! A field named `@...` stands for several keys of the same table: see [`super::keys`].
+//! A field named `@...` stands for several keys of the table that contains the field: see [`super::keys`].
 
 use std::path::PathBuf;
 
@@ -10,11 +10,12 @@ use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys}
 use crate::frames::Format;
 use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, VolumeOptions};
 
-/// Largest number of frames: almost four days at 30 per second.
+/// Largest number of frames: almost four days at 30 frames per second.
 const MAX_FRAMES: u32 = 10_000_000;
 /// Largest number of steps per frame.
 const MAX_SUBSTEPS: u32 = 100_000;
-/// Largest number of threads: more than machines have, and fewer than operating systems refuse.
+/// Largest number of threads. Most machines have fewer processors, and operating systems can start as many
+/// threads.
 const MAX_THREADS: u32 = 1024;
 
 /// A scene: bodies and colliders, simulation settings and output settings.
@@ -22,7 +23,7 @@ const MAX_THREADS: u32 = 1024;
 /// Lengths are in the unit of the meshes, times in seconds, masses in kilograms.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// Directory that `mesh` and `output.directory` are relative to: that of the scene file.
+    /// Directory of the scene file. `mesh` and `output.directory` are relative to it.
     #[serde(skip)]
     pub base: PathBuf,
     /// `[simulation]`: time, gravity and threads.
@@ -43,28 +44,28 @@ pub struct Scene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SimulationData {
-    /// Frames after frame 0; default 240.
+    /// Number of frames after frame 0; default 240.
     #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_FRAMES>")]
     pub frames: u32,
     /// Frames per second, above 0; default 30.
     #[serde(deserialize_with = "keys::positive")]
     pub fps: f64,
-    /// Steps per frame; default 2.
+    /// Number of steps per frame; default 2.
     pub substeps: Substeps,
-    /// Gravitational acceleration of every body, length/s^2; default `[0, -9.81, 0]`.
+    /// Gravitational acceleration, length/s^2; default `[0, -9.81, 0]`.
     pub gravity: [f64; 3],
-    /// Number of threads; 0, the default, uses all.
+    /// Number of threads; 0, the default, uses all processors.
     #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_THREADS>")]
     pub threads: usize,
 }
 
-/// Steps per frame.
+/// Number of steps per frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "toml::Value", try_from = "toml::Value")]
 pub enum Substeps {
-    /// A fixed number, at least 1.
+    /// A fixed number of steps, at least 1.
     Fixed(u32),
-    /// The number that the stiffest body and the fastest motion need; see `run::substeps`.
+    /// The number of steps that the stiffest body and the fastest motion need; see `run::substeps`.
     Auto,
 }
 
@@ -89,25 +90,25 @@ pub struct BodyData {
     /// OBJ file, relative to the scene file.
     #[serde(deserialize_with = "keys::mesh")]
     pub mesh: PathBuf,
-    /// The `o` or `g` of the file that is the body; `None` for the whole file.
+    /// Name of the `o` or `g` of the file that is the body; `None` for the whole file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// Factor on the mesh, applied first; above 0, default 1.
+    /// Scale of the mesh, applied before the placement; above 0, default 1.
     #[serde(deserialize_with = "keys::positive")]
     pub scale: f64,
-    /// `rotate`, then `translate`, applied after the scale; initial `velocity` and `spin`.
+    /// Keys `rotate` and `translate`, applied in this order, and initial `velocity` and `spin`.
     #[serde(rename = "@placement", with = "PlacementKeys")]
     pub placement: Placement,
-    /// Resolution of the lattice; default 1,000 lattice vertices.
+    /// Keys `lattice_vertices` or `cell_size`: resolution of the lattice; default 1,000 lattice vertices.
     #[serde(rename = "@resolution", with = "ResolutionKeys")]
     pub resolution: Resolution,
-    /// Whether floating parts are connected to the largest part; default true.
+    /// Whether bridges of cells join separate parts of the lattice to the largest part; default true.
     pub join: bool,
-    /// `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `region_damping` or
-    /// `region_damping_rate`, `density`.
+    /// Keys `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `region_damping` or
+    /// `region_damping_rate`, and `density`.
     #[serde(rename = "@material", with = "MaterialKeys")]
     pub material: Material,
-    /// Volume preservation; default automatic.
+    /// Volume preservation; by default the measure is chosen automatically.
     #[serde(with = "VolumeKeys")]
     pub volume: VolumeOptions,
     /// `[[body.pin]]`, in the order of the file.
@@ -119,7 +120,7 @@ pub struct BodyData {
 }
 
 impl BodyData {
-    /// Creates a body of this name and mesh, with defaults for all other keys.
+    /// Creates a body with a name and a mesh, and defaults for all other keys.
     pub fn new(name: impl Into<String>, mesh: impl Into<PathBuf>) -> Self {
         let LatticeOptions { resolution, join, .. } = LatticeOptions::default();
         Self {
@@ -138,8 +139,8 @@ impl BodyData {
     }
 }
 
-/// Defaults for keys that a scene file leaves out. `mesh` and `name` are empty; reading a scene fills them
-/// in.
+/// Defaults of the keys that a scene file omits. `mesh` and `name` are empty. Reading a scene requires
+/// `mesh`, and derives `name` from `mesh`.
 impl Default for BodyData {
     fn default() -> Self {
         Self::new("", "")

@@ -1,4 +1,5 @@
-//! Errors of reading scenes. Each names the place, the key, the value and the valid input.
+//! Errors of reading scenes. A message names the place (line or override), the key, the value and the valid
+//! input.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,17 +7,17 @@ use std::sync::Arc;
 
 use crate::obj::ObjError;
 
-/// Place where a value was written.
+/// Place of a value or key: a line of a scene file, or an override.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// A line of a file, or of a text with the name of a file.
+    /// A line of a scene file, or of a text that stands for a file.
     Line {
-        /// Name of the file.
+        /// Path of the file, or name of the text.
         file: Arc<str>,
-        /// Line, from 1.
+        /// Line number, from 1.
         line: usize,
     },
-    /// An override, `KEY=VALUE` as given.
+    /// An override: its text `KEY=VALUE`, as given.
     Override(Arc<str>),
 }
 
@@ -41,13 +42,13 @@ pub enum SceneError {
         /// Cause.
         source: std::io::Error,
     },
-    /// The file is neither a scene nor a model, by its extension.
-    #[error("{}: is neither a scene nor a model; the extension must be .toml or .obj", path.display())]
+    /// The extension of the file is that of neither a scene nor a model.
+    #[error("{}: the extension must be .toml, for a scene, or .obj, for a model", path.display())]
     Kind {
         /// Input file.
         path: PathBuf,
     },
-    /// A model without a scene cannot be read.
+    /// An OBJ file that is used without a scene cannot be read.
     #[error(transparent)]
     Mesh(#[from] ObjError),
     /// The text is not valid TOML.
@@ -71,7 +72,7 @@ pub enum SceneError {
     /// A required key is missing.
     #[error("{place}: `{key}` is missing: {hint}")]
     Missing {
-        /// Start of the table that needs the key.
+        /// Place of the table that needs the key.
         place: Place,
         /// Full key.
         key: String,
@@ -90,7 +91,7 @@ pub enum SceneError {
         /// Value found.
         found: String,
     },
-    /// A number is out of range, or a string is none of the choices.
+    /// A number is out of range, or a string is not one of the valid choices.
     #[error("{place}: `{key}` is {value}; it must be {range}")]
     OutOfRange {
         /// Place of the value.
@@ -107,9 +108,9 @@ pub enum SceneError {
     Exclusive {
         /// Place of the second key.
         place: Place,
-        /// Full key of the second.
+        /// Full key that was found second.
         key: String,
-        /// First key.
+        /// Key that was found first, without its table.
         other: String,
     },
     /// Two bodies have the same name.
@@ -117,15 +118,15 @@ pub enum SceneError {
     DuplicateName {
         /// Place of the second body.
         place: Place,
-        /// Name of both.
+        /// Name of the two bodies.
         name: String,
     },
     /// An override does not have the form `KEY=VALUE`, or its key does not exist.
     #[error("--set {text}: {message}")]
     Override {
-        /// The override as given.
+        /// Text of the override, as given.
         text: String,
-        /// The problem, and a valid form.
+        /// Description of the problem and of a valid override.
         message: String,
     },
 }

@@ -1,8 +1,12 @@
-//! Deserializer of a scene: a value of the document with its full key, which errors name.
+//! Deserializes a scene. [`Field`], the deserializer, is a value of the TOML document with its full key, so
+//! that errors can name the key.
 //!
-//! It differs from the deserializer of the `toml` crate in two ways. A field named `@...` is read from the
-//! table itself, like serde's `flatten`, but its errors keep their key and line. An enum that is read from a
-//! table is the variant whose name is a key of the table; two such keys are an error.
+//! It differs from the deserializer of the `toml` crate in two ways:
+//!
+//! * A struct field named `@...` is read from keys of the table that contains it, like serde's `flatten`.
+//!   Unlike with `flatten`, errors keep their key and line.
+//! * An enum that is read from a table is the variant whose name is a key of the table. Two such keys are an
+//!   error.
 
 use std::vec::IntoIter;
 
@@ -17,12 +21,14 @@ use super::error::SceneError;
 use super::keys::{expand, hint_for, is_name};
 use super::value::{Data, Table, Value};
 
-/// A value and its full key, such as `body.bust.half_width`. The key of the document is empty.
+/// A value and its full key, such as `body.bust.half_width`. The full key of the whole document is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Field<'a> {
     value: &'a Value,
+    /// Full key.
     name: String,
-    /// Whether the field stands for some keys (`@...`) of its table. It then ignores the other keys.
+    /// Whether this is a field `@...`: `value` is the table, of which the field reads some keys and ignores
+    /// the others.
     is_part: bool,
 }
 
@@ -36,12 +42,13 @@ impl<'a> Field<'a> {
     pub(super) fn read<T: Deserialize<'a>>(&self) -> Result<T, SceneError> {
         T::deserialize(self.clone()).map_err(|fault| match self.locate(fault) {
             Fault::Known(error) => error,
-            // Unreachable: `locate` returns `Known` only.
+            // Unreachable, because `locate` always returns `Known`.
             fault => SceneError::Syntax { place: self.value.place.clone(), message: format!("{fault:?}") },
         })
     }
 
-    /// Returns the field at a path of keys and indices. Parts of the path that do not exist are skipped.
+    /// Returns the field at a path of keys and indices, separated by dots. Keys and indices that do not exist
+    /// are skipped.
     pub(super) fn at(&self, path: &str) -> Self {
         path.split('.').fold(self.clone(), |field, part| {
             let next = match &field.value.data {
@@ -56,13 +63,13 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Returns the field of `value`, which is under `key` in this one.
+    /// Returns the field of `value`, which is the value of `key` in this table.
     fn child(&self, key: &str, value: &'a Value) -> Self {
         Self { value, name: self.key_of(key), is_part: false }
     }
 
-    /// Returns the field of a list element. Its key is its name if it has a valid one (bodies), otherwise its
-    /// index.
+    /// Returns the field of a list element. Its key is the `name` of the element if this is a valid name of a
+    /// body, otherwise its index.
     fn item(&self, index: usize, value: &'a Value) -> Self {
         match value.text("name").filter(|name| is_name(name)) {
             Some(name) => self.child(name, value),
@@ -75,12 +82,12 @@ impl<'a> Field<'a> {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
 
-    /// Returns the error of a missing key of this table.
+    /// Returns the error that `key` is missing in this table.
     pub(super) fn missing(&self, key: &str, hint: &str) -> SceneError {
         SceneError::Missing { place: self.value.place.clone(), key: self.key_of(key), hint: hint.to_owned() }
     }
 
-    /// Returns the error of a value out of range.
+    /// Returns the error that the value is out of range.
     pub(super) fn out_of_range(&self, range: &str) -> SceneError {
         SceneError::OutOfRange {
             place: self.value.place.clone(),
@@ -90,12 +97,12 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Returns the error of a second body of this name.
+    /// Returns the error that an earlier body has the same name.
     pub(super) fn duplicate(&self, name: &str) -> SceneError {
         SceneError::DuplicateName { place: self.value.place.clone(), name: name.to_owned() }
     }
 
-    /// Adds the place and the full key to a fault that does not have them yet.
+    /// Converts a fault to `Known`, the complete error, with the place and the full key of this field.
     fn locate(&self, fault: Fault) -> Fault {
         Fault::Known(match fault {
             Fault::Known(error) => error,
@@ -123,7 +130,7 @@ impl<'a> Field<'a> {
                     ("a string" | "path string", _) => "a string in quotes".to_owned(),
                     ("a sequence", Data::Table(_)) if !matches!(key, "keys" | "vertices") => {
                         "one table".clone_into(&mut found);
-                        // Only bodies contain lists of tables.
+                        // Only bodies contain lists of tables (`[[body.pin]]`).
                         let parent = if self.name.contains('.') { "body." } else { "" };
                         format!("a list of tables; write [[{parent}{key}]] in double brackets")
                     }
@@ -137,7 +144,8 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Returns the entries of a struct with these fields. Unknown keys are reported before any value is read.
+    /// Returns the entries of this table for a struct with these fields. An unknown key is an error before
+    /// any value is read.
     fn entries(&self, fields: &[&'static str]) -> Result<Entries<'a>, Fault> {
         let Data::Table(table) = &self.value.data else { return Err(Fault::Type("struct".to_owned())) };
         let known = expand(fields);
@@ -156,7 +164,7 @@ impl<'a> Field<'a> {
         Ok(Entries::new(fields.iter().filter_map(entry).collect()))
     }
 
-    /// Returns the one of several keys that the table has.
+    /// Returns the entry of the only key in `keys` that the table has. Two keys, or no key, are an error.
     fn one_of(&self, table: &'a Table, keys: &'static [&'static str]) -> Result<Entries<'a>, Fault> {
         let mut given = keys.iter().filter_map(|&key| Some((key, self.child(key, table.get(key)?))));
         let first = given.next().ok_or(Fault::Missing(keys[0]))?;
@@ -168,18 +176,18 @@ impl<'a> Field<'a> {
     }
 }
 
-/// A problem with a value, before its place and key are known.
+/// A problem with a value, whose place and full key may be unknown.
 #[derive(Debug)]
 pub(super) enum Fault {
-    /// The value must have this type.
+    /// The value has the wrong type; contains the expected type.
     Type(String),
-    /// The value must be in this range.
+    /// The value is out of range; contains the valid range.
     Range(String),
-    /// This field is missing.
+    /// The field with this name is missing.
     Missing(&'static str),
-    /// An unknown key, and the nearest known one.
+    /// A key is unknown; contains the key, and the known key with the most similar spelling.
     Unknown(String, String),
-    /// The complete error.
+    /// The complete error, with place and full key.
     Known(SceneError),
 }
 
@@ -256,7 +264,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
         visitor.visit_newtype_struct(self)
     }
 
-    /// Deserializes a vector, whose numbers must be finite.
+    /// Deserializes a vector of `length` finite numbers.
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Fault> {
         let list = match &self.value.data {
             Data::Array(values) if values.len() == length => values,
@@ -269,7 +277,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
         self.deserialize_any(visitor)
     }
 
-    /// Deserializes a struct. A string in place of volume options sets their first field.
+    /// Deserializes a struct. Volume options can be a string, which sets their first field, `measure`.
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         name: &'static str,
@@ -346,8 +354,8 @@ impl<'de> SeqAccess<'de> for Items<'de> {
     }
 }
 
-/// Returns the candidate with the smallest edit distance (Damerau-Levenshtein) to `word`; of equals the
-/// first.
+/// Returns the candidate with the smallest edit distance (Damerau-Levenshtein) to `word`. If several
+/// candidates have this distance, returns the first one.
 pub fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     candidates.iter().copied().min_by_key(|candidate| strsim::damerau_levenshtein(word, candidate))
 }

@@ -1,7 +1,7 @@
-//! Scene keys of the types of [`supple`]: names, ranges and mutual exclusions.
+//! Defines the scene keys for the types of [`supple`]: names, ranges, and mutually exclusive keys.
 //!
-//! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults are
-//! those of the types themselves.
+//! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
+//! from the types of [`supple`].
 
 use std::path::{Path, PathBuf};
 
@@ -14,12 +14,12 @@ use supple::{
     Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions, VolumeScope,
 };
 
-/// Largest number of lattice vertices: their indices fit in 32 bits.
+/// Largest number of lattice vertices. Their indices must fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
-/// Largest half-width of a region, in cells: wider than any lattice.
+/// Largest half-width of a region, in cells. Lattices have fewer cells in each direction.
 const MAX_HALF_WIDTH: u32 = 1_000_000;
 
-/// Pairs of mutually exclusive keys of a body, which set the same quantity.
+/// Pairs of mutually exclusive keys of a body. The two keys of a pair set the same quantity.
 pub const ALTERNATIVES: [[&str; 2]; 4] = [
     ["lattice_vertices", "cell_size"],
     ["half_width", "stiffness_radius"],
@@ -27,7 +27,8 @@ pub const ALTERNATIVES: [[&str; 2]; 4] = [
     ["region_damping", "region_damping_rate"],
 ];
 
-/// Returns the keys that some fields stand for: several for a field named `@...`, otherwise the field itself.
+/// Returns the scene keys of some fields: several keys for a field named `@...`, otherwise the name of the
+/// field.
 pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     let keys = |field: &&'a str| -> Vec<&'a str> {
         match *field {
@@ -46,18 +47,19 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     fields.iter().flat_map(keys).collect()
 }
 
-/// Returns the description of a valid value, for a key that is missing or not a list.
+/// Returns the description of a valid value of a key, for the message that the key is missing or that its
+/// value is not a list.
 pub(super) fn hint_for(key: &str) -> &'static str {
     match key {
-        "mesh" => "the path of an OBJ file, relative to the scene",
-        "keys" => "a list of poses like [{ time = 1, translate = [0, 1, 0] }]",
+        "mesh" => "the path of an OBJ file, relative to the scene file",
+        "keys" => "a list of keyframes like [{ time = 1, translate = [0, 1, 0] }]",
         "vertices" => "a list of lattice vertices like [0, 5]",
-        "time" => "seconds",
+        "time" => "a time in seconds",
         "radius" => "a length",
         "min" => "the corner with the smallest coordinates, three numbers",
         "max" => "the corner with the largest coordinates, three numbers",
         "a" | "b" => "an end of the axis, three numbers",
-        "half_extents" => "half of each edge, three lengths",
+        "half_extents" => "half of each edge length, three numbers",
         "normal" => "a direction, three numbers",
         "center" => "three numbers",
         "point" => "a point of the plane, three numbers",
@@ -151,7 +153,7 @@ struct HandleKeys {
     selection: Selection,
     #[serde(default, rename = "@window", with = "WindowKeys")]
     window: TimeWindow,
-    #[serde(with = "poses")]
+    #[serde(with = "keyframes")]
     keys: Vec<Key>,
 }
 
@@ -186,7 +188,7 @@ struct WindowKeys {
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Key")]
-struct KeyKeys {
+struct KeyframeKeys {
     #[serde(deserialize_with = "finite")]
     time: f64,
     #[serde(default)]
@@ -204,10 +206,11 @@ struct ColliderKeys {
     friction: f64,
     #[serde(default, deserialize_with = "fraction")]
     restitution: f64,
-    #[serde(default, with = "poses", skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]
     keys: Vec<Key>,
 }
 
+/// Returns the default friction of a collider.
 fn friction() -> f64 {
     Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction
 }
@@ -240,7 +243,8 @@ enum ShapeKeys {
     },
 }
 
-/// Modules that serialize lists of types through their `...Keys`.
+/// Defines modules that serialize lists of a type through its `...Keys`. `$check` returns an error if a list
+/// is invalid.
 macro_rules! lists {
     ($($module:ident: $of:ident by $keys:literal, $check:expr;)*) => {$(
         pub(super) mod $module {
@@ -255,7 +259,7 @@ macro_rules! lists {
             }
 
             pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Vec<$of>, D::Error> {
-                let list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|Item(one)| one).collect();
+                let list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|Item(value)| value).collect();
                 let check: fn(&[$of]) -> Result<(), &str> = $check;
                 check(&list).map_err(D::Error::custom)?;
                 Ok(list)
@@ -268,13 +272,13 @@ lists! {
     pins: Pin by "PinKeys", |_| Ok(());
     handles: Handle by "HandleKeys", |_| Ok(());
     colliders: Collider by "ColliderKeys", |_| Ok(());
-    poses: Key by "KeyKeys", |list| match list.is_empty() {
-        true => Err("at least one pose like { time = 1, translate = [0, 1, 0] }"),
+    keyframes: Key by "KeyframeKeys", |list| match list.is_empty() {
+        true => Err("at least one keyframe like { time = 1, translate = [0, 1, 0] }"),
         false => Ok(()),
     };
 }
 
-/// Modules that serialize values by their names.
+/// Defines modules that serialize a value as its name.
 macro_rules! words {
     ($($module:ident: $of:ident;)*) => {$(
         mod $module {
@@ -302,7 +306,7 @@ words! {
     field: FieldKind;
 }
 
-/// Functions that deserialize numbers, vectors and strings within a range.
+/// Defines functions that deserialize a number, vector or string and check its range.
 macro_rules! ranges {
     ($($name:ident($of:ty, $value:ident): $is_valid:expr, $range:expr;)*) => {$(
         pub(super) fn $name<'de, D: Deserializer<'de>, T: From<$of>>(value: D) -> Result<T, D::Error> {
@@ -318,15 +322,15 @@ ranges! {
     not_negative(f64, x): x.is_finite() && x >= 0.0, "a number of at least 0";
     positive_fraction(f64, x): x > 0.0 && x <= 1.0, "in (0, 1]";
     fraction(f64, x): (0.0..=1.0).contains(&x), "in [0, 1]";
-    direction([f64; 3], v): v != [0.0; 3], "a vector of any length but zero";
+    direction([f64; 3], v): v != [0.0; 3], "a vector that is not zero";
     extents([f64; 3], v): v.iter().all(|&half| half > 0.0), "three numbers above 0";
     name(String, name): is_name(&name),
         "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, because it names files";
     mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of an OBJ file";
-    directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; write \".\" for that of the scene";
+    directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; \".\" is that of the scene file";
 }
 
-/// Deserializes a whole number from `LOW` to `HIGH`.
+/// Deserializes a whole number in the range from `LOW` to `HIGH`.
 pub(super) fn count<'de, D, T, const LOW: u32, const HIGH: u32>(value: D) -> Result<T, D::Error>
 where
     D: Deserializer<'de>,
@@ -343,9 +347,9 @@ fn is_infinite(number: &f64) -> bool {
     number.is_infinite()
 }
 
-/// Returns whether a body can have this name.
+/// Returns whether `name` is a valid name of a body.
 pub(super) fn is_name(name: &str) -> bool {
-    // A leading point would make the frames hidden files.
+    // A leading `.` would make the frames hidden files.
     !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character)
 }
 
@@ -353,8 +357,8 @@ fn is_name_character(character: char) -> bool {
     character.is_ascii_alphanumeric() || matches!(character, '-' | '_' | '.')
 }
 
-/// Returns the default name of a body: the file name without extension, with `_` for characters that are not
-/// allowed.
+/// Returns the default name of a body: the file name of its mesh without the extension, with `_` in place of
+/// invalid characters.
 pub(super) fn name_from(mesh: &Path) -> String {
     let stem = mesh.file_stem().unwrap_or_default().to_string_lossy();
     let name: String =

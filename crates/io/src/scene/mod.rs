@@ -1,11 +1,12 @@
-//! Scenes, read from TOML or generated for a model without a scene.
+//! Reads scenes from TOML, and generates the scene of a model (OBJ file) without a scene.
 //!
 //! ```text
-//! scene.toml -> value (with lines) -> overrides -> field (keys from data and keys) -> Scene (plain data)
-//! model.obj  -> Scene -> its TOML text -> the same steps
+//! scene.toml -> value: TOML with line numbers -> overrides -> field: deserializes data and keys -> Scene
+//! model.obj  -> Scene -> TOML text -> same steps as for scene.toml
 //! ```
 //!
-//! [`Scene`] contains every default, so that a run needs no others. [`Scene::to_toml`] writes it back.
+//! A [`Scene`] is plain data. It contains the default of every key that the file omits. [`Scene::to_toml`]
+//! writes it as TOML.
 
 mod data;
 mod error;

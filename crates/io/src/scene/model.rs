@@ -1,4 +1,4 @@
-//! Generates the scene of a model without a scene: the model is dropped onto a ground just below it.
+//! Generates the scene of a model (OBJ file) without a scene: the model falls onto a ground just below it.
 
 use std::path::Path;
 
@@ -23,12 +23,13 @@ const GAP: f64 = 0.1;
 const FALL_TIME: f64 = 0.5;
 
 impl Scene {
-    /// Opens an input: a scene file (`.toml`), or a model (`.obj`) as the scene of [`Scene::of_model`].
-    /// Overrides apply to both, as in [`Scene::read_with`].
+    /// Reads a scene file (`.toml`), or generates the scene of a model (`.obj`) by [`Scene::of_model`]. Then
+    /// applies overrides as in [`Scene::read_with`]. `up` applies only to models.
     ///
     /// # Errors
     ///
-    /// As [`Scene::read_with`], and if a model cannot be read or the file is neither.
+    /// As [`Scene::read_with`]. Also if a model cannot be read, or if the extension is neither `.toml` nor
+    /// `.obj`.
     pub fn open(path: impl AsRef<Path>, up: Up, overrides: &[String]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
@@ -44,12 +45,13 @@ impl Scene {
         }
     }
 
-    /// Returns the scene of a model with bounds `low` and `high` in the unit of the file. The model is
-    /// dropped onto a ground a tenth of its height below it. Gravity is chosen so that it falls its own
-    /// height h in a time t of half a second (g = 2 h / t^2). Its volume is preserved.
+    /// Returns the scene of a model with the smallest coordinates `low` and the largest coordinates `high`,
+    /// in the unit of the file. The model falls onto a ground that is a tenth of its height below it. Gravity
+    /// g is chosen so that the model falls its own height h in half a second, the time t: g = 2 h / t^2. Its
+    /// volume is preserved.
     ///
-    /// Paths are relative to the current directory, so that the scene can be saved there as text. A model
-    /// without height, such as a flat sheet, counts as high as it is wide.
+    /// Paths are relative to the current directory, so that the scene can be saved there as text. If a model
+    /// has no height, such as a flat sheet, its largest extent is used as its height.
     pub fn of_model(path: &Path, low: [f64; 3], high: [f64; 3], up: Up) -> Self {
         let axis = match up {
             Up::Y => 1,
@@ -83,10 +85,11 @@ impl Scene {
     }
 }
 
-/// Rounds `value` at the sixth digit of the length `against`, for readable text.
-fn rounded(value: f64, against: f64) -> f64 {
-    let digits = 5 - against.log10().floor() as i32;
-    // Rounds through decimal text: multiplying by powers of ten would add digits from rounding errors.
+/// Rounds `value` to the sixth significant digit of the length `scale`, for readable text.
+fn rounded(value: f64, scale: f64) -> f64 {
+    let digits = 5 - scale.log10().floor() as i32;
+    // Rounds through decimal text, because multiplying by powers of ten would add digits from rounding
+    // errors.
     let decimals = digits.clamp(0, 300) as usize;
     format!("{value:.decimals$}").parse().unwrap_or(value)
 }

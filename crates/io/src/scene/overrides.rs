@@ -1,4 +1,4 @@
-//! `--set KEY=VALUE`: changes to a document before it is checked.
+//! Applies overrides (`--set KEY=VALUE`) to a TOML document before the document is checked.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use super::field::nearest;
 use super::keys::{ALTERNATIVES, name_from};
 use super::value::{Data, Table, Value, parse_value};
 
-/// Applies overrides in order.
+/// Applies overrides to the document `root`, in order.
 pub(super) fn apply(root: &mut Value, overrides: &[String]) -> Result<(), SceneError> {
     for text in overrides {
         let invalid = |message: String| SceneError::Override { text: text.clone(), message };
@@ -24,13 +24,14 @@ pub(super) fn apply(root: &mut Value, overrides: &[String]) -> Result<(), SceneE
     Ok(())
 }
 
-/// Sets the value at a path below `node` and creates the missing tables on the path.
+/// Sets the value at `path`, keys and indices below `node` separated by dots. Creates missing tables on the
+/// path. `place` is the override.
 fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), String> {
     match &mut node.data {
         Data::Table(table) => {
             let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
             if key.is_empty() {
-                return Err("the key has an empty part; write one like body.bust.half_width".to_owned());
+                return Err("the key has an empty part; write a key like body.bust.half_width".to_owned());
             }
             let Some(rest) = rest else {
                 replace(table, key, value, place);
@@ -51,7 +52,8 @@ fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), 
     }
 }
 
-/// Sets a key and removes the key that excludes it, unless an override set that one too.
+/// Sets a key, and removes the key of the file that excludes it ([`ALTERNATIVES`]). A key that another
+/// override set is not removed, so that two exclusive overrides are an error.
 fn replace(table: &mut Table, key: &str, value: Value, place: &Place) {
     if let Some(pair) = ALTERNATIVES.iter().find(|pair| pair.contains(&key)) {
         table.retain(|other, value| {
@@ -61,8 +63,8 @@ fn replace(table: &mut Table, key: &str, value: Value, place: &Place) {
     table.insert(key.to_owned(), Value { place: place.clone(), ..value });
 }
 
-/// Returns the index of the element that the first part of `path` names, and the rest of the path. The part
-/// is the `name` of the element (which may contain dots) or its index.
+/// Finds the list element at the start of `path`, by its name (which may contain dots) or by its index.
+/// Returns the index of the element, and the remaining path if there is one.
 fn find<'a>(values: &[Value], path: &'a str) -> Result<(usize, Option<&'a str>), String> {
     let names: Vec<Option<String>> = values.iter().map(name).collect();
     let matching = |(index, name): (usize, &Option<String>)| {
@@ -83,18 +85,20 @@ fn find<'a>(values: &[Value], path: &'a str) -> Result<(usize, Option<&'a str>),
     }
     let known: Vec<&str> = names.iter().flatten().map(String::as_str).collect();
     Err(match nearest(part, &known) {
-        Some(near) => format!("no element is called `{part}`; the nearest known name is `{near}`"),
+        Some(nearest) => format!("no element is called `{part}`; the nearest known name is `{nearest}`"),
         None => format!("`{part}` must be a number from 0 to {}", values.len().saturating_sub(1)),
     })
 }
 
-/// Returns the name of an element. A body without a `name` is named after its mesh.
+/// Returns the name of a list element: its `name`, or the default name of a body with its `mesh`. Returns
+/// `None` if it has neither key.
 fn name(value: &Value) -> Option<String> {
     let name = value.text("name").map(str::to_owned);
     name.or_else(|| value.text("mesh").map(|mesh| name_from(Path::new(mesh))))
 }
 
-/// Returns the rest of a path after a name; `None` if the path does not start with the name.
+/// Returns the remaining path after a name, or `Some(None)` if the path ends there. Returns `None` if the
+/// path does not start with the name.
 fn strip<'a>(path: &'a str, name: &str) -> Option<Option<&'a str>> {
     let rest = path.strip_prefix(name)?;
     if rest.is_empty() { Some(None) } else { rest.strip_prefix('.').map(Some) }

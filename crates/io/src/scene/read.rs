@@ -1,5 +1,5 @@
-//! Reads a scene: parses the text, applies overrides, deserializes, and checks keys that depend on each
-//! other.
+//! Reads a scene: parses the text, applies overrides, deserializes the values, and checks values that depend
+//! on each other.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -22,16 +22,16 @@ impl Scene {
         Self::read_with(path, &[])
     }
 
-    /// Reads a scene file and applies overrides, `KEY=VALUE`, before the scene is checked.
+    /// Reads a scene file, and applies overrides of the form `KEY=VALUE` before the scene is checked.
     ///
-    /// `KEY` is a path of keys: `simulation.frames`, `body.bust.half_width`, `collider.0.friction` (elements
-    /// of lists by name where they have one, otherwise by index from 0). `VALUE` is TOML; other text is taken
-    /// as a string. An override removes the key that excludes its own (see
-    /// [`ALTERNATIVES`](super::ALTERNATIVES)).
+    /// `KEY` is a path of keys, such as `simulation.frames`, `body.bust.half_width` or `collider.0.friction`.
+    /// A list element is named by its name or by its index from 0. `VALUE` is TOML; text that is not TOML is
+    /// read as a string. An override replaces the exclusive alternative of its key; see
+    /// [`ALTERNATIVES`](super::ALTERNATIVES).
     ///
     /// # Errors
     ///
-    /// As [`Scene::read`], and if a key does not exist.
+    /// As [`Scene::read`]. Also if an override is not of the form `KEY=VALUE`, or if its key does not exist.
     pub fn read_with(path: impl AsRef<Path>, overrides: &[String]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let read = |source| SceneError::Read { path: path.to_owned(), source };
@@ -46,8 +46,8 @@ impl Scene {
         Self::parse(&text, &file, base, overrides)
     }
 
-    /// Reads a scene from text. `file` is its name in messages, and `base` the directory that its paths are
-    /// relative to. Overrides are as in [`Scene::read_with`].
+    /// Reads a scene from text. Error messages name the text `file`. Paths in the scene are relative to
+    /// `base`. `overrides` are as in [`Scene::read_with`].
     ///
     /// # Errors
     ///
@@ -82,18 +82,18 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Returns a path of the scene joined to [`Scene::base`]; an absolute path is unchanged.
+    /// Returns [`Scene::base`] joined with a path of the scene. An absolute path is unchanged.
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.base.join(path)
     }
 
-    /// Returns the directory of the frames from `output.directory`.
+    /// Returns the directory of the frames: the resolved `output.directory`.
     pub fn output_directory(&self) -> PathBuf {
         self.resolve(&self.output.directory)
     }
 }
 
-/// Checks the boxes, time windows and poses of pins and handles.
+/// Checks the boxes, time windows and keyframe times of pins and handles.
 fn check_constraints(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
     let pins = body.pins.iter().enumerate().map(|(index, pin)| {
         let no_keys: &[Key] = &[];
@@ -117,7 +117,8 @@ fn check_constraints(body: &BodyData, field: &Field<'_>) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Checks that the times of poses increase: two poses at one time would be a jump at infinite speed.
+/// Checks that the times of keyframes increase, because two keyframes at the same time would mean infinite
+/// speed.
 fn check_times(keys: &[Key], field: &Field<'_>) -> Result<(), SceneError> {
     match keys.windows(2).position(|pair| pair[1].time <= pair[0].time) {
         None => Ok(()),

@@ -1,4 +1,4 @@
-//! Parsed TOML in which every value has the place where it was written.
+//! Parses TOML into values that each have their place: the line of the file, or the override.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,14 +8,14 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Place, SceneError};
 
-/// A value and its place.
+/// A TOML value and its place.
 #[derive(Clone, Debug)]
 pub(super) struct Value {
     pub(super) data: Data,
     pub(super) place: Place,
 }
 
-/// A TOML value.
+/// The data of a TOML value.
 #[derive(Clone, Debug)]
 pub(super) enum Data {
     Boolean(bool),
@@ -27,11 +27,11 @@ pub(super) enum Data {
     Table(Table),
 }
 
-/// Keys and values of a table, by name.
+/// The values of a table, by key.
 pub(super) type Table = BTreeMap<String, Value>;
 
 impl Value {
-    /// Describes the value for a message: `12`, `the string "fast"`, `[0, 1, 2]`, `a table`.
+    /// Formats the value for a message, such as `12`, `the string "fast"`, `[0, 1, 2]`, `a table`.
     pub(super) fn describe(&self) -> String {
         match &self.data {
             Data::Boolean(value) => value.to_string(),
@@ -47,7 +47,7 @@ impl Value {
         }
     }
 
-    /// Returns the string under a key, if the value is a table that has one there.
+    /// Returns the string at `key` if the value is a table in which `key` is a string.
     pub(super) fn text(&self, key: &str) -> Option<&str> {
         let Data::Table(table) = &self.data else { return None };
         match &table.get(key)?.data {
@@ -68,7 +68,7 @@ pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Value, SceneError> {
     Ok(Value { data: Data::Table(convert_table(table.into_inner(), &place)?), place: at })
 }
 
-/// Parses one value, the text after the `=` of an override. Returns `None` if it is not a TOML value.
+/// Parses the text after the `=` of an override. Returns `None` if it is not a TOML value.
 pub(super) fn parse_value(text: &str, place: &Place) -> Option<Value> {
     let value = DeValue::parse(text.trim()).ok()?;
     convert(value, &|_| place.clone()).ok()
@@ -106,7 +106,7 @@ fn convert(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> Place) -> Resul
     Ok(Value { data, place: at })
 }
 
-/// Returns the line, from 1, of a byte offset.
+/// Returns the line number, from 1, of the byte at `offset`.
 pub(super) fn line_of(text: &[u8], offset: usize) -> usize {
     1 + text[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
 }

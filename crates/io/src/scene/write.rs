@@ -7,18 +7,18 @@ use toml::{Table, Value};
 use super::data::Scene;
 
 impl Scene {
-    /// Returns the scene as TOML, with every key that has a value, including defaults, but without
+    /// Returns the scene as TOML. It contains every key that has a value, including defaults, but not
     /// [`Scene::base`].
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
-        // Cannot fail: TOML can represent every type in a scene.
+        // This cannot fail, because TOML can represent every type in a scene.
         let table = Table::try_from(self).unwrap_or_default();
         write_table(&mut text, "", &table);
         text
     }
 }
 
-/// Writes the keys of a table, then its subtables. The keys of an entry `@...` are written as keys of the
+/// Writes the keys of a table. `path` is its full key. The keys of an entry `@...` are written as keys of the
 /// table.
 fn write_table(text: &mut String, path: &str, table: &Table) {
     let header = |text: &mut String, header: String| {
@@ -27,21 +27,22 @@ fn write_table(text: &mut String, path: &str, table: &Table) {
         text.push('\n');
     };
     for (key, value) in table {
-        let below = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        let full_key = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
         match (key.as_str(), value) {
-            (part, Value::Table(table)) if part.starts_with('@') => write_table(text, path, table),
+            (key, Value::Table(table)) if key.starts_with('@') => write_table(text, path, table),
             ("simulation" | "output", Value::Table(table)) => {
-                header(text, format!("[{below}]"));
-                write_table(text, &below, table);
+                header(text, format!("[{full_key}]"));
+                write_table(text, &full_key, table);
             }
             ("body" | "collider" | "pin" | "handle", Value::Array(list)) => {
                 for table in list.iter().filter_map(Value::as_table) {
-                    header(text, format!("[[{below}]]"));
-                    write_table(text, &below, table);
+                    header(text, format!("[[{full_key}]]"));
+                    write_table(text, &full_key, table);
                 }
             }
-            ("keys", Value::Array(poses)) => {
-                let lines: String = poses.iter().map(|pose| format!("    {},\n", inline(pose))).collect();
+            ("keys", Value::Array(keyframes)) => {
+                let line = |keyframe: &Value| format!("    {},\n", inline(keyframe));
+                let lines: String = keyframes.iter().map(line).collect();
                 let _ = writeln!(text, "keys = [\n{lines}]");
             }
             // Writing to a string does not fail.
@@ -50,8 +51,8 @@ fn write_table(text: &mut String, path: &str, table: &Table) {
     }
 }
 
-/// Formats a value on one line. Floats have Rust's format, the shortest text that reads back as the same
-/// number.
+/// Formats a value on one line. A float becomes the shortest text that reads back as the same number (Rust's
+/// `{:?}`).
 fn inline(value: &Value) -> String {
     match value {
         Value::Float(number) => format!("{number:?}"),

@@ -1,4 +1,4 @@
-//! Builds a body from keyword arguments.
+//! Builds a body from the arguments of `supple.Body`.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -17,7 +17,7 @@ use crate::mesh::mesh_like;
 
 /// Return the names of the keyword arguments of Body.
 ///
-/// They are the keys of a scene's `[[body]]` except mesh, pin and handle, and memory_limit.
+/// They are memory_limit, and the keys of `[[body]]` in a scene except mesh, pin and handle.
 #[pyfunction]
 pub(crate) fn body_keys() -> Vec<String> {
     let keys = supple_io::scene::body_keys().into_iter();
@@ -25,23 +25,23 @@ pub(crate) fn body_keys() -> Vec<String> {
     scene_keys.chain(["memory_limit".to_owned()]).collect()
 }
 
-/// Keyword arguments that may be `None`: optional ones, and alternatives that exclude each other.
+/// Keyword arguments that may be `None`: optional ones, and pairs of mutually exclusive alternatives.
 pub(super) const OPTIONAL: [&str; 10] = {
     let [[a, b], [c, d], [e, f], [g, h]] = ALTERNATIVES;
     [a, b, c, d, e, f, g, h, "object", "memory_limit"]
 };
 
-/// Keyword arguments for building the lattice of a mesh. They are errors with a `Lattice`.
+/// Keyword arguments for building the lattice of a mesh. With a `Lattice`, each of them is an error.
 const MESH_ONLY: [&str; 5] = ["object", "lattice_vertices", "cell_size", "join", "memory_limit"];
 
-/// Builds a body. Returns its shape, as a `Mesh` or a `Lattice`, and the body.
+/// Builds a body. Returns the shape that the body was built from, as a `Mesh` or a `Lattice`, and the body.
 pub(super) fn body<'py>(
     shape: &Bound<'py, PyAny>,
     settings: &Settings<'py>,
 ) -> PyResult<(Bound<'py, PyAny>, supple::Body)> {
     let py = shape.py();
-    for [one, other] in ALTERNATIVES {
-        settings.exclusive(one, other)?;
+    for [first, second] in ALTERNATIVES {
+        settings.exclusive(first, second)?;
     }
     let (shape, builder) = builder(shape, settings)?;
     let default = BodyData::default();
@@ -55,7 +55,8 @@ pub(super) fn body<'py>(
     Ok((shape, body))
 }
 
-/// Creates the builder, with the options of the lattice.
+/// Creates the builder with its lattice, or with its mesh and the options of the lattice. Returns the shape
+/// as [`body`] does.
 fn builder<'py>(
     shape: &Bound<'py, PyAny>,
     settings: &Settings<'py>,
@@ -85,22 +86,24 @@ fn builder<'py>(
     Ok((mesh.into_any(), builder))
 }
 
+/// Reads the material.
 fn material(settings: &Settings<'_>) -> PyResult<Material> {
     let default = Material::default();
     let cells = settings.count("half_width", 1)?.map(RegionSize::Cells);
     let radius = settings.number("stiffness_radius")?.map(RegionSize::Radius);
     let alpha = settings.number("stiffness")?.map(Stiffness::PerStep);
     let hertz = settings.number("frequency")?.map(Stiffness::Frequency);
-    let share = settings.number("region_damping")?.map(RegionDamping::PerStep);
+    let fraction = settings.number("region_damping")?.map(RegionDamping::PerStep);
     let rate = settings.number("region_damping_rate")?.map(RegionDamping::Rate);
     Ok(Material {
         region_size: cells.or(radius).unwrap_or(default.region_size),
         stiffness: alpha.or(hertz).unwrap_or(default.stiffness),
-        region_damping: share.or(rate).unwrap_or(default.region_damping),
+        region_damping: fraction.or(rate).unwrap_or(default.region_damping),
         density: settings.number("density")?.unwrap_or(default.density),
     })
 }
 
+/// Reads the placement and the initial velocities.
 fn placement(settings: &Settings<'_>) -> PyResult<Placement> {
     let vector = |key| Ok::<_, PyErr>(settings.read(key, vector)?.unwrap_or_default());
     Ok(Placement {
@@ -136,8 +139,8 @@ pub(super) fn read_volume(value: &Bound<'_, PyAny>) -> PyResult<VolumeOptions> {
 /// Converts volume options to the equivalent dict.
 pub(crate) fn volume_settings<'py>(py: Python<'py>, options: &VolumeOptions) -> PyResult<Bound<'py, PyDict>> {
     let VolumeOptions { measure, scope, field, max_correction } = *options;
-    let words = [("measure", measure.name()), ("scope", scope.name()), ("field", field.name())];
-    let settings = words.into_py_dict(py)?;
+    let names = [("measure", measure.name()), ("scope", scope.name()), ("field", field.name())];
+    let settings = names.into_py_dict(py)?;
     settings.set_item("max_correction", max_correction)?;
     Ok(settings)
 }

@@ -1,4 +1,4 @@
-//! Pins, handles and forces of a body, and the class `Hold` of a pin or handle.
+//! Adds pins, handles and forces to a body, and defines `supple.Hold`, the class of a pin or handle.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -9,19 +9,19 @@ use super::Body;
 use crate::argument::Settings;
 use crate::{arrays, constraint, error};
 
-/// Keyword arguments of handle. Those of pin are the same without the first.
+/// Keyword arguments of `handle`. All except the first are also the keyword arguments of `pin`.
 const ARGUMENTS: [&str; 7] = ["keys", "box", "sphere", "plane", "vertices", "start", "end"];
 
 #[pymethods]
 impl Body {
-    /// Pin a part of the body: fix it in the pose that it has at `start`. Returns a Hold.
+    /// Pin a part of the body: fix the part in the pose that it has at `start`. Returns a Hold.
     ///
-    /// Exactly one of box, sphere, plane and vertices selects the part. Shapes are in world space at frame 0.
-    /// They select the mesh vertices inside and the lattice vertices of their cells; on a bare lattice, the
-    /// lattice vertices inside.
+    /// Exactly one of box, sphere, plane and vertices selects the part. Shapes are in world space and are
+    /// tested against the body at frame 0. A shape selects the corners of every cell that contains a mesh
+    /// vertex inside the shape. On a bare lattice a shape selects the lattice vertices inside the shape.
     ///
     /// box : ((3,), (3,))
-    ///     Least and greatest corner.
+    ///     Minimum and maximum corner.
     /// sphere : ((3,), float)
     ///     Center and radius.
     /// plane : ((3,), (3,))
@@ -29,7 +29,7 @@ impl Body {
     /// vertices : (k,) int or (n,) bool
     ///     Lattice vertices: indices, or a mask.
     /// start, end : float, default 0 and None
-    ///     Seconds. Without end the pin stays active.
+    ///     Time window of the pin in seconds. Without end the pin stays active.
     ///
     /// Raises ValueError for an empty selection; the message gives the distance to the nearest vertex.
     #[pyo3(
@@ -43,14 +43,15 @@ impl Body {
         Hold::add(slf, |body| body.pin(&pin))
     }
 
-    /// Move a part of the body along keys, relative to the pose that it has at `start`. Returns a Hold.
+    /// Move a part of the body along keyframes. Returns a Hold.
     ///
     /// keys : list of (time, translate, rotate), or of dicts with these names
-    ///     time: seconds, strictly increasing. translate: (3,) length, default 0. rotate: (3,) degrees about
-    ///     the fixed axes x, then y, then z through the center of the selection, default 0. Translations and
+    ///     Keyframes, relative to the pose that the part has at `start`. time: seconds, strictly increasing.
+    ///     translate: (3,) length, default 0. rotate: (3,) degrees about the fixed axes x, then y, then z
+    ///     through the mean position of the selected lattice vertices at `start`, default 0. Translations and
     ///     angles are interpolated linearly.
     ///
-    /// The other arguments and errors are the same as for pin.
+    /// The other arguments and the errors are the same as for pin.
     #[pyo3(
         signature = (**options),
         text_signature = "($self, *, keys, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
@@ -67,8 +68,8 @@ impl Body {
     /// Apply a force to a part of the body in the next step. Several forces add up.
     ///
     /// force : (3,) float
-    ///     Total force in kg length/s^2. The lattice vertices of the part share it in proportion to their
-    ///     masses.
+    ///     Total force in kg length/s^2. It is distributed over the selected lattice vertices in proportion
+    ///     to their masses.
     /// box, sphere, plane, vertices
     ///     Selection of the part, as for pin.
     ///
@@ -111,7 +112,7 @@ impl Hold {
 
 #[pymethods]
 impl Hold {
-    /// Body of the pin or handle.
+    /// Body that the pin or handle belongs to.
     #[getter]
     fn body(&self, py: Python<'_>) -> Py<Body> {
         self.body.clone_ref(py)
@@ -122,10 +123,10 @@ impl Hold {
         self.body.get().with(py, |body| body.release(self.index))?.map_err(error::value)
     }
 
-    /// Replace the keys, from the next step on.
+    /// Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle.
     ///
     /// keys : list of (time, translate, rotate), as for Body.handle
-    ///     Relative to the pose that was captured when the pin or handle became active.
+    ///     Relative to the pose that the part had when the pin or handle became active.
     fn set_keys(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<()> {
         let keys = constraint::keys(keys)?;
         self.body.get().with(py, |body| body.set_keys(self.index, &keys))?.map_err(error::value)

@@ -1,4 +1,4 @@
-//! `supple.Body`: a soft body, outside or in a simulation.
+//! Defines `supple.Body`: a soft body, outside or in a simulation.
 
 mod build;
 mod holds;
@@ -23,13 +23,13 @@ use crate::forked::Owner;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 
-/// A soft body: a lattice, its material and state, and the mesh that it deforms.
+/// A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
 ///
 /// shape : Mesh, Lattice, path of an OBJ file, or an object with vertices and faces (trimesh.Trimesh)
 ///     A body from a Lattice has no mesh to display.
 /// name : str, default "body"
 /// object : str
-///     With a path: reads only the object (`o`) or group (`g`) with this name.
+///     If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
 /// scale : float, default 1
 ///     Scale factor of the shape, > 0, applied first.
 /// rotate : (3,) float, default 0
@@ -39,35 +39,37 @@ use crate::mesh::Mesh;
 /// lattice_vertices : int, default 1000; or cell_size : float
 ///     Resolution of the lattice of a mesh: target number of vertices, at least 8, or edge of a cell, > 0.
 /// join : bool, default True
-///     Bridges of cells join separate parts of a mesh. If False, each part is a component of its own.
+///     Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
 /// memory_limit : int, default half of the machine's memory
 ///     Limit in bytes of the memory of the body.
 /// half_width : int, default 2; or stiffness_radius : float
-///     Half-width of the regions: in cells, at least 1, or as a length, > 0. Larger is stiffer.
+///     Half-width of the regions: in cells, at least 1, or as a length, > 0. Larger regions are stiffer.
 /// stiffness : float, default 1; or frequency : float
 ///     alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
 /// region_damping : float, default 0; or region_damping_rate : float
-///     Region damping: a fraction per step, in [0, 1], or a rate in 1/s, >= 0.
+///     Damping of the non-rigid velocity within regions: fraction removed per step, in [0, 1], or rate in
+///     1/s, >= 0.
 /// density : float, default 1000
 ///     Mass per volume, > 0.
 /// volume : str or dict, default "auto"
-///     Volume correction: "off", or the measure "auto", "mesh", "cells" or "lattice"; or a dict with the keys
-///     measure, scope ("global", or "regional" to correct where the volume changed), field (deformation field
-///     of the correction: "surface", "cells" or "paper") and max_correction (cap >= 0, as a fraction of the
-///     body's thickness).
+///     Volume correction: "off", or the volume measure to preserve ("auto", "mesh", "cells" or "lattice"); or
+///     a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
+///     field (deformation field of the correction: "surface", "cells" or "paper") and max_correction (cap of
+///     the scale, >= 0, as a fraction of the thickness of the body).
 /// velocity : (3,) float, default 0
 ///     Initial velocity in length/s.
 /// spin : (3,) float, default 0
 ///     Initial angular velocity in rad/s about the center of mass.
 ///
-/// Arrays with one row per vertex have the order of lattice.indices. A body belongs to at most one
-/// Simulation, and stays usable in it. Raises ValueError for a value out of range, MeshError and LatticeError
-/// for an invalid mesh or lattice, and TypeError for a wrong type.
+/// Arrays with one row per lattice vertex have the order of lattice.indices. A body belongs to at most one
+/// Simulation, and stays usable when it is in a Simulation. Raises ValueError for a value out of range,
+/// MeshError and LatticeError for an invalid mesh or lattice, and TypeError for a wrong type.
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Body {
     storage: Mutex<Storage>,
     /// Locked only while the storage or the simulation is locked.
     display: Mutex<supple::Display>,
+    /// Process that last locked `storage`.
     owner: Owner,
     /// The shape that the body was built from: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
@@ -78,8 +80,8 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// Creates the Python object of a body, with the arguments that it was built with.
-    pub(crate) fn from_storage(storage: Storage, (shape, settings): Recipe<'_>) -> Self {
+    /// Creates the Python object of a body, with the arguments that the body was built with.
+    pub(crate) fn from_storage(storage: Storage, (shape, settings): BuildArguments<'_>) -> Self {
         Self {
             storage: Mutex::new(storage),
             display: Mutex::default(),
@@ -92,13 +94,13 @@ impl Body {
     }
 
     /// Returns the arguments that the body was built with.
-    pub(crate) fn recipe<'py>(&self, py: Python<'py>) -> Recipe<'py> {
+    pub(crate) fn build_arguments<'py>(&self, py: Python<'py>) -> BuildArguments<'py> {
         (self.shape.bind(py).clone(), self.settings.bind(py).clone())
     }
 }
 
-/// The arguments for building an equal body: shape and keyword arguments.
-pub(crate) type Recipe<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
+/// The arguments of `supple.Body` from which a body was built: shape and keyword arguments.
+pub(crate) type BuildArguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
 #[pymethods]
 impl Body {
@@ -117,7 +119,7 @@ impl Body {
             Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
             None => PyDict::new(py),
         };
-        // The mesh contains only the faces of the object, so a pickle does not need its name.
+        // The mesh contains only the faces of the object, so a pickle does not need the name of the object.
         if settings.contains("object")? {
             settings.del_item("object")?;
         }
@@ -150,8 +152,7 @@ impl Body {
         Ok(lattice.bind(py))
     }
 
-    /// Simulation of the body. None outside a simulation, or if the Simulation object does not exist any
-    /// more.
+    /// Simulation of the body. None outside a simulation, or if the Simulation object no longer exists.
     #[getter]
     fn simulation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         Ok(self.shared_simulation(py)?.and_then(|(shared, _)| shared.python_object(py)))
@@ -184,7 +185,7 @@ impl Body {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
         let class = py.get_type::<Self>();
-        // A body in a simulation is pickled as an index into the pickled simulation.
+        // A body in a simulation is pickled as the simulation and the index of the body in it.
         if let Some((shared, index)) = slf.get().shared_simulation(py)?
             && let Some(simulation) = shared.python_object(py)
         {
@@ -192,17 +193,17 @@ impl Body {
         }
         let snapshot = slf.get().read(py, supple::Body::snapshot)?;
         let state = PyBytes::new(py, &encode(&snapshot)?);
-        let (shape, settings) = slf.get().recipe(py);
+        let (shape, settings) = slf.get().build_arguments(py);
         (class.getattr("_restore")?, (shape, settings, state)).into_pyobject(py)
     }
 
-    /// Return the body with an index in a simulation. For pickles.
+    /// Return the body with the given index in a simulation. Pickles call this function.
     #[staticmethod]
     fn _of<'py>(simulation: &Bound<'py, PyAny>, index: usize) -> PyResult<Bound<'py, PyAny>> {
         simulation.getattr("bodies")?.get_item(index)
     }
 
-    /// Build a body and restore a state. For pickles.
+    /// Build a body and restore its state. Pickles call this function.
     #[staticmethod]
     fn _restore(
         py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Storage of a body: its own, or a simulation that it shares with other bodies.
+//! Stores a body outside a simulation, or refers to a simulation that several bodies share.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,26 +9,28 @@ use pyo3::types::{PyWeakrefMethods, PyWeakrefReference};
 use super::Body;
 use crate::forked::{Forked, Owner};
 
-/// The storage of a body. A body moves into a simulation at most once and stays there.
+/// The storage of a body. A body moves into a simulation at most once and then stays in it.
 pub(crate) enum Storage {
     /// Outside a simulation.
     Alone(Box<supple::Body>),
     /// In a simulation, at this index.
     In(Arc<SharedSimulation>, usize),
-    /// Being moved into a simulation, under the lock.
+    /// The body is being moved into a simulation; the storage is locked.
     Moving,
 }
 
 /// A simulation that its Python object and the Python objects of its bodies share.
 ///
-/// A thread releases the GIL before it waits for the lock, and works without the GIL. The lock and the GIL
-/// therefore cannot deadlock.
+/// A thread releases the GIL before it waits for the lock of the simulation, and works without the GIL. The
+/// lock and the GIL therefore cannot deadlock.
 ///
-/// A forked process has only one thread. The first access in this process starts a new thread pool.
+/// A forked process has only one thread. The first access in a forked process starts a new thread pool.
 pub(crate) struct SharedSimulation {
-    /// A job that runs the simulation shares it.
+    /// A [`Job`](supple_io::run::Job) that runs the simulation also has a reference to it.
     simulation: Arc<Mutex<supple::Simulation>>,
+    /// The requested number of threads; 0 = one per processor.
     threads: usize,
+    /// Process that last locked `simulation`.
     owner: Owner,
     /// Weak reference to the Python object of the simulation.
     python: PyOnceLock<Py<PyWeakrefReference>>,
@@ -61,11 +63,11 @@ impl SharedSimulation {
     ///
     /// # Errors
     ///
-    /// If another thread used the simulation when the process was forked.
+    /// An error if another thread used the simulation when the process was forked.
     pub(crate) fn lock(&self) -> Result<MutexGuard<'_, supple::Simulation>, Forked> {
         self.owner.lock(&self.simulation, |simulation| {
             simulation.abandon_threads();
-            simulation.set_threads(self.threads).expect("checked when the simulation was built");
+            simulation.set_threads(self.threads).expect("the number of threads is valid");
         })
     }
 
@@ -79,9 +81,11 @@ impl SharedSimulation {
     }
 }
 
-/// The storage of a body, locked.
-enum Place<'a> {
+/// A body whose storage is locked.
+enum LockedBody<'a> {
+    /// A body outside a simulation.
     Alone(&'a mut supple::Body),
+    /// A simulation, and the index of the body in it.
     In(&'a mut supple::Simulation, usize),
 }
 
@@ -92,9 +96,9 @@ impl Body {
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Body) -> R + Send,
     ) -> PyResult<R> {
-        self.visit(py, |place| match place {
-            Place::Alone(body) => work(body),
-            Place::In(simulation, index) => work(simulation.body_mut(index)),
+        self.with_locked(py, |locked| match locked {
+            LockedBody::Alone(body) => work(body),
+            LockedBody::In(simulation, index) => work(simulation.body_mut(index)),
         })
     }
 
@@ -104,29 +108,33 @@ impl Body {
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Displayed<'_>) -> R + Send,
     ) -> PyResult<R> {
-        self.visit(py, |place| {
-            let body = match place {
-                Place::Alone(body) => body.alone(),
-                Place::In(simulation, index) => simulation.body(index),
+        self.with_locked(py, |locked| {
+            let body = match locked {
+                LockedBody::Alone(body) => body.alone(),
+                LockedBody::In(simulation, index) => simulation.body(index),
             };
             let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
             work(&mut display.evaluate(body))
         })
     }
 
-    /// Calls `work` with the storage of the body, under its lock and without the GIL.
-    fn visit<R: Send>(&self, py: Python<'_>, work: impl FnOnce(Place<'_>) -> R + Send) -> PyResult<R> {
-        let done = py.detach(|| {
+    /// Calls `work` with the body while its storage or its simulation is locked, without the GIL.
+    fn with_locked<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(LockedBody<'_>) -> R + Send,
+    ) -> PyResult<R> {
+        let result = py.detach(|| {
             let mut storage = self.storage()?;
             let (shared, index) = match &mut *storage {
-                Storage::Alone(body) => return Ok(work(Place::Alone(body))),
+                Storage::Alone(body) => return Ok(work(LockedBody::Alone(body))),
                 Storage::In(shared, index) => (shared.clone(), *index),
-                Storage::Moving => unreachable!("a body is moved under its lock"),
+                Storage::Moving => unreachable!("the storage stays locked while the body is moved"),
             };
             drop(storage);
-            shared.lock().map(|mut simulation| work(Place::In(&mut simulation, index)))
+            shared.lock().map(|mut simulation| work(LockedBody::In(&mut simulation, index)))
         });
-        Ok(done?)
+        Ok(result?)
     }
 
     /// Calls `read` with the body, without the GIL.

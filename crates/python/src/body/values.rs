@@ -1,5 +1,5 @@
-//! Properties of a body: the state (getters copy, setters replace whole arrays), the displayed surface, and
-//! the settings that can change between steps.
+//! Defines properties of `supple.Body`: the state (getters copy, setters replace whole arrays), the displayed
+//! surface, and the settings that can change between steps.
 
 use nalgebra::{Point3, Vector3};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
@@ -53,21 +53,23 @@ impl Body {
         Ok(arrays::from_matrices(py, &self.read(py, supple::Body::rotations)?))
     }
 
-    /// Masses of the lattice vertices, density x cell_size^3 x occupied cells / 8: (n,) float64.
+    /// Masses of the lattice vertices: (n,) float64.
+    ///
+    /// A mass is density x cell_size^3 x number of occupied cells that share the vertex / 8.
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_vec(py, self.read(py, supple::Body::masses)?))
     }
 
-    /// Compute the goal positions of the current positions, without advancing time: (n, 3) float64.
+    /// Compute the goal positions at the current positions, without advancing time: (n, 3) float64.
     fn goals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         Ok(arrays::from_points(py, self.read(py, supple::Body::goals)?))
     }
 
     /// Compute the lattice positions after the volume correction: (n, 3) float64.
     ///
-    /// Without a correction these are the positions. They have the precision of the display: float32 relative
-    /// to the origin of the body.
+    /// Without a correction, returns the positions before the correction. All positions are rounded to
+    /// float32 relative to the origin of the body, as for the displayed surface.
     fn corrected_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let positions = self.displayed(py, |displayed| displayed.positions().collect::<Vec<_>>())?;
         Ok(arrays::from_points(py, positions))
@@ -103,7 +105,8 @@ impl Body {
 
     /// Volume after the correction, in cubed scene units, never negative.
     ///
-    /// The measure is the one of the correction; with volume "off", the one that "auto" would choose.
+    /// The volume is by the measure of the correction or, with volume "off", by the measure that "auto" would
+    /// choose.
     #[getter]
     fn volume(&self, py: Python<'_>) -> PyResult<f64> {
         self.displayed(py, |displayed| displayed.volume_report().after)
@@ -116,20 +119,22 @@ impl Body {
 
     /// Return the displayed surface as a trimesh.Trimesh.
     ///
-    /// Vertices are in input order. Larger faces are fanned into triangles. Needs trimesh
-    /// (`pip install "supple[trimesh]"`). Raises ValueError for a bare lattice, which has no mesh.
+    /// Vertices are in input order. Faces with more than three corners are fanned into triangles. Needs
+    /// trimesh (in a checkout: `pip install ".[trimesh]"`). Raises ValueError for a bare lattice, which has
+    /// no mesh.
     fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf,))
     }
 
-    /// Open a viewer window with the simulation of the body, or with the body alone: see supple.view.
+    /// Open a viewer window with the simulation of the body, or with only the body if it is not in a
+    /// simulation: see supple.view.
     fn show<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("supple.viewer")?.call_method1("view", (slf,))
     }
 
     /// Half-width of the regions in cells: the value that was set, at most the extent of the lattice.
     ///
-    /// Settable. Setting it replaces stiffness_radius and rebuilds the regions.
+    /// Settable. Setting the half-width replaces stiffness_radius and rebuilds the regions.
     #[getter]
     fn half_width(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, supple::Body::half_width)
@@ -143,7 +148,7 @@ impl Body {
 
     /// Options of the volume correction: a dict with measure, scope, field and max_correction.
     ///
-    /// Settable to such a dict, the name of a measure, or "off". Setting it rebuilds the correction.
+    /// Settable to such a dict, the name of a measure, or "off". Setting the options rebuilds the correction.
     #[getter]
     fn volume_options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let options = self.read(py, supple::Body::volume_options)?;
@@ -164,7 +169,7 @@ impl Body {
 }
 
 /// Defines properties for material settings that have two alternative keys. A property is None if its
-/// alternative is set. Setting it replaces the alternative.
+/// alternative is set. Setting a property replaces its alternative.
 macro_rules! alternatives {
     ($($(#[$doc:meta])* $key:ident, $set:ident: $material:ident is $kind:ident::$variant:ident by $change:ident;)*) => {
         #[pymethods]
@@ -213,7 +218,7 @@ impl Body {
         self.read(py, |body| body.lattice().len())
     }
 
-    /// Evaluates rows of the displayed surface into the caller's array, or into a new one.
+    /// Evaluates rows of the displayed surface into the array `out`, or into a new array.
     fn surface_rows<'py>(
         &self,
         py: Python<'py>,
@@ -243,11 +248,12 @@ impl Body {
         Ok(out)
     }
 
+    /// Evaluates rows of the displayed surface into `out`.
     fn write_rows<T: Element + Coordinate>(&self, out: &Bound<'_, PyArray2<T>>, rows: Rows) -> PyResult<()> {
-        arrays::fill(out, T::zero(), |to| {
+        arrays::fill(out, T::zero(), |target| {
             self.displayed(out.py(), |displayed| match rows {
-                Rows::Positions => displayed.surface_into(to, None),
-                Rows::Normals => displayed.normals_into(to),
+                Rows::Positions => displayed.surface_into(target, None),
+                Rows::Normals => displayed.normals_into(target),
             })
         })
     }

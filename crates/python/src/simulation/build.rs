@@ -13,7 +13,8 @@ use crate::argument::wrong_type;
 use crate::body::{Body, SharedSimulation, Storage};
 use crate::error;
 
-/// Builds the simulation of `bodies`. Either all bodies move into it, or, with an error, none.
+/// Builds the simulation of `bodies`. All bodies move into the simulation; if there is an error, no body
+/// moves.
 pub(super) fn simulation(
     bodies: &Bound<'_, PyAny>,
     colliders: &Bound<'_, PyTuple>,
@@ -37,21 +38,22 @@ pub(super) fn simulation(
     Ok(Simulation::from_parts(shared, bodies, colliders))
 }
 
-/// Moves the bodies from their storages to a shared simulation: all of them, or, with an error, none.
+/// Moves the bodies from their storages to a shared simulation. If there is an error, no body moves.
 fn move_in(
     bodies: &[&Body],
     mut builder: SimulationBuilder,
     threads: usize,
 ) -> PyResult<Arc<SharedSimulation>> {
-    // Locks in the order of addresses, so that two threads that need the same bodies cannot deadlock.
+    // The bodies are locked in the order of their addresses, so that two threads that move the same bodies
+    // cannot deadlock.
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by_key(|&index| std::ptr::from_ref(bodies[index]));
     let storage = |&index: &usize| bodies[index].storage().map(|storage| (index, storage));
     let mut storages = order.iter().map(storage).collect::<Result<Vec<_>, _>>()?;
     storages.sort_by_key(|(index, _)| *index);
-    if let Some((taken, _)) = storages.iter().find(|(_, storage)| !matches!(**storage, Storage::Alone(_))) {
+    if let Some((index, _)) = storages.iter().find(|(_, storage)| !matches!(**storage, Storage::Alone(_))) {
         return Err(PyValueError::new_err(format!(
-            "bodies[{taken}] already belongs to a simulation; build another Body for this one"
+            "bodies[{index}] already belongs to a simulation; build another Body for this one"
         )));
     }
     for (_, storage) in &mut storages {
@@ -67,7 +69,7 @@ fn move_in(
     Ok(shared)
 }
 
-/// Returns the indices of two entries that are the same body.
+/// Returns the indices of two entries that are the same body, if there are any.
 fn find_duplicate(bodies: &[Bound<'_, Body>]) -> Option<(usize, usize)> {
     let mut order: Vec<usize> = (0..bodies.len()).collect();
     order.sort_by_key(|&index| (bodies[index].as_ptr(), index));

@@ -1,4 +1,4 @@
-//! `supple.Simulation`: bodies, colliders and time.
+//! Defines `supple.Simulation`: bodies, colliders and time.
 
 mod build;
 
@@ -11,11 +11,11 @@ use pyo3::types::{PyBytes, PyDict, PyList, PyTuple, PyType};
 use supple::SimulationState;
 
 use crate::argument::{self, Settings};
-use crate::body::{Body, Recipe, SharedSimulation, decode, encode};
+use crate::body::{Body, BuildArguments, SharedSimulation, decode, encode};
 use crate::{arrays, collider, error};
 
-/// Target time of the steps between two checks for signals such as Ctrl-C.
-const CHUNK: Duration = Duration::from_millis(10);
+/// Target run time between two checks for signals such as Ctrl-C.
+const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
 
 /// A simulation of bodies that collide with colliders. Contact between bodies is not simulated.
 ///
@@ -28,10 +28,11 @@ const CHUNK: Duration = Duration::from_millis(10);
 /// colliders : list of Plane, Sphere, Box, Capsule
 ///     Default: no colliders.
 /// threads : int, default 0
-///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number.
+///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
+///     of threads.
 /// substeps : int, default 1
-///     Steps per frame, at least 1. The volume correction of the displayed surface uses the contacts of all
-///     steps since the frame began.
+///     Number of steps per frame, at least 1. The volume correction of the displayed surface uses the
+///     contacts and external forces of all steps since the frame began.
 ///
 /// Raises ValueError for a number out of range or a body that belongs to another simulation.
 #[pyclass(frozen, module = "supple", weakref)]
@@ -74,7 +75,7 @@ impl Simulation {
         if let Some(gravity) = settings.read("gravity", arrays::vector)? {
             builder = builder.gravity(gravity);
         }
-        let colliders = settings.read("colliders", |colliders, _| collider::tuple(colliders))?;
+        let colliders = settings.read("colliders", |colliders, _| collider::as_tuple(colliders))?;
         let colliders = colliders.unwrap_or_else(|| PyTuple::empty(bodies.py()));
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
         let threads = settings.count("threads", 0)?.unwrap_or(0);
@@ -112,7 +113,9 @@ impl Simulation {
         self.shared.with(py, |simulation| simulation.set_dt(dt))?.map_err(error::from_core)
     }
 
-    /// Time in seconds. Settable; pins, handles and moving colliders follow it.
+    /// Time in seconds. Settable.
+    ///
+    /// The time windows of pins and handles and the keyframes of handles and colliders refer to this time.
     #[getter]
     fn time(&self, py: Python<'_>) -> PyResult<f64> {
         self.shared.with(py, |simulation| simulation.time())
@@ -144,9 +147,9 @@ impl Simulation {
 
     #[setter]
     fn set_colliders(&self, py: Python<'_>, colliders: &Bound<'_, PyAny>) -> PyResult<()> {
-        let colliders = collider::tuple(colliders)?;
-        let read = collider::read_all(&colliders)?;
-        self.shared.with(py, |simulation| simulation.set_colliders(&read))?.map_err(error::from_core)?;
+        let colliders = collider::as_tuple(colliders)?;
+        let converted = collider::read_all(&colliders)?;
+        self.shared.with(py, |simulation| simulation.set_colliders(&converted))?.map_err(error::from_core)?;
         *self.colliders.lock().unwrap_or_else(PoisonError::into_inner) = colliders.unbind();
         Ok(())
     }
@@ -157,7 +160,8 @@ impl Simulation {
         self.shared.with(py, |simulation| simulation.substeps())
     }
 
-    /// Return the stages of a step and of a display, with parameters and memory, as printable text.
+    /// Return a text that lists the stages of a step and of the evaluation of the displayed surface, with
+    /// their parameters and memory.
     fn plan(&self, py: Python<'_>) -> PyResult<String> {
         self.shared.with(py, |simulation| simulation.plan().to_string())
     }
@@ -176,17 +180,17 @@ impl Simulation {
     /// Other Python threads continue to run. Ctrl-C interrupts between two steps.
     #[pyo3(signature = (n=None), text_signature = "($self, n=1)")]
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let mut left = n.map_or(Ok(1), |n| argument::count(n, "n", 0))? as u64;
-        let mut chunk = 1;
-        while left > 0 {
-            let steps = left.min(chunk);
-            let took = self.shared.with(py, |simulation| {
+        let mut remaining = n.map_or(Ok(1), |n| argument::count(n, "n", 0))? as u64;
+        let mut batch = 1;
+        while remaining > 0 {
+            let steps = remaining.min(batch);
+            let elapsed = self.shared.with(py, |simulation| {
                 let start = Instant::now();
                 simulation.steps(steps);
                 start.elapsed()
             })?;
-            left -= steps;
-            chunk = if took < CHUNK / 2 { chunk * 2 } else { chunk.div_ceil(2) };
+            remaining -= steps;
+            batch = if elapsed < SIGNAL_INTERVAL / 2 { batch * 2 } else { batch.div_ceil(2) };
             py.check_signals()?;
         }
         Ok(())
@@ -211,7 +215,7 @@ impl Simulation {
         let (py, this) = (slf.py(), slf.get());
         let state = this.shared.with(py, |simulation| simulation.state())?;
         let state = PyBytes::new(py, &encode(&state)?);
-        let bodies = PyList::new(py, this.bodies.iter().map(|body| body.get().recipe(py)))?;
+        let bodies = PyList::new(py, this.bodies.iter().map(|body| body.get().build_arguments(py)))?;
         let settings = PyDict::new(py);
         settings.set_item("dt", this.dt(py)?)?;
         settings.set_item("colliders", this.colliders(py))?;
@@ -220,17 +224,18 @@ impl Simulation {
         (py.get_type::<Self>().getattr("_restore")?, (bodies, settings, state)).into_pyobject(py)
     }
 
-    /// Build a simulation and restore a state. For pickles.
+    /// Build a simulation and restore its state. Pickles call this function.
     #[classmethod]
     fn _restore<'py>(
         class: &Bound<'py, PyType>,
-        bodies: Vec<Recipe<'py>>,
+        bodies: Vec<BuildArguments<'py>>,
         settings: &Bound<'py, PyDict>,
         state: &[u8],
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = class.py();
         let state: SimulationState = decode(state)?;
-        let body = |(shape, settings): &Recipe<'py>| py.get_type::<Body>().call((shape,), Some(settings));
+        let body =
+            |(shape, settings): &BuildArguments<'py>| py.get_type::<Body>().call((shape,), Some(settings));
         let bodies: Vec<_> = bodies.iter().map(body).collect::<PyResult<_>>()?;
         let simulation = class.call((bodies,), Some(settings))?;
         let shared = &simulation.cast::<Self>()?.get().shared;

@@ -1,4 +1,4 @@
-//! Evaluation of a point: run times, volumes, and the distance from the surface of the finest lattice.
+//! Measures a point of a study: run times, volumes, and the distance from the surface of the finest lattice.
 
 use std::time::Duration;
 
@@ -15,22 +15,24 @@ use crate::error::Halt;
 use crate::observer::Meter;
 use crate::timing::Sample;
 
-/// Number of sampled frames for surfaces and cell volumes; evenly distributed, including the last frame.
+/// Number of frames at which surfaces and cell volumes are compared. They are evenly distributed and include
+/// the last frame.
 const SAMPLES: u32 = 12;
 
-/// Surfaces of all bodies at each sampled frame.
+/// Vertex positions of the evaluated surfaces, by sampled frame, body and mesh vertex.
 pub(super) type Surfaces = Vec<Vec<Vec<Point3<f64>>>>;
 
 /// Measurements of one run of a point.
 pub(super) struct Measured {
     pub(super) sample: Sample,
-    /// Errors of the volumes, and the number of frames in which a correction reached its cap.
+    /// Errors of the volumes, and the number of frames in which a correction reached its cap; the other
+    /// errors are unknown.
     pub(super) errors: Errors,
     pub(super) surfaces: Surfaces,
 }
 
-/// Runs a point once for `frames` frames and measures run times, volumes and surfaces. `model` is the point
-/// without a correction.
+/// Runs a point once for `frames` frames and measures run times, volumes and surfaces. `model` is the same
+/// point, prepared without a volume correction.
 pub(super) fn run(
     physical: &Physical,
     setting: &Setting,
@@ -73,7 +75,8 @@ pub(super) fn run(
     Ok(Measured { sample: timer.sample(frames), errors, surfaces })
 }
 
-/// Times `repeats` runs of a point with fast sums. A run does only what a run of the program does.
+/// Times `repeats` runs of a point whose motion the library computes. The runs do the work of `supple run`
+/// except writing files, and measure no errors.
 pub(super) fn time(
     physical: &Physical,
     setting: &Setting,
@@ -98,11 +101,11 @@ pub(super) fn time(
     Ok(samples)
 }
 
-/// Sums the times of frames.
+/// Runs frames and adds up their times.
 struct Timer {
-    /// For each body: the display, and buffers for positions and normals in the format of the frame writers.
+    /// Display of each body, and buffers for positions and normals in the format of the frame writers.
     buffers: Vec<(Display, [Vec<[f32; 3]>; 2])>,
-    /// Times of the steps, the correction and the update.
+    /// Total times of the steps, of the volume correction and of the mesh update.
     times: [Duration; 3],
 }
 
@@ -114,7 +117,7 @@ impl Timer {
         Self { buffers, times: [Duration::ZERO; 3] }
     }
 
-    /// Steps one frame and evaluates the surfaces.
+    /// Makes the steps of one frame and evaluates the surfaces.
     fn frame(&mut self, motion: &mut Motion<'_>) -> Result<(), Halt> {
         self.times[0] += motion.frame()?;
         for (index, (display, [positions, normals])) in self.buffers.iter_mut().enumerate() {
@@ -122,21 +125,21 @@ impl Timer {
             evaluated.surface_into(positions, Some(normals));
             let times = evaluated.times();
             self.times[1] += times.volume;
-            self.times[2] += times.embed;
+            self.times[2] += times.mesh_update;
         }
         Ok(())
     }
 
     /// Returns the mean times per frame.
     fn sample(&self, frames: u32) -> Sample {
-        let each = |time: Duration| time.as_secs_f64() * 1e3 / f64::from(frames);
-        let [step, correction, update] = self.times.map(each);
+        let milliseconds = |time: Duration| time.as_secs_f64() * 1e3 / f64::from(frames);
+        let [step, correction, update] = self.times.map(milliseconds);
         Sample { step, correction, update }
     }
 }
 
-/// Returns the root mean square and the Hausdorff distance of surfaces `a` from surfaces `b`, relative to the
-/// diagonals of the bodies at rest.
+/// Returns the root mean square distance of corresponding vertices and the Hausdorff distance between the
+/// surfaces `a` and `b`, relative to the diagonal of the bounding box of each mesh at rest.
 pub(super) fn surface_distance(bodies: &[Body], a: &Surfaces, b: &Surfaces) -> (f64, f64) {
     let (mut squares, mut count, mut hausdorff) = (0.0, 0, 0.0_f64);
     for (a, b) in a.iter().zip(b) {
@@ -167,15 +170,15 @@ fn cell_errors(body: BodyRef<'_>) -> impl Iterator<Item = f64> {
 const FACES: [[usize; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
-/// Returns the volume of a trilinear cell. The volume under a bilinear face is the mean of the volumes under
-/// its two triangulations.
+/// Returns the volume of a trilinear cell. The volume between the first corner and a bilinear face is the
+/// mean of the volumes for the two triangulations of the face.
 fn volume(corners: &[Vector3<f64>; 8]) -> f64 {
-    let under = |face: &[usize; 4]| {
+    let twelve_times_volume = |face: &[usize; 4]| {
         let [a, b, c, d] = face.map(|corner| corners[corner] - corners[0]);
-        let triangle = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| a.dot(&b.cross(c));
-        triangle(&a, &b, &c) + triangle(&a, &c, &d) + triangle(&a, &b, &d) + triangle(&b, &c, &d)
+        let product = |a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>| a.dot(&b.cross(c));
+        product(&a, &b, &c) + product(&a, &c, &d) + product(&a, &b, &d) + product(&b, &c, &d)
     };
-    FACES.iter().map(under).sum::<f64>() / 12.0
+    FACES.iter().map(twelve_times_volume).sum::<f64>() / 12.0
 }
 
 #[cfg(test)]
@@ -186,8 +189,9 @@ mod tests {
 
     use super::*;
 
-    fn corners(place: impl Fn(Vector3<f64>) -> Vector3<f64>) -> [Vector3<f64>; 8] {
-        std::array::from_fn(|k| place(Vector3::from_fn(|axis, _| (k >> axis & 1) as f64)))
+    /// Returns the corners of the unit cube, mapped by `map`.
+    fn corners(map: impl Fn(Vector3<f64>) -> Vector3<f64>) -> [Vector3<f64>; 8] {
+        std::array::from_fn(|k| map(Vector3::from_fn(|axis, _| (k >> axis & 1) as f64)))
     }
 
     #[test]
@@ -199,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sum_of_cell_volumes_equals_the_volume_of_the_core() {
+    fn the_sum_of_cell_volumes_equals_the_measure_cells_of_the_library() {
         let cells: Vec<[i32; 3]> = (0..24).map(|i| [i % 2, i / 2 % 3, i / 6]).collect();
         let lattice = Lattice::from_cells(&cells, 0.5, Point3::origin(), true).unwrap();
         let mut body = Body::from_lattice(lattice).volume(Preservation::Off).build().unwrap();

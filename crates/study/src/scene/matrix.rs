@@ -1,7 +1,8 @@
-//! The points of a study.
+//! Lists the points of a study.
 //!
-//! The points are not the full product of the axes: all methods are combined with the lattices; steps,
-//! half-width and sums each vary alone around the unchanged scene.
+//! The points are not all combinations of the varied parameters. Only the lattices are combined with all
+//! methods of volume preservation; steps, half-width and sums are varied one at a time around the unchanged
+//! scene.
 
 use supple::reference::Regions;
 
@@ -16,16 +17,17 @@ pub(super) struct Matrix {
     pub(super) finest: Setting,
 }
 
-/// Values of the axes. Of values that give the same half-widths, only the first is used; values that are
-/// exact for every half-width come first.
+/// Values of the varied parameters, as factors relative to the scene; a refinement is the number of cells per
+/// length. Of several values that give the same half-widths, only the first is used. Therefore the lists
+/// begin with the values that give whole half-widths for every scene.
 struct Axes {
     refinements: &'static [f64],
     substeps: &'static [f64],
     region_factors: &'static [f64],
     /// Refinements at which the sums are compared.
     sums: &'static [f64],
-    /// Maximum refinement for methods other than the scene's.
-    all_methods: f64,
+    /// Largest refinement at which all methods are used; finer lattices use only the method of the scene.
+    max_refinement_of_all_methods: f64,
 }
 
 const FULL: Axes = Axes {
@@ -33,7 +35,7 @@ const FULL: Axes = Axes {
     substeps: &[0.25, 0.5, 2.0, 4.0],
     region_factors: &[2.0, 1.5, 0.5],
     sums: &[0.5, 1.0],
-    all_methods: 2.0,
+    max_refinement_of_all_methods: 2.0,
 };
 
 const QUICK: Axes = Axes {
@@ -41,7 +43,7 @@ const QUICK: Axes = Axes {
     substeps: &[0.5, 2.0],
     region_factors: &[1.5],
     sums: &[0.5],
-    all_methods: 1.0,
+    max_refinement_of_all_methods: 1.0,
 };
 
 impl Matrix {
@@ -65,13 +67,10 @@ impl Matrix {
         add(Axis::Base, base, method);
         for &refinement in &refinements {
             let dynamics = Dynamics { refinement, ..base };
-            let coarse = refinement <= axes.all_methods;
-            for &one in methods.iter().filter(|&&one| coarse || one == method) {
-                add(
-                    if refinement == 1.0 && one == method { Axis::Base } else { Axis::Resolution },
-                    dynamics,
-                    one,
-                );
+            let all = refinement <= axes.max_refinement_of_all_methods;
+            for &other in methods.iter().filter(|&&other| all || other == method) {
+                let is_base = refinement == 1.0 && other == method;
+                add(if is_base { Axis::Base } else { Axis::Resolution }, dynamics, other);
             }
         }
         for factor in axes.substeps {
@@ -84,8 +83,8 @@ impl Matrix {
             }
         }
         for &refinement in axes.sums {
-            let same = |&&other: &&f64| widths(other) == widths(refinement);
-            let Some(&refinement) = refinements.iter().find(same) else { continue };
+            let has_same_widths = |&&other: &&f64| widths(other) == widths(refinement);
+            let Some(&refinement) = refinements.iter().find(has_same_widths) else { continue };
             for regions in [Regions::Staircase, Regions::BreadthFirst] {
                 add(Axis::Sums, Dynamics { refinement, sums: Sums::Naive(regions), ..base }, method);
             }
@@ -96,7 +95,8 @@ impl Matrix {
     }
 }
 
-/// Returns the values in ascending order; of values that give the same half-widths, only the first.
+/// Returns the values in ascending order. Of several values that give the same half-widths, only the first is
+/// kept.
 fn distinct(values: &[f64], widths: impl Fn(f64) -> Vec<usize>) -> Vec<f64> {
     let mut kept: Vec<f64> = Vec::new();
     for &value in values {
@@ -116,7 +116,7 @@ mod tests {
     /// Returns the refinements and region factors of the points of a scene, ascending, and the names of the
     /// points.
     fn axes(half_widths: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<String>) {
-        let (_folder, physical) = block::physical(1, half_widths);
+        let (_directory, physical) = block::physical(1, half_widths);
         let matrix = Matrix::new(&physical, Method::off(), &[Method::off()], false);
         let all = |value: fn(&Dynamics) -> f64| {
             let mut values: Vec<f64> =
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn point_names_are_unique_and_contain_the_effective_refinement() {
-        // Half of 3 cells rounds to 2, half of 1 to 1.
+        // Refinement 0.5 rounds a half-width of 3 cells to 2 cells, and a half-width of 1 cell to 1 cell.
         let (_, _, names) = axes(&[3]);
         assert!(names.contains(&"off, 0.67 x the cells, 2 steps".to_owned()), "{names:?}");
         for half_widths in [&[1, 3, 1][..], &[1, 2, 3, 4]] {

@@ -1,13 +1,14 @@
-//! The study of a scene: error against run time.
+//! Studies a scene: error against run time for many settings. A point is the scene run with one setting.
 //!
-//! ```text
-//! Scene -> physical (materials in lengths and seconds) -> matrix of settings -> points -> report, table,
-//! plot
-//!
-//! points: one setting -> display       run times, volumes, distance from the finest surface (surface)
-//!                     -> motion_errors goals and path against the naive sums (naive, motion), free flight
-//!                     (flight)
-//! ```
+//! | file | contents |
+//! |---|---|
+//! | `physical` | the scene with materials in lengths and seconds |
+//! | `setting`, `matrix` | the parameters of a point; the list of all points |
+//! | `points` | measures all points, with the following modules |
+//! | `display`, `surface` | run times, volumes, and the distance from the surface of the finest lattice |
+//! | `motion_errors`, `motion`, `naive` | goal positions and path, compared with the naive sums |
+//! | `flight` | conservation of momenta and energy in free flight |
+//! | `point`, `report`, `table`, `plot` | the results |
 
 mod display;
 mod flight;
@@ -53,7 +54,7 @@ pub struct Study {
     pub scene: Scene,
     /// Name of the scene in the report.
     pub name: String,
-    /// Output folder of `study.csv`, `study.json` and `study.svg`; created if it does not exist.
+    /// Output directory of `study.csv`, `study.json` and `study.svg`; created if it does not exist.
     pub directory: PathBuf,
     /// Whether to measure fewer points, each with fewer runs.
     pub quick: bool,
@@ -66,7 +67,7 @@ impl Study {
     ///
     /// # Errors
     ///
-    /// The scene cannot be run, the study cannot be resumed, or the folder cannot be written.
+    /// The scene cannot be run, the study cannot be resumed, or the output directory cannot be written.
     pub fn run(&self, observer: &mut dyn Observer) -> Result<(Report, Outcome), StudyError> {
         if self.scene.simulation.frames == 0 {
             return Err(StudyError::NoFrames);
@@ -113,7 +114,7 @@ impl Study {
         plot::write(report, &self.directory.join("study.svg"))
     }
 
-    /// Returns the text that must be equal for a study to be resumed: scene and options.
+    /// Returns scene and options as text. A study can be resumed only if this text has not changed.
     fn fingerprint(&self) -> Result<String, StudyError> {
         let text = fingerprint(&self.scene)?;
         let (frames, threads) = (self.scene.simulation.frames, self.scene.simulation.threads);

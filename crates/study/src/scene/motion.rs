@@ -1,4 +1,4 @@
-//! The motion of a point of the study, computed by the core or by the naive sums.
+//! Steps the motion of a point of the study, computed by the library or by naive sums.
 
 use std::time::{Duration, Instant};
 
@@ -12,27 +12,28 @@ use super::setting::Sums;
 
 /// The motion of a point.
 pub(super) struct Motion<'a> {
-    /// The evaluated simulation. With naive sums it steps the same frames to update constraints and contacts,
-    /// and then receives the positions and velocities of the naive bodies.
+    /// The simulation whose bodies are evaluated. With naive sums, it makes the steps of each frame as well,
+    /// to update its constraints and contacts, and then receives the positions and velocities of the naive
+    /// bodies.
     pub(super) simulation: Simulation,
     substeps: u64,
-    /// One naive body per body; empty if the core computes the motion.
+    /// One naive body for each body of the simulation; empty if the library computes the motion.
     naive: Vec<NaiveBody<'a>>,
 }
 
 impl<'a> Motion<'a> {
-    /// Starts a motion computed by the core.
+    /// Starts a motion that the library computes.
     pub(super) fn fast(prepared: Prepared) -> Self {
         let Prepared { simulation, substeps, .. } = prepared;
         Self { simulation, substeps: substeps.into(), naive: Vec::new() }
     }
 
-    /// Starts a motion computed by `sums`. `model` is the same point prepared again; the naive bodies borrow
-    /// its lattices.
+    /// Starts a motion that `sums` computes. `model` is the same point, prepared a second time; the naive
+    /// bodies borrow its lattices.
     ///
     /// # Errors
     ///
-    /// Invalid pins, handles or colliders.
+    /// Returns an error if a pin, handle or collider is invalid.
     pub(super) fn new(
         prepared: Prepared,
         model: &'a Prepared,
@@ -49,11 +50,11 @@ impl<'a> Motion<'a> {
         Ok(motion)
     }
 
-    /// Steps one frame and returns the time of the steps.
+    /// Makes the steps of one frame and returns their run time.
     ///
     /// # Errors
     ///
-    /// The positions are not finite.
+    /// Returns an error if a position is not finite.
     pub(super) fn frame(&mut self) -> Result<Duration, Error> {
         let start = Instant::now();
         if self.naive.is_empty() {
@@ -90,8 +91,8 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Returns an upper bound of the visits (pairs of a region and a vertex in it) in one evaluation of the naive
-/// sums.
+/// Returns an upper bound of the number of visits in one evaluation of the naive sums. A visit is a pair of a
+/// region and a vertex in it.
 pub(super) fn visits(simulation: &Simulation) -> f64 {
     let of_body = |body: &Body| body.lattice().len() as f64 * (2.0 * body.half_width() as f64 + 1.0).powi(3);
     simulation.bodies().iter().map(of_body).sum()
@@ -100,8 +101,8 @@ pub(super) fn visits(simulation: &Simulation) -> f64 {
 /// Returns whether a frame (counted from 1) is one of `count` sampled frames, which are evenly distributed
 /// over all frames and include the last. If there are fewer frames than samples, every frame is sampled.
 pub(super) fn is_sampled(frame: u32, frames: u32, count: u32) -> bool {
-    let before = |frame: u32| u64::from(frame) * u64::from(count) / u64::from(frames);
-    before(frame) != before(frame - 1)
+    let samples_until = |frame: u32| u64::from(frame) * u64::from(count) / u64::from(frames);
+    samples_until(frame) != samples_until(frame - 1)
 }
 
 #[cfg(test)]
@@ -110,12 +111,12 @@ mod tests {
 
     #[test]
     fn sampled_frames_are_evenly_distributed() {
-        let of = |frames, count| -> Vec<u32> {
+        let sampled = |frames, count| -> Vec<u32> {
             (1..=frames).filter(|&frame| is_sampled(frame, frames, count)).collect()
         };
-        assert_eq!(of(12, 4), [3, 6, 9, 12]);
-        assert_eq!(of(10, 4), [3, 5, 8, 10]);
-        assert_eq!(of(3, 12), [1, 2, 3]);
+        assert_eq!(sampled(12, 4), [3, 6, 9, 12]);
+        assert_eq!(sampled(10, 4), [3, 5, 8, 10]);
+        assert_eq!(sampled(3, 12), [1, 2, 3]);
         assert!(is_sampled(u32::MAX, u32::MAX, 12) && !is_sampled(1, u32::MAX, 12));
     }
 }

@@ -1,4 +1,4 @@
-//! Errors of the motion. Points that differ only in the volume correction share them.
+//! Computes the errors of a motion. They do not depend on the volume correction.
 
 use nalgebra::Vector3;
 use supple::reference::{Naive, Regions};
@@ -11,17 +11,17 @@ use super::setting::{Dynamics, Method, Setting, Sums};
 use crate::error::Halt;
 use crate::observer::Meter;
 
-/// Limits of the work of the naive sums, in visits (pairs of a region and a vertex in it).
+/// Limits of the work of the naive sums, in visits. A visit is a pair of a region and a vertex in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
-    /// Limit for the paths of all bodies through the motion.
+    /// Limit for the motion of all bodies.
     pub(super) path: f64,
-    /// Limit for the goal positions at one frame.
+    /// Limit for the goal positions in one frame.
     pub(super) goals: f64,
 }
 
-/// Minimum fraction of the frames for which a path is compared.
-const LEAST_SHARE: f64 = 0.25;
+/// Minimum fraction of the frames that the budget must allow; otherwise no path is compared.
+const MIN_FRACTION: f64 = 0.25;
 /// Number of frames at which goal positions are compared.
 const GOAL_SAMPLES: u32 = 4;
 
@@ -35,10 +35,10 @@ pub(super) struct Errors {
 
 /// Vertex positions of each body.
 type Positions = Vec<Vec<Vector3<f64>>>;
-/// Positions by the naive sums over staircase regions, for each frame from 1 on.
+/// Positions in each frame from frame 1 on, computed by naive sums over staircase regions.
 type NaivePath = Vec<Positions>;
 
-/// Computes the errors of motions and caches the paths of the naive sums.
+/// Computes the errors of motions. Caches the motions that are computed by naive sums.
 #[derive(Debug)]
 pub(super) struct ErrorEvaluator {
     budget: Budget,
@@ -50,12 +50,13 @@ impl ErrorEvaluator {
         Self { budget, paths: Vec::new() }
     }
 
-    /// Returns the number of frames for which the budget allows naive sums; 0 if it is below [`LEAST_SHARE`].
+    /// Returns the number of frames for which the budget allows naive sums, or 0 if they are less than
+    /// [`MIN_FRACTION`] of all frames. `visits` is the number of visits per step.
     pub(super) fn frames(&self, physical: &Physical, visits: f64, substeps: u32) -> u32 {
         let frames = physical.scene().simulation.frames;
         let affordable = self.budget.path / (visits * f64::from(substeps));
         let compared = affordable.min(f64::from(frames)).floor();
-        if compared < LEAST_SHARE * f64::from(frames) { 0 } else { compared as u32 }
+        if compared < MIN_FRACTION * f64::from(frames) { 0 } else { compared as u32 }
     }
 
     /// Computes the errors of a motion.
@@ -97,14 +98,14 @@ impl ErrorEvaluator {
         }
         let path = path_sums.distances().map(|distances| Path { frames: compared, distances });
         let free = match dynamics.sums {
-            Sums::Fast => Some(flight::advance_origin(physical, dynamics, budget.goals, meter)?),
+            Sums::Fast => Some(flight::measure(physical, dynamics, budget.goals, meter)?),
             Sums::Naive(_) => None,
         };
         Ok(Errors { goals: goals.distances(), path, free })
     }
 
-    /// Returns the path of the naive sums through `frames` frames, cached if possible. For 0 frames nothing
-    /// is built, because the lists of the regions can exceed the memory.
+    /// Returns the positions in the first `frames` frames, computed by naive sums or taken from the cache.
+    /// For 0 frames no naive bodies are built, because their lists of regions can exceed the memory.
     fn path(
         &mut self,
         physical: &Physical,
@@ -118,8 +119,8 @@ impl ErrorEvaluator {
         let dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..dynamics };
         let cached =
             self.paths.iter().position(|(other, path)| *other == dynamics && path.len() == frames as usize);
-        let at = match cached {
-            Some(at) => at,
+        let index = match cached {
+            Some(index) => index,
             None => {
                 let setting = Setting { dynamics, method: Method::off() };
                 let model = physical.prepare(&setting)?;
@@ -137,11 +138,11 @@ impl ErrorEvaluator {
                 self.paths.len() - 1
             }
         };
-        Ok(&self.paths[at].1)
+        Ok(&self.paths[index].1)
     }
 }
 
-/// Accumulates distances.
+/// Accumulates the statistics of distances, in scene units and in cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DistanceSums {
     squares: f64,
@@ -155,22 +156,22 @@ impl DistanceSums {
     /// Adds the distances of corresponding points of a body with cells of edge `cell_size`.
     pub(super) fn add(&mut self, a: &[Vector3<f64>], b: &[Vector3<f64>], cell_size: f64) {
         for (a, b) in a.iter().zip(b) {
-            let square = (a - b).norm_squared();
-            self.squares += square;
-            self.squares_cells += square / (cell_size * cell_size);
-            self.max = self.max.max(square.sqrt());
-            self.max_cells = self.max_cells.max(square.sqrt() / cell_size);
+            let distance_squared = (a - b).norm_squared();
+            self.squares += distance_squared;
+            self.squares_cells += distance_squared / (cell_size * cell_size);
+            self.max = self.max.max(distance_squared.sqrt());
+            self.max_cells = self.max_cells.max(distance_squared.sqrt() / cell_size);
         }
         self.count += a.len();
     }
 
     /// Returns the statistics, or `None` if no distances were added.
     pub(super) fn distances(&self) -> Option<Distances> {
-        let mean = |squares: f64| (squares / self.count as f64).sqrt();
+        let rms = |squares: f64| (squares / self.count as f64).sqrt();
         (self.count > 0).then(|| Distances {
-            rms_cells: mean(self.squares_cells),
+            rms_cells: rms(self.squares_cells),
             max_cells: self.max_cells,
-            rms: mean(self.squares),
+            rms: rms(self.squares),
             max: self.max,
         })
     }
@@ -183,7 +184,7 @@ mod tests {
 
     #[test]
     fn naive_sums_over_budget_are_not_built() {
-        let (_folder, physical) = block::physical(4, &[1]);
+        let (_directory, physical) = block::physical(4, &[1]);
         let errors = |path, dynamics| {
             let mut evaluator = ErrorEvaluator::new(Budget { path, goals: f64::INFINITY });
             let errors = evaluator.errors(&physical, dynamics, &mut Meter::new(&mut (), 1.0)).unwrap();

@@ -1,6 +1,6 @@
-//! A body stepped by the naive method: positions and velocities in f64, explicit sums over each region.
+//! Steps a body by the naive method: positions and velocities in f64, explicit sums over each region.
 //!
-//! Pins, handles and contacts use the stages of the core.
+//! Pins, handles and contacts use the code of the library.
 
 use nalgebra::{Point3, Vector3};
 use supple::internals::{
@@ -15,7 +15,7 @@ pub(super) struct NaiveBody<'a> {
     naive: Naive<'a>,
     /// Connected components of the lattice.
     components: &'a supple::Components,
-    /// Region motions of the previous step. Damping uses their rotations, as the core does.
+    /// Region motions of the previous step. Region damping uses their rotations, as in the library.
     motions: Vec<RegionMotion>,
     /// Positions, in scene units.
     pub(super) positions: Vec<Vector3<f64>>,
@@ -35,7 +35,7 @@ impl<'a> NaiveBody<'a> {
     ///
     /// # Errors
     ///
-    /// Invalid colliders, pins or handles; the core refuses the same ones.
+    /// Returns an error if a collider, pin or handle is invalid, as the library does.
     pub(super) fn new(
         body: &'a Body,
         data: &BodyData,
@@ -53,7 +53,7 @@ impl<'a> NaiveBody<'a> {
             positions,
             velocities: body.velocities(),
             stiffness_rate: material.alpha(dt) / dt,
-            damping: material.region_damping_share(dt),
+            damping: material.region_damping_fraction(dt),
             gravity: scene.simulation.gravity.into(),
             dt,
             steps: 0,
@@ -66,7 +66,7 @@ impl<'a> NaiveBody<'a> {
         self.naive.goals(&self.naive.motions(&self.positions))
     }
 
-    /// Makes one step, with the stages of the core in the same order.
+    /// Makes one step. Its stages run in the same order as in the library.
     pub(super) fn step(&mut self) {
         let interval = Interval::of_step(self.steps, self.dt);
         if let Some(stages) = &mut self.stages {
@@ -94,32 +94,32 @@ impl<'a> NaiveBody<'a> {
         self.steps += 1;
     }
 
-    /// Returns the point masses of a component of the lattice.
+    /// Returns the vertices of a connected component of the lattice as point masses.
     fn masses(&self, component: usize) -> impl Iterator<Item = Mass> + Clone {
-        let of_vertex = self.components.of_vertex.iter().enumerate();
-        of_vertex.filter(move |(_, of)| **of as usize == component).map(|(v, _)| Mass {
+        let vertices = self.components.of_vertex.iter().enumerate();
+        vertices.filter(move |(_, other)| **other as usize == component).map(|(v, _)| Mass {
             mass: self.naive.weights().masses[v],
             position: self.positions[v],
             velocity: self.velocities[v],
         })
     }
 
-    /// Returns the momenta of each component; `None` for components with constrained vertices.
+    /// Returns the momenta of each connected component; `None` for components with constrained vertices.
     fn momenta(&self) -> Vec<Option<Momenta>> {
-        let mut held = vec![false; self.components.count];
+        let mut is_constrained = vec![false; self.components.count];
         for (vertex, &component) in self.components.of_vertex.iter().enumerate() {
-            held[component as usize] |=
+            is_constrained[component as usize] |=
                 self.stages.as_ref().is_some_and(|stages| stages.is_constrained(vertex));
         }
         (0..)
-            .zip(held)
-            .map(|(component, held)| (!held).then(|| Momenta::of(self.masses(component))))
+            .zip(is_constrained)
+            .map(|(component, constrained)| (!constrained).then(|| Momenta::of(self.masses(component))))
             .collect()
     }
 
-    /// Restores the momenta, which before contacts only gravity may change. The damping of a deformed body
-    /// uses the lever arms of the rest shape, so without this correction (the core's momentum tracker) it
-    /// would slow the spin.
+    /// Restores the momenta, as the momentum tracker of the library does: before contacts, only gravity may
+    /// change them. Without this correction damping would slow the spin of a deformed body, because it uses
+    /// the lever arms of the rest shape.
     fn restore_momenta(&mut self, before: &[Option<Momenta>]) {
         for (component, before) in before.iter().enumerate() {
             let Some(before) = before else { continue };
@@ -136,18 +136,20 @@ impl<'a> NaiveBody<'a> {
     }
 }
 
-/// Number of slots in a block of [`Lanes`].
+/// Number of vertices in a SIMD block of [`Lanes`].
 const SLOTS: usize = 8;
 
-/// Pins, handles and contacts of the core.
+/// Pins, handles and contacts, computed by the library.
 struct Stages {
     constraints: Constraints,
     contacts: Option<(Contacts, Colliders)>,
+    /// Slot (index in the storage order of `state`) of each vertex: here the index of the vertex itself.
     slots: Vec<u32>,
     state: SingleState,
 }
 
-/// The state in the format of the core's stages: f32 with compensation, which gives positions of 48 bits.
+/// The state of the body in the format of the library: f32. Each position has a compensation, a second f32
+/// with its rounding error, which gives positions of 48 bits.
 struct SingleState {
     frame: BodyFrame,
     positions: Lanes<3>,
@@ -174,7 +176,7 @@ impl SingleState {
         BodyState { positions, compensation: Some(compensation), velocities, frame: *frame }
     }
 
-    /// Sets positions and velocities and returns the state.
+    /// Sets positions and velocities, and returns a view of the state.
     fn set(&mut self, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> BodyState<'_> {
         let frame = self.frame;
         let mut state = self.body_state();
@@ -187,7 +189,7 @@ impl SingleState {
 }
 
 impl Stages {
-    /// Creates the stages; `None` if there are no constraints and no colliders.
+    /// Creates constraints and contacts. Returns `None` if there are neither constraints nor colliders.
     fn new(body: &Body, data: &BodyData, scene: &Scene) -> Result<Option<Self>, Error> {
         let lattice = body.lattice();
         let mut constraints = Vec::new();
@@ -225,7 +227,7 @@ impl Stages {
 
     /// Returns whether a vertex is constrained in the current step.
     fn is_constrained(&self, vertex: usize) -> bool {
-        self.constraints.held()[vertex]
+        self.constraints.constrained()[vertex]
     }
 
     /// Stores the velocities before the step for the contacts.
@@ -237,8 +239,8 @@ impl Stages {
         contacts.begin(&self.state.velocities);
     }
 
-    /// Applies contacts, pins and handles. Only the vertices that they act on are converted from f32 and
-    /// change.
+    /// Applies contacts, pins and handles. Only vertices that are in contact or constrained are copied back
+    /// from f32; the other vertices keep their f64 values.
     fn end(
         &mut self,
         interval: Interval,
@@ -254,7 +256,8 @@ impl Stages {
             changed.extend(contacts.touched());
         }
         constraints.apply(interval, &mut state, slots);
-        changed.extend((0..).zip(constraints.held()).filter(|(_, held)| **held).map(|(vertex, _)| vertex));
+        let constrained = (0..).zip(constraints.constrained()).filter(|(_, constrained)| **constrained);
+        changed.extend(constrained.map(|(vertex, _)| vertex));
         for vertex in changed {
             positions[vertex as usize] = frame.to_world(state.position(vertex)).coords;
             velocities[vertex as usize] = state.velocity(vertex) * frame.cell_size;

@@ -1,4 +1,4 @@
-//! A scene with materials in physical units, which do not change with the lattice and the steps.
+//! Converts the materials of a scene to physical units, which do not depend on the lattice and the steps.
 
 use supple::{
     Body, Material, Preservation, RegionDamping, RegionSize, Resolution, Stiffness, VolumeMeasure,
@@ -13,7 +13,7 @@ use super::setting::{Dynamics, Method, Setting, Sums};
 #[derive(Clone, Debug)]
 pub(super) struct Physical {
     scene: Scene,
-    /// Half-width, cell size and lattice vertices of each body in the original scene.
+    /// Regions and lattice of each body in the original scene.
     grids: Vec<Grid>,
     /// Steps per frame in the original scene.
     pub(super) substeps: u32,
@@ -25,6 +25,7 @@ struct Grid {
     /// Half-width in cells.
     half_width: usize,
     cell_size: f64,
+    /// Number of lattice vertices.
     vertices: usize,
 }
 
@@ -34,13 +35,14 @@ impl Grid {
         Self { half_width: body.half_width(), cell_size: lattice.cell_size(), vertices: lattice.len() }
     }
 
-    /// Returns the half-width that gives the same radius on a lattice with `refinement` times the cells per
-    /// length.
+    /// Returns the half-width that gives the same radius of the regions on a lattice with `refinement` times
+    /// as many cells per length.
     fn refined(self, refinement: f64) -> usize {
         ((self.half_width as f64 * refinement).round() as usize).max(1)
     }
 
-    /// Returns the effective refinement, for which the radius is a whole number of cells.
+    /// Returns the refinement closest to `refinement` for which the radius of the regions is a whole number
+    /// of cells.
     fn effective_refinement(self, refinement: f64) -> f64 {
         self.refined(refinement) as f64 / self.half_width as f64
     }
@@ -51,7 +53,7 @@ impl Physical {
     ///
     /// # Errors
     ///
-    /// The scene cannot be built.
+    /// Returns an error if the scene cannot be built.
     pub(super) fn new(mut scene: Scene) -> Result<Self, RunError> {
         let Prepared { simulation, substeps, .. } = prepare(&scene)?;
         let dt = simulation.dt();
@@ -67,8 +69,9 @@ impl Physical {
         self.grids.iter().map(|grid| width(grid).max(1)).collect()
     }
 
-    /// Returns the name of a point, unique in a study. It contains the effective refinement, once per
-    /// distinct original half-width, or once if all are equal.
+    /// Returns the name of a point, which is unique in a study. It contains the effective refinement: one
+    /// number if it is the same for all bodies, otherwise one number for each distinct half-width of the
+    /// original scene.
     pub(super) fn name(&self, setting: &Setting) -> String {
         let Dynamics { refinement, region_factor, substeps, sums } = setting.dynamics;
         let mut grids: Vec<Grid> = Vec::new();
@@ -93,8 +96,8 @@ impl Physical {
         name
     }
 
-    /// Returns the scene's volume preservation of its first body, by `cells` if not all bodies support its
-    /// measure.
+    /// Returns the method of volume preservation of the first body of the scene. If not all bodies support
+    /// its measure, the measure is replaced by `cells`.
     pub(super) fn method(&self, body: &Body, usable: &[Method]) -> Method {
         let VolumeOptions { measure, scope, .. } = self.scene.bodies[0].volume;
         let measure = match measure {
@@ -113,17 +116,18 @@ impl Physical {
         &self.scene
     }
 
-    /// Estimates the number of lattice vertices and of visits in one evaluation of the naive sums.
+    /// Estimates the number of lattice vertices, and the number of visits (pairs of a region and a vertex in
+    /// it) in one evaluation of the naive sums.
     pub(super) fn estimate(&self, dynamics: Dynamics) -> (f64, f64) {
         let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
         self.grids.iter().zip(widths).fold((0.0, 0.0), |(vertices, visits), (grid, width)| {
-            let own = grid.vertices as f64 * grid.effective_refinement(dynamics.refinement).powi(3);
-            (vertices + own, visits + own * (2.0 * width as f64 + 1.0).powi(3))
+            let of_body = grid.vertices as f64 * grid.effective_refinement(dynamics.refinement).powi(3);
+            (vertices + of_body, visits + of_body * (2.0 * width as f64 + 1.0).powi(3))
         })
     }
 
-    /// Returns whether steps of `dt` seconds exceed a sixth of a body's period, so that the body is softer
-    /// than specified.
+    /// Returns whether steps of `dt` seconds are longer than a sixth of the period of a body, so that the
+    /// body is softer than specified.
     pub(super) fn softened(&self, dt: f64) -> bool {
         let too_fast = |stiffness| match stiffness {
             Stiffness::Frequency(frequency) => frequency * dt > (1.0 + 1e-9) / 6.0,
@@ -136,7 +140,7 @@ impl Physical {
     ///
     /// # Errors
     ///
-    /// The lattice does not fit in memory, or a selection is empty on this lattice.
+    /// Returns an error if the lattice does not fit in memory, or if a selection is empty on this lattice.
     pub(super) fn prepare(&self, setting: &Setting) -> Result<Prepared, RunError> {
         let Setting { dynamics, method } = *setting;
         let mut scene = self.scene.clone();
@@ -156,7 +160,7 @@ impl Physical {
         prepare(&scene)
     }
 
-    /// Builds the same bodies for free flight: without constraints, colliders, gravity and damping.
+    /// Builds the bodies of a point for free flight: without constraints, colliders, gravity and damping.
     ///
     /// # Errors
     ///
@@ -177,15 +181,15 @@ impl Physical {
 /// Converts a material to units that do not depend on the step.
 fn physical(material: Material, dt: f64) -> Material {
     let stiffness = match material.stiffness {
-        // alpha = 4 sin²(pi f dt).
+        // A frequency f in Hz gives alpha = 4 sin²(pi f dt).
         Stiffness::PerStep(alpha) => {
             Stiffness::Frequency((alpha.sqrt() / 2.0).asin() / (std::f64::consts::PI * dt))
         }
         frequency @ Stiffness::Frequency(_) => frequency,
     };
     let region_damping = match material.region_damping {
-        // A share of 1 has no finite rate.
-        RegionDamping::PerStep(share) if share < 1.0 => RegionDamping::Rate(-(-share).ln_1p() / dt),
+        // Complete damping in one step has no finite rate, so it stays per step.
+        RegionDamping::PerStep(fraction) if fraction < 1.0 => RegionDamping::Rate(-(-fraction).ln_1p() / dt),
         region_damping => region_damping,
     };
     Material { stiffness, region_damping, ..material }
@@ -197,15 +201,16 @@ mod tests {
 
     #[test]
     fn conversion_preserves_the_material_at_the_original_step() {
-        for (alpha, share) in [(1.0, 0.0), (0.25, 0.5), (1e-6, 1e-9), (0.9, 1.0)] {
+        for (alpha, fraction) in [(1.0, 0.0), (0.25, 0.5), (1e-6, 1e-9), (0.9, 1.0)] {
             let before = Material {
                 stiffness: Stiffness::PerStep(alpha),
-                region_damping: RegionDamping::PerStep(share),
+                region_damping: RegionDamping::PerStep(fraction),
                 ..Material::default()
             };
             let after = physical(before, 0.01);
             assert!((after.alpha(0.01) / alpha - 1.0).abs() < 1e-12, "{alpha}: {}", after.alpha(0.01));
-            assert!((after.region_damping_share(0.01) - share).abs() <= 1e-12 * share, "{share}");
+            let error = (after.region_damping_fraction(0.01) - fraction).abs();
+            assert!(error <= 1e-12 * fraction, "{fraction}");
             assert!(after.validate().is_ok());
         }
         let half = physical(Material::default(), 0.01).alpha(0.005);

@@ -1,4 +1,4 @@
-//! A measured point of a study, and the Pareto fronts.
+//! Defines the results of a measured point of a study, and finds the Pareto fronts.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,13 +6,13 @@ use super::flight::Free;
 use super::setting::Axis;
 use crate::timing::Timing;
 
-/// A measured point of a study. In a scene of several bodies, `half_width`, `cell_size` and `alpha` are
-/// values of the first body; errors are over all bodies.
+/// A measured point of a study: the scene run with one setting. In a scene with several bodies, `half_width`,
+/// `cell_size` and `alpha` are values of the first body; errors are maxima or means over all bodies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Name, unique in the study.
     pub name: String,
-    /// Axis of the matrix.
+    /// The parameter in which the point differs from the scene.
     pub axis: Axis,
     /// Volume preservation, e.g. `off` or `mesh global`.
     pub method: String,
@@ -38,20 +38,21 @@ pub struct Point {
     pub timing: Timing,
     /// Errors.
     pub errors: Errors,
-    /// Conservation errors in free flight; only for the fast sums.
+    /// Conservation errors in free flight. `None` for naive sums.
     pub free: Option<Free>,
-    /// Fronts that contain this point: no other point of the study is both faster and better by these errors.
+    /// Pareto fronts that contain this point. A point is on the front of an error if no other point of the
+    /// study has both a shorter run time and a smaller error.
     pub front: Vec<Front>,
 }
 
-/// Errors of a point. An error is `None` if it is unknown: if the naive sums take too long or a mesh encloses
-/// no volume. Errors of volumes and surfaces are also `None` for naive sums that do not cover the whole
-/// motion, because a body deforms little in its first frames.
+/// Errors of a point. An error is `None` if it is unknown, because the naive sums would take too long or
+/// because a mesh encloses no volume. If naive sums cover only the first frames of the motion, the errors of
+/// their volumes and surfaces are `None`, because bodies deform little in the first frames.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Distance of the goal positions from the naive sums over staircase regions, at the same positions.
     pub goals: Option<Distances>,
-    /// Distance of the lattice vertices from the motion of these naive sums.
+    /// Distance of the lattice vertices from a motion that is computed by naive sums over staircase regions.
     pub path: Option<Path>,
     /// Maximum relative error of the volume enclosed by the meshes, over all frames.
     pub mesh_volume: Option<f64>,
@@ -59,21 +60,22 @@ pub struct Errors {
     pub cells_volume: Option<f64>,
     /// Root mean square of the relative errors of the volumes of the individual cells.
     pub cell_volumes: Option<f64>,
-    /// Root mean square distance of the mesh vertices from those of the finest lattice, relative to the
-    /// diagonal.
+    /// Root mean square distance of the mesh vertices from their positions with the finest lattice, relative
+    /// to the diagonal of the bounding box of the mesh.
     pub surface_rms: Option<f64>,
-    /// Hausdorff distance of the surfaces, relative to the diagonal.
+    /// Hausdorff distance of the surface from the surface with the finest lattice, relative to the diagonal
+    /// of the bounding box of the mesh.
     pub surface_hausdorff: Option<f64>,
     /// Number of frames in which the correction of at least one body reached its cap.
     pub capped: u32,
 }
 
-/// Distance of vertices from a path.
+/// Distance of the lattice vertices from a motion that is computed by naive sums.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Path {
     /// Number of compared frames from the start.
     pub frames: u32,
-    /// Distances over all these frames.
+    /// Distances in all compared frames.
     #[serde(flatten)]
     pub distances: Distances,
 }
@@ -101,7 +103,7 @@ pub enum Front {
     Volume,
     /// `cell_volumes`.
     Cells,
-    /// Root mean square of the path, in cells.
+    /// `path`, root mean square in cells.
     Path,
 }
 
@@ -119,9 +121,9 @@ impl Front {
         }
     }
 
-    /// Returns the error of a point. `None` if it is unknown, and for the surface of the finest lattice,
-    /// which is the reference. The path of the naive sums over staircase regions is a reference too, but is
-    /// included with an error of 0 to show the cost of the exact sums.
+    /// Returns the error of a point. Returns `None` if the error is unknown, and for the surface of the
+    /// finest lattice, which is the reference of the surfaces. The reference of the paths, naive sums over
+    /// staircase regions, is included with an error of 0, to show the run time of exact sums.
     pub fn error(self, point: &Point) -> Option<f64> {
         let errors = &point.errors;
         match self {
@@ -133,14 +135,14 @@ impl Front {
         .filter(|error| error.is_finite())
     }
 
-    /// Returns whether the error of a point is plotted, for a scene that uses `method`. The path does not
-    /// depend on the correction, so only points with `method` are used for it.
+    /// Returns whether the error of a point is plotted. The path does not depend on the volume correction, so
+    /// it is plotted only for points with `method`, the method of the scene.
     pub(super) fn applies_to(self, point: &Point, method: &str) -> bool {
         self != Self::Path || point.method == method
     }
 
-    /// Returns run time and error of a point that can be on the front. Points with another material are
-    /// excluded.
+    /// Returns run time and error of a point, or `None` if the point cannot be on the front. Points with
+    /// another material are excluded. `method` is the method of the scene.
     fn cost(self, point: &Point, method: &str) -> Option<[f64; 2]> {
         let included = point.region_factor == 1.0 && !point.softened && self.applies_to(point, method);
         let error = self.error(point).filter(|_| included)?;
@@ -148,7 +150,7 @@ impl Front {
     }
 }
 
-/// Marks the points on the fronts, for a scene that uses `method`.
+/// Marks the points on the fronts. `method` is the method of the scene.
 pub(super) fn mark(points: &mut [Point], method: &str) {
     for point in &mut *points {
         point.front.clear();
@@ -156,15 +158,15 @@ pub(super) fn mark(points: &mut [Point], method: &str) {
     for front in Front::ALL {
         let costs: Vec<_> = points.iter().map(|point| front.cost(point, method)).collect();
         for (point, cost) in points.iter_mut().zip(&costs) {
-            let Some(own) = cost else { continue };
-            if !costs.iter().flatten().any(|other| dominates(other, own)) {
+            let Some(cost) = cost else { continue };
+            if !costs.iter().flatten().any(|other| dominates(other, cost)) {
                 point.front.push(front);
             }
         }
     }
 }
 
-/// Returns whether `a` is no worse than `b` in both numbers and better in at least one.
+/// Returns whether neither number of `a` is larger than in `b`, and at least one is smaller.
 fn dominates(a: &[f64; 2], b: &[f64; 2]) -> bool {
     a[0] <= b[0] && a[1] <= b[1] && a != b
 }

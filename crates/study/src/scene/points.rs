@@ -16,7 +16,7 @@ use crate::error::Halt;
 use crate::observer::{Meter, Observer};
 use crate::timing::Timing;
 
-/// Number of timed runs, and the budget of the naive sums.
+/// Effort of a study: the number of timed runs of a point, and the budget of the naive sums.
 struct Suite {
     repeats: u32,
     budget: Budget,
@@ -43,7 +43,7 @@ pub(super) struct Points {
     physical: Physical,
     matrix: Matrix,
     suite: Suite,
-    /// Surfaces of the finest lattice, once computed.
+    /// Surfaces of the finest lattice; `None` until they are computed.
     finest: Option<Surfaces>,
 }
 
@@ -60,14 +60,13 @@ impl Points {
         directory: &Path,
         observer: &mut dyn Observer,
     ) -> Result<(), Halt> {
-        let left: Vec<(Axis, Setting)> = self.matrix.points.clone();
-        let left: Vec<_> =
-            left.into_iter().filter(|(_, setting)| !report.has(&self.physical.name(setting))).collect();
+        let mut unmeasured: Vec<(Axis, Setting)> = self.matrix.points.clone();
+        unmeasured.retain(|(_, setting)| !report.has(&self.physical.name(setting)));
         let mut computed: Vec<(Dynamics, Motion)> = Vec::new();
-        let weights: f64 = left.iter().map(|(_, setting)| self.weight(setting)).sum();
+        let weights: f64 = unmeasured.iter().map(|(_, setting)| self.weight(setting)).sum();
         let mut meter = Meter::new(observer, weights + self.weight(&self.matrix.finest));
         let mut evaluator = ErrorEvaluator::new(self.suite.budget);
-        for (axis, setting) in left {
+        for (axis, setting) in unmeasured {
             if self.finest.is_none() {
                 self.finest = Some(self.reference(&mut meter)?);
             }
@@ -103,7 +102,7 @@ impl Points {
         Ok(display::run(&self.physical, &finest, &model, frames, meter)?.surfaces)
     }
 
-    /// Builds a point without a correction.
+    /// Builds a point without a volume correction.
     fn model(&self, setting: &Setting) -> Result<Prepared, Halt> {
         Ok(self.physical.prepare(&Setting { method: Method::off(), ..*setting })?)
     }
@@ -116,8 +115,10 @@ impl Points {
         let runs = f64::from(self.suite.repeats + 3);
         let fast = vertices * frames * runs * (STEP * f64::from(dynamics.substeps) + EVALUATION);
         let naive = (visits * f64::from(dynamics.substeps) * frames).min(self.suite.budget.path);
-        let shared = setting.method != self.matrix.finest.method;
-        fast + if shared { 0.0 } else { VISIT * naive }
+        // The errors of the motion are computed once for all methods; their cost is assigned to the method of
+        // the scene.
+        let is_computed_elsewhere = setting.method != self.matrix.finest.method;
+        fast + if is_computed_elsewhere { 0.0 } else { VISIT * naive }
     }
 
     /// Measures one point.
@@ -131,12 +132,12 @@ impl Points {
     ) -> Result<Point, Halt> {
         let prepared = self.model(setting)?;
         let (dt, frames) = (prepared.simulation.dt(), self.physical.scene().simulation.frames);
-        let allowed =
+        let affordable =
             evaluator.frames(&self.physical, visits(&prepared.simulation), setting.dynamics.substeps);
         let first = prepared.simulation.body(0);
-        // Naive sums make one run, through the frames that the budget allows.
+        // Naive sums make one run, which ends at the last frame that the budget allows.
         let naive = setting.dynamics.sums != Sums::Fast;
-        let frames = if naive { allowed.max(1) } else { frames };
+        let frames = if naive { affordable.max(1) } else { frames };
         let measured = display::run(&self.physical, setting, &prepared, frames, meter)?;
         let timing = match naive {
             true => Timing::new(None, vec![measured.sample]),
@@ -189,7 +190,7 @@ mod tests {
 
     #[test]
     fn naive_sums_over_part_of_the_motion_are_on_no_front() {
-        let (_folder, physical) = block::physical(4, &[1]);
+        let (_directory, physical) = block::physical(4, &[1]);
         let finest = Setting { dynamics: block::FAST, method: Method::off() };
         let setting = Setting { dynamics: block::NAIVE, method: Method::off() };
         let frame = visits(&physical.prepare(&finest).unwrap().simulation) * f64::from(block::NAIVE.substeps);

@@ -1,4 +1,4 @@
-//! The report of a study, as JSON and CSV.
+//! Defines the report of a study, which is written as JSON and CSV.
 
 use std::fs;
 use std::io;
@@ -10,7 +10,7 @@ use super::flight::Free;
 use super::point::{self, Distances, Front, Point};
 use crate::error::StudyError;
 use crate::machine::Machine;
-use crate::output::{open_folder, write_json};
+use crate::output::{create_directory, write_json};
 
 /// Report of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +19,7 @@ pub struct Report {
     pub scene: String,
     /// Whether all points are measured.
     pub complete: bool,
-    /// Whether it is a quick study.
+    /// Whether the study is quick: fewer points, each with fewer runs.
     pub quick: bool,
     /// Machine that ran the study.
     pub machine: Machine,
@@ -27,7 +27,7 @@ pub struct Report {
     pub frames: u32,
     /// Frames per second.
     pub fps: f64,
-    /// The scene's own volume preservation of its first body.
+    /// Method of volume preservation of the scene's first body, e.g. `off` or `mesh global`.
     pub method: String,
     /// The measured points.
     pub points: Vec<Point>,
@@ -36,12 +36,12 @@ pub struct Report {
 }
 
 impl Report {
-    /// Returns the path of the report in a folder.
+    /// Returns the path of the report in a directory.
     pub(super) fn path(directory: &Path) -> PathBuf {
         directory.join("study.json")
     }
 
-    /// Reads the report in a folder, if there is one.
+    /// Reads the report in a directory. Returns `None` if there is no report.
     pub(super) fn read(directory: &Path) -> Result<Option<Self>, StudyError> {
         let path = Self::path(directory);
         let text = match fs::read_to_string(&path) {
@@ -60,10 +60,10 @@ impl Report {
         self.points.iter().any(|point| point.name == name)
     }
 
-    /// Creates the folder and writes the report, so that an unwritable folder is an error before any
-    /// measurement.
+    /// Creates the directory and writes the report, so that an unwritable directory is an error before a
+    /// point is measured.
     pub(super) fn open(&self, directory: &Path) -> Result<(), StudyError> {
-        open_folder(directory)?;
+        create_directory(directory)?;
         self.save(directory)
     }
 
@@ -96,12 +96,12 @@ impl Report {
 /// Returns column names and values of a point in `study.csv`. Unknown values are empty.
 fn columns(point: &Point) -> Vec<(&'static str, String)> {
     let Point { timing, errors, free, .. } = point;
-    // The shortest text that parses to the same number.
+    // `{:?}` gives the shortest text that parses to the same number.
     let number = |value: f64| format!("{value:?}");
-    let known = |value: Option<f64>| value.map_or_else(String::new, number);
-    let goals = |part: fn(&Distances) -> f64| known(errors.goals.as_ref().map(part));
-    let path = |part: fn(&super::point::Path) -> f64| known(errors.path.as_ref().map(part));
-    let free = |part: fn(&Free) -> Option<f64>| known(free.as_ref().and_then(part));
+    let optional = |value: Option<f64>| value.map_or_else(String::new, number);
+    let goals = |part: fn(&Distances) -> f64| optional(errors.goals.as_ref().map(part));
+    let path = |part: fn(&super::point::Path) -> f64| optional(errors.path.as_ref().map(part));
+    let free = |part: fn(&Free) -> Option<f64>| optional(free.as_ref().and_then(part));
     let front: Vec<String> = Front::ALL.iter().map(|front| point.front.contains(front).to_string()).collect();
     vec![
         ("axis", point.axis.name().to_owned()),
@@ -131,11 +131,11 @@ fn columns(point: &Point) -> Vec<(&'static str, String)> {
         ("path_max_cells", path(|path| path.distances.max_cells)),
         ("path_rms", path(|path| path.distances.rms)),
         ("path_max", path(|path| path.distances.max)),
-        ("mesh_volume", known(errors.mesh_volume)),
-        ("cells_volume", known(errors.cells_volume)),
-        ("cell_volumes", known(errors.cell_volumes)),
-        ("surface_rms", known(errors.surface_rms)),
-        ("surface_hausdorff", known(errors.surface_hausdorff)),
+        ("mesh_volume", optional(errors.mesh_volume)),
+        ("cells_volume", optional(errors.cells_volume)),
+        ("cell_volumes", optional(errors.cell_volumes)),
+        ("surface_rms", optional(errors.surface_rms)),
+        ("surface_hausdorff", optional(errors.surface_hausdorff)),
         ("capped_frames", errors.capped.to_string()),
         ("linear_momentum", free(|free| Some(free.linear_momentum))),
         ("angular_momentum", free(|free| Some(free.angular_momentum))),

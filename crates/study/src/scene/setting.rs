@@ -1,4 +1,4 @@
-//! One point of the matrix: the varied parameters and their names.
+//! Defines the varied parameters of a point and their names.
 
 use serde::{Deserialize, Serialize};
 use supple::reference::Regions;
@@ -32,15 +32,15 @@ impl Method {
         let measures = Preservation::NAMED.iter().map(|&(_, measure)| measure);
         let measures = measures.filter(|measure| matches!(measure, Preservation::By(_)));
         let scopes = VolumeScope::NAMED.map(|(_, scope)| scope);
-        let both = measures.flat_map(|measure| scopes.map(|scope| Self { measure, scope }));
-        std::iter::once(Self::off()).chain(both).collect()
+        let corrected = measures.flat_map(|measure| scopes.map(|scope| Self { measure, scope }));
+        std::iter::once(Self::off()).chain(corrected).collect()
     }
 }
 
 /// Summation of the goal positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sums {
-    /// The sums of the core: window sums in f32 over staircase regions.
+    /// The sums of the library: window sums in f32 over staircase regions.
     Fast,
     /// Explicit sums in f64 over regions of the given kind.
     Naive(Regions),
@@ -57,20 +57,20 @@ impl Sums {
     }
 }
 
-/// One point of the matrix.
+/// The parameters of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Setting {
-    /// Parameters of the motion; points that differ only in the method share them.
+    /// Parameters that affect the motion of the lattice.
     pub dynamics: Dynamics,
     /// Volume preservation.
     pub method: Method,
 }
 
-/// The parameters of a setting that affect the motion.
+/// The parameters that affect the motion of the lattice. Volume preservation does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Dynamics {
-    /// Cells per length relative to the scene. The regions keep their radius, so half-widths grow in
-    /// proportion.
+    /// Number of cells per length, relative to the scene. The regions keep their radius, so half-widths in
+    /// cells grow in proportion.
     pub refinement: f64,
     /// Radius of the regions relative to the scene; a value other than 1 is another material.
     pub region_factor: f64,
@@ -80,19 +80,19 @@ pub(super) struct Dynamics {
     pub sums: Sums,
 }
 
-/// Axis of the matrix.
+/// The parameter in which a point differs from the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
     /// The unchanged scene.
     Base,
-    /// Finer or coarser lattices, with every method.
+    /// A finer or coarser lattice, or another method of volume preservation.
     Resolution,
     /// More or fewer steps per frame.
     Substeps,
     /// Wider or narrower regions on the same lattice: another material.
     HalfWidth,
-    /// Naive sums over regions of both kinds.
+    /// Naive sums over staircase or breadth-first regions.
     Sums,
 }
 

@@ -1,4 +1,4 @@
-//! Distance of two surfaces with the same faces.
+//! Computes the distance of two surfaces with the same faces.
 
 use nalgebra::{Point3, Vector3};
 
@@ -18,23 +18,23 @@ pub(super) fn distance(a: &[Point3<f64>], b: &[Point3<f64>], triangles: &[[u32; 
     // of this bound, the search ends at the first bound that is not above the maximum found so far.
     let mut order: Vec<usize> = (0..squares.len()).collect();
     order.sort_by(|&i, &j| squares[j].total_cmp(&squares[i]));
-    let mut greatest = 0.0_f64;
-    for (from, to) in [(a, b), (b, a)] {
-        let to = Blocks::new(to, triangles);
+    let mut maximum = 0.0_f64;
+    for (points, other) in [(a, b), (b, a)] {
+        let other = Blocks::new(other, triangles);
         for &vertex in &order {
-            if squares[vertex] <= greatest {
+            if squares[vertex] <= maximum {
                 break;
             }
-            greatest = greatest.max(to.nearest(&from[vertex], squares[vertex], greatest));
+            maximum = maximum.max(other.nearest(&points[vertex], squares[vertex], maximum));
         }
     }
-    Distance { squares: squares.iter().sum(), hausdorff: greatest.sqrt() }
+    Distance { squares: squares.iter().sum(), hausdorff: maximum.sqrt() }
 }
 
-/// Number of triangles in a block. Consecutive triangles of a mesh are mostly close together.
+/// Number of consecutive triangles in a block. They are mostly close together in space.
 const BLOCK: usize = 24;
 
-/// A surface in blocks of triangles with bounding boxes, so that distant triangles are skipped in blocks.
+/// A surface whose triangles are divided into blocks with bounding boxes. The search skips distant blocks.
 struct Blocks<'a> {
     points: &'a [Point3<f64>],
     triangles: &'a [[u32; 3]],
@@ -50,44 +50,42 @@ struct Bounds {
 
 impl Bounds {
     fn of(points: impl Iterator<Item = Point3<f64>>) -> Self {
-        let nothing = Self { low: [f64::INFINITY; 3].into(), high: [f64::NEG_INFINITY; 3].into() };
-        points.fold(nothing, |bounds, point| Self {
-            low: bounds.low.inf(&point),
-            high: bounds.high.sup(&point),
-        })
+        let empty = Self { low: [f64::INFINITY; 3].into(), high: [f64::NEG_INFINITY; 3].into() };
+        points
+            .fold(empty, |bounds, point| Self { low: bounds.low.inf(&point), high: bounds.high.sup(&point) })
     }
 
-    /// Returns the squared distance of a point; 0 inside the box.
-    fn distance(&self, point: &Point3<f64>) -> f64 {
+    /// Returns the squared distance of a point from the box; 0 inside the box.
+    fn distance_squared(&self, point: &Point3<f64>) -> f64 {
         (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros()).norm_squared()
     }
 }
 
 impl<'a> Blocks<'a> {
     fn new(points: &'a [Point3<f64>], triangles: &'a [[u32; 3]]) -> Self {
-        let corners =
+        let bounds =
             |block: &[[u32; 3]]| Bounds::of(block.iter().flatten().map(|&vertex| points[vertex as usize]));
-        Self { points, triangles, boxes: triangles.chunks(BLOCK).map(corners).collect() }
+        Self { points, triangles, boxes: triangles.chunks(BLOCK).map(bounds).collect() }
     }
 
-    /// Returns the squared distance of a point from the surface. `known` is an upper bound. If the distance
-    /// is below
-    /// `enough`, the result is some number below `enough`.
-    fn nearest(&self, point: &Point3<f64>, known: f64, enough: f64) -> f64 {
-        let mut least = known;
+    /// Returns the squared distance of a point from the surface. `upper_bound` is an upper bound of it. The
+    /// search ends early if the squared distance is below `threshold`; the result is then only an upper bound
+    /// that is below `threshold`.
+    fn nearest(&self, point: &Point3<f64>, upper_bound: f64, threshold: f64) -> f64 {
+        let mut minimum = upper_bound;
         for (block, bounds) in self.triangles.chunks(BLOCK).zip(&self.boxes) {
-            if bounds.distance(point) >= least {
+            if bounds.distance_squared(point) >= minimum {
                 continue;
             }
             for corners in block {
                 let [a, b, c] = corners.map(|vertex| self.points[vertex as usize]);
-                least = least.min((closest(point, &a, &b, &c) - point).norm_squared());
+                minimum = minimum.min((closest(point, &a, &b, &c) - point).norm_squared());
             }
-            if least < enough {
+            if minimum < threshold {
                 break;
             }
         }
-        least
+        minimum
     }
 }
 
@@ -95,34 +93,36 @@ impl<'a> Blocks<'a> {
 /// 5.1.5).
 fn closest(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>) -> Point3<f64> {
     let (ab, ac): (Vector3<f64>, Vector3<f64>) = (b - a, c - a);
-    let along = |from: &Point3<f64>| (ab.dot(&(p - from)), ac.dot(&(p - from)));
-    let (a1, a2) = along(a);
+    // Dot products of the edges ab and ac with the vector from a corner to p.
+    let products = |corner: &Point3<f64>| (ab.dot(&(p - corner)), ac.dot(&(p - corner)));
+    let (a1, a2) = products(a);
     if a1 <= 0.0 && a2 <= 0.0 {
         return *a;
     }
-    let (b1, b2) = along(b);
+    let (b1, b2) = products(b);
     if b1 >= 0.0 && b2 <= b1 {
         return *b;
     }
-    let (c1, c2) = along(c);
+    let (c1, c2) = products(c);
     if c2 >= 0.0 && c1 <= c2 {
         return *c;
     }
-    let of_c = a1 * b2 - b1 * a2;
-    if of_c <= 0.0 && a1 >= 0.0 && b1 <= 0.0 {
+    // The barycentric coordinates of the projection of p on the plane of the triangle, up to a common factor.
+    let coordinate_c = a1 * b2 - b1 * a2;
+    if coordinate_c <= 0.0 && a1 >= 0.0 && b1 <= 0.0 {
         return a + ab * (a1 / (a1 - b1));
     }
-    let of_b = c1 * a2 - a1 * c2;
-    if of_b <= 0.0 && a2 >= 0.0 && c2 <= 0.0 {
+    let coordinate_b = c1 * a2 - a1 * c2;
+    if coordinate_b <= 0.0 && a2 >= 0.0 && c2 <= 0.0 {
         return a + ac * (a2 / (a2 - c2));
     }
-    let of_a = b1 * c2 - c1 * b2;
+    let coordinate_a = b1 * c2 - c1 * b2;
     let (to_b, to_c) = (b2 - b1, c1 - c2);
-    if of_a <= 0.0 && to_b >= 0.0 && to_c >= 0.0 {
+    if coordinate_a <= 0.0 && to_b >= 0.0 && to_c >= 0.0 {
         return b + (c - b) * (to_b / (to_b + to_c));
     }
-    let sum = of_a + of_b + of_c;
-    if sum > 0.0 { a + ab * (of_b / sum) + ac * (of_c / sum) } else { *a }
+    let sum = coordinate_a + coordinate_b + coordinate_c;
+    if sum > 0.0 { a + ab * (coordinate_b / sum) + ac * (coordinate_c / sum) } else { *a }
 }
 
 #[cfg(test)]

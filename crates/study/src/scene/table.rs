@@ -1,4 +1,4 @@
-//! Tables for the terminal, of at most 80 columns.
+//! Formats the tables for the terminal, of at most 80 columns.
 
 use std::fmt::Write as _;
 
@@ -44,8 +44,8 @@ const VERTICES: Column = ("n", 6, |point| point.lattice_vertices.to_string());
 const HALF_WIDTH: Column = ("w", 2, |point| point.half_width.to_string());
 const SUBSTEPS: Column = ("k", 2, |point| point.substeps.to_string());
 
-/// Parts of the main table.
-const PARTS: [(&[Axis], &str); 4] = [
+/// Sections of the main table: the axes of their points, and their headings.
+const SECTIONS: [(&[Axis], &str); 4] = [
     (&[Axis::Base, Axis::Resolution], "lattices and methods; the radius of the regions is constant"),
     (&[Axis::Substeps], "steps per frame; frequency and damping rate are constant"),
     (&[Axis::HalfWidth], "half-width on the lattice of the scene: another material"),
@@ -70,7 +70,7 @@ impl Report {
     /// Formats tables of at most 80 columns.
     pub fn table(&self) -> String {
         let mut text = format!("{}\n{}\n\n{}", self.scene, self.machine.line(), headings(&MAIN));
-        for (axes, heading) in PARTS {
+        for (axes, heading) in SECTIONS {
             let points = sorted(self, |point| axes.contains(&point.axis));
             if !points.is_empty() {
                 let _ = writeln!(text, "{heading}");
@@ -85,14 +85,14 @@ impl Report {
     }
 }
 
-/// Returns the selected points, from coarse to fine.
-fn sorted(report: &Report, which: impl Fn(&&Point) -> bool) -> Vec<&Point> {
-    let mut points: Vec<&Point> = report.points.iter().filter(which).collect();
+/// Returns the points that `is_selected` accepts, from coarse to fine.
+fn sorted(report: &Report, is_selected: impl Fn(&&Point) -> bool) -> Vec<&Point> {
+    let mut points: Vec<&Point> = report.points.iter().filter(is_selected).collect();
     points.sort_by_key(|point| (point.lattice_vertices, point.half_width, point.substeps));
     points
 }
 
-/// Returns the letters of a point's fronts and its warnings.
+/// Returns the letters of the fronts that contain a point, and its warning signs `~` and `!`.
 fn best(point: &Point) -> String {
     let mut best: String = point.front.iter().map(|front| front.letter()).collect();
     best.extend(point.softened.then_some('~'));
@@ -100,10 +100,12 @@ fn best(point: &Point) -> String {
     best
 }
 
+/// Formats the line of headings.
 fn headings(columns: &[Column]) -> String {
     line(columns, |(heading, ..)| (*heading).to_owned())
 }
 
+/// Formats the line of a point.
 fn row(columns: &[Column], point: &Point) -> String {
     line(columns, |(.., cell)| cell(point))
 }
@@ -121,7 +123,7 @@ fn line(columns: &[Column], cell: impl Fn(&Column) -> String) -> String {
     line.trim_end().to_owned() + "\n"
 }
 
-/// Formats milliseconds with about three digits in at most five columns.
+/// Formats milliseconds with approximately three digits in at most five columns.
 fn milliseconds(value: f64) -> String {
     let decimals = match value {
         _ if !value.is_finite() => return "-".to_owned(),

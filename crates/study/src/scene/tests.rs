@@ -1,4 +1,4 @@
-//! A small scene for unit tests: a closed block swings from a pin at its side.
+//! Provides a small scene for unit tests: a closed block swings from a pin at its side.
 
 use std::fs;
 
@@ -9,19 +9,20 @@ use tempfile::TempDir;
 use super::physical::Physical;
 use super::setting::{Dynamics, Sums};
 
-/// A block of 2 x 3 x 1.
+/// OBJ text of a block of 2 x 3 x 1 scene units.
 const BLOCK: &str = include_str!("../../tests/block.obj");
 
-/// Parameters of the unchanged scene, with the sums of the core.
+/// Parameters of the unchanged scene, with the sums of the library.
 pub(super) const FAST: Dynamics =
     Dynamics { refinement: 1.0, region_factor: 1.0, substeps: 2, sums: Sums::Fast };
-/// The same parameters with naive sums.
+/// Parameters of the unchanged scene, with naive sums over staircase regions.
 pub(super) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Staircase), ..FAST };
 
-/// Creates the scene with one block per half-width, and the temporary folder of its mesh.
+/// Creates a scene with one block for each half-width. Also returns the temporary directory of its mesh,
+/// which must be kept.
 pub(super) fn physical(frames: u32, half_widths: &[usize]) -> (TempDir, Physical) {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("block.obj"), BLOCK).unwrap();
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("block.obj"), BLOCK).unwrap();
     let mut text = format!("[simulation]\nframes = {frames}\nfps = 30\nsubsteps = 2\n");
     for (index, half_width) in half_widths.iter().enumerate() {
         text += &format!(
@@ -30,7 +31,7 @@ pub(super) fn physical(frames: u32, half_widths: &[usize]) -> (TempDir, Physical
              [[body.pin]]\nbox = {{ min = [-9, -9, -9], max = [-0.7, 9, 9] }}\n"
         );
     }
-    let scene = Scene::parse(&text, "scene.toml", folder.path(), &[]).unwrap();
+    let scene = Scene::parse(&text, "scene.toml", directory.path(), &[]).unwrap();
     let physical = Physical::new(scene).unwrap();
-    (folder, physical)
+    (directory, physical)
 }

@@ -1,19 +1,19 @@
-//! Bodies of the cases, built from cells.
+//! Builds the bodies and colliders of the cases.
 
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Mass, Momenta};
 use supple::{Body, BodyBuilder, Collider, Error, Key, Lattice, Selection, Simulation};
 
-/// Returns the cells of a block.
+/// Returns the cells of a block with `size` cells along x, y and z.
 pub(super) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
     let [nx, ny, nz] = size;
     (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))).collect()
 }
 
-/// Returns two blocks of 4 x 4 x 4 cells; the second is translated by `apart` cells.
-pub(super) fn two_blocks(apart: [i32; 3]) -> Vec<[i32; 3]> {
-    let other = block([4; 3]).into_iter().map(|cell| [0, 1, 2].map(|c| cell[c] + apart[c]));
-    block([4; 3]).into_iter().chain(other).collect()
+/// Returns the cells of two blocks of 4 x 4 x 4 cells. The second block is translated by `offset` cells.
+pub(super) fn two_blocks(offset: [i32; 3]) -> Vec<[i32; 3]> {
+    let second = block([4; 3]).into_iter().map(|cell| [0, 1, 2].map(|c| cell[c] + offset[c]));
+    block([4; 3]).into_iter().chain(second).collect()
 }
 
 /// Creates a builder for a body of cells of edge 1 with regions of half-width `half_width`.
@@ -21,7 +21,7 @@ pub(super) fn of_cells(cells: &[[i32; 3]], half_width: usize) -> Result<BodyBuil
     of_sized_cells(cells, 1.0, half_width)
 }
 
-/// Creates a builder for a body of cells of edge `cell_size`.
+/// Creates a builder for a body of cells of edge `cell_size` with regions of half-width `half_width`.
 pub(super) fn of_sized_cells(
     cells: &[[i32; 3]],
     cell_size: f64,
@@ -31,23 +31,23 @@ pub(super) fn of_sized_cells(
     Ok(Body::from_lattice(lattice).half_width(half_width))
 }
 
-/// Builds a simulation of one isolated body on one thread.
+/// Builds a simulation of one body without gravity and colliders, on one thread.
 pub(super) fn alone(body: Body) -> Result<Simulation, Error> {
     Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()
 }
 
-/// Sets random velocities, with components up to `size` cells per step of 1/60 s, and subtracts the rigid
-/// motion so that linear and angular momentum are zero.
+/// Sets random velocities with components of up to `size` cells per step of 1/60 s, and subtracts the rigid
+/// motion, so that linear and angular momentum are zero.
 pub(super) fn shake(body: &mut Body, size: f64) -> Result<(), Error> {
     let mut random = fastrand::Rng::with_seed(3);
-    let unit = 60.0 * size * body.lattice().cell_size();
-    let mut number = || unit * (2.0 * random.f64() - 1.0);
+    let max_component = 60.0 * size * body.lattice().cell_size();
+    let mut component = || max_component * (2.0 * random.f64() - 1.0);
     let (masses, positions) = (body.masses(), body.positions());
     let points: Vec<Mass> = masses
         .iter()
         .zip(&positions)
         .map(|(&mass, x)| {
-            let velocity = Vector3::new(number(), number(), number());
+            let velocity = Vector3::new(component(), component(), component());
             Mass { mass, position: x.coords, velocity }
         })
         .collect();
@@ -64,22 +64,22 @@ pub(super) fn deform(
     deform: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
 ) -> Result<(), Error> {
     let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
-    let middle = positions.iter().sum::<Vector3<f64>>() / positions.len() as f64;
-    let about: Vec<_> = positions.iter().map(|x| x - middle).collect();
-    let moved: Vec<_> = deform(&about).into_iter().map(|x| Point3::from(x + middle)).collect();
+    let mean = positions.iter().sum::<Vector3<f64>>() / positions.len() as f64;
+    let relative: Vec<_> = positions.iter().map(|x| x - mean).collect();
+    let moved: Vec<_> = deform(&relative).into_iter().map(|x| Point3::from(x + mean)).collect();
     body.set_positions(&moved)?;
     Ok(())
 }
 
-/// Selects the vertices of a block of cells whose index along x is `at`.
-pub(super) fn layer(block: [i32; 3], at: i32) -> Selection {
+/// Selects the lattice vertices of a block of cells whose index along x is `x`.
+pub(super) fn layer(block: [i32; 3], x: i32) -> Selection {
     let [nx, ny, nz] = block.map(|cells| cells + 1);
     // Lattice vertices are sorted by z, then y, then x.
-    Selection::Vertices((0..ny * nz).map(|row| (row * nx + at) as u32).collect())
+    Selection::Vertices((0..ny * nz).map(|row| (row * nx + x) as u32).collect())
 }
 
-/// Creates a plate at the height `y` that moves by `travel` within 1 s, rests for 1 s and returns within 0.5
-/// s.
+/// Creates a plate: a horizontal plane at the height `y` whose normal is `normal` (1 or -1) along y. It moves
+/// along y by `travel` within 1 s, rests for 1 s, and returns within 0.5 s.
 pub(super) fn plate(y: f64, normal: f64, travel: f64) -> Collider {
     let key = |(time, travel)| Key { time, translate: [0.0, travel, 0.0], rotate: [0.0; 3] };
     let keys = [(0.0, 0.0), (1.0, travel), (2.0, travel), (2.5, 0.0)].map(key).to_vec();

@@ -1,4 +1,4 @@
-//! A case: its expectation, its run, the measured figures and their bounds.
+//! Defines a case: its expected behavior, its run, the measured figures and their bounds.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -11,9 +11,9 @@ use supple::Error;
 /// Run-time class of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suite {
-    /// At most about a second: part of every test run.
+    /// Takes at most approximately a second; part of every test run.
     Quick,
-    /// More than a second.
+    /// Takes more than a second; not part of a quick run.
     Long,
 }
 
@@ -32,11 +32,12 @@ type Run = Box<dyn Fn() -> Result<Figures, Error> + Send + Sync>;
 pub struct Case {
     /// Family of the case.
     pub family: &'static str,
-    /// Unique name: what is done to the body.
+    /// Name, unique in the family. It describes what is done to the body.
     pub name: String,
     /// Expected behavior.
     pub expected: &'static str,
-    /// Bounds that the figures must satisfy; every case has the bound of zero non-finite numbers.
+    /// Bounds that the figures must satisfy. Every case has at least the bound that no number is NaN or
+    /// infinite.
     pub bounds: Vec<Bound>,
     /// Run-time class.
     pub suite: Suite,
@@ -67,6 +68,7 @@ pub struct Row {
 }
 
 impl Case {
+    /// Creates a quick case whose only bound is that no number is NaN or infinite.
     pub(super) fn new(
         name: impl Into<String>,
         expected: &'static str,
@@ -76,20 +78,23 @@ impl Case {
         Self { family: "", name: name.into(), expected, bounds, suite: Suite::Quick, run: Box::new(run) }
     }
 
+    /// Adds a bound.
     pub(super) fn bound(mut self, measure: Measure, limit: f64) -> Self {
         self.bounds.push(Bound { measure, limit });
         self
     }
 
-    /// Bounds the errors of linear and angular momentum by the rounding of single precision.
+    /// Adds bounds of the errors of linear and angular momentum at the level of single-precision rounding.
     pub(super) fn keeps_momenta(self) -> Self {
         self.bound(Measure::Linear, 1e-6).bound(Measure::Angular, 1e-6)
     }
 
+    /// Sets the family.
     pub(super) fn of_family(self, family: &'static str) -> Self {
         Self { family, ..self }
     }
 
+    /// Sets the run-time class.
     pub(super) fn suite(self, suite: Suite) -> Self {
         Self { suite, ..self }
     }
@@ -98,16 +103,17 @@ impl Case {
     pub fn run(&self) -> Row {
         let start = Instant::now();
         // A case builds its own bodies, so state that a panic left inconsistent is not used again.
-        let ran = catch_unwind(AssertUnwindSafe(|| (self.run)().map_err(|error| error.to_string())));
-        let ran = ran.unwrap_or_else(|panic| Err(format!("panicked: {}", message(&*panic))));
+        let result = catch_unwind(AssertUnwindSafe(|| (self.run)().map_err(|error| error.to_string())));
+        let result = result.unwrap_or_else(|panic| Err(format!("panicked: {}", message(&*panic))));
         let seconds = start.elapsed().as_secs_f64();
-        let (figures, error) = match ran {
+        let (figures, error) = match result {
             Ok(figures) => (figures, None),
             Err(error) => (Figures::default(), Some(error)),
         };
-        let holds = |bound: &Bound| figures.get(bound.measure).is_some_and(|value| value <= bound.limit);
+        let is_satisfied =
+            |bound: &Bound| figures.get(bound.measure).is_some_and(|value| value <= bound.limit);
         let broken: Vec<Bound> =
-            self.bounds.iter().copied().filter(|bound| error.is_none() && !holds(bound)).collect();
+            self.bounds.iter().copied().filter(|bound| error.is_none() && !is_satisfied(bound)).collect();
         Row {
             family: self.family,
             case: self.name.clone(),
@@ -146,16 +152,18 @@ impl Figures {
         self.values.get(&measure).copied()
     }
 
+    /// Sets a figure.
     pub(super) fn set(&mut self, measure: Measure, value: f64) {
         self.values.insert(measure, value);
     }
 
     /// Sets a figure to the larger of its value and `value`; NaN counts as the largest number.
     pub(super) fn raise(&mut self, measure: Measure, value: f64) {
-        let kept = self.values.entry(measure).or_insert(value);
-        *kept = largest(*kept, value);
+        let maximum = self.values.entry(measure).or_insert(value);
+        *maximum = largest(*maximum, value);
     }
 
+    /// Adds to a figure that is a count.
     pub(super) fn add(&mut self, measure: Measure, value: f64) {
         *self.values.entry(measure).or_insert(0.0) += value;
     }
@@ -166,8 +174,8 @@ pub(super) fn largest(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 
-/// A figure of a case. Smaller is better for all figures. Counts are sums over all
-/// evaluations; other figures are maxima, unless their descriptions say "at the end".
+/// A figure of a case. For all figures, smaller is better. Counts are sums over all evaluations; other
+/// figures are maxima over all evaluations, unless their descriptions say "at the end".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -181,7 +189,7 @@ pub enum Measure {
     /// Increase of the energy over the initial energy, divided by the sum of the initial energy and
     /// m v² for the mass of the bodies and v = 0.001 cells per step.
     EnergyGain,
-    /// Energy at the end, divided like [`Measure::EnergyGain`].
+    /// Energy at the end, divided by the same sum as [`Measure::EnergyGain`].
     EnergyLeft,
     /// Root mean square distance from the rest shape at the end, up to a rigid motion, in cells.
     Shape,
@@ -192,7 +200,8 @@ pub enum Measure {
     Place,
     /// Error of the linear momentum, relative to the sum of the magnitudes of the vertices' momenta.
     Linear,
-    /// Error of the angular momentum about the center of mass, relative to the sum of the magnitudes.
+    /// Error of the angular momentum about the center of mass, relative to the sum of the magnitudes of the
+    /// vertices' angular momenta.
     Angular,
     /// Penetration depth of the boundary vertices in a collider at the end, in cells.
     Depth,
@@ -200,7 +209,8 @@ pub enum Measure {
     Volume,
     /// Number of evaluations in which the volume correction reached its cap.
     Capped,
-    /// Number of rotations for which Newton's method did not converge, so that the robust path computed them.
+    /// Number of rotations for which Newton's method did not converge, so that the fallback, an eigenvalue
+    /// problem in f64, computed them.
     Unsettled,
 }
 
@@ -211,8 +221,8 @@ impl Measure {
             Self::NotNumbers => "NaN",
             Self::LargestSpeed => "largest speed, cells/step",
             Self::FinalSpeed => "final speed, cells/step",
-            Self::EnergyGain => "energy gained, share",
-            Self::EnergyLeft => "energy left, share",
+            Self::EnergyGain => "energy gained, relative",
+            Self::EnergyLeft => "energy left, relative",
             Self::Shape => "shape, cells",
             Self::StepsToTenth => "steps to a tenth",
             Self::Place => "place, cells",
@@ -221,7 +231,7 @@ impl Measure {
             Self::Depth => "depth, cells",
             Self::Volume => "volume",
             Self::Capped => "capped evaluations",
-            Self::Unsettled => "robust rotations",
+            Self::Unsettled => "fallback rotations",
         }
     }
 }

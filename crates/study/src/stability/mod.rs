@@ -1,8 +1,11 @@
-//! Stiff and extreme cases. Each case is run, measured and checked against its bounds.
+//! Runs stiff and extreme cases, measures them, and checks them against bounds.
 //!
-//! ```text
-//! cases (bodies built from cells) -> trial (a measured simulation) -> a Row for each case -> report
-//! ```
+//! | file | contents |
+//! |---|---|
+//! | `cases`, `bodies` | the cases, one file per family; the bodies that they use |
+//! | `trial` | a simulation whose figures are measured while it runs |
+//! | `case` | a case with its figures and bounds, and its result |
+//! | `report` | the results of all cases as a table and as JSON |
 //!
 //! Each simulation uses one thread. Random numbers have fixed seeds.
 

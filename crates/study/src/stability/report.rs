@@ -15,12 +15,12 @@ use super::cases::cases;
 use crate::error::StudyError;
 use crate::machine::Machine;
 use crate::observer::{Observer, Progress};
-use crate::output::{open_folder, write_json};
+use crate::output::{create_directory, write_json};
 
 /// The study of stiff and extreme cases.
 #[derive(Clone, Debug)]
 pub struct StabilityStudy {
-    /// Output folder of `stability.json`; created if it does not exist.
+    /// Output directory of `stability.json`; created if it does not exist.
     pub directory: PathBuf,
     /// Whether to run only the quick cases.
     pub quick: bool,
@@ -47,11 +47,11 @@ impl StabilityStudy {
     ///
     /// # Errors
     ///
-    /// The folder cannot be written; this is checked before any case runs.
+    /// Returns an error if the directory cannot be written. This is checked before any case runs.
     pub fn run(&self, observer: &mut (dyn Observer + Send)) -> Result<StabilityReport, StudyError> {
-        open_folder(&self.directory)?;
-        let (path, part) = (self.path(), self.path().with_extension("part"));
-        fs::write(&part, "").map_err(|error| StudyError::file("write", &path, error))?;
+        create_directory(&self.directory)?;
+        let (path, temporary) = (self.path(), self.path().with_extension("part"));
+        fs::write(&temporary, "").map_err(|error| StudyError::file("write", &path, error))?;
         let mut cases = cases();
         cases.retain(|case| !self.quick || case.suite == Suite::Quick);
         let report = StabilityReport::of(&cases, observer);
@@ -74,7 +74,7 @@ const COLUMNS: [(&str, Measure); 8] = [
     ("place", Measure::Place),
     ("angular", Measure::Angular),
     ("capped", Measure::Capped),
-    ("robust", Measure::Unsettled),
+    ("fallback", Measure::Unsettled),
 ];
 
 impl StabilityReport {
@@ -134,8 +134,8 @@ fn short(value: f64) -> String {
     }
 }
 
-/// Runs cases on `threads` threads, one case per thread at a time. The result is `None` for cases that did
-/// not start before the observer requested a stop.
+/// Runs cases on `threads` threads, one case per thread at a time. Returns the row of each case, or `None`
+/// for cases that did not start before the observer requested a stop.
 fn run_all(cases: &[Case], threads: usize, observer: &mut (dyn Observer + Send)) -> Vec<Option<Row>> {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by_key(|&index| cases[index].suite == Suite::Quick);

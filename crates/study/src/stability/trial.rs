@@ -1,4 +1,4 @@
-//! A measured simulation, which yields the figures of a case.
+//! Runs a simulation and measures the figures of a case.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::reference::{self, Naive, Regions};
@@ -6,8 +6,8 @@ use supple::{Body, BodyRef, Lattice, Simulation};
 
 use super::case::{Figures, Measure, largest};
 
-/// Maximum number of entries in the region lists for which the energy is measured; limits run time and
-/// memory.
+/// Maximum number of entries in the region lists of a body. For bodies with more entries, the energy is not
+/// measured, because run time and memory would be too large.
 const MAX_LIST_ENTRIES: usize = 30_000_000;
 
 /// Speed that counts as rest when energies are compared, in cells per step.
@@ -25,7 +25,7 @@ pub(super) enum System {
     Driven,
 }
 
-/// Runs a script on a simulation and returns the figures.
+/// Runs the steps that `script` makes, and returns the figures.
 pub(super) fn measure(simulation: Simulation, system: System, script: impl FnOnce(&mut Trial)) -> Figures {
     let lattices: Vec<Lattice> = simulation.bodies().iter().map(|body| body.lattice().clone()).collect();
     let mut trial = Trial::new(simulation, &lattices, system);
@@ -33,10 +33,11 @@ pub(super) fn measure(simulation: Simulation, system: System, script: impl FnOnc
     trial.finish()
 }
 
-/// A simulation and the figures of its bodies.
+/// A simulation and the figures that are measured while it runs.
 pub(super) struct Trial<'a> {
     pub(super) simulation: Simulation,
     figures: Figures,
+    /// Initial state of each body.
     initials: Vec<Initial<'a>>,
     system: System,
 }
@@ -47,29 +48,32 @@ struct Initial<'a> {
     masses: Vec<f64>,
     /// Initial linear and angular momentum.
     momenta: [Vector3<f64>; 2],
-    /// Maximum sums of magnitudes so far, of linear and of angular momentum.
+    /// Maximum so far of the sum of the magnitudes of the vertices' momenta, linear and angular.
     magnitudes: [f64; 2],
     /// Initial distance from the rest shape, in cells.
     shape: f64,
+    /// `None` if the energy is not measured.
     energy: Option<Energy<'a>>,
 }
 
-/// The energy of an isolated body, computed by the naive method in f64.
+/// Computes the energy of an isolated body by the naive method in f64.
 struct Energy<'a> {
     naive: Naive<'a>,
     cell_size: f64,
+    /// Stiffness per step.
     alpha: f64,
+    /// Initial energy.
     start: f64,
 }
 
-/// Positions in cells and velocities in cells per step of a body.
+/// Positions of the vertices of a body in cells, and velocities in cells per step.
 struct Snapshot {
     x: Vec<Vector3<f64>>,
     v: Vec<Vector3<f64>>,
 }
 
 impl Snapshot {
-    fn of(body: &Body, dt: f64) -> Self {
+    fn new(body: &Body, dt: f64) -> Self {
         let cell = body.lattice().cell_size();
         let x = body.positions().iter().map(|p| p.coords / cell).collect();
         let v = body.velocities().iter().map(|v| v * (dt / cell)).collect();
@@ -101,12 +105,12 @@ impl<'a> Energy<'a> {
         let naive = Naive::new(lattice, body.half_width(), Regions::Staircase).listed();
         let alpha = body.material().alpha(dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
-        energy.start = energy.of(now);
+        energy.start = energy.at(now);
         energy
     }
 
     /// Returns the energy in units of the mass of a full cell times (cells per step)².
-    fn of(&self, now: &Snapshot) -> f64 {
+    fn at(&self, now: &Snapshot) -> f64 {
         let scaled =
             |cells: &[Vector3<f64>]| -> Vec<_> { cells.iter().map(|x| x * self.cell_size).collect() };
         self.naive.energy(&scaled(&now.x), &scaled(&now.v), self.alpha) / self.cell_size.powi(2)
@@ -115,14 +119,14 @@ impl<'a> Energy<'a> {
 
 impl<'a> Initial<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, system: System) -> Self {
-        let now = Snapshot::of(body, dt);
+        let now = Snapshot::new(body, dt);
         let masses: Vec<f64> = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
         let rest: Vec<_> =
             lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
         let (momenta, magnitudes) = now.momenta(&masses);
         let shape = shape_distance(&masses, &rest, &now.x);
-        let listed = lattice.len() * lattice.len().min((2 * body.half_width() + 1).pow(3));
-        let energy = (system == System::Isolated && listed <= MAX_LIST_ENTRIES)
+        let list_entries = lattice.len() * lattice.len().min((2 * body.half_width() + 1).pow(3));
+        let energy = (system == System::Isolated && list_entries <= MAX_LIST_ENTRIES)
             .then(|| Energy::new(body, lattice, dt, &now));
         Self { rest, masses, momenta, magnitudes, shape, energy }
     }
@@ -148,15 +152,17 @@ impl<'a> Trial<'a> {
         trial
     }
 
-    /// Makes `steps` steps and evaluates the figures after every `every` steps.
-    pub(super) fn run(&mut self, steps: u64, every: u64) {
-        for _ in 0..steps / every {
-            self.simulation.steps(every);
+    /// Makes `steps` steps and updates the figures after each `interval` steps. `interval` must divide
+    /// `steps`.
+    pub(super) fn run(&mut self, steps: u64, interval: u64) {
+        for _ in 0..steps / interval {
+            self.simulation.steps(interval);
             self.evaluate();
         }
     }
 
-    /// Measures the penetration of the boundary vertices of the lattices; `depth` returns scene units.
+    /// Measures the penetration depth of the boundary vertices of the lattices. `depth` returns the depth of
+    /// a position in scene units.
     pub(super) fn depth(&mut self, depth: impl Fn(&Point3<f64>) -> f64) {
         for body in self.simulation.bodies() {
             let positions = body.positions();
@@ -174,6 +180,7 @@ impl<'a> Trial<'a> {
         self.figures.raise(Measure::Place, distance(&expected, &now));
     }
 
+    /// Adds the counts of the whole simulation and returns the figures.
     fn finish(mut self) -> Figures {
         self.figures.steps = self.simulation.step_count();
         let unconverged: usize = self.simulation.bodies().iter().map(Body::unconverged_rotations).sum();
@@ -181,14 +188,14 @@ impl<'a> Trial<'a> {
         self.figures
     }
 
-    /// Evaluates the bodies and updates the figures.
+    /// Evaluates the bodies for display and updates the figures.
     fn evaluate(&mut self) {
         let Self { simulation, figures, initials, system } = self;
         let [mut speed, mut shape, mut shape_at_start, mut volume] = [0.0_f64; 4];
         let (mut energy, mut energy_at_start, mut rest_energy) = (Some(0.0), 0.0, 0.0);
         for (index, start) in initials.iter_mut().enumerate() {
             let body = simulation.body(index);
-            let now = Snapshot::of(&body, simulation.dt());
+            let now = Snapshot::new(&body, simulation.dt());
             let report = body.volume_report();
             let volumes = [report.rest, report.before, report.after, report.lambda, report.residual];
             figures.add(Measure::NotNumbers, count_non_finite(body, &now, &volumes) as f64);
@@ -205,7 +212,7 @@ impl<'a> Trial<'a> {
             energy = energy.zip(start.energy.as_ref()).map(|(sum, energy)| {
                 energy_at_start += energy.start;
                 rest_energy += REST_SPEED * REST_SPEED * start.masses.iter().sum::<f64>();
-                sum + energy.of(&now)
+                sum + energy.at(&now)
             });
         }
         let steps = simulation.step_count();
@@ -213,8 +220,8 @@ impl<'a> Trial<'a> {
         figures.set(Measure::FinalSpeed, speed);
         figures.set(Measure::Volume, volume);
         figures.set(Measure::Shape, shape);
-        let tenth = shape <= (0.1 * shape_at_start).max(REST_DISTANCE);
-        if tenth && steps > 0 && figures.get(Measure::StepsToTenth).is_none() {
+        let is_below_tenth = shape <= (0.1 * shape_at_start).max(REST_DISTANCE);
+        if is_below_tenth && steps > 0 && figures.get(Measure::StepsToTenth).is_none() {
             figures.set(Measure::StepsToTenth, steps as f64);
         }
         if let Some(energy) = energy {
@@ -225,14 +232,15 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// Returns the root mean square distance of a shape from the rest shape after the best-fit rigid motion
-/// (weighted by mass).
+/// Returns the root mean square distance of positions from the rest shape, after the rest shape is moved by
+/// the rigid motion that fits best (weighted by mass).
 fn shape_distance(masses: &[f64], rest: &[Vector3<f64>], now: &[Vector3<f64>]) -> f64 {
-    let (from, to) = (mean(masses, rest), mean(masses, now));
+    let (rest_center, center) = (mean(masses, rest), mean(masses, now));
     let moments = rest.iter().zip(now).zip(masses);
-    let moments: Matrix3<f64> = moments.map(|((x0, x), m)| (x - to) * (x0 - from).transpose() * *m).sum();
+    let moments: Matrix3<f64> =
+        moments.map(|((x0, x), m)| (x - center) * (x0 - rest_center).transpose() * *m).sum();
     let rotation = reference::rotation(&moments);
-    let moved: Vec<_> = rest.iter().map(|x| rotation * (x - from) + to).collect();
+    let moved: Vec<_> = rest.iter().map(|x| rotation * (x - rest_center) + center).collect();
     distance(&moved, now)
 }
 
@@ -241,12 +249,13 @@ fn distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     (a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / a.len() as f64).sqrt()
 }
 
-/// Returns the mean weighted by mass.
+/// Returns the mean of the positions or velocities `x`, weighted by mass.
 fn mean(masses: &[f64], x: &[Vector3<f64>]) -> Vector3<f64> {
     x.iter().zip(masses).map(|(x, m)| x * *m).sum::<Vector3<f64>>() / masses.iter().sum::<f64>()
 }
 
-/// Counts the NaN and infinite numbers of a body, its corrected lattice and its evaluated surface.
+/// Counts the NaN and infinite numbers in the state of a body, its corrected lattice, its evaluated surface
+/// and `volumes`.
 fn count_non_finite(body: BodyRef<'_>, now: &Snapshot, volumes: &[f64]) -> usize {
     let corrected: Vec<_> = body.corrected_positions().iter().map(|p| p.coords).collect();
     let vectors = now.x.iter().chain(&now.v).chain(&corrected).flatten();

@@ -1,8 +1,13 @@
-//! The summation alone: local and global moments, direct and running sums, in f32 and f64.
+//! Studies the summation alone: local and global moments, direct and running sums, in f32 and f64.
 //!
-//! All variants use the same scalar code on one thread, so that they are comparable with each other. The core
-//! is measured too. The reference is direct sums of local moments in f64; a test compares them with the naive
-//! sums.
+//! The moments of a region are the sums Σ (m/n) x and Σ (m/n) x x0ᵀ over its vertices, with the region
+//! weights m/n (mass of a vertex divided by the number of regions that contain it), the positions x and the
+//! rest positions x0. *Local* moments use rest positions relative to the center vertex of the region,
+//! *global* moments use rest positions relative to the origin.
+//!
+//! All variants use the same scalar code on one thread, so that they are comparable with each other. The
+//! library is measured as well. The reference is the variant with direct sums of local moments in f64; a test
+//! compares it with the naive sums.
 
 mod block;
 mod moments;
@@ -26,19 +31,20 @@ use windows::{Number, Summing};
 /// The study of the summation.
 #[derive(Clone, Debug)]
 pub struct SumsStudy {
-    /// Output folder of `sums.csv` and `sums.json`; created if it does not exist.
+    /// Output directory of `sums.csv` and `sums.json`; created if it does not exist.
     pub directory: PathBuf,
     /// Whether to use fewer and smaller blocks.
     pub quick: bool,
 }
 
-/// Vertices along each edge of the blocks, and half-widths: one varies while the other is constant.
+/// Vertices along each edge of a block, and half-width. First the half-width varies, then the size of the
+/// block.
 const FULL: [(usize, usize); 5] = [(22, 1), (22, 3), (22, 8), (10, 3), (47, 3)];
-/// Blocks and half-widths of a quick study.
+/// Vertices along each edge and half-widths of a quick study.
 const QUICK: [(usize, usize); 3] = [(10, 1), (10, 3), (22, 3)];
 /// Number of timed repetitions; the median is reported.
 const REPEATS: usize = 7;
-/// Steps of the core in one timed repetition.
+/// Steps of the library in one timed repetition.
 const STEPS: u64 = 20;
 
 impl SumsStudy {
@@ -46,7 +52,7 @@ impl SumsStudy {
     ///
     /// # Errors
     ///
-    /// The folder cannot be written.
+    /// Returns an error if the directory cannot be written or a block cannot be built.
     pub fn run(&self, observer: &mut dyn Observer) -> Result<(SumsReport, Outcome), StudyError> {
         let cases: &[(usize, usize)] = if self.quick { &QUICK } else { &FULL };
         let mut report = SumsReport { complete: false, machine: Machine::here(1), rows: Vec::new() };
@@ -84,11 +90,12 @@ fn case(side: usize, half_width: usize, meter: &mut Meter<'_>) -> Result<Vec<Sum
             rows.push(measure_variant::<f64>(&block, moments, summing, meter)?);
         }
     }
-    rows.push(measure_core(&block, meter)?);
+    rows.push(measure_library(&block, meter)?);
     Ok(rows)
 }
 
-/// Computes the reference goal positions of `positions`, relative to the block's corner.
+/// Computes the goal positions by the reference variant. Positions and goal positions are relative to the
+/// corner of the block.
 fn reference_goals(block: &Block, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     Summation::new(block, Moments::Local, Summing::Direct, 0.0).goals(positions).0
 }
@@ -104,7 +111,7 @@ fn measure_variant<T: Number>(
     for distance in DISTANCES {
         let shift = Vector3::repeat(distance);
         let positions: Vec<Vector3<T>> = block.deformed().iter().map(|x| (x + shift).map(T::of)).collect();
-        // Rounded like the input: rounding of the positions themselves is not an error of the sums.
+        // The reference gets the rounded positions, because rounding the input is not an error of the sums.
         let from_corner: Vec<_> = positions.iter().map(|x| x.map(Into::<f64>::into) - shift).collect();
         let mut variant = Summation::<T>::new(block, moments, summing, distance);
         let (mut goals, _) = variant.goals(&positions);
@@ -119,8 +126,8 @@ fn measure_variant<T: Number>(
     Ok(row)
 }
 
-/// Measures the core: its goal positions, and the time of a whole step on one thread.
-fn measure_core(block: &Block, meter: &mut Meter<'_>) -> Result<SumsRow, Halt> {
+/// Measures the library: the error of its goal positions, and the time of a whole step on one thread.
+fn measure_library(block: &Block, meter: &mut Meter<'_>) -> Result<SumsRow, Halt> {
     let lattice = lattice(block)?;
     let mut row = SumsRow::new(block, "supple, f32".to_owned());
     for distance in DISTANCES {

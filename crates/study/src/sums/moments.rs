@@ -1,4 +1,4 @@
-//! Goal positions by local or global moments, in scalar code that all variants share for comparability.
+//! Computes goal positions by local or global moments, in scalar code that all variants share.
 
 use std::time::{Duration, Instant};
 
@@ -11,9 +11,12 @@ use super::windows::{Number, Summing, Windows};
 /// Origin of the moments of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Moments {
-    /// Moments about the center vertex of each region; offsets are small integers.
+    /// The rest positions in the moments of a region are relative to its center vertex, so they are small
+    /// integers.
     Local,
-    /// Moments about the origin: sums of m x and m x x0ᵀ, then of [R t] (Rivers & James 2007, Section 4).
+    /// The rest positions x0 are relative to the origin. Sums of (m/n) x and (m/n) x x0ᵀ give the rotation R
+    /// and the translation t of each region; goal positions are means of R x0 + t (Rivers & James 2007,
+    /// Section 4).
     Global,
 }
 
@@ -37,17 +40,21 @@ pub(super) struct Summation<'a, T> {
     moments: Moments,
     /// Rest positions, one field per axis; used by global moments.
     rest: Fields<T>,
+    /// Input of a pass along an axis.
     fields: Fields<T>,
+    /// Output of a pass; swapped with `fields` after each pass.
     out: Fields<T>,
+    /// Weighted sums of one field.
     spare: Vec<T>,
 }
 
 impl<'a, T: Number> Summation<'a, T> {
     /// Creates a variant for a block whose corner has the rest position `(distance, distance, distance)`.
     pub(super) fn new(block: &'a Block, moments: Moments, summing: Summing, distance: f64) -> Self {
-        let along = |axis: usize| (0..block.len()).map(|v| T::of(block.rest(v)[axis] + distance)).collect();
+        let coordinates =
+            |axis: usize| (0..block.len()).map(|v| T::of(block.rest(v)[axis] + distance)).collect();
         let fields = || vec![vec![T::of(0.0); block.len()]; 12];
-        let rest = (0..3).map(along).collect();
+        let rest = (0..3).map(coordinates).collect();
         Self {
             block,
             windows: block.windows(summing),
@@ -78,15 +85,17 @@ impl<'a, T: Number> Summation<'a, T> {
         (goals, forward_time + start.elapsed())
     }
 
-    /// Computes plain window sums of the fields in the range `of` along an axis.
-    fn plain(&mut self, axis: usize, of: std::ops::Range<usize>) {
-        for field in of {
+    /// Computes the plain window sums of a range of fields along an axis.
+    fn plain(&mut self, axis: usize, range: std::ops::Range<usize>) {
+        for field in range {
             self.windows.plain(axis, &self.fields[field], &mut self.out[field]);
         }
     }
 
-    /// Forward sums of local moments. The results are S, Sx after x; S, Sx, Sy after y; S, Sx, Sy, Sz after
-    /// z, of three numbers each.
+    /// Computes the forward sums of local moments, one pass per axis. S is the sum of the weighted positions
+    /// of the region; Sx, Sy and Sz are the sums weighted by the offsets in cells along x, y and z. Each has
+    /// three numbers. The pass along x gives S and Sx, the pass along y adds Sy, and the pass along z adds
+    /// Sz.
     fn forward_local(&mut self, positions: &[Vector3<T>]) {
         for c in 0..3 {
             let weights = self.block.weights.iter();
@@ -105,7 +114,7 @@ impl<'a, T: Number> Summation<'a, T> {
         }
     }
 
-    /// Forward sums of global moments m x and m x x0ᵀ.
+    /// Computes the forward sums of the global moments (m/n) x and (m/n) x x0ᵀ.
     fn forward_global(&mut self, positions: &[Vector3<T>]) {
         for v in 0..positions.len() {
             let weighted = positions[v].map(|x| x * T::of(self.block.weights[v]));
@@ -127,23 +136,25 @@ impl<'a, T: Number> Summation<'a, T> {
         }
     }
 
-    /// Replaces the moments of each region by its motion: t (global) or b (local), and the columns of R.
+    /// Replaces the moments of each region by its best-fit rigid motion: the columns of the rotation R, and
+    /// the translation (the position of the center vertex for local moments, of the origin for global
+    /// moments).
     fn fit(&mut self) {
         for v in 0..self.block.len() {
-            let (mass, d) = (T::of(1.0 / self.block.masses[v]), self.block.centroids[v]);
-            let mean = Vector3::from_fn(|c, _| self.fields[c][v] * mass);
+            let (inverse_mass, d) = (T::of(1.0 / self.block.masses[v]), self.block.centroids[v]);
+            let mean = Vector3::from_fn(|c, _| self.fields[c][v] * inverse_mass);
             // The rest centroid, relative to the origin of the moments.
             let centroid = match self.moments {
                 Moments::Local => d.map(T::of),
                 Moments::Global => Vector3::from_fn(|k, _| self.rest[k][v] + T::of(d[k])),
             };
             let a: Matrix3<f64> = Matrix3::from_fn(|c, k| {
-                (self.fields[3 + 3 * k + c][v] * mass - mean[c] * centroid[k]).into()
+                (self.fields[3 + 3 * k + c][v] * inverse_mass - mean[c] * centroid[k]).into()
             });
             let r = rotation(&a).map(T::of);
             for c in 0..3 {
-                let turned = r[(c, 0)] * centroid[0] + r[(c, 1)] * centroid[1] + r[(c, 2)] * centroid[2];
-                self.fields[c][v] = mean[c] - turned;
+                let rotated = r[(c, 0)] * centroid[0] + r[(c, 1)] * centroid[1] + r[(c, 2)] * centroid[2];
+                self.fields[c][v] = mean[c] - rotated;
                 for k in 0..3 {
                     self.fields[3 + 3 * k + c][v] = r[(c, k)];
                 }
@@ -151,8 +162,9 @@ impl<'a, T: Number> Summation<'a, T> {
         }
     }
 
-    /// Adjoint sums of local moments along z, y, x: B = W(b) - W'(column of the axis), and the remaining
-    /// columns.
+    /// Computes the adjoint sums of local moments along z, then y, then x. W are plain and W' offset-weighted
+    /// window sums. The pass along an axis replaces the translation b by W(b) - W'(column of R for the axis),
+    /// and the columns for the remaining axes by their plain sums.
     fn adjoint_local(&mut self) {
         for axis in (0..3).rev() {
             let column = 3 * (axis + 1);
@@ -174,8 +186,8 @@ impl<'a, T: Number> Summation<'a, T> {
         let goal = |c: usize| match self.moments {
             Moments::Local => self.fields[c][v],
             Moments::Global => {
-                let turned = |k: usize| self.fields[3 + 3 * k + c][v] * self.rest[k][v];
-                self.fields[c][v] + (turned(0) + turned(1) + turned(2))
+                let rotated = |k: usize| self.fields[3 + 3 * k + c][v] * self.rest[k][v];
+                self.fields[c][v] + (rotated(0) + rotated(1) + rotated(2))
             }
         };
         Vector3::from_fn(|c, _| (goal(c) * inverse_count).into())

@@ -1,4 +1,4 @@
-//! Report of the summation study: JSON, CSV, and a table for the terminal.
+//! Defines the report of the summation study, and formats it as JSON, CSV and a table for the terminal.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::block::{Block, DISTANCES};
 use crate::error::StudyError;
 use crate::machine::Machine;
-use crate::output::{compact, open_folder, write_csv, write_json};
+use crate::output::{compact, create_directory, write_csv, write_json};
 use crate::timing::Spread;
 
 /// Report of the summation study.
@@ -34,7 +34,7 @@ pub struct SumsRow {
     pub half_width: usize,
     /// Errors of the goal positions, one entry per distance.
     pub errors: Vec<SumsError>,
-    /// Nanoseconds per vertex: of the sums without rotations; for the core, of a whole step.
+    /// Run time in nanoseconds per vertex, of the sums without rotations; for the library, of a whole step.
     pub ns_per_vertex: Option<Spread>,
     /// All time samples, in nanoseconds per vertex.
     pub samples: Vec<f64>,
@@ -87,7 +87,7 @@ a whole step.";
 impl SumsReport {
     /// Writes `sums.json` and `sums.csv`.
     pub(super) fn write(&self, directory: &Path) -> Result<(), StudyError> {
-        open_folder(directory)?;
+        create_directory(directory)?;
         write_json(&directory.join("sums.json"), self)?;
         write_csv(&directory.join("sums.csv"), &self.records())
     }
@@ -116,15 +116,15 @@ impl SumsReport {
         let mut text = format!("{}\n", self.machine.line());
         let mut last = None;
         for row in &self.rows {
-            let case = (row.lattice_vertices, row.half_width);
-            if last != Some(case) {
-                let heading = format!("{} vertices, half-width {}", case.0, case.1);
+            let block = (row.lattice_vertices, row.half_width);
+            if last != Some(block) {
+                let heading = format!("{} vertices, half-width {}", block.0, block.1);
                 let _ = write!(text, "\n{heading:<33}");
                 for distance in DISTANCES {
                     let _ = write!(text, " {distance:>8}");
                 }
                 let _ = writeln!(text, " {:>9}", "ns");
-                last = Some(case);
+                last = Some(block);
             }
             let _ = write!(text, "{:<33}", row.sums);
             for error in &row.errors {

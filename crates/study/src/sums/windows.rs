@@ -1,4 +1,5 @@
-//! Window sums along one axis of a block, one number per vertex: plain, and weighted by the offset.
+//! Computes window sums along one axis of a block, one number per vertex: plain, and weighted by the offset
+//! from the center of the window.
 
 use nalgebra::RealField;
 
@@ -26,8 +27,8 @@ impl Number for f64 {
 pub(super) enum Summing {
     /// Each window is summed independently.
     Direct,
-    /// Each window is computed from the previous one: the entering number is added, the leaving number
-    /// subtracted. Rounding errors remain in the sum until the end of the line.
+    /// Each window is computed from the previous window: the number that enters is added, and the number that
+    /// leaves is subtracted. Rounding errors remain in the sum until the end of the line.
     Running,
 }
 
@@ -41,8 +42,8 @@ impl Summing {
     }
 }
 
-/// Windows of half-width `half_width` along one axis of a block of `side` vertices along each edge, x
-/// fastest.
+/// The windows of half-width `half_width` in a block of `side` vertices along each edge. Numbers are ordered
+/// by z, then y, then x.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Windows {
     pub(super) side: usize,
@@ -51,7 +52,7 @@ pub(super) struct Windows {
 }
 
 impl Windows {
-    /// Computes for each vertex i the sum of f over the window around it.
+    /// Computes for each vertex i the sum of f over the window around i.
     pub(super) fn plain<T: Number>(&self, axis: usize, f: &[T], out: &mut [T]) {
         let line = Line::along(self, axis);
         for (f, out) in f.chunks_exact(line.len()).zip(out.chunks_exact_mut(line.len())) {
@@ -59,8 +60,8 @@ impl Windows {
         }
     }
 
-    /// Computes for each vertex i the sum of (j - i) f over the window around it. `sums` are the plain sums
-    /// of f.
+    /// Computes for each vertex i the sum of (j - i) f[j] over the vertices j in the window around i. `sums`
+    /// are the plain sums of f.
     pub(super) fn weighted<T: Number>(&self, axis: usize, f: &[T], sums: &[T], out: &mut [T]) {
         let line = Line::along(self, axis);
         let sums = sums.chunks_exact(line.len());
@@ -70,7 +71,8 @@ impl Windows {
     }
 }
 
-/// A line of rows along an axis. Numbers in different columns of the rows are independent.
+/// Consecutive numbers of the block that are summed together along an axis: a sequence of rows, one for each
+/// coordinate of the axis. Numbers in different columns of the rows are independent.
 struct Line<'a> {
     windows: &'a Windows,
     /// Number of elements in a row.
@@ -91,17 +93,17 @@ impl<'a> Line<'a> {
     fn plain<T: Number>(&self, f: &[T], out: &mut [T]) {
         let Windows { side, half_width: w, summing } = *self.windows;
         for i in 0..side {
-            let (before, own) = self.split(out, i);
+            let (previous, current) = self.split(out, i);
             if summing == Summing::Direct || i == 0 {
-                self.sum_window(f, i, own, |sum, f, _| sum + f);
+                self.sum_window(f, i, current, |sum, f, _| sum + f);
                 continue;
             }
-            own.copy_from_slice(before);
+            current.copy_from_slice(previous);
             if i + w < side {
-                add(own, self.row(f, i + w), |sum, f| sum + f);
+                add(current, self.row(f, i + w), |sum, f| sum + f);
             }
             if i > w {
-                add(own, self.row(f, i - 1 - w), |sum, f| sum - f);
+                add(current, self.row(f, i - 1 - w), |sum, f| sum - f);
             }
         }
     }
@@ -109,43 +111,44 @@ impl<'a> Line<'a> {
     fn weighted<T: Number>(&self, f: &[T], sums: &[T], out: &mut [T]) {
         let Windows { side, half_width: w, summing } = *self.windows;
         for i in 0..side {
-            let (before, own) = self.split(out, i);
+            let (previous, current) = self.split(out, i);
             if summing == Summing::Direct || i == 0 {
-                self.sum_window(f, i, own, |sum, f, offset| sum + offset * f);
+                self.sum_window(f, i, current, |sum, f, offset| sum + offset * f);
                 continue;
             }
-            // Relative to i, the offsets in the previous window are smaller by 1.
-            own.copy_from_slice(before);
-            add(own, self.row(sums, i - 1), |sum, plain| sum - plain);
+            // The offset of a vertex relative to i is smaller by 1 than its offset relative to i - 1.
+            current.copy_from_slice(previous);
+            add(current, self.row(sums, i - 1), |sum, plain| sum - plain);
             let (entering, leaving) = (T::of(w as f64), T::of(w as f64 + 1.0));
             if i + w < side {
-                add(own, self.row(f, i + w), |sum, f| sum + entering * f);
+                add(current, self.row(f, i + w), |sum, f| sum + entering * f);
             }
             if i > w {
-                add(own, self.row(f, i - 1 - w), |sum, f| sum + leaving * f);
+                add(current, self.row(f, i - 1 - w), |sum, f| sum + leaving * f);
             }
         }
     }
 
-    /// Sums the window around i directly. The arguments of `fold` are the sum so far, a number and its
-    /// offset.
-    fn sum_window<T: Number>(&self, f: &[T], i: usize, own: &mut [T], fold: impl Fn(T, T, T) -> T) {
+    /// Sums the window around i directly into the row `sums`. The arguments of `fold` are the sum so far, a
+    /// number and its offset from i.
+    fn sum_window<T: Number>(&self, f: &[T], i: usize, sums: &mut [T], fold: impl Fn(T, T, T) -> T) {
         let Windows { side, half_width: w, .. } = *self.windows;
-        own.fill(T::of(0.0));
+        sums.fill(T::of(0.0));
         for j in i.saturating_sub(w)..=(i + w).min(side - 1) {
             let offset = T::of(j as f64 - i as f64);
-            add(own, self.row(f, j), |sum, f| fold(sum, f, offset));
+            add(sums, self.row(f, j), |sum, f| fold(sum, f, offset));
         }
     }
 
+    /// Returns row i.
     fn row<'t, T>(&self, f: &'t [T], i: usize) -> &'t [T] {
         &f[i * self.row_len..(i + 1) * self.row_len]
     }
 
-    /// Returns the row before row i (empty for row 0), and row i.
+    /// Returns row i - 1 (empty for i = 0) and row i.
     fn split<'t, T>(&self, out: &'t mut [T], i: usize) -> (&'t [T], &'t mut [T]) {
-        let (before, from) = out.split_at_mut(i * self.row_len);
-        (&before[before.len().saturating_sub(self.row_len)..], &mut from[..self.row_len])
+        let (before, rest) = out.split_at_mut(i * self.row_len);
+        (&before[before.len().saturating_sub(self.row_len)..], &mut rest[..self.row_len])
     }
 }
 

@@ -1,9 +1,12 @@
-//! The momentum tracker: conserves the momenta of free components against f32 rounding.
+//! Tracks the momenta of connected components of the lattice, and corrects their change by f32 rounding.
 //!
-//! The rounding error of g - x acts as a constant force that is integrated twice. An uncorrected body drifts,
-//! and a body with only its drift removed starts to spin. So the linear and angular momentum of each
-//! component without constraints and contacts are kept in f64 and changed by external impulses only. Each
-//! step adds the rigid velocity that restores them.
+//! The rounding error of g - x, the distance of a vertex to its goal position, acts as a constant force that
+//! is integrated twice. Without a correction, a body drifts; if only the drift is corrected, the body starts
+//! to spin. So the linear and the angular momentum of each component without constraints and contacts are
+//! stored in f64, and only external impulses change them. Each step adds to the component the rigid velocity
+//! that restores the stored momenta.
+//!
+//! A slot is the index of a vertex in the storage order ([`Lanes`]).
 
 mod sums;
 
@@ -24,14 +27,14 @@ use sums::RigidState;
 pub(crate) enum Components {
     /// One component, which contains all vertices.
     One,
-    /// The component of each slot.
+    /// The component of the vertex in each slot.
     Several(Vec<u32>),
 }
 
 impl Components {
-    /// The component of a slot.
+    /// Returns the component of the vertex in a slot.
     #[inline(always)]
-    pub(crate) fn of(&self, slot: u32) -> usize {
+    pub(crate) fn of_slot(&self, slot: u32) -> usize {
         match self {
             Self::One => 0,
             Self::Several(of_slot) => of_slot[slot as usize] as usize,
@@ -39,23 +42,24 @@ impl Components {
     }
 }
 
-/// The momentum tracker of a body, with the buffers of its sums.
+/// The momentum tracker of a body.
 #[derive(Clone, Debug)]
 pub(crate) struct MomentumTracker {
     components: Components,
     /// Mass of each component, in units of a full cell's mass.
     masses: Vec<f64>,
-    /// Sums of each component of each task, task by task.
-    partial: Vec<Sums>,
-    /// The last measurement of each component.
+    /// Sums of each component over the vertices of each task, task by task.
+    task_sums: Vec<Sums>,
+    /// Last measured rigid state of each component.
     states: Vec<RigidState>,
+    /// Rigid velocity of each component that corrects its momenta.
     corrections: Vec<RigidVelocity>,
-    /// Whether each component has a constrained vertex; its momenta are then not conserved.
+    /// Whether each component has a constrained vertex, so that its momenta are not conserved.
     constrained: Vec<bool>,
 }
 
 impl MomentumTracker {
-    /// Creates the tracker for a lattice stored by `layout`, with `tasks` tasks in a step.
+    /// Creates the tracker for a lattice in the storage order `layout`. A step has `tasks` tasks.
     pub(crate) fn new(lattice: &Lattice, layout: &Layout, tasks: usize) -> Self {
         let count = lattice.components().count;
         let mut masses = vec![0.0; count];
@@ -73,7 +77,7 @@ impl MomentumTracker {
         };
         Self {
             components,
-            partial: vec![Sums::default(); count * tasks],
+            task_sums: vec![Sums::default(); count * tasks],
             states: masses.iter().map(|&mass| Sums::default().rigid_state(mass)).collect(),
             masses,
             corrections: vec![RigidVelocity::default(); count],
@@ -81,13 +85,18 @@ impl MomentumTracker {
         }
     }
 
-    /// Invalidates the momenta of the components with a constrained vertex.
+    /// Sets which components have a constrained vertex, and invalidates the momenta of these components.
     ///
-    /// `held` is whether each lattice vertex is constrained.
-    pub(crate) fn set_constrained(&mut self, slots: &[u32], held: &[bool], momenta: &mut [Option<Momentum>]) {
+    /// `slots` has the slot of each lattice vertex, and `is_constrained` whether the vertex is constrained.
+    pub(crate) fn set_constrained(
+        &mut self,
+        slots: &[u32],
+        is_constrained: &[bool],
+        momenta: &mut [Option<Momentum>],
+    ) {
         self.constrained.fill(false);
-        for (&slot, _) in slots.iter().zip(held).filter(|(_, held)| **held) {
-            self.constrained[self.components.of(slot)] = true;
+        for (&slot, _) in slots.iter().zip(is_constrained).filter(|(_, constrained)| **constrained) {
+            self.constrained[self.components.of_slot(slot)] = true;
         }
         for (momentum, _) in
             momenta.iter_mut().zip(&self.constrained).filter(|(_, constrained)| **constrained)
@@ -101,7 +110,7 @@ impl MomentumTracker {
         self.constrained.fill(false);
     }
 
-    /// Whether the momenta of any unconstrained component are invalid.
+    /// Returns whether the momenta of any unconstrained component are invalidated (`None`).
     pub(crate) fn any_invalidated(&self, momenta: &[Option<Momentum>]) -> bool {
         momenta
             .iter()
@@ -109,7 +118,7 @@ impl MomentumTracker {
             .any(|(momentum, constrained)| momentum.is_none() && !constrained)
     }
 
-    /// Sets the invalid momenta of unconstrained components from the last measurement.
+    /// Replaces invalidated momenta of unconstrained components by the momenta of the last measurement.
     pub(crate) fn store_measured(&self, momenta: &mut [Option<Momentum>]) {
         for ((momentum, state), constrained) in momenta.iter_mut().zip(&self.states).zip(&self.constrained) {
             if momentum.is_none() && !constrained {
@@ -118,64 +127,71 @@ impl MomentumTracker {
         }
     }
 
-    /// Measures mass, center and momenta of each component.
+    /// Measures the center of mass, the momenta and the inertia of each component.
     ///
-    /// `bounds` is the first block of each task, then the number of blocks.
+    /// `task_blocks` has the first block of each task, then the number of blocks. `weights` has the mass of
+    /// each vertex in its first row.
     pub(crate) fn measure(
         &mut self,
         executor: &Executor,
-        bounds: &[usize],
+        task_blocks: &[usize],
         weights: &Lanes<2>,
         positions: &Lanes<3>,
         velocities: &Lanes<3>,
     ) {
-        let (components, partial) = self.begin_sums();
-        executor.tasks(bounds, (&mut [], &mut [], partial), |task, _: &mut [()], _: &mut [()], sums| {
-            let blocks = bounds[task]..bounds[task + 1];
-            let fields = Fields {
-                weights: &weights.blocks()[blocks.clone()],
-                positions: &positions.blocks()[blocks.clone()],
-                velocities: &velocities.blocks()[blocks.clone()],
-            };
-            dispatch!(level(), simd => add(simd, components, blocks.start, fields, sums));
-        });
+        let (components, task_sums) = self.begin_sums();
+        executor.tasks(
+            task_blocks,
+            (&mut [], &mut [], task_sums),
+            |task, _: &mut [()], _: &mut [()], sums| {
+                let blocks = task_blocks[task]..task_blocks[task + 1];
+                let fields = Fields {
+                    weights: &weights.blocks()[blocks.clone()],
+                    positions: &positions.blocks()[blocks.clone()],
+                    velocities: &velocities.blocks()[blocks.clone()],
+                };
+                dispatch!(level(), simd => add(simd, components, blocks.start, fields, sums));
+            },
+        );
         self.finish_sums();
     }
 
-    /// Sets the sums to zero and returns them: one for each component of each task.
+    /// Sets the sums to zero. Returns the component of each slot, and the sums of each component for each
+    /// task.
     pub(crate) fn begin_sums(&mut self) -> (&Components, &mut [Sums]) {
-        self.partial.fill(Sums::default());
-        (&self.components, &mut self.partial)
+        self.task_sums.fill(Sums::default());
+        (&self.components, &mut self.task_sums)
     }
 
-    /// Computes mass, center and momenta of each component from the sums of the tasks.
+    /// Computes the center of mass, the momenta and the inertia of each component from the sums of the tasks.
     pub(crate) fn finish_sums(&mut self) {
         let count = self.states.len();
         for (component, state) in self.states.iter_mut().enumerate() {
             let mut total = Sums::default();
-            for sums in self.partial.iter().skip(component).step_by(count) {
+            for sums in self.task_sums.iter().skip(component).step_by(count) {
                 total.add(sums);
             }
             *state = total.rigid_state(self.masses[component]);
         }
     }
 
-    /// Adds the impulse of a velocity change `gain` of all vertices, in cells/s.
-    pub(crate) fn add_impulse(&self, momenta: &mut [Option<Momentum>], gain: Vector3<f64>) {
+    /// Adds to the linear momenta the impulse of `velocity_change`, a velocity change of all vertices in
+    /// cells/s.
+    pub(crate) fn add_impulse(&self, momenta: &mut [Option<Momentum>], velocity_change: Vector3<f64>) {
         for (momentum, mass) in momenta.iter_mut().zip(&self.masses) {
             if let Some(momentum) = momentum {
-                momentum.linear = (Vector3::from(momentum.linear) + gain * *mass).into();
+                momentum.linear = (Vector3::from(momentum.linear) + velocity_change * *mass).into();
             }
         }
     }
 
-    /// The kinetic energy of the rigid part of the motion at the last measurement, in full cells times
-    /// (cells/s)².
+    /// Returns the kinetic energy of the rigid part of the motion at the last measurement, in units of a full
+    /// cell's mass times (cells/s)².
     pub(crate) fn rigid_energy(&self) -> f64 {
         self.states.iter().map(RigidState::rigid_energy).sum()
     }
 
-    /// Scales the measured momenta after the velocities were scaled by `scale`.
+    /// Scales the measured momenta by `scale`, after all velocities were scaled by `scale`.
     pub(crate) fn scale(&mut self, scale: f64) {
         for momentum in self.states.iter_mut().map(|state| &mut state.momentum) {
             momentum.linear = momentum.linear.map(|p| p * scale);
@@ -183,30 +199,31 @@ impl MomentumTracker {
         }
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let of_slots = match &self.components {
+        let slot_bytes = match &self.components {
             Components::One => 0,
             Components::Several(of_slot) => size_of_val(of_slot.as_slice()),
         };
-        let of_components = size_of_val(self.masses.as_slice())
+        let component_bytes = size_of_val(self.masses.as_slice())
             + size_of_val(self.states.as_slice())
             + size_of_val(self.corrections.as_slice())
             + self.constrained.len();
-        of_slots + size_of_val(self.partial.as_slice()) + of_components
+        slot_bytes + size_of_val(self.task_sums.as_slice()) + component_bytes
     }
 
-    /// Whether any component is unconstrained.
+    /// Returns whether any component is unconstrained.
     pub(crate) fn any_free(&self) -> bool {
         self.constrained.contains(&false)
     }
 
-    /// The center of mass of the body at the last measurement, in cells from the body's origin.
+    /// Returns the center of mass of the body at the last measurement, in cells from the body's origin.
     pub(crate) fn center(&self) -> Vector3<f64> {
         self.states.iter().map(|state| state.center * state.mass).sum::<Vector3<f64>>() / self.mass()
     }
 
-    /// The velocity of the center of mass at the last measurement, in cells/s.
+    /// Returns the velocity of the center of mass at the last measurement, in cells/s, relative to the
+    /// velocity of the body's origin.
     pub(crate) fn velocity(&self) -> Vector3<f64> {
         self.states.iter().map(|state| Vector3::from(state.momentum.linear)).sum::<Vector3<f64>>()
             / self.mass()
@@ -216,8 +233,8 @@ impl MomentumTracker {
         self.states.iter().map(|state| state.mass).sum()
     }
 
-    /// Computes the rigid velocity of each component that changes its measured momenta to `momenta`. It is
-    /// zero where `momenta` has `None`.
+    /// Computes, for each component, the rigid velocity that changes the measured momenta to the momenta in
+    /// `momenta`. The rigid velocity is zero for a component whose entry in `momenta` is `None`.
     pub(crate) fn corrections(&mut self, momenta: &[Option<Momentum>]) -> (&Components, &[RigidVelocity]) {
         for ((state, momentum), correction) in self.states.iter().zip(momenta).zip(&mut self.corrections) {
             *correction = momentum.map_or_else(RigidVelocity::default, |target| state.correction_to(target));

@@ -1,5 +1,5 @@
-//! Mass, momenta and inertia of a component, summed in f64 in a fixed order, and the rigid velocity that
-//! corrects its momenta.
+//! Sums the momenta and the inertia of each connected component in f64, in a fixed order, and computes the
+//! rigid velocity that corrects the momenta. m, x and v are the mass, position and velocity of a vertex.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
@@ -8,20 +8,23 @@ use super::Components;
 use crate::simd::lanes::{Block, LANES, load};
 use crate::state::Momentum;
 
-/// Sums over a component, in f64: Σ m v, Σ m x, Σ m x x v, Σ m (xx, yy, zz, xy, xz, yz).
+/// Sums over the vertices of a component: Σ m v, Σ m x, Σ m x × v and Σ m (xx, yy, zz, xy, xz, yz), where
+/// (x, y, z) in the last sum are the coordinates of the position.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sums([f64; MOMENTS]);
 
+/// Number of sums.
 const MOMENTS: usize = 15;
 
 impl Sums {
+    /// Adds the sums `other` over other vertices.
     pub(super) fn add(&mut self, other: &Self) {
         for (sum, other) in self.0.iter_mut().zip(other.0) {
             *sum += other;
         }
     }
 
-    /// Computes the rigid state of a component of mass `mass`.
+    /// Computes the rigid state of a component from its sums and its mass.
     pub(super) fn rigid_state(&self, mass: f64) -> RigidState {
         let m = &self.0;
         let linear = Vector3::new(m[0], m[1], m[2]);
@@ -35,16 +38,17 @@ impl Sums {
     }
 }
 
-/// The fields that are summed, by block.
+/// The vertex data that are summed, for some blocks of eight vertices.
 #[derive(Clone, Copy)]
 pub(crate) struct Fields<'a> {
-    /// m in the first row.
+    /// m in the first row; the second row is not used.
     pub(crate) weights: &'a [Block<2>],
     pub(crate) positions: &'a [Block<3>],
     pub(crate) velocities: &'a [Block<3>],
 }
 
-/// Adds some blocks to the sums of each component; `first` is the index of the first block.
+/// Adds the vertices of consecutive blocks to the sums of their components. `first` is the index of the first
+/// block.
 #[inline(always)]
 pub(crate) fn add<S: Simd>(
     simd: S,
@@ -55,17 +59,17 @@ pub(crate) fn add<S: Simd>(
 ) {
     match components {
         Components::One => {
-            let all = simd.vectorize(
+            let block_sums = simd.vectorize(
                 #[inline(always)]
                 || sum(simd, fields),
             );
-            sums[0].add(&all);
+            sums[0].add(&block_sums);
         }
-        Components::Several(of_slot) => sum_by_component(of_slot, first, fields, sums),
+        Components::Several(of_slot) => add_by_component(of_slot, first, fields, sums),
     }
 }
 
-/// Sums some blocks of one component, four lanes at a time.
+/// Sums over blocks whose vertices all belong to one component, four lanes at a time.
 #[inline(always)]
 fn sum<S: Simd>(simd: S, fields: Fields) -> Sums {
     let mut total = [f64x4::splat(simd, 0.0); MOMENTS];
@@ -88,24 +92,25 @@ fn sum<S: Simd>(simd: S, fields: Fields) -> Sums {
     sums
 }
 
-/// Adds the moments of four vertices to the sums.
+/// Adds the moments of four vertices, one in each lane, to the sums.
 #[inline(always)]
-fn add_moments<S: Simd>(t: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S>; 3], v: [f64x4<S>; 3]) {
-    let p = [m * x[0], m * x[1], m * x[2]];
+fn add_moments<S: Simd>(sums: &mut [f64x4<S>; MOMENTS], m: f64x4<S>, x: [f64x4<S>; 3], v: [f64x4<S>; 3]) {
+    let mx = [m * x[0], m * x[1], m * x[2]];
     for c in 0..3 {
         let (next, last) = ((c + 1) % 3, (c + 2) % 3);
-        t[c] = m.mul_add(v[c], t[c]);
-        t[3 + c] += p[c];
-        t[6 + c] = p[next].mul_add(v[last], (-p[last]).mul_add(v[next], t[6 + c]));
-        t[9 + c] = p[c].mul_add(x[c], t[9 + c]);
+        sums[c] = m.mul_add(v[c], sums[c]);
+        sums[3 + c] += mx[c];
+        sums[6 + c] = mx[next].mul_add(v[last], (-mx[last]).mul_add(v[next], sums[6 + c]));
+        sums[9 + c] = mx[c].mul_add(x[c], sums[9 + c]);
     }
-    t[12] = p[0].mul_add(x[1], t[12]);
-    t[13] = p[0].mul_add(x[2], t[13]);
-    t[14] = p[1].mul_add(x[2], t[14]);
+    sums[12] = mx[0].mul_add(x[1], sums[12]);
+    sums[13] = mx[0].mul_add(x[2], sums[13]);
+    sums[14] = mx[1].mul_add(x[2], sums[14]);
 }
 
-/// Adds each vertex of some blocks to the sums of its component; `first` is the index of the first block.
-fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [Sums]) {
+/// Adds each vertex of consecutive blocks to the sums of its component. `of_slot` has the component of each
+/// slot, and `first` is the index of the first block.
+fn add_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [Sums]) {
     let Fields { weights, positions, velocities } = fields;
     let blocks = weights.iter().zip(positions).zip(velocities);
     for (((weights, position), velocity), of_lane) in blocks.zip(of_slot[first * LANES..].chunks(LANES)) {
@@ -114,8 +119,8 @@ fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [S
             let [x, y, z] = position.map(|row| f64::from(row[lane]));
             let [u, v, w] = velocity.map(|row| f64::from(row[lane]));
             let cross = [y * w - z * v, z * u - x * w, x * v - y * u];
-            let square = [x * x, y * y, z * z, x * y, x * z, y * z];
-            let moments = [u, v, w, x, y, z].into_iter().chain(cross).chain(square);
+            let products = [x * x, y * y, z * z, x * y, x * z, y * z];
+            let moments = [u, v, w, x, y, z].into_iter().chain(cross).chain(products);
             for (sum, moment) in sums[component as usize].0.iter_mut().zip(moments) {
                 *sum += m * moment;
             }
@@ -123,44 +128,51 @@ fn sum_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [S
     }
 }
 
-/// A rigid velocity field v + ω x x, with x from the body's origin, in cells/s and 1/s.
+/// A rigid velocity field v + ω × x, where x is a position in cells from the body's origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RigidVelocity {
+    /// v, the velocity at the body's origin, in cells/s.
     pub(crate) linear: [f32; 3],
+    /// ω, the angular velocity, in rad/s.
     pub(crate) angular: [f32; 3],
 }
 
-/// Mass, center of mass, momenta and inertia of a component, measured from its vertices.
+/// The rigid state of a component, measured from its vertices: mass, center of mass, momenta and inertia.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RigidState {
     pub(crate) mass: f64,
+    /// Center of mass, in cells from the body's origin.
     pub(crate) center: Vector3<f64>,
     pub(crate) momentum: Momentum,
+    /// Inertia tensor about the center of mass.
     inertia: Matrix3<f64>,
 }
 
 impl RigidState {
-    /// The kinetic energy of a rigid body with this mass, inertia and momenta.
+    /// Computes the kinetic energy of a rigid body with this mass, inertia and momenta.
     pub(super) fn rigid_energy(&self) -> f64 {
         let (linear, angular) = (Vector3::from(self.momentum.linear), Vector3::from(self.momentum.angular));
         0.5 * (linear.norm_squared() / self.mass + angular_velocity(&self.inertia, angular).dot(&angular))
     }
 
-    /// Computes the rigid velocity that changes the momenta to `target`. It is zero if it is not finite.
+    /// Computes the rigid velocity that changes the momenta to `target`. Returns zero if the rigid velocity
+    /// is not finite.
     pub(super) fn correction_to(&self, target: Momentum) -> RigidVelocity {
         let linear = (Vector3::from(target.linear) - Vector3::from(self.momentum.linear)) / self.mass;
         let angular = Vector3::from(target.angular) - Vector3::from(self.momentum.angular);
         let omega = angular_velocity(&self.inertia, angular);
         let at_origin = linear - omega.cross(&self.center);
-        let finite = at_origin.iter().chain(omega.iter()).all(|x| x.is_finite());
-        if !finite {
+        let is_finite = at_origin.iter().chain(omega.iter()).all(|x| x.is_finite());
+        if !is_finite {
             return RigidVelocity::default();
         }
         RigidVelocity { linear: at_origin.map(|v| v as f32).into(), angular: omega.map(|v| v as f32).into() }
     }
 }
 
-/// Solves I ω = l for ω. Principal axes whose inertia is at most 1e-9 of the trace are left out, such as the
+/// Solves I ω = l for the angular velocity ω, with the inertia I and the angular momentum l.
+///
+/// ω has no component along a principal axis whose inertia is at most 1e-9 of the trace of I, such as the
 /// axis of points on a line.
 fn angular_velocity(inertia: &Matrix3<f64>, angular: Vector3<f64>) -> Vector3<f64> {
     let scale = inertia.trace();

@@ -1,4 +1,4 @@
-//! The adjoint x pass, which is the last pass of the cascade, and the update of the vertices.
+//! Runs the adjoint x pass, which is the last pass of the cascade, and the update of the vertices.
 
 use std::ops::Range;
 
@@ -10,20 +10,24 @@ use crate::lattice::Layout;
 use crate::matching::windows::{Source, Window};
 use crate::simd::lanes::{Block, Row};
 
-/// Blocks that are summed and then updated together, while they are in the cache.
+/// Number of blocks in a batch. The sums of a batch are computed and then used for the update while they are
+/// in the cache.
 const BATCH: usize = 32;
 
-/// The adjoint x pass: from the output of the adjoint y pass to the vertices.
+/// The adjoint x pass, which computes the sum over the regions of each vertex from the output of the adjoint
+/// y pass.
 pub(super) struct AdjointX<'a, U> {
     pub(super) layout: &'a Layout,
+    /// Windows of the passes along x.
     pub(super) x: Window<'a>,
+    /// Output of the adjoint y pass for all blocks.
     pub(super) source: &'a [Block<6>],
     pub(super) update: &'a U,
 }
 
 impl<U: VertexUpdate> AdjointX<'_, U> {
-    /// Runs the adjoint x pass, 6 → 3, over some planes and updates their vertices. `memory` has one entry
-    /// for each block of these planes.
+    /// Runs the adjoint x pass over `planes` and updates the vertices of these planes. The input has six
+    /// components per vertex, the sums have three. `memory` has one entry for each block of `planes`.
     #[inline(always)]
     pub(super) fn run<S: Simd>(
         &self,
@@ -33,7 +37,7 @@ impl<U: VertexUpdate> AdjointX<'_, U> {
         memory: &mut [U::Memory],
         tallies: &mut [U::Tally],
     ) {
-        let base = self.layout.blocks_of(planes.clone()).start;
+        let first_block = self.layout.blocks_of(planes.clone()).start;
         let source = Source { first: 0, blocks: self.source };
         let mut region_sums = [[Row::ZERO; 3]; BATCH];
         for plane in planes {
@@ -43,7 +47,7 @@ impl<U: VertexUpdate> AdjointX<'_, U> {
                 let batch = first..blocks.end.min(first + BATCH);
                 let region_sums = &mut region_sums[..batch.len()];
                 self.x.adjoint(simd, batch.clone(), source, &mut scratch.running_adjoint_x, region_sums);
-                let memory = &mut memory[batch.start - base..batch.end - base];
+                let memory = &mut memory[batch.start - first_block..batch.end - first_block];
                 self.update.apply(simd, first, region_sums, memory, tallies);
             }
         }

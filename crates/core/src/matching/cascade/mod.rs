@@ -1,29 +1,34 @@
-//! The local-moment cascade, which sums a vertex field over all regions, and its adjoint, which sums region
-//! fields over the regions of each vertex.
+//! Runs the local-moment cascade, which sums the vectors of the vertices over each region, and its adjoint.
+//! Each region defines a field on its vertices; the adjoint sums, at each vertex, the fields of the regions
+//! that contain the vertex.
 //!
-//! Region r of half-width w contains the vertices that are connected to its center vertex r by up to w links
-//! in z, then up to w links in y, then up to w links in x. FastLSM (Rivers & James 2007, section 4) sums
-//! moments about the origin. Here the moments are about the center of each window, which takes 54 window sums
-//! per vertex instead of 72 and avoids cancellation. (i, j, k) is the offset from the center in links; W is
-//! the plain and W' the offset-weighted window sum along the axis of a pass. The numbers of components before
-//! and after each pass are on the right:
+//! The region of half-width w around a center vertex contains the vertices that are connected to the center
+//! vertex by up to w links along z, then up to w links along y, then up to w links along x. (i, j, k) is the
+//! offset of a vertex from the center vertex, in links. The sums of a region are S = Σ f, Sx = Σ i f,
+//! Sy = Σ j f and Sz = Σ k f, where f is the region weight times the vector of a vertex.
+//!
+//! FastLSM (Rivers & James 2007, section 4) sums moments about the origin. Here moments are about the center
+//! of each window. This avoids cancellation, and needs 54 window sums per vertex instead of 72. Each line
+//! below that begins with x, y or z is a pass along this axis. W is the plain and W' the offset-weighted
+//! window sum along the axis of the pass ([`windows`](super::windows)). The numbers on the right count the
+//! components of the input and the output of a pass:
 //!
 //! ```text
 //! x   S = W(f)                          Sx = W'(f)              3 → 6
 //! y   S = W(S)  Sx = W(Sx)              Sy = W'(S)              6 → 9
 //! z   S = W(S)  Sx = W(Sx)  Sy = W(Sy)  Sz = W'(S)              9 → 12
-//!     transform of each region:  (S, Sx, Sy, Sz) → (b, X, Y, Z), the field b + i X + j Y + k Z on the region
+//!     transform of each region:  (S, Sx, Sy, Sz) → (b, X, Y, Z), for the field b + i X + j Y + k Z
 //! z   b = W(b) - W'(Z)  X = W(X)  Y = W(Y)                     12 → 9
 //! y   b = W(b) - W'(Y)  X = W(X)                                9 → 6
 //! x   b = W(b) - W'(X)                                          6 → 3
 //! ```
 //!
-//! The last three passes are the exact adjoint of the first three: each vertex sums over the regions that
-//! contain it.
+//! The first three passes are the forward passes. The last three passes are their exact adjoint: at each
+//! vertex, they compute the sum of the fields of all regions that contain the vertex.
 //!
-//! Only the passes along x read other planes. So all passes except the adjoint x pass run plane by plane, in
-//! scratch memory that stays in the cache ([`plane`]). Between them and the adjoint x pass, six numbers per
-//! vertex are stored.
+//! A plane is the set of vertices with the same x. Only the passes along x read other planes. So all passes
+//! except the adjoint x pass run plane by plane, in scratch memory that stays in the cache ([`plane`]). The
+//! output of the adjoint y pass, six numbers per vertex, is stored for the adjoint x pass.
 
 mod adjoint_x;
 mod plane;
@@ -40,22 +45,23 @@ use crate::simd::level;
 use adjoint_x::AdjointX;
 use plane::{PlanePasses, Scratch};
 
-/// A function that is applied to the sums of each region: the fit of the rotations, or region damping.
+/// The function that is applied to the sums of each region: the fit of a rotation or of a rigid velocity.
 pub(crate) trait RegionTransform: Sync {
-    /// Data that the transform reads and writes, per block of regions.
+    /// Data that the transform reads and writes, for each block of eight regions.
     type Memory: Send;
-    /// Replaces (S, Sx, Sy, Sz) by (b, X, Y, Z), three components each, in the blocks from `first` on.
+    /// Replaces (S, Sx, Sy, Sz) by (b, X, Y, Z), three components each, in consecutive blocks. `first` is the
+    /// index of the first block in the layout.
     fn apply<S: Simd>(&self, simd: S, first: usize, sums: &mut [Block<12>], memory: &mut [Self::Memory]);
 }
 
-/// A function that is applied to the sum over the regions of each vertex.
+/// The function that is applied to the sum over the regions that contain each vertex.
 pub(crate) trait VertexUpdate: Sync {
-    /// Data that the update reads and writes, per block of vertices.
+    /// Data that the update reads and writes, for each block of eight vertices.
     type Memory: Send;
-    /// Sum over the vertices of a task.
+    /// Result that is accumulated over the vertices of a task, such as sums of momenta.
     type Tally: Send;
-    /// Updates the vertices of the blocks from `first` on. `region_sums` is Σ (b + i X + j Y + k Z) over the
-    /// regions that contain each vertex.
+    /// Updates the vertices of consecutive blocks. `first` is the index of the first block in the layout.
+    /// `region_sums` is, for each vertex, Σ (b + i X + j Y + k Z) over the regions that contain the vertex.
     fn apply<S: Simd>(
         &self,
         simd: S,
@@ -66,44 +72,46 @@ pub(crate) trait VertexUpdate: Sync {
     );
 }
 
-/// Interval in planes at which running sums along x restart. Running sums within a plane restart at twice as
-/// many lines. Wide windows restart less often: a restart costs more, and their direct sums have larger
-/// rounding errors.
+/// Returns the interval, in planes, at which running sums along x restart with a direct sum. Running sums
+/// within a plane restart at an interval of twice as many lines. Sums over wide windows restart less often,
+/// because their direct sums cost more and have larger rounding errors.
 fn restart_interval(half_width: usize) -> usize {
     if half_width < 8 { 4 } else { 8 }
 }
 
-/// The last pass of [`Cascade::forward`].
+/// The purpose of a call of [`Cascade::forward`], which determines the last pass that it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// Prepares the adjoint, which evaluates the goals: runs up to the adjoint y pass.
-    Goals,
-    /// Computes the memory of the transform, such as the rotations: runs up to the z pass.
+    /// To evaluate each vertex with [`Cascade::adjoint`] afterwards, for example its goal position. All
+    /// passes up to the adjoint y pass run.
+    Vertices,
+    /// To compute only the memory of the transform, for example the rotation of each region. The last pass is
+    /// the z pass.
     Regions,
 }
 
-/// The local-moment cascade for regions of one half-width, and its division into tasks. Its buffers are in a
-/// [`Workspace`].
+/// The local-moment cascade for regions of one half-width, and its division into tasks. A [`Workspace`] has
+/// the buffers of the cascade.
 #[derive(Clone, Debug)]
 pub(crate) struct Cascade {
     half_width: usize,
-    /// Steps of the running sums along x, and along the axis across the lines of a plane. `None` where
-    /// windows are summed directly.
+    /// For each block, the vertices that enter and leave its running sums: along x, then along the axis
+    /// across the lines of a plane. `None` if windows are summed directly.
     slides: [Option<Vec<Slide>>; 2],
-    /// First plane of each task, then the number of planes. Tasks are whole planes.
-    tasks: Vec<usize>,
+    /// First plane of each task, then the number of planes. A task consists of whole planes.
+    task_planes: Vec<usize>,
     /// First block of each task, then the number of blocks.
-    bounds: Vec<usize>,
+    task_blocks: Vec<usize>,
     /// Number of blocks of the largest plane.
     largest_plane: usize,
 }
 
-/// The buffers of a cascade. They are allocated at the first use, and again for a cascade of another
-/// [`Shape`]. Every use overwrites them.
+/// The buffers of a cascade. They are allocated at the first use, and allocated again for a cascade of
+/// another [`Shape`]. Every use overwrites the buffers.
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     shape: Option<Shape>,
-    /// Output of the adjoint y pass, by block.
+    /// Output of the adjoint y pass for each vertex.
     adjoint_y: Lanes<6>,
     /// Scratch memory of each thread.
     scratch: Vec<Mutex<Scratch>>,
@@ -114,14 +122,15 @@ pub(crate) struct Workspace {
 struct Shape {
     half_width: usize,
     lane_axis: usize,
-    /// Whether there are running sums along x, and across the lines of a plane.
+    /// Whether there are running sums along x, and whether there are running sums across the lines of a
+    /// plane.
     running: [bool; 2],
     blocks: usize,
     largest_plane: usize,
 }
 
 impl Workspace {
-    /// Memory of the buffers in bytes.
+    /// Returns the memory of the buffers, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let scratch = self.scratch.iter().map(|scratch| locked(scratch).bytes());
         self.adjoint_y.bytes() + scratch.sum::<usize>()
@@ -134,7 +143,7 @@ impl Workspace {
 }
 
 impl Cascade {
-    /// Creates the cascade for regions of half-width `half_width` in cells, at least 1.
+    /// Creates the cascade for regions of half-width `half_width`, in cells, at least 1.
     pub(crate) fn new(layout: &Layout, half_width: usize) -> Self {
         let interval = restart_interval(half_width);
         let plane_of = plane_of(layout);
@@ -146,32 +155,35 @@ impl Cascade {
                 layout.axis(3 - layout.lane_axis()),
                 half_width,
                 layout.occupied(),
-                |_, place| place.is_multiple_of(2 * interval),
+                |_, position| position.is_multiple_of(2 * interval),
             ),
         ];
-        // Running sums along x restart at the first plane of each task.
-        let group = if slides[0].is_some() { interval } else { 1 };
-        let (mut tasks, mut bounds, mut largest_plane) = (vec![0], vec![0], 0);
+        // With running sums along x, a task ends only before a plane at which these sums restart. So no task
+        // reads the sums of another task.
+        let planes_per_group = if slides[0].is_some() { interval } else { 1 };
+        let (mut task_planes, mut task_blocks, mut largest_plane) = (vec![0], vec![0], 0);
         for plane in 0..layout.planes() {
             let blocks = layout.blocks_of(plane..plane + 1);
             largest_plane = largest_plane.max(blocks.len());
-            let full = blocks.end - bounds[bounds.len() - 1] >= CHUNK && (plane + 1).is_multiple_of(group);
-            if full || blocks.end == layout.blocks() {
-                tasks.push(plane + 1);
-                bounds.push(blocks.end);
+            let is_full = blocks.end - task_blocks[task_blocks.len() - 1] >= CHUNK
+                && (plane + 1).is_multiple_of(planes_per_group);
+            if is_full || blocks.end == layout.blocks() {
+                task_planes.push(plane + 1);
+                task_blocks.push(blocks.end);
             }
         }
-        Self { half_width, slides, tasks, bounds, largest_plane }
+        Self { half_width, slides, task_planes, task_blocks, largest_plane }
     }
 
-    /// Allocates the buffers of all passes, for one thread.
+    /// Creates a workspace with the buffers of all passes, for one thread.
     pub(crate) fn workspace(&self, layout: &Layout) -> Workspace {
         let mut workspace = Workspace::default();
-        self.reserve(&mut workspace, layout, Purpose::Goals, 1);
+        self.reserve(&mut workspace, layout, Purpose::Vertices, 1);
         workspace
     }
 
-    /// Allocates the buffers that are missing or have another shape.
+    /// Allocates missing buffers for `purpose` and `threads` threads. Replaces the buffers of a cascade of
+    /// another [`Shape`].
     fn reserve(&self, workspace: &mut Workspace, layout: &Layout, purpose: Purpose, threads: usize) {
         let Self { half_width, largest_plane, .. } = *self;
         let running = [0, 1].map(|axis| self.slides[axis].is_some());
@@ -181,7 +193,7 @@ impl Cascade {
             *workspace = Workspace { shape, ..Workspace::default() };
         }
         let Workspace { adjoint_y, scratch, .. } = workspace;
-        if purpose == Purpose::Goals && adjoint_y.blocks().is_empty() {
+        if purpose == Purpose::Vertices && adjoint_y.blocks().is_empty() {
             *adjoint_y = Lanes::zeros(layout.blocks());
         }
         if scratch.len() < threads {
@@ -190,7 +202,7 @@ impl Cascade {
         }
     }
 
-    /// The windows of the passes along x, y and z.
+    /// Returns the windows of the passes along x, y and z.
     fn windows<'a>(&'a self, layout: &'a Layout) -> [Window<'a>; 3] {
         [0, 1, 2].map(|axis| {
             let slides = self.slides[usize::from(axis != 0)].as_deref();
@@ -200,23 +212,24 @@ impl Cascade {
         })
     }
 
-    /// Memory of the tables in bytes.
+    /// Returns the memory of the tables of running sums, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.slides.iter().flatten().map(|slides| size_of_val(slides.as_slice())).sum()
     }
 
-    /// The number of tasks.
+    /// Returns the number of tasks.
     pub(crate) fn tasks(&self) -> usize {
-        self.tasks.len() - 1
+        self.task_planes.len() - 1
     }
 
-    /// The first block of each task, then the number of blocks.
-    pub(crate) fn bounds(&self) -> &[usize] {
-        &self.bounds
+    /// Returns the first block of each task, then the number of blocks.
+    pub(crate) fn task_blocks(&self) -> &[usize] {
+        &self.task_blocks
     }
 
-    /// Sums `field` over each region and transforms the sums. With [`Purpose::Goals`] it also runs the
-    /// adjoint z and y passes; [`Cascade::adjoint`] then runs the adjoint x pass.
+    /// Sums `field` over each region and transforms the sums. With [`Purpose::Vertices`], also runs the adjoint
+    /// z and y passes, so that [`Cascade::adjoint`] can run the adjoint x pass. `memory` has one entry for
+    /// each block of eight regions.
     pub(crate) fn forward<T: RegionTransform>(
         &self,
         layout: &Layout,
@@ -230,19 +243,20 @@ impl Cascade {
         let mut adjoint_y = std::mem::take(&mut workspace.adjoint_y);
         let passes = PlanePasses { layout, windows: self.windows(layout), field, transform, purpose };
         let out = match purpose {
-            Purpose::Goals => adjoint_y.blocks_mut(),
+            Purpose::Vertices => adjoint_y.blocks_mut(),
             Purpose::Regions => &mut [],
         };
-        executor.tasks(&self.bounds, (out, memory, &mut []), |task, out, memory, _: &mut [()]| {
+        executor.tasks(&self.task_blocks, (out, memory, &mut []), |task, out, memory, _: &mut [()]| {
             let mut scratch = workspace.scratch(executor);
-            let planes = self.tasks[task]..self.tasks[task + 1];
+            let planes = self.task_planes[task]..self.task_planes[task + 1];
             dispatch!(level(), simd => passes.run(simd, planes, &mut scratch, memory, out));
         });
         workspace.adjoint_y = adjoint_y;
     }
 
-    /// Runs the adjoint x pass, which completes the sums over the regions that contain each vertex, and
-    /// updates the vertices. `tallies` has the same number of entries for each task.
+    /// Runs the adjoint x pass, which completes the sum over the regions that contain each vertex, and
+    /// updates the vertices. `memory` has one entry for each block of eight vertices. `tallies` is divided
+    /// equally between the tasks.
     pub(crate) fn adjoint<U: VertexUpdate>(
         &self,
         layout: &Layout,
@@ -254,20 +268,24 @@ impl Cascade {
     ) {
         let source = workspace.adjoint_y.blocks();
         let pass = AdjointX { layout, x: self.windows(layout)[0], source, update };
-        executor.tasks(&self.bounds, (memory, &mut [], tallies), |task, memory, _: &mut [()], tallies| {
-            let mut scratch = workspace.scratch(executor);
-            let planes = self.tasks[task]..self.tasks[task + 1];
-            dispatch!(level(), simd => pass.run(simd, planes, &mut scratch, memory, tallies));
-        });
+        executor.tasks(
+            &self.task_blocks,
+            (memory, &mut [], tallies),
+            |task, memory, _: &mut [()], tallies| {
+                let mut scratch = workspace.scratch(executor);
+                let planes = self.task_planes[task]..self.task_planes[task + 1];
+                dispatch!(level(), simd => pass.run(simd, planes, &mut scratch, memory, tallies));
+            },
+        );
     }
 }
 
-/// Ignores poisoning: every use overwrites the scratch.
+/// Locks scratch memory. Ignores poisoning, because every use overwrites the scratch memory.
 fn locked(scratch: &Mutex<Scratch>) -> MutexGuard<'_, Scratch> {
     scratch.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Returns the index of the plane of each block.
+/// Returns, for each block, the index of its plane.
 fn plane_of(layout: &Layout) -> Vec<usize> {
     (0..layout.planes()).flat_map(|plane| layout.blocks_of(plane..plane + 1).map(move |_| plane)).collect()
 }

@@ -1,9 +1,11 @@
-//! All passes of the cascade except the adjoint x pass, plane by plane, in scratch memory that stays in the
-//! cache.
+//! Runs all passes of the cascade except the adjoint x pass, plane by plane, in scratch memory that stays in
+//! the cache.
 //!
-//! A pass across the lines of a plane reads up to w lines on either side from the output of the previous
-//! pass. So a plane is divided into strips of at least w lines, and the passes form a pipeline: such a pass
-//! processes a strip after the previous pass has processed the next strip.
+//! A plane contains the vertices with the same x. Its blocks of eight vertices form lines, which extend along
+//! the lanes. A pass along the other axis of the plane crosses the lines: for each line it reads up to w
+//! lines on either side from the output of the previous pass, where w is the half-width of the regions. So a
+//! plane is divided into strips of at least w lines, and the passes form a pipeline: a pass that crosses the
+//! lines processes a strip after the previous pass has processed the next strip.
 
 use std::ops::Range;
 
@@ -14,20 +16,23 @@ use crate::lattice::Layout;
 use crate::matching::windows::{RunningSums, Source, Weighted, Window};
 use crate::simd::lanes::{Block, Lanes};
 
-/// Least number of blocks in a strip. The data of all passes for three strips of this size fit in the L2
+/// Minimum number of blocks in a strip. The data of all passes for three strips of this size fit in the L2
 /// cache.
 const STRIP: usize = 64;
 
 /// Largest number of blocks of a plane that is not divided into strips.
 const SMALL_PLANE: usize = 256;
 
-/// Scratch memory of one thread: the outputs of the passes for one plane, by block, and the running sums.
+/// Scratch memory of one thread: the outputs of the passes for the blocks of one plane, and the running sums.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
+    /// Output of the x pass.
     after_x: Lanes<6>,
+    /// Output of the y pass.
     after_y: Lanes<9>,
-    /// Output of the z pass, then of the transform, which works in place.
+    /// Output of the z pass, which the transform replaces by its own output.
     after_z: Lanes<12>,
+    /// Output of the adjoint z pass.
     adjoint_z: Lanes<9>,
     /// Running sums of the x, y and z passes.
     running: (RunningSums<6>, RunningSums<9>, RunningSums<12>),
@@ -40,8 +45,8 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Allocates scratch memory for planes of up to `blocks` blocks; the windows are those of the x, y and z
-    /// passes.
+    /// Allocates scratch memory for planes of up to `blocks` blocks. `[x, y, z]` are the windows of the
+    /// passes along x, y and z.
     pub(super) fn new([x, y, z]: &[Window; 3], blocks: usize) -> Self {
         Self {
             running: (
@@ -59,7 +64,7 @@ impl Scratch {
         }
     }
 
-    /// Memory in bytes.
+    /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let (x, y, z) = &self.running;
         let (adjoint_z, adjoint_y) = &self.running_adjoint;
@@ -76,7 +81,7 @@ impl Scratch {
             + self.strips.capacity() * size_of::<usize>()
     }
 
-    /// Begins the plane whose first block is `first`.
+    /// Prepares for the plane whose first block is `first`.
     fn begin_plane(&mut self, first: usize) {
         self.running.0.begin_plane(first);
         self.running.1.begin_plane(first);
@@ -85,8 +90,8 @@ impl Scratch {
         self.running_adjoint.1.begin_plane(first);
     }
 
-    /// Divides a plane into strips of at least `lines` lines; the last may have fewer.
-    fn divide(&mut self, layout: &Layout, plane: usize, lines: usize) {
+    /// Divides a plane into strips of at least `min_lines` lines. The last strip may have fewer lines.
+    fn divide(&mut self, layout: &Layout, plane: usize, min_lines: usize) {
         let blocks = layout.blocks_of(plane..plane + 1);
         self.strips.clear();
         self.strips.push(blocks.start);
@@ -94,7 +99,7 @@ impl Scratch {
             let (mut start, mut count) = (blocks.start, 0);
             for line in layout.lines(plane) {
                 count += 1;
-                if count >= lines && line.end - start >= STRIP {
+                if count >= min_lines && line.end - start >= STRIP {
                     self.strips.push(line.end);
                     (start, count) = (line.end, 0);
                 }
@@ -106,18 +111,20 @@ impl Scratch {
     }
 }
 
-/// All passes from a vertex field to the adjoint y pass.
+/// All passes from the x pass to the adjoint y pass.
 pub(super) struct PlanePasses<'a, T> {
     pub(super) layout: &'a Layout,
-    /// Windows of the x, y and z passes.
+    /// Windows of the passes along x, y and z.
     pub(super) windows: [Window<'a>; 3],
+    /// Input of the x pass.
     pub(super) field: Weighted<'a>,
     pub(super) transform: &'a T,
     pub(super) purpose: Purpose,
 }
 
 impl<T: RegionTransform> PlanePasses<'_, T> {
-    /// Runs the passes over some planes. `memory` and `out` have one entry for each block of these planes.
+    /// Runs the passes over `planes`. `memory` has one entry for each block of these planes. `out` receives
+    /// the output of the adjoint y pass for these blocks; it is empty for [`Purpose::Regions`].
     #[inline(always)]
     pub(super) fn run<S: Simd>(
         &self,
@@ -129,7 +136,8 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
     ) {
         let [x, y, z] = self.windows;
         let first = self.layout.blocks_of(planes.clone()).start;
-        // Lag of each pass behind the first in strips. It increases by 1 with each pass across the lines.
+        // Lag of each pass behind the x pass, in strips. The lag increases by 1 with each pass that crosses
+        // the lines.
         let [lag_y, lag_z, lag_adjoint_z, lag_adjoint_y] =
             if self.layout.lane_axis() == 1 { [0, 1, 2, 2] } else { [1, 1, 1, 2] };
         for plane in planes {
@@ -143,8 +151,8 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
                 let ((running_x, running_y, running_z), (running_adjoint_z, running_adjoint_y)) =
                     (running, running_adjoint);
                 let strip = |lag: usize| {
-                    let at = front.checked_sub(lag)?;
-                    Some(*strips.get(at)?..*strips.get(at + 1)?)
+                    let index = front.checked_sub(lag)?;
+                    Some(*strips.get(index)?..*strips.get(index + 1)?)
                 };
                 if let Some(blocks) = strip(0) {
                     x.weighted(simd, blocks.clone(), self.field, running_x, output(after_x, blocks, base));
@@ -175,12 +183,13 @@ impl<T: RegionTransform> PlanePasses<'_, T> {
     }
 }
 
-/// The input of a pass; `base` is the first block of `lanes`.
+/// Returns the input of a pass. `base` is the index in the layout of the first block of `lanes`.
 fn source<const N: usize>(lanes: &Lanes<N>, base: usize) -> Source<'_, N> {
     Source { first: base, blocks: lanes.blocks() }
 }
 
-/// The part of `lanes` that a pass writes; `base` is the first block of `lanes`.
+/// Returns the part of `lanes` that a pass writes. `base` is the index in the layout of the first block of
+/// `lanes`.
 fn output<const N: usize>(lanes: &mut Lanes<N>, blocks: Range<usize>, base: usize) -> &mut [Block<N>] {
     &mut lanes.blocks_mut()[blocks.start - base..blocks.end - base]
 }

@@ -1,19 +1,24 @@
-//! The robust path: one rotation as an eigenvalue problem in f64.
+//! Computes one rotation as an eigenvalue problem in f64: the fallback for matrices A for which Newton's
+//! method does not converge.
 //!
-//! tr(R(q)ᵀ A) = qᵀ K q with a symmetric 4 x 4 matrix K (Davenport 1968; Horn 1987). So the optimal rotation
-//! is the eigenvector of K's largest eigenvalue, for any A. Where several rotations are optimal, the result
-//! is the one nearest to the previous rotation: the projection of the previous rotation on the span of their
-//! eigenvectors.
+//! tr(R(q)ᵀ A) = qᵀ K q for each unit quaternion q with the rotation matrix R(q), where K is a symmetric 4 ×
+//! 4 matrix (Davenport 1968; Horn 1987). So for any A, the quaternion of the optimal rotation is the
+//! eigenvector of the largest eigenvalue of K. If several eigenvalues are the largest, several rotations are
+//! optimal. The result is then the optimal rotation nearest to the previous rotation: the normalized
+//! projection of the previous quaternion on the span of the eigenvectors of these eigenvalues.
 
 use nalgebra::{Matrix4, Vector4};
 
-/// Tolerance for ties: an eigenvalue within this distance of the largest, relative to the scale of A, counts
-/// as equal to it. A is given in f32, and its rounding separates equal eigenvalues by about 1e-7.
+/// Tolerance for equal eigenvalues, relative to the largest entry of A: an eigenvalue within this distance of
+/// the largest eigenvalue counts as equal to it. A is given in f32, and its rounding errors separate equal
+/// eigenvalues by approximately 1e-7.
 const TIE: f64 = 2e-7;
 
-/// Computes the unit quaternion (x, y, z, w) of the rotation R = argmax tr(Rᵀ A), with A given by columns.
+/// Computes the unit quaternion (x, y, z, w) of the rotation R = argmax tr(Rᵀ A). `a` has the entries of A,
+/// column by column.
 ///
-/// `previous` selects the result where R is not unique. It is the result if A is zero or not finite.
+/// If R is not unique, the result is the solution nearest to `previous`. If A is zero or not finite, the
+/// result is `previous`.
 pub(crate) fn rotation(a: [f32; 9], previous: [f32; 4]) -> [f32; 4] {
     let scale = a.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
     if !(scale > 0.0 && a.iter().all(|x| x.is_finite())) {
@@ -33,25 +38,26 @@ pub(crate) fn rotation(a: [f32; 9], previous: [f32; 4]) -> [f32; 4] {
             dominant = vector.into_owned();
         }
     }
-    // If the previous rotation is orthogonal to all optimal ones, any of them is equally near.
+    // If the previous quaternion is orthogonal to all optimal quaternions, all of them are equally near to
+    // it.
     let best = if nearest.norm() > 1e-3 { nearest } else { dominant };
     let unit = best.normalize();
     let aligned = if unit.dot(&previous) < 0.0 { -unit } else { unit };
     std::array::from_fn(|c| aligned[c] as f32)
 }
 
-/// Computes Davenport's matrix K of A, given by columns, for quaternions (x, y, z, w).
+/// Computes Davenport's matrix K for quaternions (x, y, z, w). `a` has the entries of A, column by column.
 fn davenport(a: [f64; 9]) -> Matrix4<f64> {
-    let at = |row: usize, column: usize| a[3 * column + row];
-    let trace = at(0, 0) + at(1, 1) + at(2, 2);
+    let entry = |row: usize, column: usize| a[3 * column + row];
+    let trace = entry(0, 0) + entry(1, 1) + entry(2, 2);
     let mut k = Matrix4::zeros();
     for i in 0..3 {
         for j in 0..3 {
-            k[(i, j)] = at(i, j) + at(j, i);
+            k[(i, j)] = entry(i, j) + entry(j, i);
         }
         k[(i, i)] -= trace;
     }
-    let axial = [at(2, 1) - at(1, 2), at(0, 2) - at(2, 0), at(1, 0) - at(0, 1)];
+    let axial = [entry(2, 1) - entry(1, 2), entry(0, 2) - entry(2, 0), entry(1, 0) - entry(0, 1)];
     for (i, x) in axial.into_iter().enumerate() {
         k[(i, 3)] = x;
         k[(3, i)] = x;
@@ -60,18 +66,19 @@ fn davenport(a: [f64; 9]) -> Matrix4<f64> {
     k
 }
 
-/// Maximum number of Jacobi sweeps over all six pairs of axes. Convergence is quadratic: four or five
-/// suffice.
+/// Maximum number of Jacobi sweeps over all six pairs of axes. Four or five sweeps are sufficient, because
+/// convergence is quadratic.
 const SWEEPS: usize = 12;
 
-/// Computes eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations, which
-/// are also accurate where eigenvalues coincide.
+/// Computes the eigenvalues and the eigenvectors (as columns) of a symmetric matrix by cyclic Jacobi
+/// rotations, which are accurate even if eigenvalues coincide.
 fn eigen(mut k: Matrix4<f64>) -> (Vector4<f64>, Matrix4<f64>) {
     let mut vectors = Matrix4::identity();
     for _ in 0..SWEEPS {
-        let off: f64 = (0..4).flat_map(|i| (0..i).map(move |j| (i, j))).map(|at| k[at] * k[at]).sum();
-        // Off-diagonal entries below 1e-18, where the entries of K are of order 1, are below f64 rounding.
-        if off <= 1e-36 {
+        let below_diagonal = (0..4).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let sum_of_squares: f64 = below_diagonal.map(|index| k[index] * k[index]).sum();
+        // The entries of K are of order 1, so off-diagonal entries below 1e-18 are below f64 rounding.
+        if sum_of_squares <= 1e-36 {
             break;
         }
         for p in 0..3 {
@@ -79,7 +86,7 @@ fn eigen(mut k: Matrix4<f64>) -> (Vector4<f64>, Matrix4<f64>) {
                 if k[(p, q)] == 0.0 {
                     continue;
                 }
-                // The smaller of the two rotation angles that make k[p, q] zero.
+                // The tangent of the smaller of the two rotation angles that make k[p, q] zero.
                 let cotangent = (k[(q, q)] - k[(p, p)]) / (2.0 * k[(p, q)]);
                 let tangent = cotangent.signum() / (cotangent.abs() + (cotangent * cotangent + 1.0).sqrt());
                 let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();

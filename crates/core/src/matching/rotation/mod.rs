@@ -1,13 +1,13 @@
-//! The rotation of a region: R = argmax over SO(3) of tr(Rᵀ A).
+//! Computes the rotation of a region: R = argmax over SO(3) of tr(Rᵀ A), for a 3 × 3 matrix A.
 //!
-//! R is a proper rotation, also where A is singular or inverted: for det A < 0 it is U diag(1, 1, -1) Vᵀ, the
-//! proper rotation nearest to A (Umeyama 1991). It is unique iff s₂ + sign(det A) s₃ > 0, with the singular
-//! values s₁ >= s₂ >= s₃. Where it is not unique, the result is the solution nearest to the previous
-//! rotation, so that the motion stays continuous.
+//! R is a proper rotation even if A is singular or inverted. Let A = U diag(s₁, s₂, s₃) Vᵀ be the singular
+//! value decomposition, with s₁ >= s₂ >= s₃ >= 0. For det A < 0, R is U diag(1, 1, -1) Vᵀ, the proper
+//! rotation nearest to A (Umeyama 1991). R is unique iff s₂ + sign(det A) s₃ > 0. If it is not unique, the
+//! result is the solution nearest to the previous rotation, so that the motion stays continuous.
 //!
 //! Newton's method on the quaternion ([`newton`]) computes the rotations of two blocks of eight lanes at a
-//! time. Its eigenvalue test decides whether a lane has converged to the maximum. The other lanes are solved
-//! in f64 as the eigenvalue problem of Davenport ([`davenport`], the robust path).
+//! time, one matrix A in each lane. An eigenvalue test decides whether a lane has converged to the maximum.
+//! Lanes that do not converge use the fallback: Davenport's eigenvalue problem in f64 ([`davenport`]).
 
 mod davenport;
 pub(super) mod newton;
@@ -18,7 +18,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 use crate::simd::lanes::LANES;
 use crate::simd::level;
 
-/// Computes the columns of rotation matrices, nine rows of lanes, from unit quaternions (x, y, z, w).
+/// Computes rotation matrices from unit quaternions (x, y, z, w), one in each lane. The result has the nine
+/// entries of the matrices, column by column.
 #[inline(always)]
 pub(crate) fn columns<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, [x, y, z, w]: [V; 4]) -> [V; 9] {
     let one = V::splat(simd, 1.0);
@@ -29,11 +30,11 @@ pub(crate) fn columns<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, [x, y, z
     [one - (yy + zz), xy + wz, xz - wy, xy - wz, one - (xx + zz), yz + wx, xz + wy, yz - wx, one - (xx + yy)]
 }
 
-/// Computes the rotation R = argmax over SO(3) of tr(Rᵀ A) of each 3 x 3 matrix A, with the algorithm of the
-/// step.
+/// Computes the rotation R = argmax over SO(3) of tr(Rᵀ A) of each 3 × 3 matrix A, with the algorithm that a
+/// simulation step uses.
 ///
-/// The result does not depend on the scale of a matrix. It is a proper rotation; for the zero matrix it is
-/// the identity. Entries that are not finite count as zero.
+/// R is a proper rotation and does not depend on the scale of A. For the zero matrix it is the identity.
+/// Entries of A that are not finite count as zero.
 pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
     let mut out = Vec::with_capacity(matrices.len());
     for chunk in matrices.chunks(2 * LANES) {

@@ -1,15 +1,17 @@
-//! Rotations of two blocks of eight lanes: Newton's method on the quaternion with a Cayley step (Kugelstadt
-//! et al. 2018), and the eigenvalue test for the global maximum.
+//! Computes the rotations of two blocks of eight lanes by Newton's method on the quaternion, with a Cayley
+//! step (Kugelstadt et al. 2018). An eigenvalue test detects whether a solution is the global maximum.
 //!
-//! With M = Rᵀ A, a = axial(M) and S = sym(M), a rotation by ω in the frame of R changes the trace to
+//! Let M = Rᵀ A, a = (M₃₂ - M₂₃, M₁₃ - M₃₁, M₂₁ - M₁₂), S = (M + Mᵀ)/2, and I the identity matrix. A further
+//! rotation by the small rotation vector ω, in the frame of R, changes the trace tr(Rᵀ A) to
 //!
 //! ```text
 //! tr(Rᵀ A) + ω·a - ½ ωᵀ H ω,    H = tr(S) I - S,
 //! ```
 //!
-//! so Newton's step solves H ω = a; here it has one more term (see [`step`]). A stationary point, where the
-//! torque a vanishes, is the global maximum iff all eigenvalues of H are positive. Without this eigenvalue
-//! test Newton's method also converges to saddle points.
+//! up to terms of third order in ω. So Newton's step solves H ω = a. Here the step has one more term (see
+//! [`step`]). At a stationary point, the vector a is zero. A stationary point is the unique global maximum
+//! iff all eigenvalues of H are positive. Without this eigenvalue test, Newton's method would also accept
+//! saddle points.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
@@ -17,23 +19,26 @@ use super::{columns, davenport};
 use crate::simd::lanes::LANES;
 use crate::simd::vector::{dot_fused as dot, scaled};
 
-/// Maximum number of steps; lanes that have not converged then go through the robust path. A warm start takes
-/// one or two.
+/// Maximum number of Newton steps. Lanes that have not converged after these steps use the fallback: an
+/// eigenvalue problem in f64. From a warm start, one or two steps are sufficient.
 const STEPS: usize = 4;
 
-/// Upper limit of |u| cond(H) for convergence; |u| is about half the rotation angle of the step. A rotation
-/// by 2 |u| changes H by about 2 |u| |H|, so below this limit H stays positive definite.
+/// Upper limit of |u| cond(H) for convergence, where cond(H) = |H| |H⁻¹|. The step rotates by the angle
+/// 2 arctan |u|, approximately 2 |u|. This changes H by approximately 2 |u| |H|, so that below this limit H
+/// stays positive definite.
 const MARGIN: f32 = 0.1;
 
 /// Upper limit of the error of u for convergence: the rounding level of f32.
 const ACCURACY: f32 = 1e-7;
 
-/// Computes the rotations of the matrices of two blocks, given by columns. `warm` has the quaternions (rows
-/// x, y, z, w) of the previous step.
+/// Computes the rotations of the matrices A of two blocks, one matrix in each lane. `a` has the entries of
+/// the matrices, column by column. `warm` has the warm start: the quaternions (x, y, z, w) of the previous
+/// step.
 ///
-/// `active` and `collapsed` are bit masks of lanes: the lanes that are solved, and the lanes without a
-/// rotation. Returns the quaternions, and the bit mask of the active lanes that did not converge in Newton's
-/// method. Those have the result of the robust path, and of them the collapsed lanes have the warm start.
+/// `active` is the bit mask of the lanes to solve. `collapsed` is the bit mask of the lanes whose matrix has
+/// no rotation. Returns the quaternions, and the bit mask of the active lanes for which Newton's method did
+/// not converge; collapsed lanes count as not converged. The fallback computes these lanes; the result of a
+/// collapsed lane is the warm start.
 #[inline(always)]
 pub(crate) fn solve<S: Simd>(
     simd: S,
@@ -61,16 +66,16 @@ pub(crate) fn solve<S: Simd>(
         warm[c].store_array(&mut previous[c]);
         q[c].store_array(&mut best[c]);
     }
-    solve_robustly(&rows, unconverged, collapsed, &previous, &mut best);
+    solve_in_f64(&rows, unconverged, collapsed, &previous, &mut best);
     for c in 0..4 {
         q[c] = f32x16::load_array_ref(simd, &best[c]);
     }
     (q, unconverged)
 }
 
-/// Solves the lanes of the bit mask `unconverged` by the robust path.
+/// Solves the lanes of the bit mask `unconverged` by the fallback: an eigenvalue problem in f64.
 #[cold]
-fn solve_robustly(
+fn solve_in_f64(
     a: &[[f32; 2 * LANES]; 9],
     unconverged: u16,
     collapsed: u16,
@@ -89,12 +94,17 @@ fn solve_robustly(
 /// Computes one Newton step. Returns the new quaternions, and the bit mask of the lanes that have converged
 /// to the global maximum.
 ///
-/// A rotation by the quaternion (1, u) is stationary where (2 H + δ I) u = a, with δ = a·u (Davenport's
-/// equation about R). Newton's step 2 u₀ = H⁻¹ a omits δ. One term of the series in δ is added:
-/// u = u₀ - δ (2 H)⁻¹ u₀. The error is then of fifth order in u, about ρ² |u| with ρ = δ |(2 H)⁻¹|.
+/// The step multiplies the quaternion by (1, u), the quaternion with the scalar part 1 and the vector part u,
+/// and normalizes the product. The result is stationary if (2 H + δ I) u = a, with δ = a·u: this is
+/// Davenport's eigenvalue equation in the frame of R. Newton's step u₀ = (2 H)⁻¹ a omits δ. Here one term of
+/// the series in δ is added: u = u₀ - δ (2 H)⁻¹ u₀. The error is then of fifth order in |u|: it is
+/// approximately ρ² |u|, with ρ = δ |(2 H)⁻¹|.
 ///
 /// A lane has converged if this error is below [`ACCURACY`] and H passes the eigenvalue test: H is positive
-/// definite, and stays so over the step ([`MARGIN`]). (tr H / 2)² / det H is an upper bound of |H⁻¹|.
+/// definite, and stays positive definite over the step ([`MARGIN`]). The test uses two estimates. First,
+/// (tr H / 2)² / det H is an upper bound of |H⁻¹|. Second, this bound times tr H / 2 is an upper bound of
+/// cond(H) up to a factor of 27/32. The factor is needed where a singular value of A counts as negative (an
+/// inverted region), because |H| can then exceed tr H / 2.
 #[inline(always)]
 fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 4], u16) {
     let zero = f32x16::splat(simd, 0.0);
@@ -108,7 +118,7 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
     }
     let [[m00, m01, m02], [m10, m11, m12], [m20, m21, m22]] = m;
 
-    let t = [m21 - m12, m02 - m20, m10 - m01];
+    let axial = [m21 - m12, m02 - m20, m10 - m01];
     let (h00, h11, h22) = (m11 + m22, m00 + m22, m00 + m11);
     let (h01, h02, h12) = ((m01 + m10) * -0.5, (m02 + m20) * -0.5, (m12 + m21) * -0.5);
 
@@ -124,27 +134,30 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
     let half_trace = m00 + m11 + m22;
 
     let one = f32x16::splat(simd, 1.0);
-    let inverse = one / det;
-    let half = inverse * 0.5;
-    let u = scaled(half, symmetric(adjugate, t));
-    let delta = dot(t, u);
-    let correction = scaled(-(delta * half), symmetric(adjugate, u));
-    let square = dot(u, u);
+    let inverse_det = one / det;
+    let half_inverse_det = inverse_det * 0.5;
+    let u = scaled(half_inverse_det, symmetric(adjugate, axial));
+    let delta = dot(axial, u);
+    let correction = scaled(-(delta * half_inverse_det), symmetric(adjugate, u));
+    let length_squared = dot(u, u);
 
-    let bound = half_trace * half_trace * inverse;
-    let condition = bound * half_trace;
-    // The eigenvalue test. 1. H is positive definite, by Sylvester's criterion: its leading minors are h00,
-    // c22 = h00 h11 - h01² and det H = 1/inverse.
-    let definite = half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & inverse.simd_gt(zero);
-    // 2. It stays so over the step.
-    let margin = (square * condition * condition).simd_lt(f32x16::splat(simd, MARGIN * MARGIN));
-    let rho = delta * bound * 0.5;
-    let fourth = (rho * rho) * (rho * rho);
-    let accurate = (fourth * square).simd_lt(f32x16::splat(simd, ACCURACY * ACCURACY));
-    let converged = definite & margin & accurate;
+    let inverse_bound = half_trace * half_trace * inverse_det;
+    let condition = inverse_bound * half_trace;
+    // The eigenvalue test, part 1: H is positive definite, by Sylvester's criterion. The leading minors of H
+    // are h00, c22 = h00 h11 - h01² and det H.
+    let definite =
+        half_trace.simd_gt(zero) & h00.simd_gt(zero) & c22.simd_gt(zero) & inverse_det.simd_gt(zero);
+    // Part 2: H stays positive definite over the step.
+    let stays_definite =
+        (length_squared * condition * condition).simd_lt(f32x16::splat(simd, MARGIN * MARGIN));
+    let rho = delta * inverse_bound * 0.5;
+    let rho_to_fourth = (rho * rho) * (rho * rho);
+    let accurate = (rho_to_fourth * length_squared).simd_lt(f32x16::splat(simd, ACCURACY * ACCURACY));
+    let converged = definite & stays_definite & accurate;
 
-    // A step that is too long or NaN is dropped; such a lane has not converged. The series needs a small ρ.
-    let is_bounded = square.simd_lt(f32x16::splat(simd, 4.0));
+    // A step that is NaN or longer than |u| = 2 is omitted; such a lane has not converged. The term of the
+    // series is valid only for small ρ.
+    let is_bounded = length_squared.simd_lt(f32x16::splat(simd, 4.0));
     let is_small = rho.simd_lt(f32x16::splat(simd, 0.25));
     let mut rotation = u;
     for c in 0..3 {
@@ -153,23 +166,23 @@ fn step<S: Simd>(simd: S, a: [f32x16<S>; 9], q: [f32x16<S>; 4]) -> ([f32x16<S>; 
     (rotated(simd, q, rotation), converged.to_bitmask() as u16)
 }
 
-/// Computes the product q (1, u), normalized. The length of q is close to 1; one Newton step of 1/√ corrects
-/// it.
+/// Computes the normalized product q (1, u), where u = (x, y, z). |q| is close to 1, so that one Newton step
+/// computes 1/|q| from |q|².
 #[inline(always)]
 fn rotated<S: Simd>(simd: S, q: [f32x16<S>; 4], [x, y, z]: [f32x16<S>; 3]) -> [f32x16<S>; 4] {
     let one = f32x16::splat(simd, 1.0);
     let [qx, qy, qz, qw] = q;
-    let square = x.mul_add(x, y.mul_add(y, z.mul_add(z, one)));
-    let length = qx.mul_add(qx, qy.mul_add(qy, qz.mul_add(qz, qw * qw)));
-    let unit = length.mul_add(f32x16::splat(simd, -0.5), f32x16::splat(simd, 1.5)) / square.sqrt();
+    let step_squared = x.mul_add(x, y.mul_add(y, z.mul_add(z, one)));
+    let q_squared = qx.mul_add(qx, qy.mul_add(qy, qz.mul_add(qz, qw * qw)));
+    let scale = q_squared.mul_add(f32x16::splat(simd, -0.5), f32x16::splat(simd, 1.5)) / step_squared.sqrt();
     let sx = qx + qw.mul_add(x, qy.mul_add(z, -(qz * y)));
     let sy = qy + qw.mul_add(y, qz.mul_add(x, -(qx * z)));
     let sz = qz + qw.mul_add(z, qx.mul_add(y, -(qy * x)));
     let sw = qw - qx.mul_add(x, qy.mul_add(y, qz * z));
-    [sx * unit, sy * unit, sz * unit, sw * unit]
+    [sx * scale, sy * scale, sz * scale, sw * scale]
 }
 
-/// Computes C v for a symmetric matrix C given by xx, xy, xz, yy, yz, zz.
+/// Computes C v for a symmetric matrix C with the entries xx, xy, xz, yy, yz, zz.
 #[inline(always)]
 fn symmetric<S: Simd>(c: [f32x16<S>; 6], v: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
     [dot([c[0], c[1], c[2]], v), dot([c[1], c[3], c[4]], v), dot([c[2], c[4], c[5]], v)]

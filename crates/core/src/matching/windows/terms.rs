@@ -1,14 +1,16 @@
-//! The window sums of forward and adjoint passes for eight lanes, and how a vertex is added to them.
+//! Defines the window sums that forward and adjoint passes compute for eight lanes, and how a vertex is added
+//! to them. W is the plain and W' the offset-weighted sum over a window.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x8, mask32x8};
 
 use super::wide::{BlockSums, WideWindows};
 use crate::simd::lanes::{Row, store};
 
-/// The output of a pass.
+/// The sums of eight windows that a pass writes.
 pub(super) trait Windows<S: Simd>: Terms<S> {
-    /// Sums wide windows along the lanes, around the vertices of whole lines. `output(block, lanes, sums)`
-    /// receives the sums for the lanes of the bit mask `lanes`.
+    /// Computes the sums of the wide windows `wide`, for an axis along the lanes. `row(block, c)` is
+    /// component `c` of the input for the eight vertices of a block. Calls `output(block, lanes, sums)`,
+    /// where `lanes` is the bit mask of the lanes for which `sums` is valid.
     fn wide(
         simd: S,
         sums: &mut BlockSums,
@@ -18,26 +20,26 @@ pub(super) trait Windows<S: Simd>: Terms<S> {
     );
 }
 
-/// The sums of eight windows, to which vertices are added.
+/// The sums of eight windows, one in each lane. Vertices are added one at a time, one vertex to each window.
 ///
-/// `row(c)` is component `c` of the added vertex in the eight lanes of a block.
+/// `row(c)` is component `c` of the vertices that are added.
 pub(super) trait Terms<S: Simd>: Copy {
-    /// The sums of windows that contain only their centers.
+    /// Returns the sums of windows that contain only their center vertices.
     fn center(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
 
-    /// Adds the vertex at `offset` links from the center, in the lanes of the bit mask `linked`.
+    /// Adds the vertices at `offset` links from the centers, in the lanes of the bit mask `linked`.
     fn add(&mut self, simd: S, linked: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>);
 
-    /// Writes the sums.
+    /// Writes the sums to `rows`, one row for each number of a vertex.
     fn store(self, rows: &mut [Row]);
 }
 
-/// Sums that continue from window to window.
+/// Running sums: sums that continue from the window of a vertex to the window of the next vertex on the axis.
 pub(super) trait Running<S: Simd>: Terms<S> {
-    /// Reads sums that were stored; `row(c)` is their row `c`.
+    /// Creates sums from the rows that [`Terms::store`] has written; `row(c)` is row `c`.
     fn from_rows(simd: S, row: impl Fn(usize) -> f32x8<S>) -> Self;
 
-    /// Reads sums from memory.
+    /// Loads sums from the rows that [`Terms::store`] has written.
     #[inline(always)]
     fn load(simd: S, rows: &[Row]) -> Self {
         Self::from_rows(
@@ -47,26 +49,28 @@ pub(super) trait Running<S: Simd>: Terms<S> {
         )
     }
 
-    /// Moves the center to the next vertex along the axis, without adding or removing vertices.
+    /// Returns the sums of the same vertices about the next vertex on the axis as the center.
     fn recentered(self) -> Self;
 }
 
-/// The sums of a forward pass: W of all `N` components, and W' of the first three.
+/// The sums of a forward pass: W of all `N` components of the input, and W' of the first three components.
 #[derive(Clone, Copy)]
 pub(super) struct Forward<S: Simd, const N: usize> {
     pub(super) plain: [f32x8<S>; N],
     pub(super) weighted: [f32x8<S>; 3],
 }
 
-/// The sums of an adjoint pass: W of the first `OUT` of `IN = OUT + 3` components; the first three are
-/// reduced by W' of the last three. The sign is negative because the offset of the vertex from the region
-/// center is minus the offset of the region center from the vertex.
+/// The sums of an adjoint pass: W of the first `OUT` of the `IN = OUT + 3` components of the input, where W'
+/// of the last three components is subtracted from W of the first three. The sign is negative because a
+/// window here is centered at a vertex and contains the centers of regions: the offset of the vertex from the
+/// center of a region is the negative of the offset in the window.
 #[derive(Clone, Copy)]
 pub(super) struct Adjoint<S: Simd, const IN: usize, const OUT: usize> {
     pub(super) sums: [f32x8<S>; OUT],
 }
 
-/// The sums of an adjoint pass, and W of the last three components, which running sums also need.
+/// The running sums of an adjoint pass: the sums of [`Adjoint`], and W of the last three components of the
+/// input, which [`Running::recentered`] needs.
 #[derive(Clone, Copy)]
 pub(super) struct RunningAdjoint<S: Simd, const IN: usize, const OUT: usize> {
     pub(super) adjoint: Adjoint<S, IN, OUT>,
@@ -142,12 +146,12 @@ impl<S: Simd, const IN: usize, const OUT: usize> Terms<S> for Adjoint<S, IN, OUT
 
     #[inline(always)]
     fn add(&mut self, simd: S, linked: u8, offset: f32, row: impl Fn(usize) -> f32x8<S>) {
-        let (mask, back) = (lane_mask(simd, linked), f32x8::splat(simd, -offset));
+        let (mask, negative_offset) = (lane_mask(simd, linked), f32x8::splat(simd, -offset));
         let zero = f32x8::splat(simd, 0.0);
         for c in 0..OUT {
             let mut value = row(c);
             if c < 3 {
-                value = row(IN - 3 + c).mul_add(back, value);
+                value = row(IN - 3 + c).mul_add(negative_offset, value);
             }
             self.sums[c] += mask.select(value, zero);
         }
@@ -228,7 +232,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> Windows<S> for Adjoint<S, IN, O
         row: &impl Fn(usize, usize) -> f32x8<S>,
         mut output: impl FnMut(usize, u8, Self),
     ) {
-        // W' of the last three components.
+        // `along` computes W' of the three components from `OUT` on: the last three.
         sums.along::<S, IN, OUT>(
             simd,
             wide,
@@ -245,7 +249,7 @@ impl<S: Simd, const IN: usize, const OUT: usize> Windows<S> for Adjoint<S, IN, O
     }
 }
 
-/// Converts a bit mask of lanes.
+/// Converts a bit mask of lanes to a mask register.
 #[inline(always)]
 fn lane_mask<S: Simd>(simd: S, lanes: u8) -> mask32x8<S> {
     mask32x8::from_bitmask(simd, u64::from(lanes))

@@ -1,9 +1,10 @@
-//! The deformation field V: the displacement of each lattice vertex per unit of `lambda`.
+//! Computes the deformation field V: the displacement of each lattice vertex per unit of the scale `lambda`.
 //!
 //! | file | content |
 //! |---|---|
-//! | `smooth`, `walls` | smoothest field that moves the boundary by 1 along its normals |
-//! | `paper` | field of Takamatsu & Kanai (2009): normals at the boundary, interior layer by layer |
+//! | `paper` | field of Takamatsu & Kanai (2009): boundary normals, extended inwards layer by layer |
+//! | `walls` | pieces of the boundary at lattice vertices, with normals and areas |
+//! | `smooth` | smoothest field that moves the walls by 1 along their normals |
 
 mod paper;
 mod smooth;
@@ -14,12 +15,14 @@ use super::options::FieldKind;
 use super::surface::Surface;
 use crate::lattice::Lattice;
 
-/// Field at rest, in the model's frame; the rotations of the shape matching rotate it with the body.
+/// Field at rest, in the model's frame. The correction rotates each vector by the shape-matching rotation of
+/// its vertex.
 #[derive(Clone, Debug)]
 pub(super) struct Field {
     /// One vector per vertex, in vertex order.
     pub(super) directions: Vec<[f32; 3]>,
-    /// Greatest depth of each component below the boundary, in cells; 0.5 without interior vertices.
+    /// Thickness of each component: the greatest depth of its vertices below its boundary, in links (edges of
+    /// cells); 0.5 without interior vertices.
     pub(super) thickness: Vec<f64>,
 }
 
@@ -33,25 +36,26 @@ impl Field {
     ) -> Self {
         let octants = octants(lattice);
         let depth = adjacency.distances((0..adjacency.len()).filter(|&i| octants[i] != u8::MAX));
-        let mut greatest = vec![0_u32; adjacency.components];
+        let mut greatest_depth = vec![0_u32; adjacency.component_count];
         for (i, &depth) in depth.iter().enumerate() {
-            let greatest = &mut greatest[adjacency.component(i)];
+            let greatest = &mut greatest_depth[adjacency.component(i)];
             *greatest = depth.max(*greatest);
         }
         let normals = paper::boundary_normals(adjacency, lattice.indices(), &octants);
-        let inwards = paper::fill(adjacency, &depth, &greatest, normals.clone());
+        let paper_field = paper::fill(adjacency, &depth, &greatest_depth, normals.clone());
         let directions = match (kind, surface) {
-            (FieldKind::Paper, _) => inwards,
+            (FieldKind::Paper, _) => paper_field,
             (FieldKind::Surface, Some(surface)) => {
-                smooth::fill(adjacency, &walls::of_surface(lattice, surface, adjacency, &normals), inwards)
+                let walls = walls::of_surface(lattice, surface, adjacency, &normals);
+                smooth::fill(adjacency, &walls, paper_field)
             }
             (FieldKind::Cells | FieldKind::Surface, _) => {
-                smooth::fill(adjacency, &walls::of_cells(lattice), inwards)
+                smooth::fill(adjacency, &walls::of_cells(lattice), paper_field)
             }
         };
         Self {
             directions: directions.into_iter().map(|v| v.map(|x| x as f32).into()).collect(),
-            thickness: greatest.into_iter().map(|depth| f64::from(depth).max(0.5)).collect(),
+            thickness: greatest_depth.into_iter().map(|depth| f64::from(depth).max(0.5)).collect(),
         }
     }
 }
@@ -63,7 +67,7 @@ pub(super) fn rotated(q: &[f32; 4], v: &[f32; 3]) -> [f32; 3] {
     let cross = |a: [f32; 3], b: [f32; 3]| {
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     };
-    // v + 2 u x (u x v + w v), where u is the vector part.
+    // v + 2 u × (u × v + w v), where u is the vector part (x, y, z) of q.
     let inner = cross([x, y, z], *v);
     let inner = std::array::from_fn(|k| inner[k] + w * v[k]);
     let outer = cross([x, y, z], inner);

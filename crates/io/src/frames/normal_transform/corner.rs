@@ -1,4 +1,5 @@
-//! Transforms the normals of face corners, four corners at a time.
+//! Transforms the normals of face corners, four corners at a time in the lanes of SIMD vectors. The docs of
+//! the parent module define `n`, `m`, `e1` and `e2`.
 
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f64x4};
 
@@ -8,19 +9,19 @@ const LANES: usize = 4;
 /// A face corner with a `vn`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// Mesh vertices whose edges span the corner: its own vertex, then the next and the previous one in the
-    /// face.
+    /// Mesh vertices: the vertex at which `e1` and `e2` start, then the ends of `e1` and `e2`.
     pub(super) vertices: [u32; 3],
-    /// `n . m/|m|`, `n . e1`, `n . e2` at rest.
+    /// `n . m/|m|`, `n . e1` and `n . e2` at rest.
     pub(super) covariant: [f32; 3],
-    /// `sqrt |m|` at rest.
+    /// `sqrt(|m|)` at rest.
     pub(super) root_area: f32,
 }
 
-/// Writes the unit normal of each corner for mesh vertices at `positions`; zero if its three vertices span no
-/// area.
+/// Writes the unit normal of each corner to `normals`, for mesh vertices at `positions`. The normal is zero
+/// if the three vertices of the corner span no area.
 ///
-/// Computes in `f64`: for small and large models products of four edge lengths exceed the range of `f32`.
+/// Computes in `f64`, because products of four edge lengths exceed the range of `f32` for very small and very
+/// large models.
 pub(super) fn transform(corners: &[Corner], positions: &[[f32; 3]], normals: &mut [[f32; 3]]) {
     debug_assert_eq!(corners.len(), normals.len(), "one normal per corner");
     dispatch!(Level::new(), simd => transform_all(simd, corners, positions, normals));
@@ -30,6 +31,7 @@ pub(super) fn transform(corners: &[Corner], positions: &[[f32; 3]], normals: &mu
 fn transform_all<S: Simd>(simd: S, corners: &[Corner], positions: &[[f32; 3]], normals: &mut [[f32; 3]]) {
     for (corners, normals) in corners.chunks(LANES).zip(normals.chunks_mut(LANES)) {
         // Unused lanes repeat the last corner.
+        // `rows[k][lane]` is quantity `k` of the corner in `lane`; [`transform_lanes`] lists the quantities.
         let mut rows = [[0.0; LANES]; 13];
         for lane in 0..LANES {
             let corner = &corners[lane.min(corners.len() - 1)];
@@ -51,8 +53,8 @@ fn transform_all<S: Simd>(simd: S, corners: &[Corner], positions: &[[f32; 3]], n
     }
 }
 
-/// Returns the unit normals of the corners. `rows` are the positions of the three vertices, then
-/// [`Corner::covariant`] and [`Corner::root_area`].
+/// Returns the x, y and z of the unit normals of the corners, with one corner per lane. The `rows` are x, y
+/// and z of the three vertices, then [`Corner::covariant`] and [`Corner::root_area`].
 #[inline(always)]
 fn transform_lanes<S: Simd>(simd: S, rows: &[[f64; LANES]; 13]) -> [[f64; LANES]; 3] {
     let zero = f64x4::splat(simd, 0.0);
@@ -64,7 +66,8 @@ fn transform_lanes<S: Simd>(simd: S, rows: &[[f64; LANES]; 13]) -> [[f64; LANES]
     let (e1, e2) = ([nx - px, ny - py, nz - pz], [qx - px, qy - py, qz - pz]);
     let m = cross(e1, e2);
     let (n_m, a, b) = (n_m * length(m).sqrt() * root_area, cross(e2, m), cross(m, e1));
-    // The formula in the docs of the parent module, times |m'|^2.
+    // The formula in the docs of the parent module, times |m'|^2, which does not change the direction. Here
+    // `m` is m', `a` is |m'|^2 d1 and `b` is |m'|^2 d2.
     let mut normal = m;
     for axis in 0..3 {
         normal[axis] = m[axis] * n_m + a[axis] * n_e1 + b[axis] * n_e2;

@@ -25,13 +25,13 @@ fn text_of(path: &Path) -> String {
 }
 
 #[test]
-fn file_is_complete_after_every_frame() {
-    let folder = tempfile::tempdir().unwrap();
+fn file_is_valid_after_every_frame() {
+    let directory = tempfile::tempdir().unwrap();
     for name in ["stats.csv", "stats.json"] {
-        let path = folder.path().join(name);
+        let path = directory.path().join(name);
         let mut stats = Stats::create(&path).unwrap();
         for frame in 0..3 {
-            stats.push(&[row(frame, "a"), row(frame, "b")]).unwrap();
+            stats.append_rows(&[row(frame, "a"), row(frame, "b")]).unwrap();
             let text = text_of(&path);
             assert_eq!(text.matches("1.25").count(), 2 * (frame as usize + 1));
             assert!(text.ends_with(if name == "stats.csv" { ",0.5\n" } else { "0.5}\n]\n" }));
@@ -47,33 +47,35 @@ fn file_is_complete_after_every_frame() {
 
 #[test]
 fn resume_continues_after_the_last_frame_kept() {
-    let folder = tempfile::tempdir().unwrap();
+    let directory = tempfile::tempdir().unwrap();
     for name in ["stats.csv", "stats.json"] {
-        let path = folder.path().join(name);
+        let path = directory.path().join(name);
         let mut whole = Stats::create(&path).unwrap();
-        (0..5).for_each(|frame| whole.push(&[row(frame, "a"), row(frame, "b")]).unwrap());
+        (0..5).for_each(|frame| whole.append_rows(&[row(frame, "a"), row(frame, "b")]).unwrap());
         let expected = text_of(&path);
         for kept in 0..5 {
-            for cut in [0, 1, 40] {
-                // A kill during a write leaves a part of a line of a later frame.
-                let text = if kept < 3 { &expected[..expected.len() - cut] } else { &expected };
+            for removed in [0, 1, 40] {
+                // A run that is killed during a write leaves part of a line of a later frame.
+                let text = if kept < 3 { &expected[..expected.len() - removed] } else { &expected };
                 std::fs::write(&path, text).unwrap();
                 let mut resumed = Stats::resume(&path, kept).unwrap();
-                (kept + 1..5).for_each(|frame| resumed.push(&[row(frame, "a"), row(frame, "b")]).unwrap());
-                assert_eq!(text_of(&path), expected, "{name} after {kept}, {cut}");
+                for frame in kept + 1..5 {
+                    resumed.append_rows(&[row(frame, "a"), row(frame, "b")]).unwrap();
+                }
+                assert_eq!(text_of(&path), expected, "{name}, frame {kept}, {removed} bytes removed");
             }
         }
     }
 }
 
 #[test]
-fn files_that_are_not_stats_are_refused_and_unchanged() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("notes.csv");
+fn files_that_are_not_statistics_are_rejected_and_unchanged() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("notes.csv");
     std::fs::write(&path, "my notes\n").unwrap();
     assert!(matches!(Stats::resume(&path, 3), Err(RunError::NotStats { .. })));
     assert_eq!(text_of(&path), "my notes\n");
-    assert!(matches!(Stats::create(&folder.path().join("stats.txt")), Err(RunError::StatsName { .. })));
+    assert!(matches!(Stats::create(&directory.path().join("stats.txt")), Err(RunError::StatsName { .. })));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A logarithmic axis: its range, ticks and fine lines.
+//! Computes a logarithmic axis: its range, ticks and grid lines.
 
 use std::ops::Range;
 
@@ -6,10 +6,10 @@ use std::ops::Range;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     pub(super) range: Range<f64>,
-    /// Positions of the labelled ticks.
+    /// Values at the labeled ticks.
     pub(super) ticks: Vec<f64>,
-    /// Positions of the fine lines.
-    pub(super) fine: Vec<f64>,
+    /// Values at the grid lines, which include lines between the ticks.
+    pub(super) grid_lines: Vec<f64>,
 }
 
 /// Minimum margin at both ends, in decades. Twice the margin exceeds log10(5 / 2), the largest gap between
@@ -24,7 +24,7 @@ impl Axis {
         let positive = values.filter(|x| x.is_finite() && *x > 0.0).map(f64::log10);
         let (low, high) =
             positive.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        // The default range without values.
+        // Without values the axis has a default range.
         let (low, high) = if low <= high { (low, high) } else { (-1.0, 0.0) };
         let margin = ((high - low) * 0.08).max(MARGIN);
         let (low, high) = (low - margin, high + margin);
@@ -37,7 +37,7 @@ impl Axis {
         Self {
             range: 10.0_f64.powf(low)..10.0_f64.powf(high),
             ticks: thinned(marks(steps)),
-            fine: marks(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]),
+            grid_lines: marks(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]),
         }
     }
 }

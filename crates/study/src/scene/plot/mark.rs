@@ -1,4 +1,4 @@
-//! Marks of points, colors and text styles.
+//! Defines the marks of points, colors and text styles of the plot.
 
 use plotters::coord::Shift;
 use plotters::prelude::{Circle, DrawingArea, DrawingAreaErrorKind, PathElement, Polygon, SVGBackend};
@@ -16,7 +16,7 @@ pub(super) const RADIUS: i32 = 5;
 /// Radius of the ring around marks on a front, in pixels.
 const RING: i32 = 8;
 
-/// Marks; each stands for an axis of the matrix or a kind of sums.
+/// Shape of a mark. It shows which parameter of the point differs from the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mark {
     Circle,
@@ -27,7 +27,7 @@ pub(super) enum Mark {
 }
 
 impl Mark {
-    /// All marks and their meanings.
+    /// All marks with their descriptions in the legend.
     pub(super) const NAMED: [(Self, &str); 5] = [
         (Self::Circle, "lattices, coarse to fine"),
         (Self::Triangle, "other steps per frame"),
@@ -72,7 +72,8 @@ impl Mark {
     }
 }
 
-/// Color of each method, from a palette that is safe for color-blind readers (Okabe & Ito 2008).
+/// Color of each method of volume preservation, from a palette that is safe for color-blind readers (Okabe &
+/// Ito 2008).
 pub(super) const METHODS: [(&str, RGBColor); 7] = [
     ("off", RGBColor(130, 130, 130)),
     ("lattice global", RGBColor(230, 159, 0)),
@@ -83,10 +84,10 @@ pub(super) const METHODS: [(&str, RGBColor); 7] = [
     ("mesh regional", RGBColor(204, 121, 167)),
 ];
 
-/// Color of the front.
+/// Color of the line of a front.
 pub(super) const FRONT: RGBColor = RGBColor(40, 40, 40);
 
-/// Returns the color of a method.
+/// Returns the color of a method of volume preservation.
 pub(super) fn color(method: &str) -> RGBColor {
     METHODS.iter().find(|(name, _)| *name == method).map_or(BLACK, |(_, color)| *color)
 }

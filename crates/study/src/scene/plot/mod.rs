@@ -1,4 +1,4 @@
-//! `study.svg`: error over run time, with one panel per error.
+//! Draws `study.svg`: error over run time, with one panel per error.
 
 mod axis;
 mod mark;
@@ -40,6 +40,7 @@ pub(super) fn write(report: &Report, path: &Path) -> Result<(), StudyError> {
     write_atomically(path, svg.as_bytes())
 }
 
+/// Draws the whole page into `svg`.
 fn page(report: &Report, svg: &mut String) -> Drawn {
     let page = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     page.fill(&WHITE)?;

@@ -1,4 +1,4 @@
-//! One panel: an error over the run time of a frame on logarithmic axes, with the front and its labels.
+//! Draws one panel: an error over the run time of a frame on logarithmic axes, with the front and its labels.
 
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ pub(super) struct Panel<'a> {
     pub(super) points: Vec<&'a Point>,
 }
 
-/// A point of the study and its pixel on the page.
+/// A point of the study and the pixel on the page at which it is drawn.
 struct Placed<'a> {
     point: &'a Point,
     at: (i32, i32),
@@ -37,7 +37,7 @@ impl Panel<'_> {
                 .clone()
                 .log_scale()
                 .with_key_points(axis.ticks.clone())
-                .with_light_points(axis.fine.clone())
+                .with_light_points(axis.grid_lines.clone())
         };
         let mut chart = ChartBuilder::on(area)
             .caption(self.title, text(17.0, &BLACK))
@@ -78,14 +78,14 @@ impl Panel<'_> {
         )
     }
 
-    /// Draws a thin line per method, from coarse to fine lattices.
+    /// Draws a thin line for each method, from coarse to fine lattices.
     fn lines(&self, page: &Area<'_>, placed: &[Placed<'_>]) -> Drawn {
         for (method, color) in METHODS {
-            let of_line = |point: &Point| {
+            let is_on_line = |point: &Point| {
                 point.method == method
                     && matches!(point.axis, setting::Axis::Base | setting::Axis::Resolution)
             };
-            let mut line: Vec<_> = placed.iter().filter(|placed| of_line(placed.point)).collect();
+            let mut line: Vec<_> = placed.iter().filter(|placed| is_on_line(placed.point)).collect();
             line.sort_by_key(|placed| placed.point.lattice_vertices);
             page.draw(&PathElement::new(
                 line.iter().map(|placed| placed.at).collect::<Vec<_>>(),
@@ -95,7 +95,8 @@ impl Panel<'_> {
         Ok(())
     }
 
-    /// Draws the front as steps: between two points on it, the faster one is the best.
+    /// Draws the front as a staircase. For run times between two points on the front, the faster of the two
+    /// is the best choice, so the line keeps its error.
     fn front(&self, page: &Area<'_>, placed: &[Placed<'_>]) -> Drawn {
         let mut best: Vec<_> =
             placed.iter().filter(|placed| placed.point.front.contains(&self.front)).collect();
@@ -108,7 +109,7 @@ impl Panel<'_> {
         page.draw(&PathElement::new(steps, FRONT.stroke_width(2)))
     }
 
-    /// Draws the number of lattice vertices at the points on the front where space is free.
+    /// Labels the points on the front with their number of lattice vertices, where there is free space.
     fn labels(&self, page: &Area<'_>, mut labels: Labels, placed: &[Placed<'_>]) -> Drawn {
         let usual =
             self.points.iter().find(|point| point.axis == setting::Axis::Base).map(|point| point.substeps);
@@ -133,9 +134,10 @@ const GAP: i32 = 11;
 /// A rectangle in pixels: left, top, right, bottom.
 type Rectangle = [i32; 4];
 
-/// The labels of a panel.
+/// Places the labels of a panel on free space.
 struct Labels {
     panel: Rectangle,
+    /// Rectangles of marks and of labels that are already drawn.
     occupied: Vec<Rectangle>,
 }
 
@@ -158,14 +160,14 @@ impl Labels {
             (x - width / 2, y + GAP),
         ];
         let free = corners.into_iter().find_map(|(left, top)| {
-            let own = [left, top, left + width, top + SIZE];
+            let rectangle = [left, top, left + width, top + SIZE];
             let [l, t, r, b] = self.panel;
-            let inside = own[0] >= l && own[1] >= t && own[2] <= r && own[3] <= b;
-            (inside && !self.occupied.iter().any(|other| overlap(&own, other))).then_some(own)
+            let inside = rectangle[0] >= l && rectangle[1] >= t && rectangle[2] <= r && rectangle[3] <= b;
+            (inside && !self.occupied.iter().any(|other| overlap(&rectangle, other))).then_some(rectangle)
         });
-        let Some(own) = free else { return Ok(()) };
-        self.occupied.push(own);
-        page.draw_text(label, &text(f64::from(SIZE), &BLACK), (own[0], own[1]))
+        let Some(rectangle) = free else { return Ok(()) };
+        self.occupied.push(rectangle);
+        page.draw_text(label, &text(f64::from(SIZE), &BLACK), (rectangle[0], rectangle[1]))
     }
 }
 

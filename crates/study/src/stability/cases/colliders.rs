@@ -1,4 +1,4 @@
-//! Colliders that squeeze, pierce, overlap or enclose a body, and slopes.
+//! Cases with colliders that squeeze, pierce or enclose a body or overlap each other, and with slopes.
 
 use supple::{Collider, Error, Simulation};
 
@@ -6,10 +6,10 @@ use crate::stability::bodies::{block, of_cells, plate};
 use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
 
-/// Half the edge of the block in cells.
+/// Half of the edge of the block, in cells.
 const HALF: f64 = 3.0;
 
-/// Drops a block, whose center starts at `height` above the origin, on colliders with friction 0.5.
+/// Drops a block on colliders with friction 0.5. Its center starts at `height` cells above the origin.
 fn drop_on(colliders: &[Collider], height: f64, damping: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(damping);
     let body = body.translate([-HALF, height - HALF, -HALF]).build()?;
@@ -29,7 +29,8 @@ fn squeeze() -> Result<Figures, Error> {
     Ok(measure(simulation.build()?, System::Driven, |trial| trial.run(3_000, 20)))
 }
 
-/// Places a block on a slope of 20 degrees with friction 1, which suffices for 45 degrees.
+/// Places a block on a slope of 20 degrees with friction 1, which would suffice on a slope of 45 degrees.
+/// Measures the displacement in 3,000 steps, after 600 steps in which the block comes to rest.
 fn on_a_slope(damping: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(damping).build()?;
     let slope = Collider { friction: 1.0, ..Collider::plane([0.0; 3], [0.0, 1.0, 0.0]) };

@@ -1,4 +1,4 @@
-//! Free flight: high speed, high spin and long duration.
+//! Cases in free flight: high speed, high spin and long duration.
 
 use nalgebra::{Point3, Vector3};
 use supple::{Body, Error};
@@ -7,16 +7,16 @@ use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
 use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{System, measure};
 
-/// Lets a body fly and compares each vertex with its start position plus its constant velocity times the
-/// time.
-fn advance_origin(
+/// Lets a body fly. Compares the final position of each vertex with its initial position plus its velocity
+/// times the duration. The figures are updated after each `interval` steps.
+fn compare_with_uniform_motion(
     body: Body,
     velocities: &[Vector3<f64>],
-    [steps, every]: [u64; 2],
+    [steps, interval]: [u64; 2],
 ) -> Result<Figures, Error> {
     let start = body.positions();
     Ok(measure(alone(body)?, System::Isolated, |trial| {
-        trial.run(steps, every);
+        trial.run(steps, interval);
         let time = trial.simulation.time();
         let expected: Vec<Point3<f64>> = start.iter().zip(velocities).map(|(p, v)| p + v * time).collect();
         let now = trial.simulation.body(0).positions();
@@ -24,21 +24,21 @@ fn advance_origin(
     }))
 }
 
-/// Lets a block fly at a uniform velocity.
+/// Lets a block fly at a uniform velocity, whose x component is `speed` scene units per second.
 fn fast(speed: f64) -> Result<Figures, Error> {
     let velocity = Vector3::new(1.0, -0.3, 0.1) * speed;
     let body = of_cells(&block([5, 4, 3]), 2)?.velocity(velocity.into()).build()?;
     let velocities = vec![velocity; body.lattice().len()];
-    advance_origin(body, &velocities, [10_000, 500])
+    compare_with_uniform_motion(body, &velocities, [10_000, 500])
 }
 
-/// Lets two disconnected blocks of one body fly apart.
+/// Lets two blocks of one body that are not connected fly apart, each with `speed` scene units per second.
 fn parting(speed: f64) -> Result<Figures, Error> {
     let mut body = of_cells(&two_blocks([8, 0, 0]), 2)?.build()?;
-    let velocity = |&part: &u32| Vector3::new(if part == 0 { -speed } else { speed }, 0.0, 0.0);
+    let velocity = |&component: &u32| Vector3::new(if component == 0 { -speed } else { speed }, 0.0, 0.0);
     let velocities: Vec<_> = body.lattice().components().of_vertex.iter().map(velocity).collect();
     body.set_velocities(&velocities)?;
-    advance_origin(body, &velocities, [600, 60])
+    compare_with_uniform_motion(body, &velocities, [600, 60])
 }
 
 /// Lets a block spin by one radian per step.
@@ -55,8 +55,8 @@ fn long(steps: u64) -> Result<Figures, Error> {
     let mut body = body.spin([0.5, 1.0, 2.0]).build()?;
     let spinning = body.velocities();
     shake(&mut body, 0.1)?;
-    let both: Vec<_> = body.velocities().iter().zip(&spinning).map(|(v, w)| v + w).collect();
-    body.set_velocities(&both)?;
+    let sums: Vec<_> = body.velocities().iter().zip(&spinning).map(|(v, w)| v + w).collect();
+    body.set_velocities(&sums)?;
     Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, steps / 100)))
 }
 

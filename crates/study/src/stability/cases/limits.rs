@@ -1,4 +1,4 @@
-//! The largest accepted numbers; no result may be NaN.
+//! Cases with the largest accepted numbers. No result may be NaN.
 
 use nalgebra::Vector3;
 use supple::{BodyBuilder, Collider, Error, Simulation, SimulationBuilder};
@@ -7,14 +7,17 @@ use crate::stability::bodies::{block, deform, of_cells, of_sized_cells};
 use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
 
+/// Creates a builder for a bar of 5 x 3 x 3 cells.
 fn bar() -> Result<BodyBuilder, Error> {
     of_cells(&block([5, 3, 3]), 2)
 }
 
+/// Runs a simulation for 300 steps.
 fn run(simulation: SimulationBuilder) -> Result<Figures, Error> {
     Ok(measure(simulation.threads(1).build()?, System::Driven, |trial| trial.run(300, 10)))
 }
 
+/// Lets a bar fall in steps of 10^6 s, with or without a ground.
 fn strong_gravity(ground: bool) -> Result<Figures, Error> {
     let simulation =
         Simulation::builder().body(bar()?.region_damping(0.1).build()?).gravity([1e12, -1e12, 0.0]).dt(1e6);
@@ -22,15 +25,17 @@ fn strong_gravity(ground: bool) -> Result<Figures, Error> {
     run(if ground { simulation.collider(plane) } else { simulation })
 }
 
+/// Accelerates vertices by 10^15 cells/s², alternately in opposite directions.
 fn strong_forces() -> Result<Figures, Error> {
     let mut body = bar()?.region_damping(0.1).build()?;
-    let all: Vec<_> = body.masses().iter().map(|m| m * 1e15).collect();
-    let outwards =
+    let magnitudes: Vec<_> = body.masses().iter().map(|m| m * 1e15).collect();
+    let alternating =
         |(vertex, force): (usize, &f64)| (vertex as u32, [if vertex % 2 == 0 { *force } else { -force }; 3]);
-    body.apply_forces(&all.iter().enumerate().map(outwards).collect::<Vec<_>>())?;
+    body.apply_forces(&magnitudes.iter().enumerate().map(alternating).collect::<Vec<_>>())?;
     run(Simulation::builder().body(body).gravity([0.0; 3]))
 }
 
+/// Scales a bar by 10^14 and moves its vertices at 10^15 cells/s, alternately in opposite directions.
 fn far_apart(dt: f64) -> Result<Figures, Error> {
     let mut body = bar()?.build()?;
     deform(&mut body, |x| x.iter().map(|x| x * 1e14).collect())?;
@@ -41,10 +46,12 @@ fn far_apart(dt: f64) -> Result<Figures, Error> {
     run(Simulation::builder().body(body).gravity([0.0; 3]).dt(dt))
 }
 
+/// Spins a bar at 10^12 rad/s around each axis.
 fn fast_spin() -> Result<Figures, Error> {
     run(Simulation::builder().body(bar()?.spin([1e12, -1e12, 1e12]).build()?).gravity([0.0; 3]))
 }
 
+/// Lets a bar of cells of edge 10^-30 fall in steps of 10^-12 s.
 fn tiny_cells() -> Result<Figures, Error> {
     let body = of_sized_cells(&block([5, 3, 3]), 1e-30, 2)?.region_damping(0.1).build()?;
     run(Simulation::builder().body(body).gravity([0.0, -1e-3, 0.0]).dt(1e-12))

@@ -1,4 +1,4 @@
-//! The cases, one file per family.
+//! Lists the cases, one file per family.
 
 mod colliders;
 mod flight;
@@ -12,6 +12,7 @@ mod surfaces;
 
 use super::case::Case;
 
+/// Creates the cases of a family.
 type Cases = fn() -> Vec<Case>;
 
 const FAMILIES: [(&str, Cases); 9] = [

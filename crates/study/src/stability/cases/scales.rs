@@ -1,4 +1,4 @@
-//! Sizes and positions; the motion must not depend on either.
+//! Cases with different cell sizes and distances from the origin. The motion must not depend on either.
 
 use nalgebra::{Point3, Vector3};
 use supple::{Collider, Error, Simulation};
@@ -8,44 +8,45 @@ use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
 
 /// Builds a scene with a stretched block that falls, with or without a ground. All lengths are multiplied by
-/// `cell`; the scene is translated by `place`.
-fn falling_scene(cell: f64, place: [f64; 3], ground: bool) -> Result<Simulation, Error> {
+/// `cell`, and the scene is translated by `origin`.
+fn falling_scene(cell: f64, origin: [f64; 3], ground: bool) -> Result<Simulation, Error> {
     let body = of_sized_cells(&block([5, 3, 4]), cell, 2)?.region_damping(0.05);
-    let mut body = body.translate(place).rotate([20.0, 0.0, 10.0]).build()?;
+    let mut body = body.translate(origin).rotate([20.0, 0.0, 10.0]).build()?;
     deform(&mut body, |x| x.iter().map(|x| x.component_mul(&Vector3::new(1.3, 0.8, 1.0))).collect())?;
     let simulation = Simulation::builder().body(body).gravity([0.0, -9.81 * cell, 0.0]).threads(1);
-    let height = [place[0], place[1] - 3.0 * cell, place[2]];
-    let plane = Collider { friction: 0.5, ..Collider::plane(height, [0.0, 1.0, 0.0]) };
+    let point = [origin[0], origin[1] - 3.0 * cell, origin[2]];
+    let plane = Collider { friction: 0.5, ..Collider::plane(point, [0.0, 1.0, 0.0]) };
     if ground { simulation.collider(plane).build() } else { simulation.build() }
 }
 
-/// Returns the positions of the body relative to `place`, in cells.
-fn in_cells(simulation: &Simulation, place: [f64; 3]) -> Vec<Point3<f64>> {
+/// Returns the positions of the body relative to `origin`, in cells.
+fn in_cells(simulation: &Simulation, origin: [f64; 3]) -> Vec<Point3<f64>> {
     let body = simulation.body(0);
     let cell = body.lattice().cell_size();
-    body.positions().iter().map(|p| Point3::from((p.coords - Vector3::from(place)) / cell)).collect()
+    body.positions().iter().map(|p| Point3::from((p.coords - Vector3::from(origin)) / cell)).collect()
 }
 
-/// Compares the scene with the same scene with cells of edge 1 at the origin.
-fn compare(cell: f64, place: [f64; 3], ground: bool) -> Result<Figures, Error> {
+/// Compares the final positions of the body with its final positions in a scene with cells of edge 1 at the
+/// origin.
+fn compare(cell: f64, origin: [f64; 3], ground: bool) -> Result<Figures, Error> {
     let mut unit = falling_scene(1.0, [0.0; 3], ground)?;
-    Ok(measure(falling_scene(cell, place, ground)?, System::Driven, |trial| {
+    Ok(measure(falling_scene(cell, origin, ground)?, System::Driven, |trial| {
         trial.run(600, 20);
         unit.steps(600);
-        trial.place(&in_cells(&unit, [0.0; 3]), &in_cells(&trial.simulation, place));
+        trial.place(&in_cells(&unit, [0.0; 3]), &in_cells(&trial.simulation, origin));
     }))
 }
 
 /// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let sizes = [("1 mm", 1e-3), ("10 km", 1e4), ("1e-12", 1e-12), ("1e11", 1e11)];
-    let alike = sizes.map(|(name, cell)| {
+    let at_origin = sizes.map(|(name, cell)| {
         let expected = "falls on the ground like a body with cells of edge 1";
         let case = Case::new(format!("cells of {name}"), expected, move || compare(cell, [0.0; 3], true));
         case.bound(Measure::Place, 1e-9)
     });
     let far = [1e7, -1e7, 1e7];
-    let places = [("1 m", 1.0, 1e-6), ("1 mm", 1e-3, 1e-4)].into_iter().flat_map(|(name, cell, limit)| {
+    let distant = [("1 m", 1.0, 1e-6), ("1 mm", 1e-3, 1e-4)].into_iter().flat_map(|(name, cell, limit)| {
         let expected = "falls as at the origin, up to the rounding of its initial positions";
         let free = move || compare(cell, far, false);
         let free = Case::new(format!("10^7 units from the origin, cells of {name}"), expected, free);
@@ -55,5 +56,5 @@ pub(super) fn cases() -> Vec<Case> {
             Case::new(format!("10^7 units from the origin, cells of {name}, dropped"), expected, dropped);
         [free.bound(Measure::Place, limit), dropped.bound(Measure::Place, 0.1)]
     });
-    alike.into_iter().chain(places).collect()
+    at_origin.into_iter().chain(distant).collect()
 }

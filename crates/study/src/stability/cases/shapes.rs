@@ -1,4 +1,4 @@
-//! Shapes that are one cell thick in some direction or barely connected.
+//! Cases with shapes that are one cell thick in some direction or barely connected.
 
 use supple::Error;
 
@@ -6,16 +6,17 @@ use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
 use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{System, measure};
 
-/// Gives a body random velocities and lets it move with the given damping.
+/// Gives a body random velocities and lets it move with the given damping. The figures are updated after each
+/// `interval` steps.
 fn shaken(
     cells: &[[i32; 3]],
     half_width: usize,
     damping: f64,
-    [steps, every]: [u64; 2],
+    [steps, interval]: [u64; 2],
 ) -> Result<Figures, Error> {
     let mut body = of_cells(cells, half_width)?.region_damping(damping).build()?;
     shake(&mut body, 0.2)?;
-    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, every)))
+    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, interval)))
 }
 
 /// Returns the cases of this family.

@@ -1,4 +1,4 @@
-//! Extreme start states: collapsed, inverted, shuffled, torn.
+//! Cases with extreme start states: collapsed, inverted, shuffled, torn.
 
 use nalgebra::{Rotation3, Vector3};
 use supple::Error;
@@ -7,6 +7,7 @@ use crate::stability::bodies::{alone, block, deform, of_cells};
 use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{System, measure};
 
+/// Computes deformed positions from the rest positions, both relative to their mean.
 type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
 
 const STATES: [(&str, Deform); 11] = [
@@ -19,8 +20,8 @@ const STATES: [(&str, Deform); 11] = [
     ("scaled by 1e-6", |x| x.iter().map(|x| x * 1e-6).collect()),
     ("scaled by 1e6", |x| x.iter().map(|x| x * 1e6).collect()),
     ("turned by 180 degrees", |x| {
-        let turn = Rotation3::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
-        x.iter().map(|x| turn * x).collect()
+        let rotation = Rotation3::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
+        x.iter().map(|x| rotation * x).collect()
     }),
     ("one vertex thrown 1e6 cells", |x| {
         let mut thrown = x.to_vec();
@@ -32,23 +33,25 @@ const STATES: [(&str, Deform); 11] = [
     }),
 ];
 
+/// Permutes the positions randomly.
 fn shuffled(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut shuffled = x.to_vec();
     fastrand::Rng::with_seed(1).shuffle(&mut shuffled);
     shuffled
 }
 
-/// Releases a block from a deformed state with zero velocity.
+/// Releases a block from a deformed state with zero velocity. The figures are updated after each `interval`
+/// steps.
 fn release(
     size: [i32; 3],
     half_width: usize,
     damping: f64,
     state: Deform,
-    [steps, every]: [u64; 2],
+    [steps, interval]: [u64; 2],
 ) -> Result<Figures, Error> {
     let mut body = of_cells(&block(size), half_width)?.region_damping(damping).build()?;
     deform(&mut body, state)?;
-    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, every)))
+    Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, interval)))
 }
 
 /// Returns the cases of this family.

@@ -1,4 +1,4 @@
-//! Stiffness, time steps, gravity and density.
+//! Cases with extreme stiffness, time steps, gravity and density.
 
 use supple::{Collider, Error, Pin, Simulation, TimeWindow};
 
@@ -6,6 +6,7 @@ use crate::stability::bodies::{alone, block, layer, of_cells, shake};
 use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
 
+/// Cells of the bar along x, y and z.
 const BAR: [i32; 3] = [12, 4, 4];
 
 /// Gives the vertices of an undamped bar of stiffness 1 random velocities.
@@ -21,19 +22,19 @@ fn rigid() -> Result<Figures, Error> {
     Ok(measure(alone(body.build()?)?, System::Isolated, |trial| trial.run(10_000, 250)))
 }
 
-/// Returns a pin at one end of the bar.
-fn end() -> Pin {
+/// Creates a pin at one end of the bar.
+fn end_pin() -> Pin {
     Pin { selection: layer(BAR, 0), window: TimeWindow::default() }
 }
 
-/// Lets a bar hang from its end, in steps of `dt` seconds.
+/// Lets a bar hang from one end, in steps of `dt` seconds. Gravity is along the bar.
 fn hung(dt: f64) -> Result<Figures, Error> {
-    let body = of_cells(&block(BAR), 3)?.region_damping(0.1).pin(end()).build()?;
+    let body = of_cells(&block(BAR), 3)?.region_damping(0.1).pin(end_pin()).build()?;
     let simulation = Simulation::builder().body(body).gravity([9.81, 0.0, 0.0]).dt(dt).threads(1).build()?;
     Ok(measure(simulation, System::Driven, |trial| trial.run(10_000, 100)))
 }
 
-/// Drops a block on the ground under gravity `g`.
+/// Drops a block on the ground under gravity `g`, in scene units per s².
 fn dropped(g: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(0.1).build()?;
     let ground = Collider { friction: 0.5, ..Collider::plane([0.0, -2.0, 0.0], [0.0, 1.0, 0.0]) };
@@ -44,10 +45,10 @@ fn dropped(g: f64) -> Result<Figures, Error> {
     }))
 }
 
-/// Simulates two hanging bars with random velocities, equal except for their densities, in one scene.
+/// Simulates two hanging bars with random velocities in one scene. They are equal except for their densities.
 fn densities(ratio: f64) -> Result<Figures, Error> {
     let bar = |density: f64| {
-        let body = of_cells(&block(BAR), 2)?.density(density).region_damping(0.05).pin(end());
+        let body = of_cells(&block(BAR), 2)?.density(density).region_damping(0.05).pin(end_pin());
         let mut body = body.build()?;
         shake(&mut body, 0.2)?;
         // A sideways force equal to the bar's weight.

@@ -1,4 +1,5 @@
-//! Bodies with a surface mesh whose volume is preserved; the evaluated surface must be finite.
+//! Cases of bodies with a surface mesh. The volume of the mesh is preserved, and the evaluated surface must
+//! be finite.
 
 use nalgebra::Vector3;
 use supple::{Body, Collider, Error, Mesh, Simulation};
@@ -7,7 +8,7 @@ use crate::stability::bodies::{block, deform, plate};
 use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
 
-/// Builds a ball of radius 1 about the origin from a cube with n x n quads per side.
+/// Builds a ball of radius 1 centered at the origin from a cube with n x n quads per side.
 fn ball(n: i32) -> Result<Mesh, Error> {
     let mut vertices = Vec::new();
     let mut quads = Vec::new();
@@ -15,20 +16,21 @@ fn ball(n: i32) -> Result<Mesh, Error> {
         for (axis, side) in (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]) {
             let first = vertices.len() as u32;
             for [u, v] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
-                let along = |i: i32| 2.0 * f64::from(i) / f64::from(n) - 1.0;
+                let coordinate = |i: i32| 2.0 * f64::from(i) / f64::from(n) - 1.0;
                 let mut p = Vector3::zeros();
                 (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) =
-                    (side, along(cell[0] + u), along(cell[1] + v));
+                    (side, coordinate(cell[0] + u), coordinate(cell[1] + v));
                 vertices.push(p.normalize().into());
             }
-            let outwards = [first, first + 1, first + 2, first + 3];
-            quads.push(if side > 0.0 { outwards } else { [first + 3, first + 2, first + 1, first] });
+            let corners = [first, first + 1, first + 2, first + 3];
+            quads.push(if side > 0.0 { corners } else { [first + 3, first + 2, first + 1, first] });
         }
     }
     Ok(Mesh::new(vertices, &quads)?)
 }
 
-/// Simulates a damped ball of about 300 lattice vertices with an initial deformation and colliders.
+/// Simulates a damped ball of approximately 300 lattice vertices with an initial deformation and colliders.
+/// `gravity` is along y.
 fn run(
     colliders: &[Collider],
     state: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,

@@ -43,7 +43,8 @@ def test_to_trimesh_has_the_evaluated_surface(cube, block):
 )
 def test_missing_dependencies_are_errors_with_the_extra_to_install(stretched, monkeypatch, module, extra, call):
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(ModuleNotFoundError, match=rf'install it with `pip install "supple\[{extra}\]"`'):
+    message = rf'{module} is not installed; install it with `pip install "\.\[{extra}\]"`'
+    with pytest.raises(ModuleNotFoundError, match=message):
         call(stretched)
 
 
