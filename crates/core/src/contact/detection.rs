@@ -93,7 +93,7 @@ impl Detection {
             let field = PlaneField { heights };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         } else {
-            let field = ShapeField { shape, positions: positions };
+            let field = ShapeField { shape, positions };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         }
     }

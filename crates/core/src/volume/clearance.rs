@@ -124,7 +124,7 @@ impl LimitSearch {
             let Self { positions, corrected, rows, nearest, .. } = self;
             if may_touch(&shape, corrected.iter(), 0.0) {
                 let entered = ShapeField { shape: &shape, positions: corrected };
-                let uncorrected = ShapeField { shape: &shape, positions: positions };
+                let uncorrected = ShapeField { shape: &shape, positions };
                 dispatch!(level(), simd => search(simd, &entered, samples, 0.0, |cell, sample| {
                     let position = sample.position_in(simd, &uncorrected, &samples.corners[cell]);
                     let before = shape.signed_distance(&position);
