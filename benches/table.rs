@@ -115,7 +115,8 @@ impl Row {
     }
 }
 
-/// Formats a number with three significant digits, or more if its integer part is longer.
+/// Rounds a number to three significant digits, but not to fewer than all digits of its integer part and not
+/// to more than five decimals. Omits trailing zeros of the decimals.
 fn figure(number: f64) -> String {
     let digits = if number == 0.0 { 0 } else { number.abs().log10().floor() as i32 };
     let decimals = (2 - digits).clamp(0, 5) as usize;
@@ -157,7 +158,7 @@ step
     }
 
     #[test]
-    fn figures_have_three_significant_digits() {
+    fn figures_are_rounded_to_three_significant_digits() {
         for (number, text) in
             [(0.0, "0"), (0.3, "0.3"), (0.012_345, "0.0123"), (21.96, "22"), (31.24, "31.2")]
         {

@@ -18,13 +18,15 @@ pub struct Statue {
 const SIDES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
 
 impl Statue {
-    /// Creates a statue of `6 n^2 + 2` vertices and `6 n^2` quads.
+    /// Creates a statue of quads from a cube with `n` x `n` quads per side. The statue has `6 n^2 + 2`
+    /// vertices and `6 n^2` quads.
     pub fn of_quads(n: usize) -> Self {
         let grid = Grid::new(n);
         Self { vertices: grid.vertices.into_iter().map(shape).collect(), faces: grid.quads }
     }
 
-    /// Creates a statue of `6 n^2 + 2` vertices and `12 n^2` triangles.
+    /// Creates the statue [`Statue::of_quads`] with each quad divided into two triangles. The statue has
+    /// `6 n^2 + 2` vertices and `12 n^2` triangles.
     pub fn of_triangles(n: usize) -> Self {
         let mut statue = Self::of_quads(n);
         let halves = |quad: Vec<u32>| [vec![quad[0], quad[1], quad[2]], vec![quad[0], quad[2], quad[3]]];
@@ -79,8 +81,8 @@ impl Statue {
 
 /// Maps a point on the surface of the cube of edge 2 centered at the origin to the surface of the statue.
 fn shape(cube: [f64; 3]) -> [f64; 3] {
-    // The tangent spaces the grid lines of a side at equal angles around the origin. Without it, the quads at
-    // the center of a side would be much larger than the quads at its corners.
+    // `tan` places the grid lines of a side at equal angles, seen from the origin. Without `tan`, the quads
+    // at the center of a side would be much larger than the quads at its corners.
     let ball = Vector3::from(cube.map(|x| (x * std::f64::consts::FRAC_PI_4).tan())).normalize();
     let radius_factor =
         1.0 + 0.25 * (5.0 * ball.y).cos() + 0.06 * (9.0 * ball.x).sin() * (7.0 * ball.z).cos();
@@ -118,7 +120,8 @@ impl Grid {
         grid
     }
 
-    /// Adds the quad at `column` and `row` of the side at `outer` (0 or `n`) along the outward axis.
+    /// Adds the quad at `column` and `row` of a side. The grid points of the side have the coordinate `outer`
+    /// (0 or `n`) along the axis `outward`.
     fn add_quad(&mut self, [along, across, outward]: [usize; 3], outer: usize, [column, row]: [usize; 2]) {
         let mut quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[right, up]| {
             let mut point = [0; 3];

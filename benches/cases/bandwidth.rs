@@ -10,9 +10,10 @@ use crate::measure::{Bench, Sampling, timed};
 /// Number of elements of each of the three arrays. One array has 128 MiB.
 const LENGTH: usize = 32 << 20;
 
-/// Bytes that one copy of the arrays reads and writes, without write-allocate reads, as STREAM counts them.
+/// Bytes that the copy kernel reads and writes in one run over the arrays. As in STREAM, the reads that
+/// write-allocate causes are not counted.
 const COPY_BYTES: usize = 2 * LENGTH * size_of::<f32>();
-/// Bytes that one triad over the arrays reads and writes, counted in the same way.
+/// Bytes that the triad kernel reads and writes in one run over the arrays, counted in the same way.
 const TRIAD_BYTES: usize = 3 * LENGTH * size_of::<f32>();
 
 /// Bandwidth in bytes per second: the higher of the bandwidths of copy and triad.
@@ -35,7 +36,8 @@ struct Arrays {
     c: Vec<f32>,
 }
 
-/// Measures copy and triad with one and two threads. Returns `None` if the filter excludes these cases.
+/// Measures copy and triad with one and two threads. Returns `None` if the filter excludes one of these
+/// cases.
 pub(crate) fn bench(bench: &mut Bench) -> Option<Bandwidth> {
     bench.section("memory bandwidth, arrays of 128 MiB");
     let mut best = [0.0; 2];

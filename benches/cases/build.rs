@@ -22,7 +22,7 @@ pub(crate) fn bench(bench: &mut Bench) {
     let samples = bench.measure(["build", "lattice"], Sampling::Few, mesh, |mesh, n| {
         [timed(|| (0..n).for_each(|_| drop(lattice(mesh))))]
     });
-    row(bench, "lattice, from a number of vertices", samples, Some(AtMost(1.0)));
+    row(bench, "lattice with a given number of vertices", samples, Some(AtMost(1.0)));
 
     let samples = bench.measure(["build", "body"], Sampling::Few, mesh, |mesh, n| {
         let body =
@@ -45,7 +45,7 @@ pub(crate) fn bench(bench: &mut Bench) {
             let correction = || Correction::new(lattice, Some(surface), &VolumeMeasure::Mesh.into());
             [timed(|| (0..n).for_each(|_| drop(correction())))]
         });
-    row(bench, "the field and measure of the correction", samples, Some(AtMost(3.0)));
+    row(bench, "field and measure of the volume correction", samples, Some(AtMost(3.0)));
 }
 
 /// Adds a row if the case was measured.

@@ -1,5 +1,5 @@
-//! Compares the time of a step per lattice vertex of the bust and of thin, branching shapes with that of a
-//! solid block.
+//! Times a step of the bust and of thin, branching shapes. The time per lattice vertex is divided by that of
+//! a solid block.
 
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Figure, block, bust_lattice, in_motion};
@@ -11,7 +11,7 @@ use crate::step::{MIDDLE, step_alternately};
 const VERTICES: usize = 100_000;
 
 pub(crate) fn bench(bench: &mut Bench) {
-    bench.section("about 100,000 lattice vertices of other shapes, time per vertex against the block's");
+    bench.section("other shapes, about 100,000 lattice vertices, step time per vertex relative to the block");
     let shapes: [(&str, f64, &dyn Fn() -> supple::Lattice); 4] = [
         ("bust", 1.35, &|| bust_lattice(VERTICES)),
         ("body with limbs", 1.35, &|| Figure::Limbs.lattice(VERTICES)),

@@ -1,5 +1,5 @@
-//! Times each measure and scope of the volume correction, compared with a step, and the construction of each
-//! field.
+//! Times the volume correction with each measure and scope, and a step for comparison. Also times the
+//! construction of a correction with each field.
 
 use supple::internals::{Correction, Embedding, Surface};
 use supple::{
@@ -42,14 +42,15 @@ fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
     let name = format!("{measure} {vertices}");
     let samples = bench.measure(["volume", &name], Sampling::Many, simulations, corrections);
     let Some(samples) = samples else { return };
-    let step = format!("plain step: {:.3} ms", samples.seconds(2) * 1e3);
+    let step = format!("step without correction: {:.3} ms", samples.seconds(2) * 1e3);
     bench.row(&format!("`{measure}`, global"), (samples.seconds(0) * 1e3, "ms"), None, step);
     let regional = format!("{:.3} ms", samples.seconds(1) * 1e3);
     let row = format!("`{measure}`, regional against global");
     bench.row(&row, (samples.ratio(1, 0), "times"), Some(AtMost(2.0)), regional);
 }
 
-/// Measures the construction of a field, which happens once per body.
+/// Measures the construction of a correction with a field and the measure `mesh`, on one thread. A body
+/// constructs its correction when it is built and when its volume options are set.
 fn build_field(bench: &mut Bench, vertices: usize, field: FieldKind) {
     let prepare = || {
         let mesh = Statue::of_quads(QUADS).mesh();
@@ -69,7 +70,7 @@ fn build_field(bench: &mut Bench, vertices: usize, field: FieldKind) {
             [timed(|| (0..n).for_each(|_| drop(Correction::new(lattice, Some(surface), &options))))]
         });
     if let Some(samples) = samples {
-        let row = format!("building the field `{}`, with the measure", field.name());
+        let row = format!("building the correction: field `{}`, measure `mesh`", field.name());
         bench.row(&row, (samples.seconds(0) * 1e3, "ms"), None, "");
     }
 }

@@ -23,6 +23,7 @@ def test_volume_and_is_closed(cube):
     assert cube.is_closed
     open_box = supple.Mesh(CORNERS, QUADS[1:])
     assert not open_box.is_closed
+    # `volume` is never negative, so it is the same for faces of the reverse orientation.
     turned = supple.Mesh(CORNERS, QUADS[:, ::-1])
     assert turned.volume == pytest.approx(1, rel=1e-15)
 

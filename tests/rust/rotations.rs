@@ -12,6 +12,7 @@ fn signed_singular_values(a: &Matrix3<f64>) -> Vector3<f64> {
     values
 }
 
+/// Returns the vector of the differences of opposite off-diagonal entries. It is zero for a symmetric matrix.
 fn axial(m: &Matrix3<f64>) -> Vector3<f64> {
     Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)])
 }
@@ -53,7 +54,8 @@ fn a_million_matrices_have_optimal_proper_rotations() {
         let a = a / scale;
         let s = signed_singular_values(&a);
         let m = r.transpose() * a;
-        // The rotation and the matrix are rounded to f32, which causes this much torque.
+        // RᵀA is symmetric for the optimal rotation R, so its axial vector, here called torque, is zero.
+        // Rounding R and A to f32 changes the torque by up to this much.
         let rounding = 8.0 * f64::from(f32::EPSILON) * s[0];
         let torque = axial(&m).norm();
         assert!(torque <= (1e-6 * (s[1] + s[2])).max(rounding), "{name}: torque {torque:e} of {a}, s = {s}");
@@ -72,9 +74,9 @@ fn a_rotation_depends_on_the_other_matrices_of_its_batch_only_by_rounding() {
     for (a, r) in matrices.iter().zip(&together) {
         let single = supple::rotations(std::slice::from_ref(a))[0];
         let s = signed_singular_values(a);
-        // A perturbation E of A rotates its factor by about E/(s1 + s2), the sum of the two smallest signed
-        // singular values. 4e-6 is 34 ulp of f32, a regression bound for E relative to the largest singular
-        // value.
+        // A perturbation E of A changes its rotation by an angle of about |E| / (s[1] + s[2]), where s[1] and
+        // s[2] are the two smallest signed singular values. The regression bound of |E| is 4e-6 (34 ulp of
+        // f32) times the largest singular value s[0].
         assert!((single - r).amax() < 4e-6 * s[0] / (s[1] + s[2]).max(1e-3), "{a}");
     }
 }

@@ -35,7 +35,7 @@ fn scene(folder: &Path, overrides: &[&str]) -> Scene {
     Scene::parse(SCENE, "scene.toml", folder, &overrides).unwrap()
 }
 
-/// Records the calls to an observer, and stops the job after a frame.
+/// Records the calls that it receives, and stops the job after the frame `stop_after`.
 #[derive(Default)]
 struct Recorder {
     span: Option<(u32, u32)>,
@@ -62,7 +62,7 @@ impl Observer for Recorder {
 }
 
 #[test]
-fn an_observer_is_called_for_every_frame_and_can_stop_a_job_that_resumes() {
+fn an_observer_is_called_for_every_frame_and_a_job_that_it_stops_can_resume() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene(folder.path(), &[]);
     let mut job = Job::new(scene, folder.path().join("out"));
@@ -89,8 +89,8 @@ fn an_observer_is_called_for_every_frame_and_can_stop_a_job_that_resumes() {
     assert_eq!((report.outcome, report.written), (Outcome::AlreadyFinished, 0));
 }
 
-/// Applies a force in every frame, changes settings at frame 2, and stops the job after the frame in the
-/// second field.
+/// Applies a force in every frame, changes settings at frame 2, and stops the job after the frame whose
+/// number is the second field.
 struct Driver(Option<Arc<Mutex<Simulation>>>, u32);
 
 impl Observer for Driver {
@@ -131,7 +131,8 @@ fn changes_by_an_observer_survive_stopping_and_resuming() {
     assert_ne!(frame("alone"), frame("whole"));
 }
 
-/// Returns an OBJ text of a sphere with a `vn` after each `v`, large enough for several threads.
+/// Returns an OBJ text of a sphere with a `vn` after each `v`. The sphere has so many vertices that the mesh
+/// update is divided among several threads.
 fn ball() -> String {
     let (rings, sectors) = (60, 100);
     let (mut elements, mut faces) = (String::new(), String::new());
@@ -254,7 +255,7 @@ fn auto_substeps_follow_frequency_and_speed() {
     // At most one cell per step: 12 / (30 x 0.1) = 4.
     assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.1), 4);
     assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.4), 1);
-    // A fall of the center over 1: v^2 = 2 g.
+    // The center falls from y = 1 to the plane: v = sqrt(2 x 72 x 1) = 12, and 12 / (30 x 0.1) = 4.
     assert_eq!(steps(&["simulation.gravity=[0, -72, 0]"], 0.1), 4);
     assert_eq!(steps(&["simulation.gravity=[0, 72, 0]"], 0.1), 1);
     let mover = "collider.0.keys=[{ time = 0 }, { time = 0.5, translate = [0, 6, 0] }]";

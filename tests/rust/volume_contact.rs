@@ -22,7 +22,8 @@ struct Pair {
 /// Measures of both surfaces after a step. Lengths are in cells.
 #[derive(Debug)]
 struct Measures {
-    /// Largest depth in a collider with the correction, less the largest depth without it.
+    /// Largest depth in a collider with the correction, minus the largest depth without it (0 if the surface
+    /// without it is outside).
     extra_depth: f64,
     /// Largest change of a displacement since the previous step.
     jump: f64,
@@ -33,6 +34,7 @@ struct Measures {
 }
 
 impl Pair {
+    /// Creates both simulations. `fall` is the gravity along -y, in cells per second squared.
     fn new(body: impl Fn() -> BodyBuilder, scope: VolumeScope, colliders: &[Collider], fall: f64) -> Self {
         let simulation = |volume| {
             let world = Simulation::builder().body(body().volume(volume).build().unwrap());
@@ -134,8 +136,9 @@ fn a_body_squeezed_between_plates_bulges_sideways_and_enters_neither() {
     }
 }
 
-/// Presses a block of 6 x 6 x 6 cells to a fraction of its height along y, tilts it about z by `tilt` degrees
-/// among planes, and returns its positions in its own axes, with and without the correction.
+/// Compresses a block of 6 x 6 x 6 cells along y to the fraction `share` of its height, and rotates it about
+/// z by `tilt` degrees. `planes` returns the colliders for this rotation. Returns the positions of the block,
+/// rotated back, with and without the correction.
 fn pressed(
     scope: VolumeScope,
     share: f64,
@@ -196,7 +199,8 @@ fn the_correction_along_a_slope_is_independent_of_its_angle() {
     }
 }
 
-/// The body falls a quarter of its height, fast enough to bounce. 0.02 and 5e-3 are regression bounds.
+/// The ball starts at most a tenth of its height above the collider; in the valley it overlaps the slopes at
+/// the start. 0.02 and 5e-3 are regression bounds.
 #[test]
 fn the_correction_of_a_dropped_body_enters_colliders_by_at_most_two_hundredths_of_a_cell() {
     let slope = |x: f64| Collider::plane([0.0, -5.0, 0.0], [x, 1.0, 0.0]);
@@ -219,7 +223,7 @@ fn the_correction_of_a_dropped_body_enters_colliders_by_at_most_two_hundredths_o
 }
 
 #[test]
-fn the_correction_moves_nothing_at_rest_beside_or_inside_a_sphere() {
+fn the_correction_moves_nothing_at_rest_above_or_overlapping_a_sphere() {
     for height in [-8.0, -3.0] {
         let pair = Pair::new(ball, VolumeScope::Regional, &[Collider::sphere([0.0, height, 0.0], 3.0)], 0.0);
         assert_eq!(surface_points(pair.corrected.body(0)), surface_points(pair.uncorrected.body(0)));

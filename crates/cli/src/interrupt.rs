@@ -12,7 +12,8 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 pub(crate) fn install_handler() {
     let installed = ctrlc::set_handler(|| {
         if REQUESTED.swap(true, Ordering::Relaxed) {
-            // No file with a final name is incomplete: files get their final names when they are complete.
+            // Exiting here leaves no incomplete file with a final name, because a file gets its final name
+            // only when it is complete.
             process::exit(130);
         }
         terminal::print_to_stderr(
@@ -21,7 +22,7 @@ pub(crate) fn install_handler() {
     });
     if let Err(error) = installed {
         terminal::print_to_stderr(format_args!(
-            "warning: cannot install the handler for Ctrl-C, which will exit without a checkpoint: {error}"
+            "warning: cannot install the handler for Ctrl-C; Ctrl-C will exit without a checkpoint: {error}"
         ));
     }
 }

@@ -185,7 +185,7 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
                 let outcome = match report.outcome {
                     Outcome::Finished => "done",
                     Outcome::Stopped => "stopped",
-                    Outcome::AlreadyFinished => "finished before",
+                    Outcome::AlreadyFinished => "already done",
                 };
                 let time = terminal::duration(report.elapsed.as_secs_f64());
                 let directory = report.directory.display().to_string();

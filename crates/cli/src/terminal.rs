@@ -37,7 +37,7 @@ pub(crate) fn bytes(bytes: u64) -> String {
     if unit == 0 { format!("{bytes} B") } else { format!("{value:.1} {}", units[unit]) }
 }
 
-/// Formats a duration in seconds: `4.2 s`, `3 min 07 s` or `2 h 05 min`.
+/// Formats a duration, given in seconds, as `4.2 s`, `3 min 07 s` or `2 h 05 min`.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {

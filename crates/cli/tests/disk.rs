@@ -31,7 +31,8 @@ fn frames_on_a_full_disk_are_complete() {
             Ok(output) if output.status.code() != Some(77) && workspace.path("copy").is_dir() => {
                 ProgramOutput::new(output)
             }
-            // Mounting is not permitted. The next test covers such systems, because it needs no mount.
+            // `unshare` is missing or fails, or mounting is not permitted. The next test covers such
+            // systems, because it needs no mount.
             _ => return,
         };
         output.expect(1, &["cannot write", "out/"]);
@@ -42,7 +43,8 @@ fn frames_on_a_full_disk_are_complete() {
 #[test]
 fn a_file_size_limit_stops_the_run() {
     let workspace = Workspace::new();
-    // The unit is 512 bytes. With SIGXFSZ ignored, a write beyond the limit fails as on a full disk.
+    // `ulimit -f` counts blocks of 512 bytes. While SIGXFSZ is ignored, a write beyond the limit returns an
+    // error, as on a full disk.
     let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" run scene.toml --frames 2000 --format pc2 --quiet";
     let output =
         Command::new("sh").args(["-c", script, program()]).current_dir(workspace.path("")).output().unwrap();

@@ -1,5 +1,5 @@
 //! `--resume` continues a finished, stopped or killed run, with the same frames as an uninterrupted run. It
-//! rejects damaged checkpoints and changes of the motion.
+//! rejects damaged checkpoints, and changes of the scene that change the motion of the bodies.
 
 mod support;
 
@@ -153,7 +153,8 @@ fn start(workspace: &Workspace, arguments: &[&str]) -> Child {
     workspace.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Random numbers in [0, 1), seeded by the clock: each test run kills at other times.
+/// Random numbers in [0, 1) from a seed and the clock, so that each test run kills the program at other
+/// times.
 struct Random(u64);
 
 impl Random {

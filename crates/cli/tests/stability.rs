@@ -1,4 +1,5 @@
-//! `supple study --stability` prints one row per case, writes a JSON file, and returns the exit code.
+//! `supple study --stability` prints one row per case, writes `stability.json`, and exits with code 0 if all
+//! cases pass. If it is killed, the earlier `stability.json` stays unchanged.
 
 mod support;
 

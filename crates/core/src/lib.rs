@@ -54,8 +54,9 @@
 //! 4. **Integration** (module `dynamics::integration`): v += alpha (g - x)/h + h a (Müller et al. 2005,
 //!    Eq. (9)), then x += h v. The linear and angular momenta of connected components without constrained
 //!    vertices are tracked in f64, and the velocities are corrected to them (module `dynamics::momentum`).
-//! 5. **Contacts** ([`Collider`], module `contact`): impulses at samples of the displayed surface, or at the
-//!    boundary vertices of a bare lattice; then samples that are still inside a collider are pushed out.
+//! 5. **Contacts** ([`Collider`], module `contact`): impulses in the Coulomb friction cone
+//!    (`contact::constraint`), at samples of the surface or at the boundary vertices of a bare lattice. Then
+//!    samples that are still inside a collider are pushed out.
 //! 6. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
 //!    position and the velocity of their pin or handle.
 //!

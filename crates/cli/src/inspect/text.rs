@@ -142,12 +142,15 @@ impl Page {
             );
         }
         for part in &lattice.floating {
-            let state =
-                if part.joined { "joined to it by a bridge of cells" } else { "not joined: `join` is false" };
+            let state = if part.joined {
+                "joined to another part by a bridge of cells"
+            } else {
+                "not joined: `join` is false"
+            };
             self.entry(
                 "",
                 &format!(
-                    "{}: a part of {} that is not connected to the largest part; {state}",
+                    "{}: a part of {}, separate from the largest part; {state}",
                     components(&part.mesh_components),
                     terminal::counted(part.cells, "cell")
                 ),

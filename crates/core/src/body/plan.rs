@@ -8,8 +8,8 @@ use crate::volume::VolumeMeasures;
 
 impl Body {
     /// Returns the memory of the body in bytes: lattice, state and stages. The mesh and the buffers of a
-    /// [`Display`](crate::Display) are not included. The measures of volume reports are included only if the
-    /// body has a volume correction.
+    /// [`Display`](crate::Display) are not included. The data that the first volume report builds are
+    /// included only if the body has a volume correction.
     pub fn memory(&self) -> usize {
         self.plan().bytes()
     }
@@ -62,12 +62,13 @@ impl Body {
                 (format!("{} on {count} lattice vertices", list.len()), constraints.bytes())
             }),
             Stage::Forces => (
-                "applied in the next step".to_owned(),
+                "next step's forces, this frame's displacements".to_owned(),
                 self.forces.as_ref().map_or(0, |forces| forces.bytes()),
             ),
-            Stage::Momentum => {
-                (format!("connected components: {}, f64", self.state.momenta.len()), self.momentum.bytes())
-            }
+            Stage::Momentum => (
+                format!("momenta in f64, connected components: {}", self.state.momenta.len()),
+                self.momentum.bytes(),
+            ),
             Stage::RegionDamping => {
                 let detail = match self.material.region_damping {
                     RegionDamping::PerStep(fraction) => format!("{fraction} per step"),
@@ -111,8 +112,8 @@ impl Stage {
         }
     }
 
-    /// Returns whether the plan lists the stage as left out if it is missing. It does not list a stage that
-    /// only prepares a later stage.
+    /// Returns whether the plan lists this stage as left out if the body does not have it. Stages that only
+    /// prepare a later stage are not listed.
     fn is_main(self) -> bool {
         !matches!(self, Self::BeginConstraints | Self::BeginContacts)
     }

@@ -32,8 +32,8 @@ pub(super) struct Contact {
     pub(super) slip_before: Vec4,
     /// Target velocity: the least normal velocity after the contact. Positive away from the collider.
     pub(super) target: f32,
-    /// Greatest normal velocity after the contact that counts as free of energy gain: the speed of approach
-    /// before the step, or `target` if that is greater.
+    /// Greatest normal velocity after the contact at which the energy is taken not to increase: the speed of
+    /// approach before the step, or `target` if that is greater.
     pub(super) limit: f32,
     /// Coulomb friction coefficient.
     pub(super) friction: f32,
@@ -105,7 +105,8 @@ pub(super) struct ContactConstraint {
     pub(super) contact: Contact,
     /// Range in `Solver::links` of the links of this constraint.
     pub(super) links: Range<usize>,
-    /// Velocity change of the contact point per unit of impulse (effective inverse mass).
+    /// Velocity change of the contact point if every constraint has a unit impulse in the same direction; see
+    /// `Solver::find_responses`. It is used in place of the effective inverse mass.
     response: f32,
     /// `1 / response`.
     inverse_response: f32,
@@ -120,13 +121,14 @@ impl ContactConstraint {
         Self { contact, links, response: 0.0, inverse_response: 0.0, normal_impulse, friction_impulse }
     }
 
-    /// Sets the velocity change of the contact point per unit of impulse.
+    /// Sets the velocity change of the contact point if every constraint has a unit impulse.
     pub(super) fn set_response(&mut self, response: f32) {
         self.response = response;
         self.inverse_response = 1.0 / response;
     }
 
-    /// Returns the magnitude of the velocity change that an impulse causes at the contact point.
+    /// Returns the magnitude of the velocity change of the contact point if every constraint has this
+    /// impulse.
     #[inline(always)]
     pub(super) fn speed_change(&self, impulse: &Vec4) -> f32 {
         dot(impulse, impulse).sqrt() * self.response

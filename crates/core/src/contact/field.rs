@@ -17,13 +17,15 @@ pub(crate) trait Field {
     /// Trilinear interpolants in a cell: of the distance, or of the position.
     type Cell;
 
-    /// Returns false if no point in the convex hull of the vertices of `rows` is within `skin`.
+    /// Returns false only if no point in the convex hull of the vertices of `rows` is within `skin`. May
+    /// return true in this case as well.
     fn may_touch(&self, rows: &[u32], skin: f64) -> bool;
 
     /// Computes the interpolants of the cell whose corners have the rows `corners`.
     fn cell(&self, corners: &[u32; 8]) -> Self::Cell;
 
-    /// Returns false if no sample of a block of the cell is within `skin`.
+    /// Returns false only if no sample of a block of the cell is within `skin`. May return true in this case
+    /// as well.
     fn may_touch_block<S: Simd>(&self, simd: S, cell: &Self::Cell, block: &SampleBlock, skin: f64) -> bool;
 
     /// Computes the distances of four samples from the monomials of their positions.
@@ -174,9 +176,10 @@ fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4
     sum
 }
 
-/// Returns false if no point in the AABB of `positions` is within `skin` of the shape; see [`Field`].
+/// Returns false only if no point in the AABB of `positions` is within `skin` of the shape; see [`Field`].
+/// May return true in this case as well.
 ///
-/// Ignores coordinates that are NaN. Returns false if all coordinates along an axis are NaN.
+/// Ignores coordinates that are NaN. If all coordinates along an axis are NaN, returns false.
 pub(crate) fn may_touch<'a>(
     shape: &PosedShape,
     positions: impl Iterator<Item = &'a Vec4>,
@@ -211,7 +214,8 @@ mod tests {
     use crate::lattice::corner_sums;
     use crate::simd::level;
 
-    /// Returns the trilinear weights of a cell's corners. Bit a of a corner is its coordinate along axis a.
+    /// Returns the trilinear weights of a cell's corners. Bit a of the number of a corner is the coordinate
+    /// of the corner along axis a.
     fn trilinear(local: [f32; 3]) -> [f64; 8] {
         let t = local.map(f64::from);
         std::array::from_fn(|k| (0..3).map(|a| if k >> a & 1 == 1 { t[a] } else { 1.0 - t[a] }).product())

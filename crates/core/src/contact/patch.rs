@@ -1,13 +1,13 @@
 //! Contact patches. A patch consists of the touching samples that have the same nearest lattice vertex.
 //!
-//! A sample with k equally near vertices belongs to the patches of all k, and counts as the fraction 1/k in
+//! A sample with n equally near vertices belongs to the patches of all n, and counts as the fraction 1/n in
 //! each of them.
 //!
-//! Let `s_i` be the sample weight of sample i: its fraction times its depth below the outer bound of the skin
-//! (skin thickness minus signed distance). The contact point of a patch is the mean of the positions of its
-//! samples with the sample weights. Each position is the sum of the cell's corners times their trilinear
-//! coefficients `t_ik`. The contact point is therefore a mean of lattice vertices, in which vertex k has the
-//! weight `sum_i s_i t_ik / sum_i s_i`.
+//! The sample weight `s_i` of sample i is this fraction times the depth of the sample below the outer bound
+//! of the skin (skin thickness minus signed distance). The contact point of a patch is the mean of the
+//! positions of its samples, weighted by `s_i`. The position of a sample is a sum over the corners k of its
+//! cell: the position of the corner times the trilinear coefficient `t_ik`. The contact point is therefore a
+//! weighted mean of lattice vertices, in which vertex k has the weight `sum_i s_i t_ik / sum_i s_i`.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 
@@ -27,7 +27,7 @@ const OFFSETS: [usize; 8] = [0, 1, 3, 4, 9, 10, 12, 13];
 pub(super) struct Patch {
     /// Bit mask of the vertices of the neighborhood that are in `rows` and `vertex_sums`.
     used: u32,
-    /// Row of each vertex of the neighborhood.
+    /// Row of each vertex of the neighborhood: its index in `SampleCells::vertices`.
     rows: [u32; NEIGHBORHOOD],
     /// Sum of sample weight times trilinear coefficient over all samples, for each of these vertices.
     vertex_sums: [f64; NEIGHBORHOOD],
@@ -39,8 +39,8 @@ pub(super) struct Patch {
 
 /// Touching samples of one [`SampleBlock`] of eight samples.
 pub(super) struct Touching<S: Simd> {
-    /// Number of touching samples. A sample with k equally near corners counts 1/k here, because it is in the
-    /// blocks of all k corners.
+    /// Number of touching samples. A sample with n equally near corners counts 1/n here, because it is in the
+    /// blocks of all n corners.
     pub(super) count: f64,
     /// Depth of the deepest sample below the surface of the collider, in cells; negative outside.
     pub(super) deepest: f64,
@@ -76,6 +76,7 @@ impl<S: Simd> Touching<S> {
         if count == 0.0 {
             return None;
         }
+        // Until here `deepest` is a depth below the outer bound of the skin.
         let deepest = deepest.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max) - skin;
         Some(Self { count, deepest, sample_weights })
     }
@@ -125,8 +126,8 @@ impl Patch {
         }
     }
 
-    /// Returns whether a sample weight is above zero. It is zero for a sample exactly at the outer bound of
-    /// the skin.
+    /// Returns whether at least one sample of the patch has a weight above zero. A sample exactly at the
+    /// outer bound of the skin has the weight zero.
     pub(super) fn has_weight(&self) -> bool {
         self.total_weight > 0.0
     }

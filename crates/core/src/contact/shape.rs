@@ -47,9 +47,12 @@ pub enum Shape {
 pub struct SignedDistance {
     /// Distance, in the unit of the point.
     pub distance: f64,
-    /// Gradient of the distance, a unit vector. Where the gradient does not exist, this is the x axis at the
-    /// center of a sphere, a direction perpendicular to the axis of a capsule on this axis, and the normal of
-    /// the first of several equally near faces inside a box.
+    /// Gradient of the distance, a unit vector. Where the gradient does not exist, this is:
+    ///
+    /// * at the center of a sphere, and of a capsule with `a` = `b`: the x axis;
+    /// * on the segment of a capsule: a direction perpendicular to the segment;
+    /// * inside a box, at equal distance from several nearest faces: the normal of the first of these faces
+    ///   in the order x, y, z.
     pub normal: Vector3<f64>,
 }
 
@@ -131,7 +134,8 @@ impl PosedShape {
                     ball_distance(from_axis, *radius)
                 } else {
                     // On the axis all perpendicular directions are equivalent. Uses the cross product of the
-                    // capsule's axis and the coordinate axis along which its component is smallest.
+                    // capsule's axis and the coordinate axis in whose direction the capsule's axis has the
+                    // component of smallest magnitude.
                     let smallest_axis = axis.iamin();
                     let across = axis.cross(&Vector3::ith(smallest_axis, 1.0));
                     SignedDistance { distance: -radius, normal: across.normalize() }

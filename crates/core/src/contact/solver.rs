@@ -12,20 +12,22 @@
 //!              |f_s| <= mu_s l_s  and  f_s opposes the slip  (Coulomb friction cone)
 //! ```
 //!
-//! A pass updates all contacts at the same time (Jacobi), so that a symmetric body stays symmetric. Consider
-//! the matrix of the velocity changes by unit impulses, with one row per contact. Each contact computes its
-//! impulse as if all contacts with a common vertex had the same impulse, that is, with the row sums of this
-//! matrix in place of its diagonal. If all points of a surface hit a collider at the same velocity, the
-//! impulses are therefore exact after one pass.
+//! A pass updates all contacts at the same time (Jacobi), so that a symmetric body stays symmetric. Let A_st
+//! be the velocity change of contact s by a unit impulse at contact t. Each contact s computes its impulse as
+//! if all contacts that share a vertex with it had the same impulse: it uses the sum of row s of the matrix A
+//! in place of the diagonal entry A_ss. If all contacts hit a collider at the same velocity and the row sums
+//! are equal, the impulses are therefore exact after one pass.
 //!
-//! The matrix divided by its row sums has eigenvalues e in [0, 1], and a pass leaves the fraction 1 - e of
-//! the error. Starting with the second pass, every other pass has an over-relaxation of 2. Two passes then
-//! leave the fraction (1 - 2e)(1 - e). Four passes leave the square of this fraction, which is not negative.
-//! The impulses therefore approach the solution and hardly exceed it. If contacts that separate or slip make
-//! the impulses exceed the solution, `limit_energy` scales all impulses down until they add no energy.
+//! The matrix A with each row divided by its sum has eigenvalues e in [0, 1], and a pass leaves the fraction
+//! 1 - e of the error. Starting with the second pass, every other pass has an over-relaxation of 2. Two
+//! passes then leave the fraction (1 - 2e)(1 - e). Four passes leave the square of this fraction, which is
+//! not negative. The impulses therefore approach the solution and hardly exceed it. If contacts that separate
+//! or slip make the impulses exceed the solution, `limit_energy` scales all impulses down until they add no
+//! energy.
 //!
-//! A row below is an index into `SampleCells::vertices`, and an index of a vertex is its index in
-//! `Solver::rows`. A push-out uses the same solver with displacements in place of velocities.
+//! In the code below, a *row* is not a row of the matrix A but an index into `SampleCells::vertices`, and the
+//! index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with displacements in
+//! place of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
 use super::rows::{RowSet, buffer_bytes};
@@ -257,10 +259,11 @@ mod tests {
     }
 
     #[test]
-    fn uniform_impact_is_solved_in_one_pass() {
+    fn one_pass_is_exact_for_contacts_without_common_vertices() {
         let mobilities = [2.0, 1.0, 1.0, 1.0, 2.0];
         let falling = vector(0.0, -3.0, 0.0);
         let mut solver = Solver::new(5);
+        // Contacts with common vertices: one pass is approximate, because the row sums differ.
         for row in 0..4 {
             solver.add(up(0.0, falling), [(row, 0.5), (row + 1, 0.5)].into_iter(), &[1.0; 5]);
         }

@@ -6,7 +6,7 @@
 //! | `regions` | the region weight m/n of each vertex; mass, rest centroid and rest inertia of a region |
 //! | `windows` | sums over windows of linked vertices along one axis |
 //! | `cascade` | sums over the vertices of each region, and sums over the regions of each vertex |
-//! | `rotation` | the rotation of a region, by Newton's method or as an eigenvalue problem in f64 |
+//! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test; fallback: an eigenvalue problem |
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 
 mod cascade;

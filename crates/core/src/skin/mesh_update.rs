@@ -1,4 +1,5 @@
-//! The trilinear update of the mesh: interpolates mesh vertices from the corners of their lattice cells.
+//! The trilinear update of the mesh: interpolates mesh vertices from the corners of their lattice cells
+//! ([`interpolate_cell`]).
 //!
 //! A chunk consists of the mesh vertices, here called points, that are interpolated into one tile; see
 //! `skin`. Two points that share a SIMD register are called a pair.

@@ -43,9 +43,9 @@ pub(crate) struct State {
     /// Momenta of each connected component of the lattice. They are conserved in a component without
     /// constraints and contacts. `None` for a component whose momenta are not conserved or not yet measured.
     pub(crate) momenta: Vec<Option<Momentum>>,
-    /// Energy limit of a free body: a body without constraints and contacts. `None` until Newton's method
-    /// does not converge for the rotation of a region, because the energy can grow only then
-    /// (`dynamics::energy`).
+    /// Energy limit of a free body: a body without constraints and contacts. `None` before the first step in
+    /// which Newton's method fails to converge for the rotation of a region. The energy can grow only in such
+    /// steps (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
 }
 

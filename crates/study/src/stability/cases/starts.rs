@@ -1,4 +1,5 @@
-//! Cases with extreme start states: collapsed, inverted, shuffled, torn.
+//! Cases with extreme start states: collapsed, inverted, shuffled, scaled, rotated or stretched bodies, and
+//! bodies with one displaced vertex.
 
 use nalgebra::{Rotation3, Vector3};
 use supple::Error;
@@ -7,7 +8,7 @@ use crate::stability::bodies::{alone, block, deform, of_cells};
 use crate::stability::case::{Case, Figures, Measure, Suite};
 use crate::stability::trial::{System, measure};
 
-/// Computes deformed positions from the rest positions, both relative to their mean.
+/// Computes deformed positions from the rest positions. Both are relative to the mean of the rest positions.
 type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;
 
 const STATES: [(&str, Deform); 11] = [
@@ -54,7 +55,8 @@ fn release(
     Ok(measure(alone(body)?, System::Isolated, |trial| trial.run(steps, interval)))
 }
 
-/// Returns the cases of this family.
+/// Returns the cases of this family. A half-width of "a quarter" or "a sixteenth" in the name of a case is a
+/// fraction of the longest side of the block.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (name, state) in STATES {
