@@ -44,25 +44,40 @@ pub struct CellPoints<'a> {
     pub points: &'a [u32],
 }
 
+/// Finds the cell of a point.
+pub(crate) struct Locator<'a> {
+    lattice: &'a Lattice,
+    /// Search tree for points outside all occupied cells. Built for the first such point.
+    tree: Option<RunTree>,
+}
+
+impl<'a> Locator<'a> {
+    pub(crate) fn new(lattice: &'a Lattice) -> Self {
+        Self { lattice, tree: None }
+    }
+
+    /// Returns the cell of a point, given in the model frame, and its local coordinates: relative to corner 0
+    /// of the cell, in cells. See [`Embedding`] for points outside all occupied cells.
+    pub(crate) fn locate(&mut self, point: &Point3<f64>) -> (u32, [f32; 3]) {
+        let Self { lattice, tree } = self;
+        let cells = &lattice.cell_set;
+        let position: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
+        let cell = cells.locate(position).unwrap_or_else(|| {
+            tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, position)
+        });
+        let corner = lattice.cells[cell as usize];
+        (cell, std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32))
+    }
+}
+
 impl Embedding {
     /// Embeds points, given by their rest positions in the model frame.
     ///
     /// A point with a coordinate that is not finite is assigned to some cell; its local coordinates are not
     /// finite.
     pub fn new(lattice: &Lattice, points: &[Point3<f64>]) -> Self {
-        let cells = &lattice.cell_set;
-        let mut tree = None;
-        let mut cell_of = Vec::with_capacity(points.len());
-        let mut local = Vec::with_capacity(points.len());
-        for point in points {
-            let position: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
-            let cell = cells.locate(position).unwrap_or_else(|| {
-                tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, position)
-            });
-            let corner = lattice.cells[cell as usize];
-            local.push(std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32));
-            cell_of.push(cell);
-        }
+        let mut locator = Locator::new(lattice);
+        let (cell_of, local): (Vec<u32>, Vec<_>) = points.iter().map(|point| locator.locate(point)).unzip();
         Self::grouped(lattice, &cell_of, local)
     }
 

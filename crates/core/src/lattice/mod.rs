@@ -31,12 +31,12 @@ use nalgebra::Point3;
 use crate::voxel::GridSet;
 
 pub use components::Components;
-pub(crate) use embedding::extrapolate;
+pub(crate) use embedding::{Locator, extrapolate};
 pub use embedding::{CellPoints, Embedding};
 pub use error::LatticeError;
 pub(crate) use layout::{AxisLinks, Layout, Neighbors};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
-pub(crate) use trilinear::{corner_sums, monomials, polynomial};
+pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.
 ///

@@ -2,12 +2,19 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::lattice::{Embedding, Lattice};
+use crate::lattice::{Lattice, Locator, trilinear_weights};
+use crate::mesh::Mesh;
 use crate::volume::adjacency::{Adjacency, boundary_faces};
 use crate::volume::surface::Surface;
 
-/// Greatest distance between neighboring samples of a surface, in cells.
+/// Greatest edge, in cells, of the triangles into which the surface is divided. Each has one sample.
 const SPACING: f64 = 0.5;
+
+/// Maximum number of samples per lattice vertex, beyond one sample per triangle of the surface.
+///
+/// A plane through a cell has at most about 16 samples there, so only surfaces that overlap themselves many
+/// times reach this number. Their samples are farther apart.
+const MAX_SAMPLES: usize = 64;
 
 /// Piece of the boundary near a lattice vertex.
 #[derive(Clone, Copy, Debug)]
@@ -72,15 +79,17 @@ pub(super) fn of_surface(
     outwards: &[Vector3<f64>],
 ) -> Vec<Wall> {
     let mut sums = AreaSums::new(lattice.len());
-    let (points, areas) = samples(surface, SPACING * lattice.cell_size());
-    let embedding = Embedding::new(lattice, &points);
+    let mut locator = Locator::new(lattice);
     let face = lattice.cell_size().powi(2);
-    for (sample, area) in areas.iter().enumerate() {
-        let corners = embedding.corners(sample).into_iter().zip(embedding.weights(sample));
+    let pieces = Pieces { mesh: surface.mesh, spacing: spacing(lattice, surface.mesh) };
+    pieces.for_each(|[a, b, c], area| {
+        let (cell, local) = locator.locate(&(a + ((b - a) + (c - a)) / 3.0));
+        let corners = lattice.cell_corners(cell).into_iter().zip(trilinear_weights(local));
         for (corner, weight) in corners.filter(|(corner, _)| outwards[*corner as usize] != Vector3::zeros()) {
             sums.add(corner, area, f64::from(weight.max(0.0)) / face);
         }
-    }
+        true
+    });
     // Sum over the walls of each component: positive if the surface is oriented outwards.
     let mut alignments = vec![0.0; adjacency.component_count];
     for wall in sums.walls() {
@@ -97,35 +106,116 @@ pub(super) fn of_surface(
     walls
 }
 
-/// Returns sample points on the triangles of a surface, at most `spacing` apart, and the area vector of each
-/// point.
-fn samples(surface: Surface<'_>, spacing: f64) -> (Vec<Point3<f64>>, Vec<Vector3<f64>>) {
-    let vertices = surface.mesh.vertices();
-    let (mut points, mut areas) = (Vec::new(), Vec::new());
-    for triangle in surface.mesh.triangles() {
-        let [a, b, c] = triangle.map(|corner| vertices[corner as usize]);
-        let (u, v) = (b - a, c - a);
-        let area = u.cross(&v) * 0.5;
-        if area == Vector3::zeros() {
-            continue;
+/// Returns the greatest edge of the pieces of the surface: [`SPACING`], doubled until the number of pieces is
+/// within [`MAX_SAMPLES`].
+fn spacing(lattice: &Lattice, mesh: &Mesh) -> f64 {
+    let limit = MAX_SAMPLES * lattice.len() + mesh.triangles().len();
+    let mut spacing = SPACING * lattice.cell_size();
+    loop {
+        let mut count = 0;
+        Pieces { mesh, spacing }.for_each(|_, _| {
+            count += 1;
+            count <= limit
+        });
+        if count <= limit {
+            return spacing;
         }
-        // Splits each side of the triangle into equal parts, which divides the triangle into congruent
-        // smaller triangles. The samples are their centroids. Every second triangle is rotated by half a
-        // turn.
-        let subdivisions = (u.norm().max(v.norm()).max((c - b).norm()) / spacing).ceil().max(1.0);
-        let mut add = |i: f64, j: f64| {
-            points.push(a + u * (i / subdivisions) + v * (j / subdivisions));
-            areas.push(area / (subdivisions * subdivisions));
-        };
-        for i in 0..subdivisions as usize {
-            for j in 0..subdivisions as usize - i {
-                let (i, j) = (i as f64, j as f64);
-                add(i + 1.0 / 3.0, j + 1.0 / 3.0);
-                if i + j + 1.0 < subdivisions {
-                    add(i + 2.0 / 3.0, j + 2.0 / 3.0);
+        spacing *= 2.0;
+    }
+}
+
+/// The triangles of a mesh, divided into pieces whose edges are at most `spacing`.
+struct Pieces<'a> {
+    mesh: &'a Mesh,
+    spacing: f64,
+}
+
+impl Pieces<'_> {
+    /// Calls `visit` for each piece, with its corners and its area vector, until `visit` returns false.
+    ///
+    /// A triangle is bisected at its longest edge (Rivara 1984) until its edges are short enough. The number of
+    /// pieces of a thin triangle is proportional to its length, not to the square of its length.
+    fn for_each(&self, mut visit: impl FnMut([Point3<f64>; 3], &Vector3<f64>) -> bool) {
+        let vertices = self.mesh.vertices();
+        let mut stack = Vec::new();
+        for triangle in self.mesh.triangles() {
+            let corners = triangle.map(|corner| vertices[corner as usize]);
+            let area = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])) * 0.5;
+            if area == Vector3::zeros() {
+                continue;
+            }
+            stack.push((corners, area));
+            while let Some((corners, area)) = stack.pop() {
+                let edges = [0, 1, 2].map(|k| (corners[(k + 1) % 3] - corners[k]).norm_squared());
+                let longest = (1..3).fold(0, |longest, k| if edges[k] > edges[longest] { k } else { longest });
+                if edges[longest] <= self.spacing * self.spacing {
+                    if !visit(corners, &area) {
+                        return;
+                    }
+                    continue;
+                }
+                let ends = [longest, (longest + 1) % 3];
+                let middle = nalgebra::center(&corners[ends[0]], &corners[ends[1]]);
+                for end in ends {
+                    let mut half = corners;
+                    half[end] = middle;
+                    stack.push((half, area * 0.5));
                 }
             }
         }
     }
-    (points, areas)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Number of pieces, sum of their areas, and their longest edge.
+    fn pieces(corners: [[f64; 3]; 3], spacing: f64) -> (usize, f64, f64) {
+        let mesh = Mesh::new(corners.to_vec(), &[vec![0, 1, 2]]).unwrap();
+        let (mut count, mut area, mut longest) = (0, 0.0, 0.0_f64);
+        Pieces { mesh: &mesh, spacing }.for_each(|[a, b, c], piece| {
+            (count, area) = (count + 1, area + piece.norm());
+            longest = longest.max((b - a).norm()).max((c - b).norm()).max((a - c).norm());
+            true
+        });
+        (count, area, longest)
+    }
+
+    #[test]
+    fn pieces_cover_the_triangle_with_short_edges() {
+        for corners in [[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0; 3], [3.0, 0.1, 0.0], [2.0, 0.5, 1.0]]] {
+            let (_, expected, _) = pieces(corners, 10.0);
+            let (count, area, longest) = pieces(corners, 0.1);
+            assert!(count > 10 && (area / expected - 1.0).abs() < 1e-12 && longest <= 0.1, "{count} {area} {longest}");
+        }
+    }
+
+    #[test]
+    fn thin_triangle_has_pieces_in_proportion_to_its_length() {
+        // A sliver of height h: bisection halves its longest edge until it is short; both halves stay slivers.
+        let sliver = |length: f64| pieces([[0.0; 3], [length, 0.0, 0.0], [0.5 * length, 1e-3, 0.0]], 0.5).0;
+        assert_eq!(sliver(1024.0), 4096);
+        assert_eq!(sliver(2048.0), 2 * sliver(1024.0));
+    }
+
+    #[test]
+    fn surface_that_overlaps_itself_has_a_limited_number_of_samples() {
+        let cells: Vec<[i32; 3]> = (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100]).collect();
+        let lattice = Lattice::from_cells(&cells, 1.0, Point3::origin(), false).unwrap();
+        let corners = [[0.0, 0.0, 5.0], [10.0, 0.0, 5.0], [0.0, 10.0, 5.0]];
+        let mesh = |copies: u32| {
+            let faces: Vec<Vec<u32>> = (0..copies).map(|_| vec![0, 1, 2]).collect();
+            Mesh::new(corners.to_vec(), &faces).unwrap()
+        };
+        assert_eq!(spacing(&lattice, &mesh(1)), SPACING);
+        let many = mesh(100_000);
+        let coarse = spacing(&lattice, &many);
+        let mut count = 0;
+        Pieces { mesh: &many, spacing: coarse }.for_each(|_, _| {
+            count += 1;
+            true
+        });
+        assert!(coarse > SPACING && count <= MAX_SAMPLES * lattice.len() + 100_000, "{coarse} {count}");
+    }
 }
