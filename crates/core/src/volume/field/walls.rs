@@ -7,7 +7,8 @@ use crate::mesh::Mesh;
 use crate::volume::adjacency::{Adjacency, boundary_faces};
 use crate::volume::surface::Surface;
 
-/// Greatest edge, in cells, of the triangles into which the surface is divided. Each has one sample.
+/// Greatest size, in cells, of the pieces into which the surface is divided: the width and the height of a piece,
+/// or the edges of a triangle that is not divided. Each piece has one sample, its centroid.
 const SPACING: f64 = 0.5;
 
 /// Maximum number of samples per lattice vertex, beyond one sample per triangle of the surface.
@@ -82,11 +83,11 @@ pub(super) fn of_surface(
     let mut locator = Locator::new(lattice);
     let face = lattice.cell_size().powi(2);
     let pieces = Pieces { mesh: surface.mesh, spacing: spacing(lattice, surface.mesh) };
-    pieces.for_each(|[a, b, c], area| {
-        let (cell, local) = locator.locate(&(a + ((b - a) + (c - a)) / 3.0));
+    pieces.for_each(|centroid, area| {
+        let (cell, local) = locator.locate(&centroid);
         let corners = lattice.cell_corners(cell).into_iter().zip(trilinear_weights(local));
         for (corner, weight) in corners.filter(|(corner, _)| outwards[*corner as usize] != Vector3::zeros()) {
-            sums.add(corner, area, f64::from(weight.max(0.0)) / face);
+            sums.add(corner, &area, f64::from(weight.max(0.0)) / face);
         }
         true
     });
@@ -106,7 +107,7 @@ pub(super) fn of_surface(
     walls
 }
 
-/// Returns the greatest edge of the pieces of the surface: [`SPACING`], doubled until the number of pieces is
+/// Returns the greatest size of the pieces of the surface: [`SPACING`], doubled until the number of pieces is
 /// within [`MAX_SAMPLES`].
 fn spacing(lattice: &Lattice, mesh: &Mesh) -> f64 {
     let limit = MAX_SAMPLES * lattice.len() + mesh.triangles().len();
@@ -124,45 +125,77 @@ fn spacing(lattice: &Lattice, mesh: &Mesh) -> f64 {
     }
 }
 
-/// The triangles of a mesh, divided into pieces whose edges are at most `spacing`.
+/// The triangles of a mesh, divided into pieces of a size of at most `spacing`.
 struct Pieces<'a> {
     mesh: &'a Mesh,
     spacing: f64,
 }
 
 impl Pieces<'_> {
-    /// Calls `visit` for each piece, with its corners and its area vector, until `visit` returns false.
-    ///
-    /// A triangle is bisected at its longest edge (Rivara 1984) until its edges are short enough. The number of
-    /// pieces of a thin triangle is proportional to its length, not to the square of its length.
-    fn for_each(&self, mut visit: impl FnMut([Point3<f64>; 3], &Vector3<f64>) -> bool) {
+    /// Calls `visit` for each piece, with its centroid and its area vector, until `visit` returns false.
+    fn for_each(&self, mut visit: impl FnMut(Point3<f64>, Vector3<f64>) -> bool) {
         let vertices = self.mesh.vertices();
-        let mut stack = Vec::new();
         for triangle in self.mesh.triangles() {
             let corners = triangle.map(|corner| vertices[corner as usize]);
-            let area = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])) * 0.5;
-            if area == Vector3::zeros() {
-                continue;
+            if !self.divide(corners, &mut visit) {
+                return;
             }
-            stack.push((corners, area));
-            while let Some((corners, area)) = stack.pop() {
-                let edges = [0, 1, 2].map(|k| (corners[(k + 1) % 3] - corners[k]).norm_squared());
-                let longest = (1..3).fold(0, |longest, k| if edges[k] > edges[longest] { k } else { longest });
-                if edges[longest] <= self.spacing * self.spacing {
-                    if !visit(corners, &area) {
-                        return;
+        }
+    }
+
+    /// Calls `visit` for each piece of a triangle. Returns false if `visit` does.
+    ///
+    /// ```text
+    ///            c
+    ///         /|..|\ |         The triangle is cut into slabs perpendicular to its longest edge ab, and
+    ///       /|..|..|.\|        each slab into layers of equal height. The number of pieces of a thin
+    ///     /|..|..|..|..\       triangle is proportional to its length.
+    ///   a --------------- b
+    /// ```
+    fn divide(
+        &self,
+        corners: [Point3<f64>; 3],
+        visit: &mut impl FnMut(Point3<f64>, Vector3<f64>) -> bool,
+    ) -> bool {
+        let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
+        let area = u.cross(&v) * 0.5;
+        if area == Vector3::zeros() {
+            return true;
+        }
+        let lengths = [0, 1, 2].map(|k| (corners[(k + 1) % 3] - corners[k]).norm());
+        let longest = (1..3).fold(0, |longest, k| if lengths[k] > lengths[longest] { k } else { longest });
+        let length = lengths[longest];
+        if length <= self.spacing {
+            return visit(corners[0] + u / 3.0 + v / 3.0, area);
+        }
+        let [a, b, c] = [0, 1, 2].map(|k| corners[(longest + k) % 3]);
+        let along = (b - a) / length;
+        // The foot of the altitude of c divides ab in two. The altitude from it to c has the length `height`.
+        let foot = (c - a).dot(&along).clamp(0.0, length);
+        let altitude = (c - a) - along * foot;
+        let height = altitude.norm();
+        for (start, end, height_start, height_end) in [(0.0, foot, 0.0, 1.0), (foot, length, 1.0, 0.0)] {
+            let slabs = ((end - start) / self.spacing).ceil();
+            for slab in 0..slabs as usize {
+                // Heights of both sides of the slab, in units of the altitude.
+                let at = |k: usize| height_start + (height_end - height_start) * (k as f64 / slabs);
+                let (h0, h1) = (at(slab), at(slab + 1));
+                let width = (end - start) / slabs;
+                // Integrals over the slab of h and h², and of the position times h.
+                let (sum, squares) = (0.5 * (h0 + h1), (h0 * h0 + h0 * h1 + h1 * h1) / 3.0);
+                let x = start + width * (slab as f64 + (h0 + 2.0 * h1) / (3.0 * (h0 + h1)));
+                let layers = (h0.max(h1) * height / self.spacing).ceil().max(1.0);
+                for layer in 0..layers as usize {
+                    let y = squares / sum * (layer as f64 + 0.5) / layers;
+                    // The area of the triangle is length / 2 in these units.
+                    let piece = area * (sum * width / (0.5 * length * layers));
+                    if !visit(a + along * x + altitude * y, piece) {
+                        return false;
                     }
-                    continue;
-                }
-                let ends = [longest, (longest + 1) % 3];
-                let middle = nalgebra::center(&corners[ends[0]], &corners[ends[1]]);
-                for end in ends {
-                    let mut half = corners;
-                    half[end] = middle;
-                    stack.push((half, area * 0.5));
                 }
             }
         }
+        true
     }
 }
 
@@ -170,33 +203,36 @@ impl Pieces<'_> {
 mod tests {
     use super::*;
 
-    /// Number of pieces, sum of their areas, and their longest edge.
-    fn pieces(corners: [[f64; 3]; 3], spacing: f64) -> (usize, f64, f64) {
+    /// Number of pieces of a triangle, the sum of their areas, and the mean of their centroids.
+    fn pieces(corners: [[f64; 3]; 3], spacing: f64) -> (usize, f64, Vector3<f64>) {
         let mesh = Mesh::new(corners.to_vec(), &[vec![0, 1, 2]]).unwrap();
-        let (mut count, mut area, mut longest) = (0, 0.0, 0.0_f64);
-        Pieces { mesh: &mesh, spacing }.for_each(|[a, b, c], piece| {
-            (count, area) = (count + 1, area + piece.norm());
-            longest = longest.max((b - a).norm()).max((c - b).norm()).max((a - c).norm());
+        let (mut count, mut area, mut mean) = (0, 0.0, Vector3::zeros());
+        Pieces { mesh: &mesh, spacing }.for_each(|centroid, piece| {
+            (count, area, mean) = (count + 1, area + piece.norm(), mean + centroid.coords * piece.norm());
             true
         });
-        (count, area, longest)
+        (count, area, mean / area)
     }
 
     #[test]
-    fn pieces_cover_the_triangle_with_short_edges() {
-        for corners in [[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0; 3], [3.0, 0.1, 0.0], [2.0, 0.5, 1.0]]] {
-            let (_, expected, _) = pieces(corners, 10.0);
-            let (count, area, longest) = pieces(corners, 0.1);
-            assert!(count > 10 && (area / expected - 1.0).abs() < 1e-12 && longest <= 0.1, "{count} {area} {longest}");
+    fn pieces_have_the_area_and_the_centroid_of_the_triangle() {
+        for corners in [
+            [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            [[0.0; 3], [3.0, 0.1, 0.0], [2.0, 0.5, 1.0]],
+            [[5.0, 0.0, 0.0], [5.0, 4.0, 0.0], [5.0, 1.0, 1e-3]],
+        ] {
+            let (whole, expected_area, expected_mean) = pieces(corners, 10.0);
+            let (count, area, mean) = pieces(corners, 0.1);
+            assert!(whole == 1 && count > 10, "{count}");
+            assert!((area / expected_area - 1.0).abs() < 1e-12 && (mean - expected_mean).norm() < 1e-12);
         }
     }
 
     #[test]
-    fn thin_triangle_has_pieces_in_proportion_to_its_length() {
-        // A sliver of height h: bisection halves its longest edge until it is short; both halves stay slivers.
+    fn number_of_pieces_of_a_thin_triangle_is_proportional_to_its_length() {
         let sliver = |length: f64| pieces([[0.0; 3], [length, 0.0, 0.0], [0.5 * length, 1e-3, 0.0]], 0.5).0;
-        assert_eq!(sliver(1024.0), 4096);
-        assert_eq!(sliver(2048.0), 2 * sliver(1024.0));
+        assert_eq!(sliver(1024.0), 2048);
+        assert_eq!(sliver(2048.0), 4096);
     }
 
     #[test]
