@@ -19,6 +19,8 @@ mod friction;
 mod fuzz;
 mod fuzz_obj;
 mod fuzz_scene;
+mod input_messages;
+mod input_time;
 mod lattice;
 mod matching;
 mod mesh;

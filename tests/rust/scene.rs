@@ -184,7 +184,7 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             5,
             "pin.0.box.max",
             "[0, 1, 1]",
-            "at least `min` on every axis",
+            "at least `min`, which is [1, 0, 0], on every axis",
         ),
         (
             "[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nstart = 2\nend = 1",
@@ -291,7 +291,7 @@ fn bodies_need_a_mesh_and_unique_valid_names() {
         message.starts_with("scene.toml:4: a second body is called `bust`; names must differ"),
         "{message}"
     );
-    for name in ["", "a b", "a/b", "ä"] {
+    for name in ["", "a b", "a/b", "ä!"] {
         let text = format!("[[body]]\nname = \"{name}\"\nmesh = \"m.obj\"\n");
         let message = parse(&text).unwrap_err().to_string();
         assert!(message.starts_with("scene.toml:2: `body.0.name` is "), "{message}");

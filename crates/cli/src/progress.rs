@@ -6,6 +6,7 @@ use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use supple_io::Escaped;
 use supple_io::run::{self, Flow, Note};
 use supple_study as study;
 
@@ -35,12 +36,13 @@ impl Reporter {
     /// Creates a reporter for the job or study `name`. If `quiet`, it prints only notes, except
     /// [`Note::Resumed`].
     pub(crate) fn new(name: &str, quiet: bool) -> Self {
+        let name = Escaped(name).to_string();
         let output = match (quiet, io::stderr().is_terminal()) {
             (true, _) => Output::Nothing,
-            (false, true) => Output::Bar(bar(name)),
+            (false, true) => Output::Bar(bar(&name)),
             (false, false) => Output::Lines(0),
         };
-        Self { name: name.to_owned(), output, start: Instant::now(), first: 0 }
+        Self { name, output, start: Instant::now(), first: 0 }
     }
 
     /// Removes the bar from the terminal.

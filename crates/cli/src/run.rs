@@ -25,7 +25,7 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
 fn print_scenes(args: &RunArgs) -> Exit {
     for input in &args.inputs {
         match changed_scene(args, input) {
-            Ok(scene) => terminal::print(scene.to_toml().trim_end()),
+            Ok(scene) => terminal::print_data(scene.to_toml().trim_end()),
             Err(error) => {
                 terminal::print_error(&error);
                 return Exit::Input;

@@ -6,14 +6,26 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 
-/// Prints a line to standard output.
-pub(crate) fn print(line: impl Display) {
-    let _ = writeln!(io::stdout().lock(), "{line}");
+use supple_io::Escaped;
+
+/// Prints lines to standard output. Control characters of names and paths in them are escaped.
+pub(crate) fn print(lines: impl Display) {
+    let _ = writeln!(io::stdout().lock(), "{}", escaped(&lines.to_string()));
 }
 
-/// Prints a line to standard error.
-pub(crate) fn print_to_stderr(line: impl Display) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
+/// Prints lines for other programs to standard output, unchanged.
+pub(crate) fn print_data(lines: impl Display) {
+    let _ = writeln!(io::stdout().lock(), "{lines}");
+}
+
+/// Prints lines to standard error. Control characters of names and paths in them are escaped.
+pub(crate) fn print_to_stderr(lines: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{}", escaped(&lines.to_string()));
+}
+
+/// Escapes all control characters but the line ends.
+fn escaped(lines: &str) -> String {
+    lines.split('\n').map(|line| Escaped(line).to_string()).collect::<Vec<_>>().join("\n")
 }
 
 /// Prints a line to standard error: `error: ` and the message.
@@ -73,6 +85,11 @@ mod tests {
     #[test]
     fn counts_of_one_have_a_singular_noun() {
         assert_eq!([0, 1, 2].map(|count| counted(count, "cell")), ["0 cells", "1 cell", "2 cells"]);
+    }
+
+    #[test]
+    fn control_characters_other_than_line_ends_are_escaped() {
+        assert_eq!(escaped("a\u{1b}[2J\nb\t\u{9b}"), "a\\u{1b}[2J\nb\\t\\u{9b}");
     }
 
     #[test]

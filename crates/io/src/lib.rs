@@ -7,10 +7,12 @@
 //!
 //! Each module may use only the modules above it in this list.
 
+mod escape;
 mod file;
 pub mod frames;
 pub mod obj;
 pub mod run;
 pub mod scene;
 
+pub use escape::Escaped;
 pub use file::write_atomically;

@@ -3,8 +3,9 @@
 use std::io;
 use std::path::Path;
 
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::{PyIsADirectoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
+use supple_io::Escaped;
 use supple_io::obj::{ObjError, ObjProblem};
 
 /// The exceptions of `supple.errors`. A variant has the name of its exception without `Error`.
@@ -65,6 +66,12 @@ pub(crate) fn from_io(path: &Path, error: &io::Error) -> PyErr {
             let reason = text.split(" (os error").next().unwrap_or_default().to_owned();
             PyOSError::new_err((number, reason, path.as_os_str().to_owned()))
         }
-        None => PyOSError::new_err(format!("{}: {error}", path.display())),
+        None => {
+            let message = format!("{}: {error}", Escaped(path.display()));
+            match error.kind() {
+                io::ErrorKind::IsADirectory => PyIsADirectoryError::new_err(message),
+                _ => PyOSError::new_err(message),
+            }
+        }
     }
 }

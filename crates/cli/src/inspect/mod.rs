@@ -14,7 +14,9 @@ use facts::Facts;
 pub(crate) fn inspect(args: &InspectArgs) -> Exit {
     match collect(args) {
         Ok(facts) if args.json => {
-            terminal::print(serde_json::to_string_pretty(&facts).expect("facts can be serialized as JSON"));
+            terminal::print_data(
+                serde_json::to_string_pretty(&facts).expect("facts can be serialized as JSON"),
+            );
             Exit::Done
         }
         Ok(facts) => {

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{ObjError, ObjProblem};
-use super::parse::{IgnoredStatement, NO_NORMAL, Numbers, Parsed, parse};
+use super::numbers::Numbers;
+use super::parse::{IgnoredStatement, NO_NORMAL, Parsed, parse};
 use super::{Group, Library, library};
+use crate::file;
 
 /// Contents of an OBJ file: the bytes, the surface, and the names of the objects and groups.
 ///
@@ -20,12 +22,12 @@ impl Document {
     /// Reads a file.
     ///
     /// # Errors
-    /// If the file cannot be read, is not an OBJ file, has no faces, or contains an index out of range or a
-    /// number that is malformed or not finite. The error names the file and, if the problem is in one line,
-    /// the line.
+    /// If the file cannot be read, is not a regular file (but a directory, a pipe, a device), is not an OBJ
+    /// file, has no faces, or contains an index out of range or a number that is malformed or not finite. The
+    /// error names the file and, if the problem is in one line, the line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, ObjError> {
         let path = path.as_ref();
-        let raw = std::fs::read(path).map_err(|source| ObjError {
+        let raw = file::read(path, u64::MAX).map_err(|source| ObjError {
             path: path.into(),
             line: None,
             problem: ObjProblem::Read(source),
@@ -94,8 +96,7 @@ impl Document {
 
     /// Returns the material libraries in `mtllib` statements, in order.
     pub fn libraries(&self) -> Vec<Library> {
-        let statements = self.parsed.libraries.iter().cloned();
-        statements.flat_map(|names| library::split(&self.raw, names, self.directory())).collect()
+        library::find(&self.raw, &self.parsed.libraries, self.directory())
     }
 
     /// Returns the directory that `mtllib` paths are relative to.

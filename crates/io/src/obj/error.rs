@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use supple::mesh::MeshError;
 
+use crate::escape::{Escaped, Excerpt};
+
 /// Error of reading an OBJ file, displayed as `path:line: problem`.
 #[derive(Debug)]
 pub struct ObjError {
@@ -44,7 +46,7 @@ pub enum ObjProblem {
         found: usize,
     },
     /// The text where a number is expected is not a number.
-    #[error("`{text}` in `{statement}` is not a number; write numbers like 1.5 or 2e-3")]
+    #[error("`{}` in `{statement}` is not a number; write numbers like 1.5 or 2e-3", Excerpt(.text))]
     NotANumber {
         /// The statement: `v` or `vn`.
         statement: &'static str,
@@ -52,7 +54,7 @@ pub enum ObjProblem {
         text: String,
     },
     /// A number is NaN, infinite, or beyond the range of `f32`.
-    #[error("`{text}` in `{statement}`: numbers must be finite and within the range of f32")]
+    #[error("`{}` in `{statement}`: numbers must be finite and within the range of f32", Excerpt(.text))]
     NotFinite {
         /// The statement: `v` or `vn`.
         statement: &'static str,
@@ -60,7 +62,7 @@ pub enum ObjProblem {
         text: String,
     },
     /// A face corner does not have the form `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-    #[error("face {face} has a corner `{text}`; a corner must be v, v/vt, v//vn or v/vt/vn")]
+    #[error("face {face} has a corner `{}`; a corner must be v, v/vt, v//vn or v/vt/vn", Excerpt(.text))]
     Corner {
         /// The face, from 1.
         face: usize,
@@ -81,7 +83,7 @@ pub enum ObjProblem {
         count: usize,
     },
     /// No `o` or `g` with faces has the requested name.
-    #[error("no object or group `{name}` with faces; the file has: {}", list(.known))]
+    #[error("no object or group `{}` with faces; the file has: {}", Excerpt(.name), list(.known))]
     UnknownObject {
         /// Requested name.
         name: String,
@@ -98,7 +100,7 @@ pub enum ObjProblem {
 
 impl std::fmt::Display for ObjError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", self.path.display())?;
+        write!(f, "{}", Escaped(self.path.display()))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
         }
@@ -115,10 +117,13 @@ impl std::error::Error for ObjError {
 /// A value and its line, from 1; `None` if the value concerns the whole file.
 pub(super) type Located<T> = (Option<usize>, T);
 
-/// Formats names as a list in quotes, or as `none` if there are no names.
+/// Formats names as a list in quotes, or as `none` if there are no names. Names beyond the first 20 are
+/// counted.
 fn list(names: &[String]) -> String {
-    match names {
-        [] => "none".to_owned(),
-        names => names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
+    const MAX: usize = 20;
+    let mut list: Vec<_> = names.iter().take(MAX).map(|name| format!("`{}`", Excerpt(name))).collect();
+    if names.len() > MAX {
+        list.push(format!("and {} more", names.len() - MAX));
     }
+    if list.is_empty() { "none".to_owned() } else { list.join(", ") }
 }

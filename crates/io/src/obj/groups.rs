@@ -1,5 +1,6 @@
 //! Collects the objects (`o`) and groups (`g`) of a file, and their faces.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -19,81 +20,98 @@ pub struct Group {
     pub(super) is_alias: bool,
 }
 
-/// Collects groups while the file is parsed.
+/// Collects groups while the file is parsed. Most names are borrowed from the file.
 #[derive(Debug, Default)]
-pub(super) struct GroupBuilder {
-    groups: Vec<Group>,
+pub(super) struct GroupBuilder<'a> {
+    groups: Vec<Builder<'a>>,
     /// Index in `groups`, by `is_object` and name.
-    index: HashMap<(bool, String), usize>,
+    index: HashMap<(bool, Cow<'a, str>), usize>,
     /// Index of the current object.
     object: Option<usize>,
     /// Indices of the current groups.
     current: Vec<usize>,
 }
 
-impl GroupBuilder {
+/// A group, and the first face of its current range if it has one.
+#[derive(Debug)]
+struct Builder<'a> {
+    name: Cow<'a, str>,
+    is_object: bool,
+    is_alias: bool,
+    faces: Vec<Range<u32>>,
+    start: Option<u32>,
+}
+
+impl<'a> GroupBuilder<'a> {
     /// Processes an `o` statement. `face` is the index of the next face. An empty name only ends the current
     /// object.
-    pub(super) fn start_object(&mut self, name: String, face: u32) {
-        let ended = self.object.take();
-        self.close(ended, face);
+    pub(super) fn start_object(&mut self, name: Cow<'a, str>, face: u32) {
+        if let Some(ended) = self.object.take() {
+            self.close(ended, face);
+        }
         if !name.is_empty() {
-            self.object = Some(self.open(name, true, false, face));
+            self.object = self.open(name, true, false, face);
         }
     }
 
     /// Processes a `g` statement with the words `names` and the whole text `text`. `face` is the index of the
     /// next face.
-    pub(super) fn start_groups(&mut self, names: Vec<String>, text: String, face: u32) {
-        let ended = std::mem::take(&mut self.current);
-        self.close(ended, face);
-        let several = names.len() > 1;
+    pub(super) fn start_groups(
+        &mut self,
+        names: impl Iterator<Item = Cow<'a, str>>,
+        text: Cow<'a, str>,
+        face: u32,
+    ) {
+        let mut current = std::mem::take(&mut self.current);
+        current.drain(..).for_each(|ended| self.close(ended, face));
+        let mut count = 0;
         for name in names {
-            let group = self.open(name, false, false, face);
-            if !self.current.contains(&group) {
-                self.current.push(group);
-            }
+            current.extend(self.open(name, false, false, face));
+            count += 1;
         }
-        if several {
-            let alias = self.open(text, false, true, face);
-            if !self.current.contains(&alias) {
-                self.current.push(alias);
-            }
+        if count > 1 {
+            current.extend(self.open(text, false, true, face));
         }
+        self.current = current;
     }
 
     /// Returns the objects and groups that have faces, in the order of their first statements.
     pub(super) fn finish(mut self, faces: u32) -> Vec<Group> {
-        let ended: Vec<_> = self.object.take().into_iter().chain(self.current.drain(..)).collect();
-        self.close(ended, faces);
-        self.groups.retain(|group| !group.faces.is_empty());
-        self.groups
+        for ended in self.object.take().into_iter().chain(std::mem::take(&mut self.current)) {
+            self.close(ended, faces);
+        }
+        drop(self.index);
+        let with_faces = self.groups.into_iter().filter(|group| !group.faces.is_empty());
+        let group = |Builder { name, is_object, is_alias, faces, .. }| Group {
+            name: name.into_owned(),
+            is_object,
+            faces,
+            is_alias,
+        };
+        with_faces.map(group).collect()
     }
 
     /// Starts a range of faces at `face` in the group `name`, which is created if necessary. Returns the
-    /// index of the group.
-    fn open(&mut self, name: String, is_object: bool, is_alias: bool, face: u32) -> usize {
+    /// index of the group, or `None` if its range has started already: a name can occur twice in a statement.
+    fn open(&mut self, name: Cow<'a, str>, is_object: bool, is_alias: bool, face: u32) -> Option<usize> {
         let next = self.groups.len();
         let group = *self.index.entry((is_object, name.clone())).or_insert(next);
         if group == next {
-            self.groups.push(Group { name, is_object, faces: Vec::new(), is_alias });
+            self.groups.push(Builder { name, is_object, is_alias, faces: Vec::new(), start: None });
         }
-        let group_faces = &mut self.groups[group].faces;
-        // A name that occurs twice in a statement has already started this range.
-        if group_faces.last().is_none_or(|range| range.start != face || range.end != face) {
-            group_faces.push(face..face);
+        let start = &mut self.groups[group].start;
+        if start.is_some() {
+            return None;
         }
-        group
+        *start = Some(face);
+        Some(group)
     }
 
-    /// Ends the last range of each group before `face`, and removes the range if it is empty.
-    fn close(&mut self, groups: impl IntoIterator<Item = usize>, face: u32) {
-        for group in groups {
-            let faces = &mut self.groups[group].faces;
-            match faces.last_mut() {
-                Some(range) if range.start < face => range.end = face,
-                _ => drop(faces.pop()),
-            }
+    /// Ends the current range of a group before `face`, and keeps it unless it is empty.
+    fn close(&mut self, group: usize, face: u32) {
+        let group = &mut self.groups[group];
+        if let Some(start) = group.start.take().filter(|&start| start < face) {
+            group.faces.push(start..face);
         }
     }
 }

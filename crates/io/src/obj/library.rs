@@ -14,54 +14,77 @@ pub struct Library {
     pub name: String,
     /// Path of the library: absolute, or relative to the current directory.
     pub path: PathBuf,
-    /// Whether a file exists at `path`.
+    /// Whether a file exists at `path`. Only the first 256 libraries of an OBJ file are searched.
     pub exists: bool,
     /// Byte range of the name in the OBJ file.
     pub(crate) bytes: Range<usize>,
 }
 
-/// Largest number of words in a name for which an existing file is searched. Limits the number of file-system
-/// queries for a long line.
+/// Largest number of words in a name for which an existing file is searched.
 const MAX_WORDS: usize = 16;
+/// Largest number of names for which existing files are searched. Together with [`MAX_WORDS`], it limits the
+/// number of file-system queries to a few thousand, which take less than a second.
+const MAX_SEARCHED: usize = 256;
+/// Largest length of a name for which an existing file is searched, in bytes. Operating systems allow no
+/// longer paths.
+const MAX_LENGTH: usize = 4096;
 
-/// Splits the text after `mtllib` into names. The format separates names by spaces, but names may contain
-/// spaces.
-///
-/// Starting at the first remaining word, a name is the longest sequence of words that is an existing file. If
-/// there is no such file, it is the shortest sequence that ends in `.mtl`. If there is none, it is all
-/// remaining words.
-pub(super) fn split(raw: &[u8], names: Range<usize>, directory: &Path) -> Vec<Library> {
-    let words: Vec<_> = Words::new(raw, &names).collect();
-    // A `#` ends the words. If it is inside a name, the last name extends to the end of the text.
-    let end_of = |last: usize| if last + 1 == words.len() { names.end } else { words[last].end };
+/// Returns the libraries that the texts after `mtllib` name, in order. `directory` is the directory of the
+/// OBJ file.
+pub(super) fn find(raw: &[u8], statements: &[Range<usize>], directory: &Path) -> Vec<Library> {
     let mut libraries = Vec::new();
-    let mut first = 0;
-    while first < words.len() {
-        let candidate = |last: usize| library(raw, words[first].start..end_of(last), directory);
-        let longest_file =
-            (first..words.len().min(first + MAX_WORDS)).rev().find(|&last| candidate(last).exists);
-        let shortest_mtl = || (first..words.len()).find(|&last| ends_in_mtl(&raw[..end_of(last)]));
-        let last = longest_file.or_else(shortest_mtl).unwrap_or(words.len() - 1);
-        libraries.push(candidate(last));
-        first = last + 1;
+    for names in statements {
+        split(raw, names, directory, &mut libraries);
     }
     libraries
 }
 
-/// Returns the library whose name is at the byte range `bytes` of the file `raw`, which is in `directory`.
-fn library(raw: &[u8], bytes: Range<usize>, directory: &Path) -> Library {
-    let name = &raw[bytes.clone()];
-    let mut path = directory.join(os_string(name));
-    let mut exists = path.is_file();
-    if !exists && name.contains(&b'\\') {
-        // Programs on Windows write `\` between directories.
-        let slashed: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
-        let other = directory.join(os_string(&slashed));
-        if other.is_file() {
-            (path, exists) = (other, true);
-        }
+/// Splits the text after `mtllib` into names, and appends their libraries. The format separates names by
+/// spaces, but names may contain spaces.
+///
+/// Starting at the first remaining word, a name is the longest sequence of words that is an existing file. If
+/// there is no such file, it is the shortest sequence that ends in `.mtl`. If there is none, it is all
+/// remaining words.
+fn split(raw: &[u8], names: &Range<usize>, directory: &Path, libraries: &mut Vec<Library>) {
+    let words: Vec<_> = Words::new(raw, names).collect();
+    // A `#` ends the words. If it is inside a name, the last name extends to the end of the text.
+    let end_of = |last: usize| if last + 1 == words.len() { names.end } else { words[last].end };
+    let mut first = 0;
+    while first < words.len() {
+        let start = words[first].start;
+        let searched = if libraries.len() < MAX_SEARCHED { MAX_WORDS } else { 0 };
+        let longest_file = (first..words.len().min(first + searched))
+            .rev()
+            .find_map(|last| Some((last, existing(&raw[start..end_of(last)], directory)?)));
+        let shortest_mtl = || (first..words.len()).find(|&last| ends_in_mtl(&raw[..end_of(last)]));
+        let (last, path) = match longest_file {
+            Some((last, path)) => (last, Some(path)),
+            None => (shortest_mtl().unwrap_or(words.len() - 1), None),
+        };
+        let bytes = start..end_of(last);
+        let name = &raw[bytes.clone()];
+        let exists = path.is_some();
+        let path = path.unwrap_or_else(|| directory.join(os_string(name)));
+        libraries.push(Library { name: decode(name).into_owned(), path, exists, bytes });
+        first = last + 1;
     }
-    Library { name: decode(name), path, exists, bytes }
+}
+
+/// Returns the path of the file called `name` in `directory` if it exists.
+fn existing(name: &[u8], directory: &Path) -> Option<PathBuf> {
+    if name.len() > MAX_LENGTH {
+        return None;
+    }
+    let path = directory.join(os_string(name));
+    if path.is_file() {
+        return Some(path);
+    }
+    if !name.contains(&b'\\') {
+        return None;
+    }
+    // Programs on Windows write `\` between directories.
+    let slashed: Vec<u8> = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
+    Some(directory.join(os_string(&slashed))).filter(|path| path.is_file())
 }
 
 /// Returns a file name from bytes of the OBJ file: the same bytes on Unix, decoded text elsewhere.
@@ -73,7 +96,7 @@ fn os_string(bytes: &[u8]) -> OsString {
     }
     #[cfg(not(unix))]
     {
-        decode(bytes).into()
+        decode(bytes).into_owned().into()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Splits bytes into statements and words, and handles continued lines and comments. Returns byte ranges;
 //! decodes and copies nothing.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// A statement: a line together with the lines that continue it.
@@ -55,10 +56,35 @@ impl Iterator for Statements<'_> {
         let start = self.at;
         let mut end = self.next_line();
         let line = self.line;
-        while self.at < self.raw.len() && is_continued(&self.raw[start..end]) {
+        let mut text = Continuation::default();
+        let mut read = start;
+        while text.continues_after(&self.raw[read..end]) && self.at < self.raw.len() {
+            read = self.at;
             end = self.next_line();
         }
         Some(Statement { bytes: start..end, line })
+    }
+}
+
+/// Finds out whether the next line continues a statement, line by line. It does if the text of the statement
+/// so far, without blanks at its end, ends in `\` outside a comment. The comment `# C:\models\` does not
+/// continue.
+#[derive(Default)]
+struct Continuation {
+    has_comment: bool,
+    ends_in_backslash: bool,
+}
+
+impl Continuation {
+    /// Adds a line to the statement, and returns whether the next line continues it.
+    fn continues_after(&mut self, line: &[u8]) -> bool {
+        // A blank line changes nothing.
+        if let Some(last) = line.trim_ascii_end().last() {
+            self.ends_in_backslash = *last == b'\\';
+        }
+        // Searches for a comment only if it matters: most lines do not end in a backslash.
+        self.has_comment |= self.ends_in_backslash && line.contains(&b'#');
+        self.ends_in_backslash && !self.has_comment
     }
 }
 
@@ -69,13 +95,6 @@ fn line_end(rest: &[u8]) -> usize {
         [b'\r' | b'\n', ..] => 1,
         _ => 0,
     }
-}
-
-/// Returns whether the next line continues `text`. This is so if `text` ends in `\` outside a comment; the
-/// comment `# C:\models\` does not continue.
-fn is_continued(text: &[u8]) -> bool {
-    let trimmed = text.trim_ascii_end();
-    trimmed.last() == Some(&b'\\') && !trimmed.contains(&b'#')
 }
 
 /// Class of a byte for splitting words.
@@ -210,9 +229,9 @@ pub(super) fn line_of(raw: &[u8], offset: usize) -> usize {
 }
 
 /// Decodes bytes as UTF-8, or as Latin-1 if they are not valid UTF-8.
-pub(super) fn decode(bytes: &[u8]) -> String {
+pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
+        Ok(text) => text.into(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
     }
 }

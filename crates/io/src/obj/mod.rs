@@ -2,7 +2,7 @@
 //! unchanged.
 //!
 //! ```text
-//! bytes -> lines: statements, words -> parse, with corner and groups -> Document -> Part: mesh of a body
+//! bytes -> lines: statements, words -> parse, with numbers, corner, groups -> Document -> Part: mesh of a body
 //! ```
 //!
 //! The file is parsed in one pass. The parser accepts polygons of any size, texture coordinates, normals,
@@ -17,6 +17,7 @@ mod error;
 mod groups;
 mod library;
 mod lines;
+mod numbers;
 mod parse;
 mod part;
 

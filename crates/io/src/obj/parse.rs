@@ -6,29 +6,8 @@ use super::corner::{self, Corner};
 use super::error::{Located, ObjProblem};
 use super::groups::{Group, GroupBuilder};
 use super::lines::{Statement, Statements, Words, decode, line_of};
-
-/// Byte ranges of the three numbers of a `v` or `vn` statement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Numbers {
-    start: usize,
-    /// End of the first number, start and end of the second, start and end of the third; relative to `start`.
-    ends: [u32; 5],
-}
-
-impl Numbers {
-    /// Returns the byte range from the start of the first number to the end of the third.
-    #[inline]
-    pub(crate) fn span(&self) -> Range<usize> {
-        self.start..self.start + self.ends[4] as usize
-    }
-
-    /// Returns the byte ranges of the three numbers.
-    #[inline]
-    pub(crate) fn ranges(&self) -> [Range<usize>; 3] {
-        let [a, b, c, d, e] = self.ends.map(|end| self.start + end as usize);
-        [self.start..a, b..c, d..e]
-    }
-}
+use super::numbers::{Numbers, three_numbers};
+use crate::escape::Excerpt;
 
 /// A keyword whose statements are ignored.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,6 +60,16 @@ impl Parsed {
     pub(super) fn face_count(&self) -> usize {
         self.offsets.len() - 1
     }
+
+    /// Returns the number of elements of a type so far.
+    #[inline]
+    fn count(&self, element: Element) -> usize {
+        match element {
+            Element::Vertex => self.vertices.len(),
+            Element::Texture => self.textures,
+            Element::Normal => self.normals.len(),
+        }
+    }
 }
 
 /// A corner that refers to an element below its line. It is valid if the element exists at the end of the
@@ -88,22 +77,40 @@ impl Parsed {
 struct ForwardReference {
     line: usize,
     face: usize,
-    what: &'static str,
+    element: Element,
     index: i64,
+}
+
+/// A type of element that the corners of faces refer to.
+#[derive(Clone, Copy)]
+enum Element {
+    Vertex,
+    Texture,
+    Normal,
+}
+
+impl Element {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Vertex => "vertex",
+            Self::Texture => "texture coordinate",
+            Self::Normal => "normal",
+        }
+    }
 }
 
 struct Parser<'a> {
     raw: &'a [u8],
     parsed: Parsed,
-    groups: GroupBuilder,
+    groups: GroupBuilder<'a>,
+    /// The forward references whose index is greater than those of all earlier ones to the same type of
+    /// element. If any forward reference is invalid, the first one is in this list.
     forward: Vec<ForwardReference>,
+    /// Greatest index of a forward reference to each type of element.
+    greatest_forward: [i64; 3],
     /// `v` and `vn` indices of the corners of the current face, from 1; 0 means that the corner has no `vn`.
     face: Vec<[u32; 2]>,
 }
-
-const VERTEX: &str = "vertex";
-const TEXTURE: &str = "texture coordinate";
-const NORMAL: &str = "normal";
 
 /// Parses a whole file.
 pub(super) fn parse(raw: &[u8]) -> Result<Parsed, Located<ObjProblem>> {
@@ -114,8 +121,14 @@ pub(super) fn parse(raw: &[u8]) -> Result<Parsed, Located<ObjProblem>> {
         return Err((Some(line_of(raw, at)), ObjProblem::NotObj(text)));
     }
     let parsed = Parsed { offsets: vec![0], ..Parsed::default() };
-    let mut parser =
-        Parser { raw, parsed, groups: GroupBuilder::default(), forward: Vec::new(), face: Vec::new() };
+    let mut parser = Parser {
+        raw,
+        parsed,
+        groups: GroupBuilder::default(),
+        forward: Vec::new(),
+        greatest_forward: [0; 3],
+        face: Vec::new(),
+    };
     let mut statements = Statements::new(raw);
     for statement in statements.by_ref() {
         parser.statement(&statement).map_err(|problem| parser.locate(statement.line, problem))?;
@@ -124,7 +137,7 @@ pub(super) fn parse(raw: &[u8]) -> Result<Parsed, Located<ObjProblem>> {
     parser.finish(lines)
 }
 
-impl Parser<'_> {
+impl<'a> Parser<'a> {
     /// Parses one statement.
     fn statement(&mut self, statement: &Statement) -> Result<(), ObjProblem> {
         let raw = self.raw;
@@ -147,7 +160,7 @@ impl Parser<'_> {
             b"o" => self.groups.start_object(decode(&raw[words.rest()]), faces),
             b"g" => {
                 let text = decode(&raw[words.clone().rest()]);
-                let names = words.map(|word| decode(&raw[word])).collect();
+                let names = words.map(|word| decode(&raw[word]));
                 self.groups.start_groups(names, text, faces);
             }
             b"mtllib" => self.parsed.libraries.push(words.rest()),
@@ -166,14 +179,14 @@ impl Parser<'_> {
         for word in words {
             let text = &self.raw[word];
             let Some(Corner { vertex, texture, normal }) = corner::parse(text) else {
-                return Err(ObjProblem::Corner { face, text: decode(text) });
+                return Err(ObjProblem::Corner { face, text: decode(text).into_owned() });
             };
-            let vertex = self.resolve(line, face, VERTEX, self.parsed.vertices.len(), vertex)?;
+            let vertex = self.resolve(line, face, Element::Vertex, vertex)?;
             if let Some(texture) = texture {
-                self.resolve(line, face, TEXTURE, self.parsed.textures, texture)?;
+                self.resolve(line, face, Element::Texture, texture)?;
             }
             let normal = match normal {
-                Some(normal) => self.resolve(line, face, NORMAL, self.parsed.normals.len(), normal)?,
+                Some(normal) => self.resolve(line, face, Element::Normal, normal)?,
                 None => 0,
             };
             with_normals &= normal != 0;
@@ -194,22 +207,19 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Converts an index as written in the file to an index from 1. `count` elements are above this line;
-    /// more may follow.
+    /// Converts an index as written in the file to an index from 1. More elements may follow below the line.
     #[inline]
-    fn resolve(
-        &mut self,
-        line: usize,
-        face: usize,
-        what: &'static str,
-        count: usize,
-        index: i64,
-    ) -> Result<u32, ObjProblem> {
+    fn resolve(&mut self, line: usize, face: usize, element: Element, index: i64) -> Result<u32, ObjProblem> {
+        let count = self.parsed.count(element);
         let absolute = if index < 0 { count as i64 + 1 + index } else { index };
         if absolute > count as i64 {
-            self.forward.push(ForwardReference { line, face, what, index });
+            let greatest = &mut self.greatest_forward[element as usize];
+            if index > *greatest {
+                *greatest = index;
+                self.forward.push(ForwardReference { line, face, element, index });
+            }
         } else if absolute < 1 {
-            return Err(ObjProblem::IndexOutOfRange { face, what, index, count });
+            return Err(ObjProblem::IndexOutOfRange { face, what: element.name(), index, count });
         }
         // An index beyond 32 bits is a forward reference, which `finish` rejects.
         Ok(u32::try_from(absolute).unwrap_or(u32::MAX))
@@ -225,7 +235,11 @@ impl Parser<'_> {
         match known.or(full.then_some(MAX_KEYWORDS - 1)) {
             Some(at) => ignored[at].count += 1,
             None => {
-                ignored.push(IgnoredStatement { keyword: decode(keyword), count: 1, first_line: line });
+                ignored.push(IgnoredStatement {
+                    keyword: decode(keyword).into_owned(),
+                    count: 1,
+                    first_line: line,
+                });
             }
         }
     }
@@ -241,7 +255,7 @@ impl Parser<'_> {
     /// Returns the problem of the first foreign statement, whose keyword is not part of the format.
     fn foreign(&self) -> Option<Located<ObjProblem>> {
         let first = self.parsed.ignored.iter().find(|entry| !KEYWORDS.contains(&entry.keyword.as_str()))?;
-        let text = format!("line starts with `{}`, which is not an OBJ keyword", first.keyword);
+        let text = format!("line starts with `{}`, which is not an OBJ keyword", Excerpt(&first.keyword));
         Some((Some(first.first_line), ObjProblem::NotObj(text)))
     }
 
@@ -252,13 +266,10 @@ impl Parser<'_> {
         if let Some(foreign) = empty.then(|| self.foreign()).flatten() {
             return Err(foreign);
         }
-        for &ForwardReference { line, face, what, index } in &self.forward {
-            let count = match what {
-                VERTEX => self.parsed.vertices.len(),
-                TEXTURE => self.parsed.textures,
-                _ => self.parsed.normals.len(),
-            };
+        for &ForwardReference { line, face, element, index } in &self.forward {
+            let count = self.parsed.count(element);
             if index > count as i64 {
+                let what = element.name();
                 return Err((Some(line), ObjProblem::IndexOutOfRange { face, what, index, count }));
             }
         }
@@ -283,35 +294,3 @@ const KEYWORDS: &[&str] = &[
     "sp", "end", "con", "mg", "bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech",
     "stech", "maplib", "usemap", "call", "csh",
 ];
-
-/// Parses the first three numbers of a statement; returns their byte ranges and values.
-fn three_numbers(
-    statement: &'static str,
-    raw: &[u8],
-    mut words: Words<'_>,
-) -> Result<(Numbers, [f32; 3]), ObjProblem> {
-    let mut ranges: [Range<usize>; 3] = [0..0, 0..0, 0..0];
-    for (found, range) in ranges.iter_mut().enumerate() {
-        *range = words.next().ok_or(ObjProblem::TooFewNumbers { statement, needed: 3, found })?;
-    }
-    let mut values = [0.0; 3];
-    for (value, range) in values.iter_mut().zip(&ranges) {
-        *value = number(statement, &raw[range.clone()])?;
-    }
-    let [x, y, z] = ranges;
-    let start = x.start;
-    // Fails only if the three numbers and the blanks between them are longer than 4 GiB.
-    let ends = [x.end, y.start, y.end, z.start, z.end].map(|end| u32::try_from(end - start));
-    let [Ok(a), Ok(b), Ok(c), Ok(d), Ok(e)] = ends else { return Err(ObjProblem::TooLarge) };
-    Ok((Numbers { start, ends: [a, b, c, d, e] }, values))
-}
-
-/// Parses a number and rounds it to the nearest `f32`.
-#[inline]
-fn number(statement: &'static str, bytes: &[u8]) -> Result<f32, ObjProblem> {
-    match std::str::from_utf8(bytes).ok().and_then(|text| text.parse::<f32>().ok()) {
-        Some(number) if number.is_finite() => Ok(number),
-        Some(_) => Err(ObjProblem::NotFinite { statement, text: decode(bytes) }),
-        None => Err(ObjProblem::NotANumber { statement, text: decode(bytes) }),
-    }
-}

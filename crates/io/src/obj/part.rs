@@ -1,5 +1,7 @@
 //! Selects the part of an OBJ file that is the surface of one body.
 
+use std::collections::HashSet;
+
 use nalgebra::Point3;
 
 use super::Document;
@@ -91,12 +93,10 @@ impl Part {
 fn faces_of(document: &Document, name: &str) -> Result<Vec<u32>, ObjError> {
     let named = || document.all_groups().iter().filter(|group| group.name == name);
     if named().next().is_none() {
-        let mut known: Vec<String> = Vec::new();
-        for group in document.groups().filter(|group| !group.name.is_empty()) {
-            if !known.contains(&group.name) {
-                known.push(group.name.clone());
-            }
-        }
+        // An object and a group may have the same name.
+        let mut listed = HashSet::new();
+        let names = document.groups().map(|group| group.name.as_str());
+        let known = names.filter(|name| listed.insert(*name)).map(str::to_owned).collect();
         return Err(document.error(ObjProblem::UnknownObject { name: name.to_owned(), known }));
     }
     let mut faces: Vec<u32> = named().flat_map(|group| group.faces.iter().cloned().flatten()).collect();

@@ -1,6 +1,7 @@
 //! Builds the simulation of a scene: reads meshes, builds lattices, adds pins, handles and colliders. Writes
 //! no files.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -48,7 +49,7 @@ impl Input {
 /// If a mesh cannot be read or is invalid, a lattice does not fit in memory, a pin or a handle selects no
 /// vertices, or the volume measure does not apply to a mesh.
 pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
-    let mut documents: Vec<(PathBuf, Arc<Document>)> = Vec::new();
+    let mut documents = HashMap::new();
     let mut bodies = Vec::new();
     let mut inputs = Vec::new();
     let mut placed = Vec::new();
@@ -80,12 +81,12 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
 }
 
 /// Returns the document of a file. Reads the file only if it is not in `documents`, and adds it there.
-fn read(documents: &mut Vec<(PathBuf, Arc<Document>)>, path: &Path) -> Result<Arc<Document>, RunError> {
-    if let Some((_, document)) = documents.iter().find(|(known, _)| known == path) {
+fn read(documents: &mut HashMap<PathBuf, Arc<Document>>, path: &Path) -> Result<Arc<Document>, RunError> {
+    if let Some(document) = documents.get(path) {
         return Ok(document.clone());
     }
     let document = Arc::new(Document::read(path)?);
-    documents.push((path.to_owned(), document.clone()));
+    documents.insert(path.to_owned(), document.clone());
     Ok(document)
 }
 

@@ -84,7 +84,7 @@ pub struct OutputData {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct BodyData {
-    /// Unique name: letters, digits, `-`, `_` and `.`.
+    /// Unique name: letters and digits of any language, `-`, `_` and `.`, at most 200 bytes.
     #[serde(deserialize_with = "keys::name")]
     pub name: String,
     /// OBJ file, relative to the scene file.

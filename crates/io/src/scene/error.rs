@@ -2,9 +2,10 @@
 //! input.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::escape::{Escaped, Excerpt};
 use crate::obj::ObjError;
 
 /// Place of a value or key: a line of a scene file, or an override.
@@ -24,8 +25,8 @@ pub enum Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Line { file, line } => write!(f, "{file}:{line}"),
-            Self::Override(text) => write!(f, "--set {text}"),
+            Self::Line { file, line } => write!(f, "{}:{line}", Escaped(file)),
+            Self::Override(text) => write!(f, "--set {}", Excerpt(text)),
         }
     }
 }
@@ -35,7 +36,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum SceneError {
     /// The file cannot be read.
-    #[error("{}: cannot read the scene: {source}", path.display())]
+    #[error("{}: cannot read the scene: {source}", Escaped(path.display()))]
     Read {
         /// Scene file.
         path: PathBuf,
@@ -43,7 +44,7 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// The extension of the file is that of neither a scene nor a model.
-    #[error("{}: the extension must be .toml, for a scene, or .obj, for a model", path.display())]
+    #[error("{}: {}", Escaped(path.display()), kinds(path))]
     Kind {
         /// Input file.
         path: PathBuf,
@@ -52,7 +53,7 @@ pub enum SceneError {
     #[error(transparent)]
     Mesh(#[from] ObjError),
     /// The text is not valid TOML.
-    #[error("{place}: {message}")]
+    #[error("{place}: {}", Escaped(message))]
     Syntax {
         /// Place of the error.
         place: Place,
@@ -60,7 +61,7 @@ pub enum SceneError {
         message: String,
     },
     /// A key is unknown.
-    #[error("{place}: unknown key `{key}`; the nearest known one is `{nearest}`")]
+    #[error("{place}: unknown key `{}`; the nearest known one is `{nearest}`", Excerpt(key))]
     UnknownKey {
         /// Place of the key.
         place: Place,
@@ -69,8 +70,18 @@ pub enum SceneError {
         /// Known key with the most similar spelling.
         nearest: String,
     },
+    /// A collider has an unknown key in place of its shape, or a constraint in place of its selection.
+    #[error("{place}: unknown key `{}`; give one of `{}`", Excerpt(key), known.join("`, `"))]
+    UnknownShape {
+        /// Place of the key.
+        place: Place,
+        /// Full key, such as `collider.0.cylinder`.
+        key: String,
+        /// Keys of the known shapes.
+        known: Vec<&'static str>,
+    },
     /// A required key is missing.
-    #[error("{place}: `{key}` is missing: {hint}")]
+    #[error("{place}: `{}` is missing: {hint}", Excerpt(key))]
     Missing {
         /// Place of the table that needs the key.
         place: Place,
@@ -80,7 +91,7 @@ pub enum SceneError {
         hint: String,
     },
     /// A value has the wrong type.
-    #[error("{place}: `{key}` must be {expected}, not {found}")]
+    #[error("{place}: `{}` must be {expected}, not {found}", Excerpt(key))]
     WrongType {
         /// Place of the value.
         place: Place,
@@ -92,7 +103,7 @@ pub enum SceneError {
         found: String,
     },
     /// A number is out of range, or a string is not one of the valid choices.
-    #[error("{place}: `{key}` is {value}; it must be {range}")]
+    #[error("{place}: `{}` is {value}; it must be {range}", Excerpt(key))]
     OutOfRange {
         /// Place of the value.
         place: Place,
@@ -104,7 +115,7 @@ pub enum SceneError {
         range: String,
     },
     /// Two mutually exclusive keys are given.
-    #[error("{place}: `{key}` and `{other}` exclude each other; leave one of them out")]
+    #[error("{place}: `{}` and `{other}` exclude each other; leave one of them out", Excerpt(key))]
     Exclusive {
         /// Place of the second key.
         place: Place,
@@ -114,7 +125,10 @@ pub enum SceneError {
         other: String,
     },
     /// Two bodies have the same name.
-    #[error("{place}: a second body is called `{name}`; names must differ, because they name the files")]
+    #[error(
+        "{place}: a second body is called `{}`; names must differ, because they name the files",
+        Excerpt(name)
+    )]
     DuplicateName {
         /// Place of the second body.
         place: Place,
@@ -122,11 +136,22 @@ pub enum SceneError {
         name: String,
     },
     /// An override does not have the form `KEY=VALUE`, or its key does not exist.
-    #[error("--set {text}: {message}")]
+    #[error("--set {}: {message}", Excerpt(text))]
     Override {
         /// Text of the override, as given.
         text: String,
         /// Description of the problem and of a valid override.
         message: String,
     },
+}
+
+/// Returns the message that the extension of an input is that of neither a scene nor a model.
+fn kinds(path: &Path) -> String {
+    let found = match path.extension() {
+        Some(extension) => {
+            format!("files with the extension .{} are not read", Escaped(extension.display()))
+        }
+        None => "files without an extension are not read".to_owned(),
+    };
+    format!("{found}; give a scene (.toml) or a model (.obj)")
 }

@@ -8,17 +8,20 @@
 //! * An enum that is read from a table is the variant whose name is a key of the table. Two such keys are an
 //!   error.
 
+use std::iter::Enumerate;
+use std::slice::Iter;
 use std::vec::IntoIter;
 
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{
-    Deserialize, DeserializeSeed, Deserializer, Error, Expected, IntoDeserializer, MapAccess, SeqAccess,
-    Unexpected, Visitor,
+    Deserialize, DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 
-use super::error::SceneError;
-use super::keys::{expand, hint_for, is_name};
+use super::error::{Place, SceneError};
+use super::fault::{Fault, resembles};
+use super::keys::{expand, hint_for};
+use super::name::is_name;
 use super::value::{Data, Table, Value};
 
 /// A value and its full key, such as `body.bust.half_width`. The full key of the whole document is empty.
@@ -82,6 +85,15 @@ impl<'a> Field<'a> {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
 
+    /// Returns the place of a key of this table.
+    fn place_of(&self, key: &str) -> Place {
+        let value = match &self.value.data {
+            Data::Table(table) => table.get(key).unwrap_or(self.value),
+            _ => self.value,
+        };
+        value.place.clone()
+    }
+
     /// Returns the error that `key` is missing in this table.
     pub(super) fn missing(&self, key: &str, hint: &str) -> SceneError {
         SceneError::Missing { place: self.value.place.clone(), key: self.key_of(key), hint: hint.to_owned() }
@@ -108,8 +120,10 @@ impl<'a> Field<'a> {
             Fault::Known(error) => error,
             Fault::Range(range) => self.out_of_range(&range),
             Fault::Unknown(key, nearest) => {
-                let place = self.at(&key).value.place.clone();
-                SceneError::UnknownKey { place, key: self.key_of(&key), nearest }
+                SceneError::UnknownKey { place: self.place_of(&key), key: self.key_of(&key), nearest }
+            }
+            Fault::UnknownShape(key, known) => {
+                SceneError::UnknownShape { place: self.place_of(&key), key: self.key_of(&key), known }
             }
             Fault::Missing(field) => match expand(&[field])[..] {
                 [key] => self.missing(key, hint_for(key)),
@@ -151,6 +165,15 @@ impl<'a> Field<'a> {
         let known = expand(fields);
         let unknown = table.keys().find(|key| !known.contains(&key.as_str()));
         if let Some(key) = unknown.filter(|_| !self.is_part) {
+            let shapes = fields.iter().find(|&&field| matches!(field, "@shape" | "@selection"));
+            let shapes = shapes.map(|&shapes| expand(&[shapes])).unwrap_or_default();
+            // A table without a shape has the unknown key in its place, unless the key resembles another one.
+            if !shapes.is_empty()
+                && !shapes.iter().any(|&shape| table.contains_key(shape))
+                && !resembles(key, &known)
+            {
+                return Err(Fault::UnknownShape(key.clone(), shapes));
+            }
             return Err(Fault::unknown_key(key, &known));
         }
         let entry = |&field: &&'static str| match table.get(field) {
@@ -176,61 +199,6 @@ impl<'a> Field<'a> {
     }
 }
 
-/// A problem with a value, whose place and full key may be unknown.
-#[derive(Debug)]
-pub(super) enum Fault {
-    /// The value has the wrong type; contains the expected type.
-    Type(String),
-    /// The value is out of range; contains the valid range.
-    Range(String),
-    /// The field with this name is missing.
-    Missing(&'static str),
-    /// A key is unknown; contains the key, and the known key with the most similar spelling.
-    Unknown(String, String),
-    /// The complete error, with place and full key.
-    Known(SceneError),
-}
-
-impl Fault {
-    fn unknown_key(key: &str, known: &[&str]) -> Self {
-        Self::Unknown(key.to_owned(), nearest(key, known).unwrap_or_default().to_owned())
-    }
-}
-
-impl std::fmt::Display for Fault {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{self:?}")
-    }
-}
-
-impl std::error::Error for Fault {}
-
-impl Error for Fault {
-    fn custom<T: std::fmt::Display>(message: T) -> Self {
-        Self::Range(message.to_string())
-    }
-
-    fn invalid_type(_: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::Type(expected.to_string())
-    }
-
-    fn invalid_value(_: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::Type(expected.to_string())
-    }
-
-    fn unknown_variant(_: &str, expected: &'static [&'static str]) -> Self {
-        Self::Range(format!("one of \"{}\"", expected.join("\", \"")))
-    }
-
-    fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
-        Self::unknown_key(field, expected)
-    }
-
-    fn missing_field(field: &'static str) -> Self {
-        Self::Missing(field)
-    }
-}
-
 impl<'de> Deserializer<'de> for Field<'de> {
     type Error = Fault;
 
@@ -241,10 +209,7 @@ impl<'de> Deserializer<'de> for Field<'de> {
             Data::Float(value) => visitor.visit_f64(*value),
             Data::Text(value) => visitor.visit_borrowed_str(value),
             Data::Date(_) => visitor.visit_unit(),
-            Data::Array(values) => {
-                let items = values.iter().enumerate().map(|(index, value)| self.item(index, value));
-                visitor.visit_seq(Items(items.collect::<Vec<_>>().into_iter()))
-            }
+            Data::Array(values) => visitor.visit_seq(Items { rest: values.iter().enumerate(), list: &self }),
             Data::Table(table) => {
                 let entries = table.iter().map(|(key, value)| (&**key, self.child(key, value)));
                 visitor.visit_map(Entries::new(entries.collect()))
@@ -343,19 +308,17 @@ impl<'de> MapAccess<'de> for Entries<'de> {
 }
 
 /// Iterator over the elements of a list.
-struct Items<'a>(IntoIter<Field<'a>>);
+struct Items<'a, 'de> {
+    rest: Enumerate<Iter<'de, Value>>,
+    list: &'a Field<'de>,
+}
 
-impl<'de> SeqAccess<'de> for Items<'de> {
+impl<'de> SeqAccess<'de> for Items<'_, 'de> {
     type Error = Fault;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Fault> {
-        let Some(field) = self.0.next() else { return Ok(None) };
+        let Some((index, value)) = self.rest.next() else { return Ok(None) };
+        let field = self.list.item(index, value);
         seed.deserialize(field.clone()).map_err(|fault| field.locate(fault)).map(Some)
     }
-}
-
-/// Returns the candidate with the smallest edit distance (Damerau-Levenshtein) to `word`. If several
-/// candidates have this distance, returns the first one.
-pub fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
-    candidates.iter().copied().min_by_key(|candidate| strsim::damerau_levenshtein(word, candidate))
 }

@@ -3,12 +3,13 @@
 //! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
 //! from the types of [`supple`].
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
+use super::name::is_name;
 use supple::{
     Collider, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, RegionDamping, RegionSize,
     Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions, VolumeScope,
@@ -325,7 +326,8 @@ ranges! {
     direction([f64; 3], v): v != [0.0; 3], "a vector that is not zero";
     extents([f64; 3], v): v.iter().all(|&half| half > 0.0), "three numbers above 0";
     name(String, name): is_name(&name),
-        "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, because it names files";
+        "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, and of at most 200 bytes, because \
+         it names files";
     mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of an OBJ file";
     directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; \".\" is that of the scene file";
 }
@@ -345,23 +347,4 @@ where
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
 fn is_infinite(number: &f64) -> bool {
     number.is_infinite()
-}
-
-/// Returns whether `name` is a valid name of a body.
-pub(super) fn is_name(name: &str) -> bool {
-    // A leading `.` would make the frames hidden files.
-    !name.is_empty() && !name.starts_with('.') && name.chars().all(is_name_character)
-}
-
-fn is_name_character(character: char) -> bool {
-    character.is_ascii_alphanumeric() || matches!(character, '-' | '_' | '.')
-}
-
-/// Returns the default name of a body: the file name of its mesh without the extension, with `_` in place of
-/// invalid characters.
-pub(super) fn name_from(mesh: &Path) -> String {
-    let stem = mesh.file_stem().unwrap_or_default().to_string_lossy();
-    let name: String =
-        stem.chars().map(|character| if is_name_character(character) { character } else { '_' }).collect();
-    if name.is_empty() { "body".to_owned() } else { name }
 }

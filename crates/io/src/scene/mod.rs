@@ -10,9 +10,11 @@
 
 mod data;
 mod error;
+mod fault;
 mod field;
 mod keys;
 mod model;
+mod name;
 mod overrides;
 mod read;
 mod value;
@@ -20,6 +22,6 @@ mod write;
 
 pub use data::{BodyData, OutputData, Scene, SimulationData, Substeps, body_keys};
 pub use error::{Place, SceneError};
-pub use field::nearest;
+pub use fault::nearest;
 pub use keys::ALTERNATIVES;
 pub use model::Up;

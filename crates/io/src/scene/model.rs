@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::data::{BodyData, OutputData, Scene, SimulationData, Substeps};
 use super::error::SceneError;
-use super::keys::name_from;
+use super::name::name_from;
 use supple::{Collider, RegionDamping};
 
 /// Axis of a model that points up.
@@ -29,7 +29,7 @@ impl Scene {
     /// # Errors
     ///
     /// As [`Scene::read_with`]. Also if a model cannot be read, or if the extension is neither `.toml` nor
-    /// `.obj`.
+    /// `.obj`. Only regular files are read.
     pub fn open(path: impl AsRef<Path>, up: Up, overrides: &[String]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();

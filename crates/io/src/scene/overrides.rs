@@ -4,9 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::error::{Place, SceneError};
-use super::field::nearest;
-use super::keys::{ALTERNATIVES, name_from};
+use super::fault::nearest;
+use super::keys::ALTERNATIVES;
+use super::name::name_from;
 use super::value::{Data, Table, Value, parse_value};
+use crate::escape::Excerpt;
 
 /// Applies overrides to the document `root`, in order.
 pub(super) fn apply(root: &mut Value, overrides: &[String]) -> Result<(), SceneError> {
@@ -48,7 +50,10 @@ fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), 
             };
             set(&mut values[index], rest, value, place)
         }
-        _ => Err(format!("`{path}` is below {}, which has no keys; shorten the key", node.describe())),
+        _ => {
+            let (path, value) = (Excerpt(path), node.describe());
+            Err(format!("`{path}` is below {value}, which has no keys; shorten the key"))
+        }
     }
 }
 
@@ -84,9 +89,12 @@ fn find<'a>(values: &[Value], path: &'a str) -> Result<(usize, Option<&'a str>),
         };
     }
     let known: Vec<&str> = names.iter().flatten().map(String::as_str).collect();
+    let called = Excerpt(part);
     Err(match nearest(part, &known) {
-        Some(nearest) => format!("no element is called `{part}`; the nearest known name is `{nearest}`"),
-        None => format!("`{part}` must be a number from 0 to {}", values.len().saturating_sub(1)),
+        Some(nearest) => {
+            format!("no element is called `{called}`; the nearest known name is `{}`", Excerpt(nearest))
+        }
+        None => format!("`{called}` must be a number from 0 to {}", values.len().saturating_sub(1)),
     })
 }
 

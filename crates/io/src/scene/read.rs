@@ -8,16 +8,23 @@ use std::sync::Arc;
 use super::data::{BodyData, Scene};
 use super::error::{Place, SceneError};
 use super::field::Field;
-use super::keys::{hint_for, name_from};
+use super::keys::hint_for;
+use super::name::name_from;
 use super::{overrides, value};
+use crate::file;
 use supple::{Key, Selection, TimeWindow};
+
+/// Largest size of a scene file in bytes. Parsing takes up to 130 bytes of memory for each byte of the file.
+/// A list of a million vertices has 8 MB.
+const MAX_SIZE: u64 = 32 << 20;
 
 impl Scene {
     /// Reads a scene file.
     ///
     /// # Errors
     ///
-    /// If the file cannot be read, is not TOML, or is not a valid scene; see [`SceneError`].
+    /// If the file cannot be read, is not a regular file of at most 32 MiB, is not TOML, or is not a valid scene; see
+    /// [`SceneError`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::read_with(path, &[])
     }
@@ -35,10 +42,10 @@ impl Scene {
     pub fn read_with(path: impl AsRef<Path>, overrides: &[String]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         let read = |source| SceneError::Read { path: path.to_owned(), source };
-        let bytes = std::fs::read(path).map_err(read)?;
+        let bytes = file::read(path, MAX_SIZE).map_err(read)?;
         let file = path.to_string_lossy();
         let text = String::from_utf8(bytes).map_err(|error| {
-            let line = value::line_of(error.as_bytes(), error.utf8_error().valid_up_to());
+            let line = value::Lines::new(error.as_bytes()).line_of(error.utf8_error().valid_up_to());
             let place = Place::Line { file: file.as_ref().into(), line };
             SceneError::Syntax { place, message: "not valid TOML: the text is not UTF-8".to_owned() }
         })?;
@@ -107,7 +114,9 @@ fn check_constraints(body: &BodyData, field: &Field<'_>) -> Result<(), SceneErro
         if let Selection::Box { min, max } = selection
             && (0..3).any(|axis| min[axis] > max[axis])
         {
-            return Err(constraint.at("box.max").out_of_range("at least `min` on every axis"));
+            let [x, y, z] = min;
+            let range = format!("at least `min`, which is [{x}, {y}, {z}], on every axis");
+            return Err(constraint.at("box.max").out_of_range(&range));
         }
         if end <= start {
             return Err(constraint.at("end").out_of_range(&format!("a number above {start}")));

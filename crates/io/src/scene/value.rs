@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Place, SceneError};
+use crate::escape::Excerpt;
 
 /// A TOML value and its place.
 #[derive(Clone, Debug)]
@@ -37,14 +38,18 @@ impl Value {
             Data::Boolean(value) => value.to_string(),
             Data::Integer(value) => value.to_string(),
             Data::Float(value) => value.to_string(),
-            Data::Text(value) => format!("the string {value:?}"),
+            Data::Text(value) => format!("the string \"{}\"", Excerpt(value)),
             Data::Date(value) => format!("the date {value}"),
-            Data::Array(values) if values.len() <= 3 => {
+            Data::Array(values) if values.len() <= 3 && !values.iter().any(Self::is_array) => {
                 format!("[{}]", values.iter().map(Self::describe).collect::<Vec<_>>().join(", "))
             }
             Data::Array(values) => format!("a list of {} values", values.len()),
             Data::Table(_) => "a table".to_owned(),
         }
+    }
+
+    fn is_array(&self) -> bool {
+        matches!(self.data, Data::Array(_))
     }
 
     /// Returns the string at `key` if the value is a table in which `key` is a string.
@@ -59,7 +64,8 @@ impl Value {
 
 /// Parses a TOML document; `file` is its name in messages.
 pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Value, SceneError> {
-    let place = |offset: usize| Place::Line { file: file.clone(), line: line_of(text.as_bytes(), offset) };
+    let lines = Lines::new(text.as_bytes());
+    let place = |offset: usize| Place::Line { file: file.clone(), line: lines.line_of(offset) };
     let table = DeTable::parse(text).map_err(|error| SceneError::Syntax {
         place: place(error.span().map_or(0, |span| span.start)),
         message: format!("not valid TOML: {}", error.message()),
@@ -106,7 +112,36 @@ fn convert(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> Place) -> Resul
     Ok(Value { data, place: at })
 }
 
-/// Returns the line number, from 1, of the byte at `offset`.
-pub(super) fn line_of(text: &[u8], offset: usize) -> usize {
-    1 + text[..offset.min(text.len())].iter().filter(|&&byte| byte == b'\n').count()
+/// Finds the lines of a text, each in constant time.
+pub(super) struct Lines<'a> {
+    text: &'a [u8],
+    /// For each block of the text, the number of line ends before it.
+    before: Vec<usize>,
+}
+
+impl<'a> Lines<'a> {
+    /// Number of bytes in a block.
+    const BLOCK: usize = 256;
+
+    pub(super) fn new(text: &'a [u8]) -> Self {
+        let before = text.chunks(Self::BLOCK).scan(0, |count, block| {
+            let before = *count;
+            *count += line_ends(block);
+            Some(before)
+        });
+        Self { text, before: before.collect() }
+    }
+
+    /// Returns the line number, from 1, of the byte at `offset`.
+    pub(super) fn line_of(&self, offset: usize) -> usize {
+        let offset = offset.min(self.text.len());
+        let block = (offset / Self::BLOCK).min(self.before.len().saturating_sub(1));
+        let before = self.before.get(block).copied().unwrap_or(0);
+        1 + before + line_ends(&self.text[block * Self::BLOCK..offset])
+    }
+}
+
+/// Returns the number of line ends in a text.
+fn line_ends(text: &[u8]) -> usize {
+    text.iter().filter(|&&byte| byte == b'\n').count()
 }

@@ -1,0 +1,91 @@
+//! Memory of reading: the peak is at most a fixed multiple of the size of the file.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::Path;
+
+use supple_io::obj::Document;
+use supple_io::scene::Scene;
+
+/// The system's allocator, with counters.
+struct CountingAllocator;
+
+thread_local! {
+    /// Bytes that this thread has allocated less those that it has freed.
+    static BYTES: Cell<isize> = const { Cell::new(0) };
+    /// Largest value of `BYTES`.
+    static PEAK: Cell<isize> = const { Cell::new(0) };
+}
+
+#[allow(unsafe_code, reason = "the trait `GlobalAlloc` is unsafe")]
+// SAFETY: all calls are passed on unchanged to the system's allocator.
+unsafe impl GlobalAlloc for CountingAllocator {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let bytes = BYTES.get() + layout.size() as isize;
+        BYTES.set(bytes);
+        PEAK.set(PEAK.get().max(bytes));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        BYTES.set(BYTES.get() - layout.size() as isize);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// Asserts that `read` allocates at most `factor` times the size of `text` at any time.
+fn assert_small(name: &str, text: &str, factor: f64, read: impl FnOnce(&str)) {
+    PEAK.set(BYTES.get());
+    let before = BYTES.get();
+    read(text);
+    let measured = (PEAK.get() - before) as f64 / text.len() as f64;
+    assert!(measured <= factor, "{name}: {measured:.1} bytes per byte of the file, not {factor}");
+}
+
+fn each(count: usize, text: impl Fn(usize) -> String) -> String {
+    (0..count).map(text).collect()
+}
+
+#[test]
+fn reading_an_obj_file_takes_a_multiple_of_its_size() {
+    // The factors are the sizes of the elements, doubled for growing arrays, for each byte of their text.
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (name, text, factor) in [
+        ("blanks", format!("{triangle}f 1 2 {}3\n", " ".repeat(4_000_000)), 1.1),
+        ("vertices", format!("{triangle}{}", "v 0 0 1\n".repeat(400_000)), 30.0),
+        ("faces", format!("{triangle}{}", "f 1 2 3\n".repeat(400_000)), 30.0),
+        ("corners", format!("{triangle}f{}", " 1".repeat(1_000_000)), 40.0),
+        ("forward references", format!("f{}\n{triangle}", " 3".repeat(1_000_000)), 40.0),
+        ("groups", format!("g{}\n{triangle}", each(500_000, |group| format!(" {group:x}"))), 60.0),
+        (
+            "objects",
+            format!("{triangle}{}", each(200_000, |object| format!("o {object:x}\nf 1 2 3\n"))),
+            30.0,
+        ),
+        ("keywords", format!("{triangle}{}", each(500_000, |keyword| format!("{keyword:x}\n"))), 2.0),
+        ("libraries", format!("mtllib{}\n{triangle}", " a.mtl".repeat(200_000)), 40.0),
+    ] {
+        assert_small(name, &text, factor, |text| {
+            let document = Document::from_bytes("x.obj", text.into()).unwrap();
+            document.libraries();
+            document.mesh(None).unwrap();
+        });
+    }
+}
+
+#[test]
+fn reading_a_scene_takes_a_multiple_of_its_size() {
+    let body = "[[body]]\nmesh = \"a.obj\"\n";
+    for (name, text, factor) in [
+        ("vertices", format!("{body}[[body.pin]]\nvertices = [{}]", "1,".repeat(500_000)), 200.0),
+        ("unknown keys", format!("{body}{}", each(200_000, |key| format!("k{key}=1\n"))), 100.0),
+        ("blanks", format!("{body}{}", " ".repeat(4_000_000)), 10.0),
+    ] {
+        assert_small(name, &text, factor, |text| {
+            let _ = Scene::parse(text, "x.toml", Path::new(""), &[]);
+        });
+    }
+}

@@ -1,0 +1,152 @@
+//! Types of files that are read, and messages about input: no control characters, and a way out.
+
+use std::path::Path;
+
+use supple_io::obj::{self, Document};
+use supple_io::scene::{Scene, Up};
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+const BODY: &str = "[[body]]\nname = \"a\"\nmesh = \"a.obj\"\n";
+
+fn scene_error(text: &str, file: &str, overrides: &[&str]) -> String {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    Scene::parse(text, file, Path::new(""), &overrides).unwrap_err().to_string()
+}
+
+fn obj_error(text: &[u8], path: &str, object: Option<&str>) -> String {
+    let mesh = Document::from_bytes(path, text.to_vec()).and_then(|document| document.mesh(object));
+    mesh.unwrap_err().to_string()
+}
+
+#[cfg(unix)]
+#[test]
+fn only_regular_files_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::create_dir(path("directory")).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+    let _socket = std::os::unix::net::UnixListener::bind(path("socket")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", path("device")).unwrap();
+    for (name, expected) in [
+        ("directory", "it is a directory; give a file"),
+        ("pipe", "it is a pipe; save its data as a regular file and give that"),
+        ("socket", "it is a socket; save its data as a regular file and give that"),
+        ("device", "it is a device; save its data as a regular file and give that"),
+    ] {
+        for (extension, verb) in [("obj", "cannot be read"), ("toml", "cannot read the scene")] {
+            let link = path(&format!("{name}.{extension}"));
+            std::os::unix::fs::symlink(name, &link).unwrap();
+            let message = Scene::open(&link, Up::Y, &[]).unwrap_err().to_string();
+            assert_eq!(message, format!("{}: {verb}: {expected}", link.display()));
+        }
+        let message = obj::read(path(name)).unwrap_err().to_string();
+        assert!(message.ends_with(expected), "{message}");
+        // A mesh of a scene.
+        let text = format!("[[body]]\nname = \"a\"\nmesh = \"{name}\"\n");
+        let scene = Scene::parse(&text, "x.toml", folder.path(), &[]).unwrap();
+        let message = supple_io::run::prepare(&scene).unwrap_err().to_string();
+        assert!(message.ends_with(expected), "{message}");
+        // A material library is not read.
+        let text = format!("mtllib {name}\n{TRIANGLE}");
+        let document = Document::from_bytes(path("x.obj"), text.into()).unwrap();
+        assert!(!document.libraries()[0].exists);
+    }
+    std::fs::File::create(path("large.toml")).unwrap().set_len((32 << 20) + 1).unwrap();
+    let message = Scene::read(path("large.toml")).unwrap_err().to_string();
+    assert!(message.ends_with("it has 33554433 bytes; the largest size is 33554432 bytes"), "{message}");
+    std::fs::write(path("file"), TRIANGLE).unwrap();
+    std::os::unix::fs::symlink("file", path("file.obj")).unwrap();
+    assert_eq!(obj::read(path("file.obj")).unwrap().face_count(), 1);
+}
+
+#[test]
+fn messages_contain_no_control_characters() {
+    let esc = "\u{1b}[2J\u{9b}31m\u{202e}";
+    let path = format!("x{esc}");
+    let toml = esc.replace('\u{1b}', "\\u001b").replace('\u{9b}', "\\u009b").replace('\u{202e}', "\\u202e");
+    let obj = |line: &str| obj_error(format!("{TRIANGLE}{line}\n").as_bytes(), &path, None);
+    let mut messages = vec![
+        obj(&format!("v 0 {esc} 0")),
+        obj(&format!("f 1 2 {esc}")),
+        obj_error(format!("{esc} 1\n").as_bytes(), &path, None),
+        obj_error(format!("{TRIANGLE}g a{esc}\nf 1 2 3\n").as_bytes(), &path, Some(esc)),
+        // In Latin-1, the byte 0x9b is a control character.
+        obj_error(b"v 0 \x9b31m 0\n", "x.obj", None),
+        obj::read(format!("none{esc}.obj")).unwrap_err().to_string(),
+        Scene::open(format!("none{esc}.toml"), Up::Y, &[]).unwrap_err().to_string(),
+        Scene::open(format!("none.{esc}"), Up::Y, &[]).unwrap_err().to_string(),
+        Scene::parse(BODY, "x", Path::new(""), &[format!("{esc}=1")]).unwrap_err().to_string(),
+        Scene::parse(BODY, "x", Path::new(""), &[format!("body.{esc}.x=1")]).unwrap_err().to_string(),
+        Scene::parse(BODY, "x", Path::new(""), &[esc.to_owned()]).unwrap_err().to_string(),
+        Scene::parse(BODY, "x", Path::new(""), &[format!("body.a.scale={esc}")]).unwrap_err().to_string(),
+    ];
+    for line in ["\"KEY\" = 1", "scale = \"KEY\"", "volume = \"KEY\"", "name = \"KEY\""] {
+        let text = BODY.replace("name = \"a\"\n", "") + &line.replace("KEY", &toml) + "\n";
+        messages.push(scene_error(&text, &path, &[]));
+    }
+    messages.push(scene_error(&format!("a = {esc}"), &path, &[]));
+    for message in messages {
+        let is_control = |c: char| c.is_control() || c == '\u{202e}';
+        assert!(!message.contains(is_control), "{message:?}");
+        assert!(message.contains("\\u{9b}"), "{message}");
+    }
+}
+
+#[test]
+fn body_names_have_letters_of_any_language() {
+    for name in [
+        "a.b-c_1",
+        "K\u{f6}pfchen",
+        "Ko\u{308}pfchen",
+        "\u{5934}",
+        "\u{928}\u{92e}\u{938}\u{94d}\u{924}\u{947}",
+        "\u{663}",
+    ] {
+        let text = BODY.replace("\"a\"", &format!("\"{name}\""));
+        let scene = Scene::parse(&text, "x.toml", Path::new(""), &[]).unwrap();
+        assert_eq!(scene.bodies[0].name, name);
+        assert_eq!(Scene::parse(&scene.to_toml(), "x.toml", Path::new(""), &[]).unwrap(), scene);
+        // The name of the file is the default.
+        let text = format!("[[body]]\nmesh = \"models/{name}.obj\"\n");
+        assert_eq!(Scene::parse(&text, "x.toml", Path::new(""), &[]).unwrap().bodies[0].name, name);
+    }
+    for (name, default) in [(".hidden", "_hidden"), ("a b", "a_b"), ("\u{1f9b4}", "_"), ("a:b", "a_b")] {
+        let text = BODY.replace("\"a\"", &format!("\"{name}\""));
+        let message = scene_error(&text, "x.toml", &[]);
+        assert!(message.contains("made of letters, digits, `-`, `_` and `.` only, without"), "{message}");
+        let text = format!("[[body]]\nmesh = \"models/{name}.obj\"\n");
+        assert_eq!(Scene::parse(&text, "x.toml", Path::new(""), &[]).unwrap().bodies[0].name, default);
+    }
+    let text = |length| BODY.replace("\"a\"", &format!("\"{}\"", "\u{e4}".repeat(length)));
+    assert!(Scene::parse(&text(100), "x.toml", Path::new(""), &[]).is_ok());
+    assert!(scene_error(&text(101), "x.toml", &[]).contains("of at most 200 bytes"));
+    let long = format!("[[body]]\nmesh = \"{}.obj\"\n", "\u{e4}".repeat(101));
+    let scene = Scene::parse(&long, "x.toml", Path::new(""), &[]).unwrap();
+    assert_eq!(scene.bodies[0].name, "\u{e4}".repeat(100));
+}
+
+#[test]
+fn unknown_shapes_and_extensions_are_errors_with_the_known_ones() {
+    let message = scene_error(&format!("{BODY}[[collider]]\nmesh = \"bowl.obj\"\n"), "x.toml", &[]);
+    let expected = "x.toml:5: unknown key `collider.0.mesh`; give one of `plane`, `sphere`, `box`, `capsule`";
+    assert_eq!(message, expected);
+    let message = scene_error(&format!("{BODY}[[body.pin]]\ncylinder = 1\n"), "x.toml", &[]);
+    assert!(message.ends_with("give one of `box`, `sphere`, `plane`, `vertices`"), "{message}");
+    // Misspelled keys, and keys beside a shape.
+    for (lines, nearest) in
+        [("spere = 1", "sphere"), ("sphere = 1\nmesh = 1", "sphere"), ("fricton = 1", "friction")]
+    {
+        let message = scene_error(&format!("{BODY}[[collider]]\n{lines}\n"), "x.toml", &[]);
+        let near = message.contains("; the nearest known one is `");
+        assert!(near && (lines.contains("mesh") || message.ends_with(&format!("`{nearest}`"))), "{message}");
+    }
+    for (path, expected) in [
+        (
+            "a/b.stl",
+            "a/b.stl: files with the extension .stl are not read; give a scene (.toml) or a model (.obj)",
+        ),
+        ("a/b", "a/b: files without an extension are not read; give a scene (.toml) or a model (.obj)"),
+    ] {
+        assert_eq!(Scene::open(path, Up::Y, &[]).unwrap_err().to_string(), expected);
+    }
+}
