@@ -5,6 +5,7 @@ import gc
 import pickle
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -122,6 +123,21 @@ def test_a_hold_is_pickled_with_its_body(block):
     assert _same(body, twin.body)
 
 
+@pytest.fixture
+def _limited_memory():
+    """Makes allocations of more than a gigabyte fail. A damaged length in a pickle can ask for any size."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + 2**30, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs the memory limit of Linux")
+# CPython reports a byte array that it cannot allocate twice.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.usefixtures("_limited_memory")
 def test_a_damaged_pickle_is_an_error(cube):
     sim = _changed_simulation(cube)
     things = {

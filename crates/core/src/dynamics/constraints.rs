@@ -13,7 +13,7 @@ use crate::state::{BodyState, Interval};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraints {
     /// The constraints in the order in which they were added, so in increasing order of their indices.
-    /// Released ones are missing, except those that are active until the next step begins.
+    /// The next step removes released ones.
     constraints: Vec<Constraint>,
     /// Number of constraints added so far, including released ones: the index of the next constraint.
     count: usize,
@@ -54,14 +54,12 @@ impl Constraints {
     /// If the index is out of range.
     pub fn release(&mut self, index: usize) -> Result<(), ConstraintError> {
         match self.find(index) {
-            // An active constraint stays until the next step updates `held`.
-            Ok(place) if self.constraints[place].is_active() => {
-                self.constraints[place].window.end = f64::NEG_INFINITY;
-            }
-            Ok(place) => drop(self.constraints.remove(place)),
+            Ok(place) => self.constraints[place].window.end = f64::NEG_INFINITY,
             Err(ConstraintError::Released { .. }) => {}
             Err(error) => return Err(error),
         }
+        // Bounds the memory between two steps. Active constraints stay until the next step updates `held`.
+        while self.constraints.pop_if(|last| last.is_released() && !last.is_active()).is_some() {}
         Ok(())
     }
 
@@ -104,16 +102,16 @@ impl Constraints {
             && self.constraints.iter().all(|constraint| constraint.is_valid(vertex_count))
     }
 
-    /// Returns the constraints in the order in which they were added. Released ones are missing, except those
-    /// that are active until the next step begins.
+    /// Returns the constraints in the order in which they were added, also released ones until the next step
+    /// begins.
     pub fn list(&self) -> &[Constraint] {
         &self.constraints
     }
 
     /// Begins a step, before positions change. Constraints that become active for the first time capture the
-    /// positions of their vertices. Returns whether any constraint becomes active or inactive;
-    /// [`constrained`](Self::constrained) is then updated, and stays valid until the next step begins, and released
-    /// constraints are removed.
+    /// positions of their vertices. Released constraints are removed. Returns whether any constraint becomes
+    /// active or inactive; [`constrained`](Self::constrained) is then updated, and stays valid until the next
+    /// step begins.
     ///
     /// `slots` has the slot of each lattice vertex: its index in the storage order.
     pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
@@ -121,8 +119,8 @@ impl Constraints {
         for constraint in &mut self.constraints {
             changed |= constraint.begin(step, state, slots);
         }
+        self.constraints.retain(|constraint| !constraint.is_released());
         if changed {
-            self.constraints.retain(|constraint| !constraint.is_released());
             self.held.fill(false);
             let active = self.constraints.iter().filter(|constraint| constraint.is_active());
             for &vertex in active.flat_map(Constraint::vertices) {
