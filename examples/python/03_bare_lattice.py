@@ -19,10 +19,9 @@ def main() -> None:
 
     body = supple.Body(lattice, half_width=2)
     x, y, _ = lattice.indices.T
-    positions = body.positions
-    positions[(x >= 4) & (y >= 5), 2] += 0.15
-    body.positions = positions
-    distances = np.linalg.norm(body.goals() - positions, axis=1)
+    with body.edit() as state:
+        state.positions[(x >= 4) & (y >= 5), 2] += 0.15
+    distances = np.linalg.norm(body.goals() - body.positions, axis=1)
     print(f"greatest distance of a vertex from its goal: {distances.max():.4f}")
 
     # Shape matching conserves momentum: without external forces the center of mass stays in place.

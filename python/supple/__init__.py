@@ -19,7 +19,7 @@ Contents:
     Mesh, read_obj                          surface meshes; a mesh argument may also be a path or a trimesh.Trimesh
     Lattice                                 from_mesh, or from_cells for a boolean array
     Body                                    positions, velocities, rotations, masses: numpy arrays, one row per vertex;
-                                            pin, handle, apply_force; goals, surface, volume_report
+                                            edit; pin, handle, holds, apply_force; goals, surface, volume_report
     Simulation                              step(n); dt, time, gravity, colliders can be set between steps
     Plane, Sphere, Box, Capsule             colliders
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
@@ -31,14 +31,17 @@ Contents:
 
 Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). No axis is
 special; only gravity defines a vertical direction. Array arguments may be lists, tuples or arrays of any real dtype,
-strided or read-only. State is returned as a new float64 array, or surfaces are written to the array `out=`. Constant
-data are read-only views. To change positions, assign the whole array: `body.positions = body.positions + offset`.
+strided or read-only. State is returned as a new read-only float64 array, and surfaces as a new array or in the array
+`out=`. To change positions, assign the whole array, `body.positions = body.positions + offset`, or change entries:
+
+    with body.edit() as state:
+        state.velocities[top] = (0, 1, 0)
 
 The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. Results are bit-identical for any number
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import errors, plots, reference, reports, viewer
+from . import edits, errors, plots, reference, reports, viewer
 from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, Plane, Sphere
 from .errors import LatticeError, MeshError, OutputError, SceneError, SuppleError
@@ -71,6 +74,7 @@ __all__ = [
     "SweepResult",
     "VolumeReport",
     "__version__",
+    "edits",
     "errors",
     "load_scene",
     "plot_study",

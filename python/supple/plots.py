@@ -51,10 +51,14 @@ def plot_volume(
     Returns the Axes. Needs matplotlib (in a checkout: `pip install ".[plot]"`).
     """
     single = isinstance(report, (VolumeReport, BodyReport))
+    if not isinstance(report, (VolumeReport, BodyReport, Iterable)):
+        raise TypeError(f"report must be a VolumeReport, a BodyReport, or a list of them, not {type(report).__name__}")
     given = [report] if isinstance(report, (VolumeReport, BodyReport)) else list(report)
     reports = [_volume_report(item) for item in given]
     if not reports:
         raise ValueError("report is an empty list; it must have at least one report")
+    if times is not None and not hasattr(times, "__len__"):
+        raise TypeError(f"times must be a list of numbers, not {type(times).__name__}")
     if times is not None and (single or len(times) != len(reports)):
         expected = "a single report has no times" if single else f"it must have {len(reports)}, one per report"
         raise ValueError(f"times has {len(times)} entries; {expected}")

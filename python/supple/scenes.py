@@ -91,7 +91,15 @@ def run(
 
 def _assignments(overrides: Mapping[str, Any] | None) -> list[str]:
     """Format overrides as `KEY=VALUE`, with TOML values."""
-    return [f"{key}={_toml(value)}" for key, value in (overrides or {}).items()]
+    if overrides is None:
+        return []
+    if not isinstance(overrides, Mapping):
+        found = type(overrides).__name__
+        raise TypeError(f'overrides must be a dict such as {{"body.bust.half_width": 3}}, not {found}')
+    for key in overrides:
+        if not isinstance(key, str):
+            raise TypeError(f"overrides: a key path must be a string, not {type(key).__name__}: {key!r}")
+    return [f"{key}={_toml(value)}" for key, value in overrides.items()]
 
 
 def _toml(value: Any) -> str:

@@ -59,6 +59,10 @@ def sweep(
     Returns one SweepResult per set of parameters, in order. Results are bit-identical on all machines with the same
     SIMD level (`supple.simd_level()`). Raises the exception of a run that fails.
     """
+    if not isinstance(scene, (str, os.PathLike)):
+        raise TypeError(f"scene must be a path (str or os.PathLike), not {type(scene).__name__}")
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise TypeError(f"executor must be a concurrent.futures.Executor, not {type(executor).__name__}")
     path = os.path.abspath(os.fspath(scene))
     sets = _combinations(parameters)
     outputs = [None if output is None else os.path.abspath(Path(output, str(k))) for k in range(len(sets))]
@@ -80,8 +84,24 @@ def _combinations(
 ) -> list[dict[str, Any]]:
     """Return one dict of parameters for each run."""
     if isinstance(parameters, Mapping):
-        return [dict(zip(parameters, values, strict=True)) for values in itertools.product(*parameters.values())]
-    return [dict(values) for values in parameters]
+        lists = [_values(key, values) for key, values in parameters.items()]
+        return [dict(zip(parameters, values, strict=True)) for values in itertools.product(*lists)]
+    if isinstance(parameters, (str, bytes)) or not isinstance(parameters, Iterable):
+        raise TypeError(f"parameters must be a dict of lists or a list of dicts, not {type(parameters).__name__}")
+    sets = list(parameters)
+    for k, values in enumerate(sets):
+        if not isinstance(values, Mapping):
+            raise TypeError(f"parameters[{k}] must be a dict, not {type(values).__name__}")
+    return [dict(values) for values in sets]
+
+
+def _values(key: str, values: Any) -> list[Any]:
+    """Return the values of a parameter as a list."""
+    if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+        raise TypeError(
+            f"parameters: {key} must be a list of values, not {type(values).__name__}; pass [{values!r}] for one value"
+        )
+    return list(values)
 
 
 def _run(

@@ -28,6 +28,12 @@ def _simulation(**settings):
         ({"gravity": None}, TypeError, r"gravity must be numbers of shape \(3,\), not NoneType"),
         ({"gravity": (0, np.inf, 0)}, ValueError, r"gravity\[1\] = inf is not finite"),
         ({"colliders": None}, TypeError, "colliders must be a list of Plane, Sphere, Box or Capsule, not None"),
+        (
+            {"colliders": [supple.Collider()]},
+            TypeError,
+            r"colliders\[0\] must be a Plane, Sphere, Box or Capsule, not Collider",
+        ),
+        ({"threads": np.array([1])}, TypeError, "threads must be a whole number, not ndarray"),
         ({"threads": 1.5}, TypeError, "threads must be a whole number, not float"),
         ({"threads": -1}, ValueError, "threads = -1 is out of range"),
         ({"substeps": 0}, ValueError, "substeps = 0 is out of range: it must be a whole number, at least 1"),
@@ -70,6 +76,56 @@ def test_settable_numbers_refuse_other_types(name, value):
 def test_invalid_arguments_of_functions(cube, make, error, message):
     with pytest.raises(error, match=message):
         make(cube)
+
+
+class UnknownError(Exception):
+    """An exception that supple does not know."""
+
+
+class Failing:
+    """Raises an exception in every conversion."""
+
+    def __init__(self, error):
+        self._error = error
+
+    def _raise(self, *_arguments, **_settings):
+        raise self._error
+
+    __array__ = __index__ = __float__ = __iter__ = __fspath__ = __len__ = __getitem__ = _raise
+
+
+@pytest.mark.parametrize("error", [UnknownError("mine"), TypeError("mine"), ValueError("mine"), OverflowError("mine")])
+def test_exceptions_of_an_argument_are_raised_unchanged(cube, error):
+    lattice = supple.Lattice.from_cells(ONES)
+    body = supple.Body(lattice)
+    sim = supple.Simulation([body])
+    failing = Failing(error)
+    for call in [
+        lambda: setattr(body, "positions", failing),
+        lambda: setattr(body, "half_width", failing),
+        lambda: setattr(sim, "dt", failing),
+        lambda: setattr(sim, "colliders", failing),
+        lambda: sim.step(failing),
+        lambda: body.pin(vertices=failing),
+        lambda: body.pin(box=failing),
+        lambda: body.handle(vertices=[0], keys=failing),
+        lambda: body.handle(vertices=[0], keys=[failing]),
+        lambda: supple.Mesh(failing, [[0, 1, 2]]),
+        lambda: supple.Mesh(cube.vertices, [[0, 1, failing]]),
+        lambda: supple.Lattice.from_cells(failing),
+        lambda: supple.Simulation(failing),
+        lambda: supple.read_obj(failing),
+        lambda: supple.rotations(failing),
+    ]:
+        with pytest.raises(type(error), match=r"^mine$") as caught:
+            call()
+        assert caught.value is error
+
+
+@pytest.mark.parametrize("name", ["cell_size", "origin", "join"])
+def test_none_is_not_a_missing_argument(name):
+    with pytest.raises(TypeError, match=f"^{name} must be .*, not None"):
+        supple.Lattice.from_cells(ONES, **{name: None})
 
 
 def test_body_accepts_the_keys_of_a_scene():

@@ -1,5 +1,8 @@
 """Arrays: accepted forms, returned types, errors, and `out` arguments."""
 
+import contextlib
+import threading
+import time
 import tracemalloc
 
 import numpy as np
@@ -43,15 +46,18 @@ def test_all_number_types_and_layouts_are_accepted(body, name):
         assert np.allclose(getattr(body, name), expected, atol=1e-6), form
 
 
-def test_state_arrays_are_new_float64_copies(body):
+def test_state_arrays_are_new_read_only_float64_copies(body):
     for name, shape in [("positions", (3,)), ("velocities", (3,)), ("rotations", (3, 3)), ("masses", ())]:
         array = getattr(body, name)
         assert array.shape == (len(body), *shape)
         assert array.dtype == np.float64
         assert array.flags.c_contiguous
-        before = array.copy()
-        array[...] = 7
-        assert np.array_equal(getattr(body, name), before)
+        assert array is not getattr(body, name)
+        with pytest.raises(ValueError, match="assignment destination is read-only"):
+            array[0] = 7
+        copy = array.copy()
+        copy[0] = 7
+        assert np.array_equal(getattr(body, name), array)
     for evaluate in (body.goals, body.corrected_positions):
         assert evaluate().shape == (len(body), 3)
         assert evaluate().dtype == np.float64
@@ -129,3 +135,82 @@ def test_out_allocates_nothing(bust):
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 10_000 < out.nbytes
+
+
+def test_an_edit_writes_the_arrays_that_changed(body):
+    sim = supple.Simulation([body], gravity=(0, 0, 0))
+    body.velocities = np.random.default_rng(2).normal(size=(len(body), 3))
+    sim.step(3)
+    positions, velocities = body.positions, body.velocities
+    with body.edit() as state:
+        assert np.array_equal(state.positions, positions)
+        state.positions[3] += [0.1, 0, 0]
+    assert np.allclose(body.positions[3], positions[3] + [0.1, 0, 0], atol=1e-6)
+    assert np.allclose(np.delete(body.positions, 3, axis=0), np.delete(positions, 3, axis=0), atol=1e-6)
+    assert body.velocities.tobytes() == velocities.tobytes()
+    with body.edit() as state:
+        state.velocities[:, 1] = 2
+        state.positions = 1.5 * state.positions
+    assert np.allclose(body.velocities[:, 1], 2, atol=1e-6)
+    assert np.allclose(body.positions[3], 1.5 * (positions[3] + [0.1, 0, 0]), atol=1e-5)
+
+
+def test_an_edit_that_fails_changes_no_bit(body):
+    body.velocities = np.random.default_rng(2).normal(size=(len(body), 3))
+    positions, velocities = body.positions.tobytes(), body.velocities.tobytes()
+
+    def change(value):
+        with body.edit() as state:
+            state.positions[0] = 7
+            state.velocities[5] = value
+
+    for value, message in [
+        ("fast", "could not convert string to float"),
+        (np.nan, r"velocities\[5, 0\] = NaN is not finite"),
+        (1e30, r"velocities\[5\] = .* is too large"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            change(value)
+    assert (body.positions.tobytes(), body.velocities.tobytes()) == (positions, velocities)
+
+
+@pytest.mark.parametrize("method", ["surface", "surface_normals"])
+def test_unaligned_arrays_are_read_and_filled(cube, method):
+    body = supple.Body(cube, lattice_vertices=100)
+    expected = getattr(body, method)()
+    out = np.frombuffer(bytearray(1 + expected.nbytes), np.float64, offset=1).reshape(-1, 3)
+    assert not out.flags.aligned
+    assert np.array_equal(getattr(body, method)(out), expected)
+    positions = np.frombuffer(bytearray(1 + body.positions.nbytes), np.float64, offset=1).reshape(-1, 3)
+    np.copyto(positions, body.positions)
+    body.positions = positions + [1, 0, 0]
+    body.positions = positions
+    assert np.array_equal(body.positions, positions)
+
+
+def test_an_array_that_another_thread_fills_is_an_error_with_its_name(bust):
+    bodies = [supple.Body(bust, lattice_vertices=4000) for _ in range(2)]
+    out = np.empty_like(bodies[0].surface())
+    stop = threading.Event()
+    found = set()
+
+    def fill():
+        while not stop.is_set():
+            with contextlib.suppress(ValueError):
+                bodies[0].surface(out)
+
+    thread = threading.Thread(target=fill)
+    thread.start()
+    try:
+        end = time.monotonic() + 60
+        while len(found) < 2 and time.monotonic() < end:
+            for call in (lambda: bodies[1].surface(out), lambda: supple.Mesh(out, [[0, 1, 2]])):
+                try:
+                    call()
+                except ValueError as error:
+                    found.add(str(error))
+    finally:
+        stop.set()
+        thread.join()
+    message = "{} is in use by another call, in another thread; pass another array"
+    assert found == {message.format(name) for name in ("out", "vertices")}

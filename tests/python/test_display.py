@@ -94,6 +94,8 @@ def test_plot_volume_accepts_the_body_of_a_run_report(scene, tmp_path, pyplot):
     [
         (lambda report: ([],), ValueError, "report is an empty list"),
         (lambda report: ([3],), TypeError, "report must be a VolumeReport, or a list of them, not int"),
+        (lambda report: (None,), TypeError, "report must be a VolumeReport, a BodyReport, or a list of them, not None"),
+        (lambda report: ([report], 3), TypeError, "times must be a list of numbers, not int"),
         (lambda report: ([report], [0, 1]), ValueError, "times has 2 entries; it must have 1, one per report"),
         (lambda report: (report, [0]), ValueError, "times has 1 entries; a single report has no times"),
     ],

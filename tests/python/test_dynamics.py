@@ -1,6 +1,8 @@
 """Motion: free fall, placement, setters, changes between steps."""
 
+import gc
 import re
+import weakref
 
 import numpy as np
 import pytest
@@ -60,7 +62,7 @@ def test_positions_and_velocities_are_set_independently(block):
     assert np.allclose(body.positions, block.rest_positions + [5, 0, 0], atol=1e-6)
     sim.step(50)
     assert np.allclose(body.positions, block.rest_positions + [5, 0, 0], atol=1e-5)
-    body.velocities += [1, 0, 0]
+    body.velocities = body.velocities + [1, 0, 0]
     sim.step(60)
     assert np.allclose(body.positions, block.rest_positions + [6, 0, 0], atol=1e-5)
 
@@ -181,7 +183,11 @@ def test_settings_changed_later_equal_settings_of_the_constructor(block):
         ({"half_width": 0}, ValueError, "half_width = 0 is out of range: it must be a whole number, at least 1"),
         ({"half_width": 1.5}, TypeError, "half_width must be a whole number, not float"),
         ({"half_width": True}, TypeError, "half_width must be a whole number, not bool"),
-        ({"half_width": 10**30}, ValueError, f"half_width = {10**30} is out of range"),
+        (
+            {"half_width": 10**30},
+            ValueError,
+            rf"half_width = {10**30} is out of range: it must be a whole number, at least 1, and below 2\^63",
+        ),
         ({"stiffness": 0}, ValueError, r"stiffness = 0 is out of range: it must be in \(0, 1\]"),
         ({"stiffness": np.nan}, ValueError, r"stiffness = NaN is out of range: it must be in \(0, 1\]"),
         ({"stiffness": "soft"}, TypeError, "stiffness must be a number, not str"),
@@ -201,7 +207,8 @@ def test_settings_changed_later_equal_settings_of_the_constructor(block):
         ),
         ({"velocity": (0, np.inf, 0)}, ValueError, r"velocity\[1\] = inf is not finite"),
         ({"spin": 3}, ValueError, r"spin has the shape \(\); it must be \(3,\)"),
-        ({"scale": 0}, ValueError, "is 0; it must be a positive, finite length"),
+        ({"scale": 0}, ValueError, "scale = 0 is out of range: it must be a finite number > 0"),
+        ({"scale": np.inf}, ValueError, "scale = inf is out of range: it must be a finite number > 0"),
         ({"name": 3}, TypeError, "name must be a string, not int"),
         ({"lattice_vertices": 100}, ValueError, "lattice_vertices is for a mesh"),
         ({"halfwidth": 3}, TypeError, '"halfwidth"; the nearest one is "half_width"'),
@@ -226,6 +233,9 @@ def test_numpy_scalars_are_numbers(block):
         (-1, ValueError, "n = -1 is out of range: it must be a whole number, at least 0"),
         (1.0, TypeError, "n must be a whole number, not float"),
         ("3", TypeError, "n must be a whole number, not str"),
+        (None, TypeError, "n must be a whole number, not None"),
+        (10**30, ValueError, r"n = 10+ is out of range: it must be a whole number, at least 0, and below 2\^63"),
+        (-(10**30), ValueError, r"n = -10+ is out of range: it must be a whole number, at least 0$"),
     ]:
         with pytest.raises(error, match=message):
             sim.step(n)
@@ -235,7 +245,7 @@ def test_a_body_belongs_to_one_simulation(block):
     body, other = supple.Body(block), supple.Body(block)
     sim = supple.Simulation([body])
     assert sim.bodies == (body,)
-    with pytest.raises(ValueError, match=r"bodies\[1\] already belongs to a simulation"):
+    with pytest.raises(ValueError, match=r"bodies\[1\] already belongs to a simulation, its `simulation`; build"):
         supple.Simulation([other, body])
     with pytest.raises(ValueError, match=r"bodies\[1\] is the same Body as bodies\[0\]"):
         supple.Simulation([other, other])
@@ -251,13 +261,37 @@ def test_a_body_belongs_to_one_simulation(block):
     assert body.positions[0, 1] < block.rest_positions[0, 1]
 
 
-def test_bodies_outlive_their_simulation(block):
+def test_a_body_keeps_its_simulation_alive(block):
     body = supple.Body(block)
-    supple.Simulation([body]).step(10)
+    assert body.simulation is None
+    supple.Simulation([body, supple.Body(block, name="other")]).step(10)
+    gc.collect()
     goals = supple.reference.goals(block, body.positions, body.half_width)
     assert np.abs(body.goals() - goals).max() <= 1e-5 * block.cell_size
     with pytest.raises(ValueError, match="already belongs"):
         supple.Simulation([body])
+    sim = body.simulation
+    assert sim is body.simulation
+    assert sim.bodies[0] is body
+    assert sim.bodies[1].name == "other"
+    assert sim.bodies[1].simulation is sim
+    before = sim.bodies[1].positions
+    body.simulation.step()
+    assert not np.array_equal(sim.bodies[1].positions, before)
+
+
+def test_a_simulation_is_freed_with_its_last_body(block):
+    gc.disable()
+    try:
+        body = supple.Body(block)
+        sim = supple.Simulation([body])
+        references = [weakref.ref(sim), weakref.ref(body), weakref.ref(sim.bodies[0])]
+        del sim
+        assert all(reference() is not None for reference in references)
+        del body
+        assert all(reference() is None for reference in references)
+    finally:
+        gc.enable()
 
 
 def test_repr_and_plan(block, cube):

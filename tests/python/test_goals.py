@@ -52,16 +52,13 @@ def test_invalid_arguments_are_errors_with_name_and_range(block):
     positions = block.rest_positions
     with pytest.raises(ValueError, match='regions is "cube"; it must be "staircase" or "breadth_first"'):
         supple.reference.goals(block, positions, 2, regions="cube")
-    with pytest.raises(ValueError, match="half_width = -1 is out of range: it must be a whole number, at least 0"):
-        supple.reference.goals(block, positions, -1)
+    for half_width in (0, -1):
+        message = f"half_width = {half_width} is out of range: it must be a whole number, at least 1"
+        with pytest.raises(ValueError, match=message):
+            supple.reference.goals(block, positions, half_width)
     with pytest.raises(TypeError, match="half_width must be a whole number, not float"):
         supple.reference.goals(block, positions, 1.5)
     with pytest.raises(ValueError, match=r"positions has the shape \(59, 3\); it must be \(60, 3\)"):
         supple.reference.goals(block, positions[1:], 2)
     with pytest.raises(TypeError, match=r"lattice must be a supple\.Lattice, not ndarray"):
         supple.reference.goals(positions, positions, 2)
-
-
-def test_regions_of_half_width_zero_are_the_vertices_themselves(block):
-    positions = block.rest_positions + RNG.normal(size=(len(block), 3))
-    assert np.allclose(supple.reference.goals(block, positions, 0), positions, rtol=0, atol=1e-14)

@@ -1,9 +1,14 @@
 """Pins, handles, forces."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 import supple
+
+#: Values of a Hold that need a pin or handle that was not released.
+NAMES = ("vertices", "keys", "start", "end")
 
 
 @pytest.fixture
@@ -97,6 +102,74 @@ def test_a_handle_follows_new_keys_and_is_released(bar):
     assert np.average(body.positions[:, 1], weights=body.masses) == pytest.approx(0.25 - fallen, abs=1e-4)
     with pytest.raises(ValueError, match="no keys"):
         hold.set_keys([])
+
+
+def test_holds_lists_pins_and_handles_with_their_values(bar):
+    body = supple.Body(bar, name="bar")
+    assert body.holds == ()
+    pin = body.pin(vertices=[4, 1], start=0.25)
+    handle = body.handle(vertices=[7], keys=[(0,), {"time": 1, "rotate": (0, 90, 0)}], end=0.5)
+    assert body.holds == (pin, handle)
+    assert len({pin, handle, *body.holds}) == 2
+    assert pin.vertices.tolist() == [1, 4]
+    with pytest.raises(ValueError, match="read-only"):
+        pin.vertices[0] = 3
+    assert (pin.keys, pin.start, pin.end, pin.active, pin.released) == (None, 0.25, None, False, False)
+    assert handle.keys == ((0, (0, 0, 0), (0, 0, 0)), (1, (0, 0, 0), (0, 90, 0)))
+    assert (handle.start, handle.end) == (0, 0.5)
+    assert repr(pin) == '<supple.Hold 0 of body "bar": pin on 2 lattice vertices, from 0.25 s on>'
+    sim = _sim(body)
+    sim.step(2)
+    assert (pin.active, handle.active) == (False, True)
+    what = "handle with 2 keys on 1 lattice vertex, from 0 to 0.5 s, active"
+    assert repr(handle) == f'<supple.Hold 1 of body "bar": {what}>'
+    sim.step(70)
+    assert (pin.active, handle.active) == (True, False)
+    assert body.holds == (pin, handle)
+
+
+def test_a_released_hold_is_forgotten_and_says_so(bar):
+    body = supple.Body(bar, name="bar")
+    sim = _sim(body)
+    first = body.pin(vertices=[1])
+    sim.step()
+    memory = repr(sim).split()[-2]
+    size = len(pickle.dumps(sim))
+    for step in range(1000):
+        released = body.pin(vertices=[2])
+        if step % 100 == 0:
+            sim.step()
+        released.release()
+    last = body.handle(vertices=[3], keys=[(0,)])
+    sim.step()
+    assert repr(sim).split()[-2] == memory
+    assert len(pickle.dumps(sim)) < size + 200
+    assert body.holds == (first, last)
+    released.release()
+    assert (released.released, released.active, released.body) == (True, False, body)
+    assert repr(released) == '<supple.Hold 1000 of body "bar": released>'
+    message = r"the pin or handle was released; add another one with body\.pin\(\) or body\.handle\(\)"
+    for use in (lambda: released.set_keys([(0,)]), *(lambda name=name: getattr(released, name) for name in NAMES)):
+        with pytest.raises(ValueError, match=message):
+            use()
+    start = body.positions
+    last.set_keys([(0, (0, 1, 0))])
+    sim.step()
+    assert np.allclose(body.positions[3], start[3] + [0, 1, 0], atol=1e-6)
+    assert np.allclose(body.positions[1], bar.rest_positions[1], atol=1e-6)
+
+
+def test_the_hold_that_was_added_last_moves_common_vertices(bar):
+    body = supple.Body(bar)
+    body.pin(vertices=[0, 1])
+    body.handle(vertices=[1, 2], keys=[(0, (0, 1, 0))], end=0.1)
+    sim = _sim(body)
+    sim.step(12)
+    up = [0, 1, 0]
+    assert np.allclose(body.positions[:3], bar.rest_positions[:3] + [[0, 0, 0], up, up], atol=1e-6)
+    sim.step()
+    # After its end the pin holds the common vertex again.
+    assert np.allclose(body.positions[:2], bar.rest_positions[:2], atol=1e-6)
 
 
 def test_a_pin_can_be_added_between_steps(bar):

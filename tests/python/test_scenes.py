@@ -1,5 +1,6 @@
 """Loading and running scenes."""
 
+import gc
 import os
 import pickle
 import signal
@@ -32,6 +33,29 @@ def test_a_loaded_scene_is_a_live_simulation(scene):
     assert pickle.loads(pickle.dumps((sim, body)))[1].name == "cube"
 
 
+def test_a_body_of_a_loaded_scene_keeps_the_simulation_alive(scene):
+    (body,) = supple.load_scene(scene).bodies
+    gc.collect()
+    before = body.positions
+    body.simulation.step(10)
+    assert body.positions.tobytes() != before.tobytes()
+    assert body.simulation.bodies == (body,)
+
+
+def test_the_pins_of_a_scene_can_be_driven(scene):
+    body = supple.load_scene(scene).bodies[0]
+    (pin,) = body.holds
+    assert (pin.keys, pin.start, pin.end) == (None, 0, 0.1)
+    top = pin.vertices
+    assert np.all(body.positions[top, 1] > 1.5)
+    start = body.positions[top]
+    pin.set_keys([(0, (0, 0.5, 0))])
+    body.simulation.step(3)
+    assert np.allclose(body.positions[top], start + [0, 0.5, 0], atol=1e-5)
+    pin.release()
+    assert body.holds == ()
+
+
 def test_overrides_change_the_loaded_scene(scene):
     overrides = {
         "simulation.fps": 25,
@@ -48,9 +72,22 @@ def test_overrides_change_the_loaded_scene(scene):
     assert sim.bodies[0].volume_report().measure == "cells"
     assert sim.colliders[0].friction == 0.9
     with pytest.raises(
-        supple.SceneError, match=r"unknown key `body\.cube\.half_widht`; the nearest known one is `half_width`"
-    ):
+        supple.SceneError,
+        match=r"^overrides: .*unknown key `body\.cube\.half_widht`; the nearest known one is `half_width`",
+    ) as caught:
         supple.load_scene(scene, overrides={"body.cube.half_widht": 1})
+    assert "--set" not in str(caught.value)
+    for call in (supple.load_scene, supple.run):
+        with pytest.raises(supple.SceneError, match=r"^overrides: body\.cube\.half_width=0: ") as caught:
+            call(scene, overrides={"body.cube.half_width": 0})
+        assert "--set" not in str(caught.value)
+        for overrides, message in [
+            (["a=1"], r'overrides must be a dict such as \{"body\.bust\.half_width": 3\}, not list'),
+            ("a=1", "overrides must be a dict .*, not str"),
+            ({3: 1}, "overrides: a key path must be a string, not int: 3"),
+        ]:
+            with pytest.raises(TypeError, match=message):
+                call(scene, overrides=overrides)
     with pytest.raises(TypeError, match="cannot have a value of type object"):
         supple.load_scene(scene, overrides={"simulation.frames": object()})
 
@@ -214,7 +251,8 @@ def test_invalid_outputs_are_errors(scene, tmp_path):
         ({"every": 0}, ValueError, "every = 0 is out of range: it must be a whole number, at least 1"),
         ({"stats": tmp_path / "stats.txt"}, ValueError, r"stats\.txt must end in \.csv or \.json"),
         ({"frames": "all"}, TypeError, "frames must be a whole number, not str"),
-        ({"progress": 3}, TypeError, "'int' object is not callable"),
+        ({"progress": 3}, TypeError, "progress must be callable, not int"),
     ]:
         with pytest.raises(error, match=message):
             supple.run(scene, tmp_path / "out", **settings)
+        assert not (tmp_path / "out").exists()

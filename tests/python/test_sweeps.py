@@ -66,3 +66,25 @@ def test_a_failing_run_cancels_the_runs_that_have_not_begun(scene, tmp_path):
     with ThreadPoolExecutor(1) as executor, pytest.raises(supple.SceneError, match="half_width` is 0"):
         supple.sweep(scene, {"body.cube.half_width": values}, executor, frames=3, output=tmp_path / "out")
     assert len(list((tmp_path / "out").glob("*"))) < 20
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"executor": "x"}, r"executor must be a concurrent\.futures\.Executor, not str"),
+        ({"scene": 3}, r"scene must be a path \(str or os\.PathLike\), not int"),
+        ({"parameters": {"a": 3}}, r"parameters: a must be a list of values, not int; pass \[3\] for one value"),
+        (
+            {"parameters": {"a": "off"}},
+            r"parameters: a must be a list of values, not str; pass \['off'\] for one value",
+        ),
+        ({"parameters": {"a": {"b": 1}}}, r"parameters: a must be a list of values, not dict; pass \[\{'b': 1\}\]"),
+        ({"parameters": 3}, "parameters must be a dict of lists or a list of dicts, not int"),
+        ({"parameters": "a"}, "parameters must be a dict of lists or a list of dicts, not str"),
+        ({"parameters": [{}, 3]}, r"parameters\[1\] must be a dict, not int"),
+    ],
+)
+def test_wrong_types_are_errors_before_the_first_run(scene, tmp_path, arguments, message):
+    with pytest.raises(TypeError, match=message):
+        supple.sweep(**{"scene": scene, "parameters": {}, "output": tmp_path / "out", **arguments})
+    assert not (tmp_path / "out").exists()

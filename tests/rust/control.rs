@@ -135,6 +135,66 @@ fn handles_follow_new_keys_and_are_released() {
 }
 
 #[test]
+fn released_constraints_take_no_memory_and_keep_the_indices_of_the_others() {
+    let pin = |vertex| supple::Pin {
+        selection: Selection::Vertices(vec![vertex]),
+        window: TimeWindow { start: 0.0, end: 0.05 },
+    };
+    let build = || Body::from_lattice(half_cells()).pin(pin(0)).pin(pin(1)).pin(pin(2)).build().unwrap();
+    let mut simulation = without_gravity(build());
+    simulation.steps(2);
+    let indices = |simulation: &Simulation| -> Vec<_> {
+        simulation.body(0).constraints().map(|constraint| constraint.index()).collect()
+    };
+    let bytes = |simulation: &Simulation| simulation.body(0).memory();
+    let before = bytes(&simulation);
+    for index in 3..2000 {
+        let body = simulation.body_mut(0);
+        body.pin(&pin(5)).unwrap();
+        if index % 100 == 0 {
+            // Active when it is released.
+            simulation.step();
+        }
+        simulation.body_mut(0).release(index).unwrap();
+    }
+    simulation.body_mut(0).release(1).unwrap();
+    assert_eq!(indices(&simulation), [0, 2]);
+    simulation.step();
+    assert!(bytes(&simulation) < before, "{} {before}", bytes(&simulation));
+
+    // After the end of their window, pins can still act if the time is set back.
+    let captured = simulation.body(0).positions()[2];
+    simulation.steps(10);
+    assert_eq!(indices(&simulation), [0, 2]);
+    assert!(!simulation.body(0).constraint(2).unwrap().is_active());
+    simulation.set_time(0.0).unwrap();
+    simulation.set_gravity([0.0, -9.81, 0.0]).unwrap();
+    simulation.step();
+    assert!(simulation.body(0).constraint(2).unwrap().is_active());
+    assert!((simulation.body(0).positions()[2] - captured).norm() < 1e-6);
+
+    let body = simulation.body_mut(0);
+    let moved = [Key { time: 0.0, translate: [1.0, 0.0, 0.0], rotate: [0.0; 3] }];
+    body.set_keys(2, &moved).unwrap();
+    assert_eq!(body.constraint(2).unwrap().keys(), Some(&moved[..]));
+    assert_eq!(body.constraint(0).unwrap().keys(), None);
+    body.release(1).unwrap();
+    let error = body.set_keys(1, &moved).unwrap_err();
+    assert_eq!(error, ConstraintError::Released { index: 1 });
+    assert_eq!(error.to_string(), "pin or handle 1 was released; add another one");
+    assert_eq!(body.release(2000), Err(ConstraintError::NoSuchConstraint { index: 2000, count: 2000 }));
+    assert_eq!(body.constraint_count(), 2000);
+    body.pin(&pin(7)).unwrap();
+
+    let mut twin = without_gravity(build());
+    twin.restore(&simulation.state()).unwrap();
+    assert_eq!(indices(&twin), [0, 2, 2000]);
+    simulation.steps(5);
+    twin.steps(5);
+    assert_eq!(twin.state(), simulation.state());
+}
+
+#[test]
 fn a_lattice_is_scaled_about_the_origin() {
     let body = Body::from_lattice(half_cells()).scale(2.0).build().unwrap();
     let unscaled = half_cells();

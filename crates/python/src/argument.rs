@@ -1,18 +1,53 @@
 //! Checks arguments: numbers, strings, booleans, paths and keyword arguments. Each error names the argument.
 
+use std::convert::Infallible;
 use std::path::PathBuf;
 
+use numpy::{PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::Borrowed;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use supple_io::scene::nearest;
 
+/// An argument that may be missing, as the default of a pyo3 signature. Unlike `Option`, it distinguishes a
+/// missing argument from `None`.
+pub(crate) struct Given<'py>(pub(crate) Option<Bound<'py, PyAny>>);
+
+impl<'py> FromPyObject<'_, 'py> for Given<'py> {
+    type Error = Infallible;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> Result<Self, Infallible> {
+        Ok(Self(Some(value.to_owned())))
+    }
+}
+
+impl<'py> Given<'py> {
+    /// Returns the value, converted by `read`, or `None` if the argument is missing.
+    pub(crate) fn read<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&Bound<'py, PyAny>, &str) -> PyResult<T>,
+    ) -> PyResult<Option<T>> {
+        self.0.as_ref().map(|value| read(value, name)).transpose()
+    }
+}
+
+/// Returns whether an error comes from Python code, such as `__array__` or `__index__` of an argument. Such an
+/// error has a traceback and is raised unchanged. Errors of a conversion in C have no traceback.
+pub(crate) fn is_from_python(error: &PyErr, py: Python<'_>) -> bool {
+    error.traceback(py).is_some()
+}
+
 /// Reads a real number, finite or not.
 pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
-    if value.is_instance_of::<PyString>() || value.is_instance_of::<PyBool>() {
+    let py = value.py();
+    let is_array = value.cast::<PyUntypedArray>().is_ok_and(|array| array.ndim() > 0);
+    if value.is_instance_of::<PyString>() || value.is_instance_of::<PyBool>() || is_array {
         return Err(wrong_type(value, name, "a number"));
     }
-    value.extract().map_err(|error: PyErr| match error.is_instance_of::<PyOverflowError>(value.py()) {
+    value.extract().map_err(|error: PyErr| match error.is_instance_of::<PyOverflowError>(py) {
+        _ if is_from_python(&error, py) => error,
         true => PyValueError::new_err(format!("{name} is too large for a float")),
         false => wrong_type(value, name, "a number"),
     })
@@ -20,30 +55,63 @@ pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
 
 /// Reads a whole number, at least `minimum`.
 pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyResult<usize> {
-    if value.is_instance_of::<PyBool>() || !value.hasattr("__index__")? {
+    count_below(value, name, minimum, 63)
+}
+
+/// Reads a whole number, at least `minimum`, that fits into 32 bits.
+fn count_u32(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyResult<u32> {
+    Ok(count_below(value, name, minimum, 32)? as u32)
+}
+
+/// Reads a whole number, at least `minimum` and below 2^`bits`.
+fn count_below(value: &Bound<'_, PyAny>, name: &str, minimum: usize, bits: u32) -> PyResult<usize> {
+    let py = value.py();
+    if value.is_instance_of::<PyBool>() {
         return Err(wrong_type(value, name, "a whole number"));
     }
-    match value.extract::<i64>() {
-        Ok(count) if count >= 0 && count as usize >= minimum => Ok(count as usize),
-        _ => Err(PyValueError::new_err(format!(
-            "{name} = {value} is out of range: it must be a whole number, at least {minimum}"
-        ))),
+    let number =
+        py.import("operator")?.call_method1("index", (value,)).map_err(|error| {
+            match is_from_python(&error, py) {
+                true => error,
+                false => wrong_type(value, name, "a whole number"),
+            }
+        })?;
+    match number.extract::<u64>() {
+        Ok(count) if count >= minimum as u64 && count >> bits == 0 => Ok(count as usize),
+        Ok(count) if count < minimum as u64 => Err(out_of_range(&number, name, minimum, "")),
+        _ if number.lt(0)? => Err(out_of_range(&number, name, minimum, "")),
+        _ => Err(out_of_range(&number, name, minimum, &format!(", and below 2^{bits}"))),
     }
+}
+
+/// Returns the `ValueError` that a whole number is below `minimum`, or not below a maximum.
+fn out_of_range(value: &Bound<'_, PyAny>, name: &str, minimum: usize, maximum: &str) -> PyErr {
+    PyValueError::new_err(format!(
+        "{name} = {value} is out of range: it must be a whole number, at least {minimum}{maximum}"
+    ))
 }
 
 /// Reads a boolean.
 pub(crate) fn boolean(value: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
-    value.extract().map_err(|_| wrong_type(value, name, "True or False"))
+    value.extract().map_err(|error| conversion_error(error, value, name, "True or False"))
 }
 
 /// Reads a string.
 pub(crate) fn text(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
-    value.extract().map_err(|_| wrong_type(value, name, "a string"))
+    value.extract().map_err(|error| conversion_error(error, value, name, "a string"))
 }
 
 /// Reads a path: a string or an object with `__fspath__`.
 pub(crate) fn path(value: &Bound<'_, PyAny>, name: &str) -> PyResult<PathBuf> {
-    value.extract().map_err(|_| wrong_type(value, name, "a path (str or os.PathLike)"))
+    value.extract().map_err(|error| conversion_error(error, value, name, "a path (str or os.PathLike)"))
+}
+
+/// Checks that a value can be called.
+pub(crate) fn callable(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Py<PyAny>> {
+    match value.is_callable() {
+        true => Ok(value.clone().unbind()),
+        false => Err(wrong_type(value, name, "callable")),
+    }
 }
 
 /// Reads a string that must be the name of one of `choices`, and returns the value of this choice.
@@ -53,6 +121,11 @@ pub(crate) fn choice<T: Copy>(value: &Bound<'_, PyAny>, name: &str, choices: &[(
         let known: Vec<String> = choices.iter().map(|(known, _)| format!("{known:?}")).collect();
         PyValueError::new_err(format!("{name} is {word:?}; it must be {}", known.join(" or ")))
     })
+}
+
+/// Returns an error from Python code unchanged, such as one of `__fspath__`, and otherwise [`wrong_type`].
+pub(crate) fn conversion_error(error: PyErr, value: &Bound<'_, PyAny>, name: &str, expected: &str) -> PyErr {
+    if is_from_python(&error, value.py()) { error } else { wrong_type(value, name, expected) }
 }
 
 /// Returns the `TypeError` "{name} must be {expected}, not {type of value}".
@@ -142,10 +215,7 @@ impl<'py> Settings<'py> {
 
     /// Returns a whole number, at least `minimum`, that fits into 32 bits.
     pub(crate) fn count_u32(&self, key: &str, minimum: usize) -> PyResult<Option<u32>> {
-        let narrow = |count: usize| {
-            u32::try_from(count).map_err(|_| PyValueError::new_err(format!("{key} = {count} is too large")))
-        };
-        self.count(key, minimum)?.map(narrow).transpose()
+        self.read(key, |value, key| count_u32(value, key, minimum))
     }
 
     /// Checks that at most one of two alternative arguments is given.

@@ -3,14 +3,16 @@
 //! passes as `out`. Errors name the argument.
 
 use nalgebra::{Matrix3, Point3};
-use numpy::ndarray::{Array2, Array3};
-use numpy::{Element, IntoPyArray, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods};
+use numpy::ndarray::{Array2, Array3, Dimension};
+use numpy::{
+    Element, IntoPyArray, PyArray, PyArray2, PyArray3, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods,
+};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, get_array_module};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
-use crate::argument::wrong_type;
+use crate::argument::{is_from_python, wrong_type};
 
 /// The expected length of an array along one axis.
 #[derive(Clone, Copy)]
@@ -41,7 +43,7 @@ pub(crate) fn floats<'py>(
     shape: &[Axis],
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let array = array(value, name, shape, "numbers", b"fiu")?;
-    contiguous(array, "float64")
+    contiguous(array, name, "float64")
 }
 
 /// Reads an array of integers as contiguous `int64`.
@@ -53,19 +55,26 @@ pub(crate) fn integers<'py>(
     let array = array(value, name, shape, "integers", b"iu")?;
     // The conversion to int64 below would make values from 2^63 on negative.
     if array.dtype().kind() == b'u' && array.dtype().itemsize() == 8 {
-        let unsigned = contiguous::<u64>(array.clone(), "uint64")?;
+        let unsigned = contiguous::<u64>(array.clone(), name, "uint64")?;
         if let Some(large) = unsigned.as_slice()?.iter().find(|&&x| i64::try_from(x).is_err()) {
             return Err(PyValueError::new_err(format!("{name}: {large} is out of range")));
         }
     }
-    contiguous(array, "int64")
+    contiguous(array, name, "int64")
 }
 
 /// Returns whether a value is a mask: an array or a list of booleans.
-pub(crate) fn is_mask(value: &Bound<'_, PyAny>) -> bool {
-    let array = || get_array_module(value.py())?.call_method1("asarray", (value,));
-    let is_mask = |array: Bound<'_, PyAny>| Some(array.cast::<PyUntypedArray>().ok()?.dtype().kind() == b'b');
-    array().ok().and_then(is_mask).unwrap_or(false)
+///
+/// # Errors
+///
+/// An exception that Python code of the value raises, such as `__array__`.
+pub(crate) fn is_mask(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let py = value.py();
+    match get_array_module(py)?.call_method1("asarray", (value,)) {
+        Ok(array) => Ok(array.cast::<PyUntypedArray>().is_ok_and(|array| array.dtype().kind() == b'b')),
+        Err(error) if is_from_python(&error, py) => Err(error),
+        Err(_) => Ok(false),
+    }
 }
 
 /// Reads an array of booleans. Nonzero numbers are true.
@@ -76,9 +85,9 @@ pub(crate) fn booleans<'py>(
 ) -> PyResult<PyReadonlyArrayDyn<'py, bool>> {
     let array = array(value, name, shape, "booleans", b"bfiu")?;
     if array.dtype().kind() == b'f' {
-        check_finite(&contiguous(array.clone(), "float64")?, name)?;
+        check_finite(&contiguous(array.clone(), name, "float64")?, name)?;
     }
-    contiguous(array, "bool")
+    contiguous(array, name, "bool")
 }
 
 /// Reads finite `(n, 3)` vectors. `rows` gives the expected `n`.
@@ -144,6 +153,11 @@ fn array<'py>(
 ) -> PyResult<Bound<'py, PyUntypedArray>> {
     let py = value.py();
     let array = get_array_module(py)?.call_method1("asarray", (value,)).map_err(|error| {
+        let is_conversion =
+            error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py);
+        if is_from_python(&error, py) || !is_conversion {
+            return error;
+        }
         let reason = error.value(py).to_string();
         let message = format!("{name} must be {what} of shape {}: {reason}", expected(shape));
         match error.is_instance_of::<PyValueError>(py) {
@@ -172,16 +186,22 @@ fn array<'py>(
     Ok(array)
 }
 
-/// Converts an array to `dtype`, contiguous in C order. Copies only if necessary.
+/// Converts an array to `dtype`, contiguous in C order and aligned. Copies only if necessary.
 fn contiguous<'py, T: numpy::Element>(
     array: Bound<'py, PyUntypedArray>,
+    name: &str,
     dtype: &str,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
     let py = array.py();
     let options = [("order", "C".into_pyobject(py)?.into_any())].into_py_dict(py)?;
-    options.set_item("copy", false)?;
-    let array = array.call_method("astype", (dtype,), Some(&options))?;
-    Ok(array.cast_into::<PyArrayDyn<T>>()?.try_readonly()?)
+    options.set_item("copy", !array.is_aligned())?;
+    let array = array.call_method("astype", (dtype,), Some(&options))?.cast_into::<PyArrayDyn<T>>()?;
+    array.try_readonly().map_err(|_| in_use(name))
+}
+
+/// Returns the error that another call writes to the array of an argument.
+fn in_use(name: &str) -> PyErr {
+    PyValueError::new_err(format!("{name} is in use by another call, in another thread; pass another array"))
 }
 
 /// Formats an expected shape, such as `(n, 3)` or `(m, 3) or (m, 4)`.
@@ -208,9 +228,13 @@ pub(crate) fn from_vectors<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> 
 
 /// Creates a read-only `(n, 3)` array from vectors.
 pub(crate) fn read_only<T: Element>(py: Python<'_>, vectors: Vec<[T; 3]>) -> Py<PyArray2<T>> {
-    let array = from_vectors(py, vectors);
+    frozen(from_vectors(py, vectors)).unbind()
+}
+
+/// Makes a new array read-only, so that an assignment to its entries raises an error.
+pub(crate) fn frozen<T: Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Bound<'_, PyArray<T, D>> {
     array.readwrite().make_nonwriteable();
-    array.unbind()
+    array
 }
 
 /// Creates an `(n, 3)` array from points.
@@ -249,8 +273,9 @@ pub(crate) fn fill<'py, T: Element + Copy>(
     zero: T,
     fill: impl FnOnce(&mut [[T; 3]]) -> PyResult<()>,
 ) -> PyResult<()> {
-    let mut guard = array.try_readwrite()?;
-    // A column-major array is also contiguous, but its slice does not consist of rows.
+    let mut guard = array.try_readwrite().map_err(|_| in_use("out"))?;
+    // A column-major array is also contiguous, but its slice does not consist of rows. The slice of an array
+    // that is not aligned is an error.
     if array.is_c_contiguous()
         && let Ok(numbers) = guard.as_slice_mut()
     {

@@ -6,14 +6,15 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{Collider, Key, Shape};
 
-use crate::argument::{number, wrong_type};
+use crate::argument::{conversion_error, number, wrong_type};
 use crate::arrays::vector;
 use crate::constraint;
 
 /// Reads the `colliders` argument, and returns the Python objects as a tuple.
 pub(crate) fn as_tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
-    let error = |_| wrong_type(colliders, "colliders", "a list of Plane, Sphere, Box or Capsule");
-    let items = colliders.try_iter().map_err(error)?;
+    let expected = "a list of Plane, Sphere, Box or Capsule";
+    let items =
+        colliders.try_iter().map_err(|error| conversion_error(error, colliders, "colliders", expected))?;
     PyTuple::new(colliders.py(), items.collect::<PyResult<Vec<_>>>()?)
 }
 
@@ -40,7 +41,11 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
     }
     let read_vector = |key| vector(&collider.getattr(key)?, key);
     let read_number = |key| number(&collider.getattr(key)?, key);
-    let shape = match collider.getattr("shape")?.extract::<String>()?.as_str() {
+    // The base class has no shape.
+    let Ok(shape) = collider.getattr("shape") else {
+        return Err(wrong_type(collider, name, "a Plane, Sphere, Box or Capsule"));
+    };
+    let shape = match shape.extract::<String>()?.as_str() {
         "plane" => Shape::Plane { point: read_vector("point")?, normal: read_vector("normal")? },
         "sphere" => Shape::Sphere { center: read_vector("center")?, radius: read_number("radius")? },
         "box" => Shape::Box {

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use supple::{Key, Selection, TimeWindow};
 
-use crate::argument::{Settings, number, wrong_type};
+use crate::argument::{Settings, conversion_error, number, wrong_type};
 use crate::arrays::{self, Axis, vector};
 
 /// Keyword arguments that give a selection.
@@ -75,7 +75,7 @@ fn read_pair<'py>(
     if value.is_instance_of::<PyString>() {
         return Err(wrong_type(value, shape, &expected));
     }
-    let parts = value.try_iter().map_err(|_| wrong_type(value, shape, &expected))?;
+    let parts = value.try_iter().map_err(|error| conversion_error(error, value, shape, &expected))?;
     <[_; 2]>::try_from(parts.collect::<PyResult<Vec<_>>>()?).map_err(|parts| {
         PyValueError::new_err(format!("{shape} has {} parts; it must be {expected}", parts.len()))
     })
@@ -83,7 +83,7 @@ fn read_pair<'py>(
 
 /// Reads lattice vertices: indices, or a mask of all `count` vertices.
 fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
-    if arrays::is_mask(value) {
+    if arrays::is_mask(value)? {
         let mask = arrays::booleans(value, "vertices", &[Axis::Is(count)])?;
         let chosen = mask.as_slice()?.iter().enumerate().filter(|(_, chosen)| **chosen);
         return Ok(chosen.map(|(vertex, _)| vertex as u32).collect());
@@ -101,12 +101,12 @@ fn vertices(value: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
 
 /// Reads keyframes, in the given order.
 pub(crate) fn keys(keys: &Bound<'_, PyAny>) -> PyResult<Vec<Key>> {
-    let error = || wrong_type(keys, "keys", "a list of (time, translate, rotate)");
+    let expected = "a list of (time, translate, rotate)";
     if keys.is_instance_of::<PyString>() || keys.is_instance_of::<PyDict>() {
-        return Err(error());
+        return Err(wrong_type(keys, "keys", expected));
     }
-    let keys = keys.try_iter().map_err(|_| error())?.enumerate();
-    keys.map(|(index, key)| read_key(&key?, &format!("keys[{index}]"))).collect()
+    let items = keys.try_iter().map_err(|error| conversion_error(error, keys, "keys", expected))?;
+    items.enumerate().map(|(index, key)| read_key(&key?, &format!("keys[{index}]"))).collect()
 }
 
 /// Reads a keyframe: a sequence or a dict.
@@ -119,11 +119,12 @@ fn read_key(key: &Bound<'_, PyAny>, name: &str) -> PyResult<Key> {
         let rotate = settings.read("rotate", vector)?.unwrap_or_default();
         return Ok(Key { time, translate, rotate });
     }
-    let parts: Vec<Bound<'_, PyAny>> = match key.is_instance_of::<PyString>() {
-        true => None,
-        false => key.try_iter().ok().and_then(|parts| parts.collect::<PyResult<_>>().ok()),
+    let expected = "(time, translate, rotate)";
+    if key.is_instance_of::<PyString>() {
+        return Err(wrong_type(key, name, expected));
     }
-    .ok_or_else(|| wrong_type(key, name, "(time, translate, rotate)"))?;
+    let parts = key.try_iter().and_then(|parts| parts.collect::<PyResult<Vec<_>>>());
+    let parts = parts.map_err(|error| conversion_error(error, key, name, expected))?;
     let part = |index: usize, field: &str| match parts.get(index) {
         Some(value) if !value.is_none() => vector(value, &format!("{name}.{field}")),
         _ => Ok([0.0; 3]),

@@ -8,6 +8,8 @@ use pyo3::prelude::*;
 use supple_io::Escaped;
 use supple_io::obj::{ObjError, ObjProblem};
 
+use crate::argument::is_from_python;
+
 /// The exceptions of `supple.errors`. A variant has the name of its exception without `Error`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Exception {
@@ -27,11 +29,12 @@ impl Exception {
         })
     }
 
-    /// Converts a `ValueError` to this exception, which is a subclass of it. Returns other errors unchanged.
+    /// Converts a `ValueError` to this exception, which is a subclass of it. Returns other errors unchanged, and
+    /// errors from Python code.
     pub(crate) fn wrap_value_error(self, error: PyErr) -> PyErr {
         Python::attach(|py| match error.is_instance_of::<PyValueError>(py) {
-            true => self.with(error.value(py).to_string()),
-            false => error,
+            true if !is_from_python(&error, py) => self.with(error.value(py).to_string()),
+            _ => error,
         })
     }
 }

@@ -5,7 +5,7 @@ use numpy::{PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use supple::reference::Regions;
 
-use crate::argument::{self, wrong_type};
+use crate::argument::{self, Given, wrong_type};
 use crate::arrays::{self, Axis};
 use crate::lattice::Lattice;
 
@@ -40,7 +40,7 @@ pub(crate) fn rotations<'py>(a: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny
 /// positions : (n, 3) float
 ///     One per lattice vertex, in the length unit of lattice.cell_size.
 /// half_width : int
-///     Half-width of the regions in cells, at least 0.
+///     Half-width of the regions in cells, at least 1.
 /// regions : "staircase" or "breadth_first"
 ///     "staircase": the regions of a step, up to half_width links along z, then y, then x.
 ///     "breadth_first": all vertices that are reached by at most half_width steps, each between two corners
@@ -49,22 +49,22 @@ pub(crate) fn rotations<'py>(a: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny
 /// Returns (n, 3) float64. The mass m_i of vertex i is the number of occupied cells that share the vertex,
 /// divided by 8. The weight of the vertex in each of the n_i regions that contain it is m_i / n_i.
 #[pyfunction]
-#[pyo3(name = "reference_goals", signature = (lattice, positions, half_width, regions=None), text_signature = "(lattice, positions, half_width, regions='staircase')")]
+#[pyo3(name = "reference_goals", signature = (lattice, positions, half_width, regions=Given(None)), text_signature = "(lattice, positions, half_width, regions='staircase')")]
 pub(crate) fn reference_goals<'py>(
     lattice: &Bound<'py, PyAny>,
     positions: &Bound<'py, PyAny>,
     half_width: &Bound<'py, PyAny>,
-    regions: Option<&Bound<'py, PyAny>>,
+    regions: Given<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let py = lattice.py();
     let lattice =
         lattice.cast::<Lattice>().map_err(|_| wrong_type(lattice, "lattice", "a supple.Lattice"))?;
     let lattice = &lattice.get().lattice;
     let positions = arrays::vectors(positions, "positions", Axis::Is(lattice.len()))?;
-    let half_width = argument::count(half_width, "half_width", 0)?;
+    let half_width = argument::count(half_width, "half_width", 1)?;
     let choices = [("staircase", Regions::Staircase), ("breadth_first", Regions::BreadthFirst)];
-    let regions =
-        regions.map_or(Ok(Regions::Staircase), |regions| argument::choice(regions, "regions", &choices))?;
+    let regions = regions.read("regions", |regions, name| argument::choice(regions, name, &choices))?;
+    let regions = regions.unwrap_or(Regions::Staircase);
     let goals = py.detach(|| {
         let positions: Vec<Vector3<f64>> = positions.into_iter().map(Vector3::from).collect();
         let goals = supple::reference::goals(lattice, &positions, half_width, regions);

@@ -5,13 +5,14 @@ use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyType};
+use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{LatticeOptions, Resolution};
 
-use crate::argument::{self, Settings};
+use crate::argument::{self, Given, Settings};
 use crate::arrays::{self, Axis};
 use crate::error::{self, Exception};
 use crate::mesh::mesh_like;
+use crate::pickle::{decode, encode};
 
 /// A lattice of cubic cells. The corners of the cells are the simulated vertices.
 ///
@@ -88,22 +89,22 @@ impl Lattice {
     /// Raises LatticeError if no cell is occupied or a value is invalid.
     #[classmethod]
     #[pyo3(
-        signature = (cells, cell_size=None, origin=None, join=None),
+        signature = (cells, cell_size=Given(None), origin=Given(None), join=Given(None)),
         text_signature = "(cells, cell_size=1.0, origin=(0, 0, 0), join=True)"
     )]
-    fn from_cells(
-        _class: &Bound<'_, PyType>,
-        cells: &Bound<'_, PyAny>,
-        cell_size: Option<&Bound<'_, PyAny>>,
-        origin: Option<&Bound<'_, PyAny>>,
-        join: Option<&Bound<'_, PyAny>>,
+    fn from_cells<'py>(
+        _class: &Bound<'py, PyType>,
+        cells: &Bound<'py, PyAny>,
+        cell_size: Given<'py>,
+        origin: Given<'py>,
+        join: Given<'py>,
     ) -> PyResult<Self> {
         let py = cells.py();
-        let cell_size = cell_size.map_or(Ok(1.0), |cell_size| argument::number(cell_size, "cell_size"))?;
-        let join = join.map_or(Ok(true), |join| argument::boolean(join, "join"))?;
+        let cell_size = cell_size.read("cell_size", argument::number)?.unwrap_or(1.0);
+        let join = join.read("join", argument::boolean)?.unwrap_or(true);
         let wrap = |e| Exception::Lattice.wrap_value_error(e);
         let cells = occupied(cells).map_err(wrap)?;
-        let origin = origin.map_or(Ok([0.0; 3]), |origin| arrays::vector(origin, "origin")).map_err(wrap)?;
+        let origin = origin.read("origin", arrays::vector).map_err(wrap)?.unwrap_or_default();
         Self::build(py, &cells, cell_size, origin, join)
     }
 
@@ -166,27 +167,17 @@ impl Lattice {
         )
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, lattice) = (slf.py(), &slf.get().lattice);
-        let restore = py.get_type::<Self>().getattr("_from_indices")?;
-        let origin: [f64; 3] = lattice.origin().into();
-        let arguments = (slf.get().cells(py), lattice.cell_size(), arrays::from_vectors(py, vec![origin]));
-        Ok((restore, arguments).into_pyobject(py)?.into_any())
+        let restore = py.get_type::<Self>().getattr("_restore")?;
+        let data = (lattice.cells(), lattice.cell_size(), <[f64; 3]>::from(lattice.origin()));
+        (restore, (encode(py, &data)?,)).into_pyobject(py)
     }
 
-    /// Create a lattice from the grid coordinates of its cells, without adding bridges. Pickles call this
-    /// function.
+    /// Restore a lattice without adding bridges. Pickles call this function.
     #[classmethod]
-    fn _from_indices(
-        class: &Bound<'_, PyType>,
-        cells: &Bound<'_, PyAny>,
-        cell_size: f64,
-        origin: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let cells = arrays::integers(cells, "cells", &[Axis::Any("m"), Axis::Is(3)])?;
-        let cells: Vec<[i32; 3]> =
-            cells.as_slice()?.as_chunks().0.iter().map(|c| c.map(|x| x as i32)).collect();
-        let origin = arrays::vectors(origin, "origin", Axis::Is(1))?[0];
+    fn _restore(class: &Bound<'_, PyType>, data: &[u8]) -> PyResult<Self> {
+        let (cells, cell_size, origin): (Vec<[i32; 3]>, f64, [f64; 3]) = decode(class.py(), data)?;
         Self::build(class.py(), &cells, cell_size, origin, false)
     }
 }

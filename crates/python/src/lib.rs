@@ -10,6 +10,7 @@
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint`, `collider` | read the descriptions of pins, handles and colliders |
 //! | `scene` | loads and runs scenes |
+//! | `pickle` | encodes the data of pickles, with a checksum |
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
 //! | `functions` | defines functions on arrays |
 
@@ -23,6 +24,7 @@ mod forked;
 mod functions;
 mod lattice;
 mod mesh;
+mod pickle;
 mod report;
 mod scene;
 mod simulation;

@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use numpy::{PyArray1, PyArray2, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
+use pyo3::types::{PyTuple, PyType};
 
-use crate::argument::{self, wrong_type};
+use crate::argument::{self, is_from_python, wrong_type};
 use crate::arrays::{self, Axis};
 use crate::error::{self, Exception};
+use crate::pickle::{decode, encode};
 
 /// A surface mesh: vertices and polygons.
 ///
@@ -87,33 +88,19 @@ impl Mesh {
         )
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, mesh) = (slf.py(), &slf.get().mesh);
-        let sizes: Vec<i64> = mesh.faces().map(|face| face.len() as i64).collect();
-        let corners: Vec<i64> = mesh.faces().flatten().map(|&corner| i64::from(corner)).collect();
-        let arrays = (slf.get().vertices(py), PyArray1::from_vec(py, sizes), PyArray1::from_vec(py, corners));
-        let restore = py.get_type::<Self>().getattr("_from_polygons")?;
-        Ok((restore, arrays).into_pyobject(py)?.into_any())
+        let vertices: Vec<[f64; 3]> = mesh.vertices().iter().map(|&p| p.into()).collect();
+        let faces: Vec<&[u32]> = mesh.faces().collect();
+        let restore = py.get_type::<Self>().getattr("_restore")?;
+        (restore, (encode(py, &(vertices, faces))?,)).into_pyobject(py)
     }
 
-    /// Create a mesh from vertices, the number of corners of each face, and the concatenated corners of all
-    /// faces. Pickles call this function.
+    /// Restore a mesh. Pickles call this function.
     #[classmethod]
-    fn _from_polygons(
-        _class: &Bound<'_, PyType>,
-        vertices: &Bound<'_, PyAny>,
-        sizes: &Bound<'_, PyAny>,
-        corners: &Bound<'_, PyAny>,
-    ) -> PyResult<Self> {
-        let points = read_vertices(vertices)?;
-        let sizes = arrays::integers(sizes, "sizes", &[Axis::Any("m")])?;
-        let corners = arrays::integers(corners, "corners", &[Axis::Any("k")])?;
-        let sizes: Vec<usize> = sizes.as_slice()?.iter().map(|&size| size.max(0) as usize).collect();
-        let corners = corners.as_slice()?;
-        if sizes.iter().sum::<usize>() != corners.len() {
-            return Err(PyValueError::new_err("the sum of sizes is not the number of corners"));
-        }
-        mesh_from_polygons(&sizes, corners, points)
+    fn _restore(class: &Bound<'_, PyType>, data: &[u8]) -> PyResult<Self> {
+        let (vertices, faces): (Vec<[f64; 3]>, Vec<Vec<u32>>) = decode(class.py(), data)?;
+        supple::Mesh::new(vertices, &faces).map(Self::from_core).map_err(error::from_core)
     }
 }
 
@@ -155,8 +142,8 @@ pub(crate) fn mesh_like<'py>(
     if let Ok(mesh) = value.cast::<Mesh>() {
         return Ok(mesh.clone());
     }
-    match (value.getattr("vertices"), value.getattr("faces")) {
-        (Ok(vertices), Ok(faces)) => Bound::new(py, Mesh::new(&vertices, &faces)?),
+    match (value.getattr_opt("vertices")?, value.getattr_opt("faces")?) {
+        (Some(vertices), Some(faces)) => Bound::new(py, Mesh::new(&vertices, &faces)?),
         _ => Err(wrong_type(value, name, "a supple.Mesh, a path, or an object with vertices and faces")),
     }
 }
@@ -195,6 +182,7 @@ fn mesh_from_faces(faces: &Bound<'_, PyAny>, points: Vec<[f64; 3]>) -> PyResult<
     if !faces.is_instance_of::<PyUntypedArray>() {
         match faces.extract::<Vec<Vec<i64>>>() {
             Ok(lists) => return mesh_from_lists(&lists, points),
+            Err(error) if is_from_python(&error, faces.py()) => return Err(error),
             Err(error) if error.is_instance_of::<PyOverflowError>(faces.py()) => {
                 return Err(PyValueError::new_err(format!(
                     "faces has an index beyond 64 bits; there are {} vertices",

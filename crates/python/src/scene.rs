@@ -12,7 +12,7 @@ use supple_io::run::{
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
 
 use crate::argument::{self, Settings};
-use crate::body::{Body, SharedSimulation, Storage, volume_settings};
+use crate::body::{SharedBody, SharedSimulation, Storage, volume_settings};
 use crate::error::{self, Exception};
 use crate::mesh::Mesh;
 use crate::simulation::Simulation;
@@ -40,14 +40,13 @@ fn to_python<'py>(
     let shared = Arc::new(SharedSimulation::new(simulation, scene.simulation.threads));
     let bodies = scene.bodies.iter().zip(inputs).enumerate().map(|(index, (data, input))| {
         let shape = Bound::new(py, Mesh::from_core(input.part.mesh().clone()))?.into_any();
-        Py::new(py, Body::from_storage(Storage::In(shared.clone(), index), (shape, settings(py, data)?)))
+        let arguments = (shape, settings(py, data)?);
+        Ok(Arc::new(SharedBody::new(Storage::In(shared.clone(), index), arguments)))
     });
     let bodies = bodies.collect::<PyResult<_>>()?;
     let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));
     let colliders = PyTuple::new(py, colliders.collect::<PyResult<Vec<_>>>()?)?;
-    let simulation = Bound::new(py, Simulation::from_parts(shared, bodies, &colliders))?;
-    simulation.get().register_python_object(&simulation)?;
-    Ok(simulation)
+    Bound::new(py, Simulation::from_parts(shared, bodies, &colliders))
 }
 
 /// Converts the scene keys of a body to keyword arguments of `Body`.
@@ -114,7 +113,7 @@ pub(crate) fn run<'py>(
     job.start_frame = options.count_u32("start_frame", 0)?.unwrap_or(job.start_frame);
     job.stats = options.read("stats", argument::path)?;
     job.resume = options.read("resume", argument::boolean)?.unwrap_or(job.resume);
-    let callback = options.get("progress")?.map(Bound::unbind);
+    let callback = options.read("progress", argument::callable)?;
     let mut observer = CallbackObserver { scene: &job.scene, callback, simulation: None, raised: None };
     let report = py.detach(|| job.run(&mut observer));
     if let Some(raised) = observer.raised {
@@ -203,13 +202,18 @@ fn scene_error(error: SceneError) -> PyErr {
     match error {
         SceneError::Read { path, source } => error::from_io(&path, &source),
         SceneError::Mesh(error) => error::from_obj(error),
-        error => Exception::Scene.with(error.to_string()),
+        error => Exception::Scene.with(python_message(&error)),
     }
+}
+
+/// Formats an error. The argument `overrides` is called as in Python, not as on the command line.
+fn python_message(error: &impl std::fmt::Display) -> String {
+    error.to_string().replace("--set ", "overrides: ")
 }
 
 /// Converts an error of a run.
 fn run_error(error: RunError) -> PyErr {
-    let message = error.to_string();
+    let message = python_message(&error);
     match error {
         RunError::Scene(error) => scene_error(error),
         RunError::MeshFile { path, source, .. } => error::from_io(&path, &source),

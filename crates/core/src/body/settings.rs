@@ -86,7 +86,11 @@ impl Body {
     }
 
     /// Releases a pin or handle permanently, from the next step on. `index` is its position, from 0, among
-    /// all pins and handles in the order in which they were added.
+    /// all pins and handles in the order in which they were added, including released ones. So a release
+    /// changes no index. Releasing a released pin or handle has no effect.
+    ///
+    /// A released pin or handle takes no memory and no time. One whose time window has ended does, until it
+    /// is released, because it becomes active again if the time is set back.
     ///
     /// # Errors
     ///
@@ -102,7 +106,8 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// An index out of range, invalid keyframes, or a displacement of more than 10^15 cells.
+    /// An index out of range, a released handle, invalid keyframes, or a displacement of more than 10^15
+    /// cells.
     pub fn set_keys(&mut self, index: usize, keys: &[Key]) -> Result<(), ConstraintError> {
         let limit = self.coordinate_limit();
         let constraints = self.constraints_mut(index)?;
@@ -113,7 +118,26 @@ impl Body {
 
     /// Returns the number of pins and handles added so far, including released ones.
     pub fn constraint_count(&self) -> usize {
-        self.constraints.as_ref().map_or(0, |constraints| constraints.list().len())
+        self.constraints.as_ref().map_or(0, Constraints::count)
+    }
+
+    /// Returns the pins and handles that are not released, in the order in which they were added: the pins
+    /// of the builder first, then its handles.
+    pub fn constraints(&self) -> impl Iterator<Item = &Constraint> {
+        let list = self.constraints.iter().flat_map(Constraints::list);
+        list.filter(|constraint| !constraint.is_released())
+    }
+
+    /// Returns a pin or handle.
+    ///
+    /// * `index`: as for [`Body::release`].
+    ///
+    /// # Errors
+    ///
+    /// An index out of range, or a released pin or handle.
+    pub fn constraint(&self, index: usize) -> Result<&Constraint, ConstraintError> {
+        let missing = ConstraintError::NoSuchConstraint { index, count: 0 };
+        self.constraints.as_ref().ok_or(missing)?.get(index)
     }
 
     fn constraints_mut(&mut self, index: usize) -> Result<&mut Constraints, ConstraintError> {
@@ -121,7 +145,8 @@ impl Body {
     }
 
     /// Adds a pin, which fixes the selected part of the body in the pose that the part has when the time
-    /// window of the pin begins. For selections see [`Body::select`].
+    /// window of the pin begins. For selections see [`Body::select`]. The part may overlap with the parts of
+    /// other pins and handles: of the active ones, the one that was added last moves the common vertices.
     ///
     /// # Errors
     ///

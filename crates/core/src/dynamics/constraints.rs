@@ -1,208 +1,22 @@
-//! Applies constraints: pins and handles, which prescribe the positions and velocities of lattice vertices.
+//! Applies constraints: the pins and handles of one body.
 
-use nalgebra::{Point3, Vector3};
-use thiserror::Error;
-
-use super::{Key, Motion, MotionError, Pose, Selection};
+use super::Motion;
+use super::constraint::{Constraint, ConstraintError};
 use crate::state::{BodyState, Interval};
 
-/// A constraint that fixes selected lattice vertices at the positions that they have when it becomes active.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pin {
-    /// The vertices to fix.
-    pub selection: Selection,
-    /// Time window in which the constraint is active. Default: from 0 s on, without end.
-    pub window: TimeWindow,
-}
-
-/// A constraint that moves selected lattice vertices along keyframes. The motion is relative to the positions
-/// that the vertices have when the constraint becomes active: the captured positions.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Handle {
-    /// The vertices to move.
-    pub selection: Selection,
-    /// Keyframes: displacements from the captured positions, and rotations about the mean of the captured
-    /// positions.
-    pub keys: Vec<Key>,
-    /// Time window in which the constraint is active. Default: from 0 s on, without end.
-    pub window: TimeWindow,
-}
-
-/// Time window in which a pin or a handle is active, in seconds.
+/// The constraint stage: the pins and handles of one body. Of the active constraints that have a vertex in
+/// common, the constraint that was added last has priority.
 ///
-/// The constraint captures the positions of its vertices at the start of the first step that starts at or
-/// after `start`. It releases the vertices after the last step that ends at or before `end`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct TimeWindow {
-    /// Start of the window, finite. Default 0.
-    pub start: f64,
-    /// End of the window, greater than `start`. Default infinity.
-    pub end: f64,
-}
-
-impl Default for TimeWindow {
-    fn default() -> Self {
-        Self { start: 0.0, end: f64::INFINITY }
-    }
-}
-
-/// A pin or a handle resolved to lattice vertices, with the positions that it captured.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Constraint {
-    vertices: Vec<u32>,
-    window: TimeWindow,
-    motion: Option<Motion>,
-    capture: Option<Capture>,
-    /// Whether the constraint is active in the current step.
-    active: bool,
-}
-
-/// The positions of the vertices of a constraint when the constraint became active.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Capture {
-    /// Center of the rotations, in world space: the mean of the positions.
-    center: [f64; 3],
-    /// World position of each vertex, in the order of `Constraint::vertices`.
-    positions: Vec<[f64; 3]>,
-}
-
-impl Constraint {
-    /// Creates a constraint on `vertices`: lattice vertices in increasing order, without duplicates. If there
-    /// are keyframes `keys`, the constraint is a handle, otherwise a pin.
-    ///
-    /// # Errors
-    /// If the start of the window is not finite, the end is not greater than the start, or the keyframes are
-    /// invalid.
-    pub fn new(
-        vertices: Vec<u32>,
-        window: TimeWindow,
-        keys: Option<&[Key]>,
-    ) -> Result<Self, ConstraintError> {
-        let TimeWindow { start, end } = window;
-        if !start.is_finite() || end.is_nan() || end <= start {
-            return Err(ConstraintError::TimeWindow { start, end });
-        }
-        let motion = keys.map(|keys| Motion::new(keys.to_vec())).transpose()?;
-        Ok(Self { vertices, window, motion, capture: None, active: false })
-    }
-
-    /// Returns the lattice vertices of the constraint, in increasing order.
-    pub fn vertices(&self) -> &[u32] {
-        &self.vertices
-    }
-
-    /// Checks that the components of each displacement have a magnitude of at most `limit`.
-    pub(crate) fn check_limit(&self, limit: f64) -> Result<(), MotionError> {
-        self.motion.iter().try_for_each(|motion| motion.check_limit(limit))
-    }
-
-    /// Deactivates the constraint permanently.
-    fn release(&mut self) {
-        self.window.end = f64::NEG_INFINITY;
-    }
-
-    /// Replaces the motion, which is relative to the captured positions.
-    fn set_motion(&mut self, motion: Motion) {
-        self.motion = Some(motion);
-    }
-
-    /// Checks deserialized data. Returns whether all indices and lengths are valid for a lattice of
-    /// `vertex_count` vertices.
-    fn is_valid(&self, vertex_count: usize) -> bool {
-        self.vertices.iter().all(|&vertex| (vertex as usize) < vertex_count)
-            && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
-    }
-
-    /// Begins a step: captures positions if the constraint becomes active for the first time. Returns whether
-    /// the constraint becomes active or inactive.
-    ///
-    /// The window is widened by 1e-6 step lengths at each end, so that rounding of the step times does not
-    /// exclude a step.
-    fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
-        let slack = 1e-6 * step.dt;
-        let active = step.start >= self.window.start - slack && step.end <= self.window.end + slack;
-        if active && self.capture.is_none() {
-            self.capture = Some(Capture::new(&self.vertices, state, slots));
-        }
-        active != std::mem::replace(&mut self.active, active)
-    }
-
-    /// Ends a step: moves the vertices to their target positions at the end of the step. Their velocity is
-    /// the change of the target position during the step, divided by dt.
-    fn apply(&self, step: Interval, state: &mut BodyState<'_>, slots: &[u32]) {
-        let (true, Some(capture)) = (self.active, &self.capture) else { return };
-        let to_local_velocity = 1.0 / (step.dt * state.frame.cell_size);
-        let (start, end) = (self.pose(step.start), self.pose(step.end));
-        let center = Point3::from(capture.center);
-        // The velocity is computed from differences of poses, because differences of positions lose digits
-        // far from the origin of world space.
-        let (rotation_change, translation_change) =
-            (end.rotation - start.rotation, end.translate - start.translate);
-        for (&vertex, &captured) in self.vertices.iter().zip(&capture.positions) {
-            let captured = Point3::from(captured);
-            let target = if self.motion.is_some() { end.apply(&center, &captured) } else { captured };
-            let velocity: Vector3<f64> =
-                (rotation_change * (captured - center) + translation_change) * to_local_velocity;
-            let slot = slots[vertex as usize];
-            state.set_position(slot, state.frame.to_local(&target));
-            state.set_velocity(slot, velocity);
-        }
-    }
-
-    /// Returns the pose at `time`, in seconds. For a pin, it is the identity.
-    fn pose(&self, time: f64) -> Pose {
-        self.motion.as_ref().map_or_else(Pose::identity, |motion| motion.pose(time))
-    }
-}
-
-impl Capture {
-    /// Captures the current positions of `vertices`.
-    fn new(vertices: &[u32], state: &BodyState<'_>, slots: &[u32]) -> Self {
-        let world = |&vertex: &u32| state.frame.to_world(state.position(slots[vertex as usize]));
-        let positions: Vec<[f64; 3]> = vertices.iter().map(|v| world(v).into()).collect();
-        // The mean is computed from offsets to one of the points, because it then loses no digits far from
-        // the origin of world space.
-        let base = positions.first().map_or_else(Point3::origin, |&p| Point3::from(p));
-        let sum: Vector3<f64> = positions.iter().map(|&p| Point3::from(p) - base).sum();
-        let center = base + sum / positions.len().max(1) as f64;
-        Self { center: center.into(), positions }
-    }
-}
-
-/// The error that a pin or handle is invalid.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum ConstraintError {
-    /// The start of the window is not finite, or the end is not greater than the start.
-    #[error("start is {start} and end is {end}; start must be finite and end greater than start")]
-    TimeWindow {
-        /// Start in seconds.
-        start: f64,
-        /// End in seconds.
-        end: f64,
-    },
-    /// The keyframes are invalid.
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    /// The index of a pin or handle is out of range.
-    #[error("there is no pin or handle {index}: the body has {count}")]
-    NoSuchConstraint {
-        /// The requested index.
-        index: usize,
-        /// Number of pins and handles of the body.
-        count: usize,
-    },
-}
-
-/// The constraint stage: the pins and handles of one body. If several constraints have a vertex in common,
-/// the constraint that was added last has priority.
+/// Released constraints are removed. Constraints whose time window has ended are kept, because they become
+/// active again if the time is set back.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraints {
+    /// The constraints in the order in which they were added, so in increasing order of their indices.
+    /// The next step removes released ones.
     constraints: Vec<Constraint>,
+    /// Number of constraints added so far, including released ones: the index of the next constraint.
+    count: usize,
     /// Whether each lattice vertex is constrained in the current step.
     held: Vec<bool>,
 }
@@ -210,61 +24,94 @@ pub struct Constraints {
 impl Constraints {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let capture_bytes = |capture: &Capture| size_of_val(capture.positions.as_slice());
-        let list_bytes = self.constraints.iter().map(|constraint| {
-            size_of_val(constraint.vertices.as_slice()) + constraint.capture.as_ref().map_or(0, capture_bytes)
-        });
-        self.held.len() + size_of_val(self.constraints.as_slice()) + list_bytes.sum::<usize>()
+        let lists: usize = self.constraints.iter().map(Constraint::bytes).sum();
+        self.held.len() + size_of_val(self.constraints.as_slice()) + lists
     }
 
     /// Creates the stage for a lattice of `vertex_count` vertices.
     pub fn new(vertex_count: usize, constraints: Vec<Constraint>) -> Self {
-        Self { constraints, held: vec![false; vertex_count] }
+        let mut stage = Self { constraints: Vec::new(), count: 0, held: vec![false; vertex_count] };
+        constraints.into_iter().for_each(|constraint| stage.add(constraint));
+        stage
     }
 
-    /// Adds a constraint, which has priority over the existing constraints.
-    pub fn add(&mut self, constraint: Constraint) {
+    /// Adds a constraint, which has priority over the existing constraints, and sets its index.
+    pub fn add(&mut self, mut constraint: Constraint) {
+        constraint.index = self.count;
         self.constraints.push(constraint);
+        self.count += 1;
     }
 
-    /// Deactivates a constraint permanently.
+    /// Returns the number of constraints added so far, including released ones.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Releases a constraint permanently, from the next step on. Releasing a released constraint has no
+    /// effect.
     ///
     /// # Errors
     /// If the index is out of range.
     pub fn release(&mut self, index: usize) -> Result<(), ConstraintError> {
-        self.get_mut(index)?.release();
+        match self.find(index) {
+            Ok(place) => self.constraints[place].window.end = f64::NEG_INFINITY,
+            Err(ConstraintError::Released { .. }) => {}
+            Err(error) => return Err(error),
+        }
+        // Bounds the memory between two steps. Active constraints stay until the next step updates `held`.
+        while self.constraints.pop_if(|last| last.is_released() && !last.is_active()).is_some() {}
         Ok(())
     }
 
     /// Replaces the motion of a constraint. The motion is relative to the captured positions.
     ///
     /// # Errors
-    /// If the index is out of range.
+    /// If the index is out of range, or the constraint was released.
     pub fn set_motion(&mut self, index: usize, motion: Motion) -> Result<(), ConstraintError> {
-        self.get_mut(index)?.set_motion(motion);
+        let place = self.find(index)?;
+        self.constraints[place].motion = Some(motion);
         Ok(())
     }
 
-    fn get_mut(&mut self, index: usize) -> Result<&mut Constraint, ConstraintError> {
-        let count = self.constraints.len();
-        self.constraints.get_mut(index).ok_or(ConstraintError::NoSuchConstraint { index, count })
+    /// Returns a constraint.
+    ///
+    /// # Errors
+    /// If the index is out of range, or the constraint was released.
+    pub fn get(&self, index: usize) -> Result<&Constraint, ConstraintError> {
+        self.find(index).map(|place| &self.constraints[place])
+    }
+
+    /// Returns the place of a constraint in the list.
+    fn find(&self, index: usize) -> Result<usize, ConstraintError> {
+        let count = self.count;
+        if index >= count {
+            return Err(ConstraintError::NoSuchConstraint { index, count });
+        }
+        match self.constraints.binary_search_by_key(&index, Constraint::index) {
+            Ok(place) if !self.constraints[place].is_released() => Ok(place),
+            _ => Err(ConstraintError::Released { index }),
+        }
     }
 
     /// Checks deserialized data. Returns whether all indices and lengths are valid for a lattice of
     /// `vertex_count` vertices.
     pub(crate) fn is_valid(&self, vertex_count: usize) -> bool {
         self.held.len() == vertex_count
+            && self.constraints.is_sorted_by(|a, b| a.index < b.index)
+            && self.constraints.last().is_none_or(|last| last.index < self.count)
             && self.constraints.iter().all(|constraint| constraint.is_valid(vertex_count))
     }
 
-    /// Returns the constraints in the order in which they were added.
+    /// Returns the constraints in the order in which they were added, also released ones until the next step
+    /// begins.
     pub fn list(&self) -> &[Constraint] {
         &self.constraints
     }
 
     /// Begins a step, before positions change. Constraints that become active for the first time capture the
-    /// positions of their vertices. Returns whether any constraint becomes active or inactive;
-    /// [`held`](Self::held) is then updated, and stays valid until the next step begins.
+    /// positions of their vertices. Released constraints are removed. Returns whether any constraint becomes
+    /// active or inactive; [`constrained`](Self::constrained) is then updated, and stays valid until the next
+    /// step begins.
     ///
     /// `slots` has the slot of each lattice vertex: its index in the storage order.
     pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
@@ -272,11 +119,11 @@ impl Constraints {
         for constraint in &mut self.constraints {
             changed |= constraint.begin(step, state, slots);
         }
+        self.constraints.retain(|constraint| !constraint.is_released());
         if changed {
             self.held.fill(false);
-            for &vertex in
-                self.constraints.iter().filter(|constraint| constraint.active).flat_map(Constraint::vertices)
-            {
+            let active = self.constraints.iter().filter(|constraint| constraint.is_active());
+            for &vertex in active.flat_map(Constraint::vertices) {
                 self.held[vertex as usize] = true;
             }
         }
@@ -298,6 +145,6 @@ impl Constraints {
 
     /// Returns whether any constraint is active in the current step.
     pub fn any_active(&self) -> bool {
-        self.constraints.iter().any(|constraint| constraint.active)
+        self.constraints.iter().any(Constraint::is_active)
     }
 }

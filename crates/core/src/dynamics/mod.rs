@@ -5,13 +5,15 @@
 //! | `material` | region size, stiffness, damping and density |
 //! | `selection` | the part of a body that a pin, a handle or a force acts on |
 //! | `motion` | keyframed rigid motion of handles and colliders |
-//! | `constraints` | pins and handles: prescribed positions and velocities |
+//! | `constraint` | a pin or a handle: prescribed positions and velocities |
+//! | `constraints` | all pins and handles of a body |
 //! | `forces` | external forces, applied for one step |
 //! | `momentum` | the momentum tracker, which keeps the momenta of connected components in f64 |
 //! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
 //! | `integration` | acceleration towards the goal positions and advance of the positions |
 //! | `energy` | the energy limiter of bodies without constraints and contacts |
 
+mod constraint;
 mod constraints;
 mod damping;
 mod energy;
@@ -22,7 +24,8 @@ mod momentum;
 mod motion;
 mod selection;
 
-pub use constraints::{Constraint, ConstraintError, Constraints, Handle, Pin, TimeWindow};
+pub use constraint::{Constraint, ConstraintError, Handle, Pin, TimeWindow};
+pub use constraints::Constraints;
 pub(crate) use damping::RegionDamper;
 pub(crate) use energy::EnergyLimiter;
 pub(crate) use forces::Forces;

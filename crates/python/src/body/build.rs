@@ -47,7 +47,7 @@ pub(super) fn body<'py>(
     let default = BodyData::default();
     let builder = builder
         .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
-        .scale(settings.number("scale")?.unwrap_or(default.scale))
+        .scale(scale(settings)?.unwrap_or(default.scale))
         .material(material(settings)?)
         .placement(placement(settings)?)
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default());
@@ -84,6 +84,16 @@ fn builder<'py>(
         builder = builder.memory_limit(bytes as u64);
     }
     Ok((mesh.into_any(), builder))
+}
+
+/// Reads the scale.
+fn scale(settings: &Settings<'_>) -> PyResult<Option<f64>> {
+    match settings.number("scale")? {
+        Some(scale) if !(scale > 0.0 && scale.is_finite()) => Err(PyValueError::new_err(format!(
+            "scale = {scale} is out of range: it must be a finite number > 0"
+        ))),
+        scale => Ok(scale),
+    }
 }
 
 /// Reads the material.

@@ -1,11 +1,11 @@
-//! Adds pins, handles and forces to a body, and defines `supple.Hold`, the class of a pin or handle.
+//! Adds pins, handles and forces to a body, and lists its pins and handles.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use supple::{Handle, Pin};
 
-use super::Body;
+use super::{Body, Hold};
 use crate::argument::Settings;
 use crate::{arrays, constraint, error};
 
@@ -30,6 +30,9 @@ impl Body {
     ///     Lattice vertices: indices, or a mask.
     /// start, end : float, default 0 and None
     ///     Time window of the pin in seconds. Without end the pin stays active.
+    ///
+    /// Parts may overlap: of the pins and handles that are active, the one that was added last moves the
+    /// common vertices, and when it ends, the one before it moves them again.
     ///
     /// Raises ValueError for an empty selection; the message gives the distance to the nearest vertex.
     #[pyo3(
@@ -65,6 +68,16 @@ impl Body {
         Hold::add(slf, |body| body.handle(&handle))
     }
 
+    /// Pins and handles that were not released, in the order in which they were added: tuple of Hold.
+    ///
+    /// Pins and handles of a scene come first: the pins of the body, then its handles.
+    #[getter]
+    fn holds<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let indices: Vec<usize> =
+            slf.get().read(slf.py(), |body| body.constraints().map(supple::Constraint::index).collect())?;
+        PyTuple::new(slf.py(), indices.into_iter().map(|index| Hold::new(slf, index)))
+    }
+
     /// Apply a force to a part of the body in the next step. Several forces add up.
     ///
     /// force : (3,) float
@@ -89,51 +102,5 @@ impl Body {
         let selection = constraint::selection(&settings, "apply_force()", self.count(py)?)?;
         let force = arrays::vector(force, "force")?;
         self.with(py, |body| body.apply_force(force, &selection))?.map_err(error::from_core)
-    }
-}
-
-/// A pin or a handle of a body. Body.pin and Body.handle return it.
-#[pyclass(frozen, module = "supple")]
-pub(crate) struct Hold {
-    body: Py<Body>,
-    index: usize,
-}
-
-impl Hold {
-    /// Adds a pin or handle to the body with `add`.
-    fn add(
-        body: &Bound<'_, Body>,
-        add: impl FnOnce(&mut supple::Body) -> Result<(), supple::Error> + Send,
-    ) -> PyResult<Self> {
-        let index = body.get().with(body.py(), |body| add(body).map(|()| body.constraint_count() - 1))?;
-        Ok(Self { body: body.clone().unbind(), index: index.map_err(error::from_core)? })
-    }
-}
-
-#[pymethods]
-impl Hold {
-    /// Body that the pin or handle belongs to.
-    #[getter]
-    fn body(&self, py: Python<'_>) -> Py<Body> {
-        self.body.clone_ref(py)
-    }
-
-    /// Release the part permanently, from the next step on.
-    fn release(&self, py: Python<'_>) -> PyResult<()> {
-        self.body.get().with(py, |body| body.release(self.index))?.map_err(error::value)
-    }
-
-    /// Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle.
-    ///
-    /// keys : list of (time, translate, rotate), as for Body.handle
-    ///     Relative to the pose that the part had when the pin or handle became active.
-    fn set_keys(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<()> {
-        let keys = constraint::keys(keys)?;
-        self.body.get().with(py, |body| body.set_keys(self.index, &keys))?.map_err(error::value)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let name = self.body.get().read(py, |body| body.name().to_owned())?;
-        Ok(format!("<supple.Hold {} of body {name:?}>", self.index))
     }
 }

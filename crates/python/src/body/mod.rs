@@ -1,27 +1,26 @@
 //! Defines `supple.Body`: a soft body, outside or in a simulation.
 
 mod build;
+mod hold;
 mod holds;
 mod storage;
 mod values;
 
 pub(crate) use build::{body_keys, volume_settings};
-pub(crate) use holds::Hold;
-pub(crate) use storage::{SharedSimulation, Storage};
+pub(crate) use hold::Hold;
+pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
 
-use std::sync::Mutex;
+use std::sync::{Arc, OnceLock};
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyBytes, PyDict, PyTuple};
+use pyo3::types::{PyDict, PyTuple};
 use supple::BodySnapshot;
 
 use crate::argument::Settings;
 use crate::error;
-use crate::forked::Owner;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
+use crate::pickle::{self, decode, encode};
 
 /// A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
 ///
@@ -66,37 +65,9 @@ use crate::mesh::Mesh;
 /// MeshError and LatticeError for an invalid mesh or lattice, and TypeError for a wrong type.
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Body {
-    storage: Mutex<Storage>,
-    /// Locked only while the storage or the simulation is locked.
-    display: Mutex<supple::Display>,
-    /// Process that last locked `storage`.
-    owner: Owner,
-    /// The shape that the body was built from: a `Mesh` or a `Lattice`.
-    shape: Py<PyAny>,
-    /// A copy of the keyword arguments, for pickles.
-    settings: Py<PyDict>,
-    mesh: PyOnceLock<Option<Py<Mesh>>>,
-    lattice: PyOnceLock<Py<Lattice>>,
-}
-
-impl Body {
-    /// Creates the Python object of a body, with the arguments that the body was built with.
-    pub(crate) fn from_storage(storage: Storage, (shape, settings): BuildArguments<'_>) -> Self {
-        Self {
-            storage: Mutex::new(storage),
-            display: Mutex::default(),
-            owner: Owner::new(),
-            shape: shape.unbind(),
-            settings: settings.unbind(),
-            mesh: PyOnceLock::new(),
-            lattice: PyOnceLock::new(),
-        }
-    }
-
-    /// Returns the arguments that the body was built with.
-    pub(crate) fn build_arguments<'py>(&self, py: Python<'py>) -> BuildArguments<'py> {
-        (self.shape.bind(py).clone(), self.settings.bind(py).clone())
-    }
+    shared: Arc<SharedBody>,
+    /// The Python object of the simulation, which the body keeps alive. Empty outside a simulation.
+    simulation: OnceLock<Py<PyAny>>,
 }
 
 /// The arguments of `supple.Body` from which a body was built: shape and keyword arguments.
@@ -123,7 +94,7 @@ impl Body {
         if settings.contains("object")? {
             settings.del_item("object")?;
         }
-        Ok(Self::from_storage(Storage::Alone(Box::new(body)), (shape, settings)))
+        Ok(Self::alone(body, (shape, settings)))
     }
 
     /// Name of the body, used in reports and file names.
@@ -152,10 +123,10 @@ impl Body {
         Ok(lattice.bind(py))
     }
 
-    /// Simulation of the body. None outside a simulation, or if the Simulation object no longer exists.
+    /// Simulation of the body, which the body keeps alive. None outside a simulation.
     #[getter]
-    fn simulation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        Ok(self.shared_simulation(py)?.and_then(|(shared, _)| shared.python_object(py)))
+    fn simulation<'py>(&self, py: Python<'py>) -> Option<&Bound<'py, PyAny>> {
+        self.simulation.get().map(|simulation| simulation.bind(py))
     }
 
     /// Number of lattice vertices.
@@ -186,46 +157,29 @@ impl Body {
         let py = slf.py();
         let class = py.get_type::<Self>();
         // A body in a simulation is pickled as the simulation and the index of the body in it.
-        if let Some((shared, index)) = slf.get().shared_simulation(py)?
-            && let Some(simulation) = shared.python_object(py)
-        {
-            return (class.getattr("_of")?, (simulation, index)).into_pyobject(py);
+        if let (Some(simulation), Some(index)) = (slf.get().simulation(py), slf.get().index(py)?) {
+            return (class.getattr("_of")?, (simulation, encode(py, &index)?)).into_pyobject(py);
         }
         let snapshot = slf.get().read(py, supple::Body::snapshot)?;
-        let state = PyBytes::new(py, &encode(&snapshot)?);
         let (shape, settings) = slf.get().build_arguments(py);
-        (class.getattr("_restore")?, (shape, settings, state)).into_pyobject(py)
+        let data = (pickle::shape_checksum(&shape)?, pickle::dumps(&settings)?, snapshot);
+        (class.getattr("_restore")?, (shape, encode(py, &data)?)).into_pyobject(py)
     }
 
     /// Return the body with the given index in a simulation. Pickles call this function.
     #[staticmethod]
-    fn _of<'py>(simulation: &Bound<'py, PyAny>, index: usize) -> PyResult<Bound<'py, PyAny>> {
+    fn _of<'py>(simulation: &Bound<'py, PyAny>, index: &[u8]) -> PyResult<Bound<'py, PyAny>> {
+        let index: usize = decode(simulation.py(), index)?;
         simulation.getattr("bodies")?.get_item(index)
     }
 
     /// Build a body and restore its state. Pickles call this function.
     #[staticmethod]
-    fn _restore(
-        py: Python<'_>,
-        shape: &Bound<'_, PyAny>,
-        settings: &Bound<'_, PyDict>,
-        state: &[u8],
-    ) -> PyResult<Self> {
-        let snapshot: BodySnapshot = decode(state)?;
-        let body = Self::new(shape, Some(settings))?;
+    fn _restore(py: Python<'_>, shape: &Bound<'_, PyAny>, data: &[u8]) -> PyResult<Self> {
+        let (checksum, settings, snapshot): (_, Vec<u8>, BodySnapshot) = decode(py, data)?;
+        pickle::check_shape(shape, checksum)?;
+        let body = Self::new(shape, Some(pickle::loads(py, &settings)?.cast()?))?;
         body.with(py, |body| body.restore(&snapshot))?.map_err(error::from_core)?;
         Ok(body)
     }
-}
-
-/// Serializes a state.
-pub(crate) fn encode(state: &impl serde::Serialize) -> PyResult<Vec<u8>> {
-    postcard::to_stdvec(state).map_err(error::value)
-}
-
-/// Deserializes a state.
-pub(crate) fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> PyResult<T> {
-    postcard::from_bytes(bytes).map_err(|error| {
-        PyValueError::new_err(format!("the pickle was made by a different version of supple: {error}"))
-    })
 }

@@ -1,13 +1,20 @@
 //! Stores a body outside a simulation, or refers to a simulation that several bodies share.
+//!
+//! A Python body has a strong reference to its Python simulation. The Python simulation has only the
+//! [`SharedBody`] of each body, and a weak reference to its Python object. So there is no cycle of references,
+//! and a simulation is freed as soon as neither it nor one of its bodies is used.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::ops::Deref;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyWeakrefMethods, PyWeakrefReference};
+use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
 
-use super::Body;
+use super::{Body, BuildArguments};
 use crate::forked::{Forked, Owner};
+use crate::lattice::Lattice;
+use crate::mesh::Mesh;
 
 /// The storage of a body. A body moves into a simulation at most once and then stays in it.
 pub(crate) enum Storage {
@@ -32,31 +39,16 @@ pub(crate) struct SharedSimulation {
     threads: usize,
     /// Process that last locked `simulation`.
     owner: Owner,
-    /// Weak reference to the Python object of the simulation.
-    python: PyOnceLock<Py<PyWeakrefReference>>,
 }
 
 impl SharedSimulation {
     pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
-        Self { simulation, threads, owner: Owner::new(), python: PyOnceLock::new() }
+        Self { simulation, threads, owner: Owner::new() }
     }
 
     /// Returns the requested number of threads; 0 = one per processor.
     pub(crate) fn threads(&self) -> usize {
         self.threads
-    }
-
-    /// Sets the Python object of the simulation.
-    pub(crate) fn set_python_object(&self, simulation: &Bound<'_, PyAny>) -> PyResult<()> {
-        let reference = PyWeakrefReference::new(simulation)?;
-        // A second `__init__` of the same object changes nothing.
-        self.python.get_or_init(simulation.py(), || reference.unbind());
-        Ok(())
-    }
-
-    /// Returns the Python object of the simulation, if it still exists.
-    pub(crate) fn python_object<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
-        self.python.get(py).and_then(|reference| reference.bind(py).upgrade())
     }
 
     /// Locks the simulation. Call it without the GIL.
@@ -89,7 +81,102 @@ enum LockedBody<'a> {
     In(&'a mut supple::Simulation, usize),
 }
 
+/// A body that its Python object and its simulation share.
+pub(crate) struct SharedBody {
+    storage: Mutex<Storage>,
+    /// Locked only while the storage or the simulation is locked.
+    display: Mutex<supple::Display>,
+    /// Process that last locked `storage`.
+    owner: Owner,
+    /// The shape that the body was built from: a `Mesh` or a `Lattice`.
+    shape: Py<PyAny>,
+    /// A copy of the keyword arguments, for pickles.
+    settings: Py<PyDict>,
+    pub(super) mesh: PyOnceLock<Option<Py<Mesh>>>,
+    pub(super) lattice: PyOnceLock<Py<Lattice>>,
+    /// Weak reference to the Python object of the body.
+    python: Mutex<Option<Py<PyWeakrefReference>>>,
+}
+
+impl Deref for Body {
+    type Target = SharedBody;
+
+    fn deref(&self) -> &SharedBody {
+        &self.shared
+    }
+}
+
 impl Body {
+    /// Creates the Python object of a body outside a simulation.
+    pub(super) fn alone(body: supple::Body, arguments: BuildArguments<'_>) -> Self {
+        let shared = SharedBody::new(Storage::Alone(Box::new(body)), arguments);
+        Self { shared: Arc::new(shared), simulation: OnceLock::new() }
+    }
+
+    /// Returns the shared body of a Python object, which becomes the object that
+    /// [`SharedBody::python_object`] returns.
+    pub(crate) fn share(body: &Bound<'_, Self>) -> PyResult<Arc<SharedBody>> {
+        let shared = body.get().shared.clone();
+        shared.set_python_object(body)?;
+        Ok(shared)
+    }
+}
+
+impl SharedBody {
+    /// Creates a body without a Python object, with the arguments that the body was built with.
+    pub(crate) fn new(storage: Storage, (shape, settings): BuildArguments<'_>) -> Self {
+        Self {
+            storage: Mutex::new(storage),
+            display: Mutex::default(),
+            owner: Owner::new(),
+            shape: shape.unbind(),
+            settings: settings.unbind(),
+            mesh: PyOnceLock::new(),
+            lattice: PyOnceLock::new(),
+            python: Mutex::new(None),
+        }
+    }
+
+    /// Returns the arguments that the body was built with.
+    pub(crate) fn build_arguments<'py>(&self, py: Python<'py>) -> BuildArguments<'py> {
+        (self.shape.bind(py).clone(), self.settings.bind(py).clone())
+    }
+
+    /// Returns the Python object of the body in a simulation. Creates the object if it does not exist.
+    pub(crate) fn python_object<'py>(
+        self: &Arc<Self>,
+        simulation: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, Body>> {
+        let py = simulation.py();
+        if let Some(body) = self.existing_python_object(py) {
+            return Ok(body);
+        }
+        let simulation = OnceLock::from(simulation.clone().unbind());
+        let body = Bound::new(py, Body { shared: self.clone(), simulation })?;
+        self.set_python_object(&body)?;
+        Ok(body)
+    }
+
+    /// Makes the Python object of the body, if it exists, keep the Python object of its simulation alive.
+    pub(crate) fn attach(&self, simulation: &Bound<'_, PyAny>) {
+        if let Some(body) = self.existing_python_object(simulation.py()) {
+            // A second `__init__` of the same simulation changes nothing.
+            body.get().simulation.get_or_init(|| simulation.clone().unbind());
+        }
+    }
+
+    fn set_python_object(&self, body: &Bound<'_, Body>) -> PyResult<()> {
+        let reference = PyWeakrefReference::new(body)?.unbind();
+        *self.python.lock().unwrap_or_else(PoisonError::into_inner) = Some(reference);
+        Ok(())
+    }
+
+    fn existing_python_object<'py>(&self, py: Python<'py>) -> Option<Bound<'py, Body>> {
+        let python = self.python.lock().unwrap_or_else(PoisonError::into_inner);
+        let body = python.as_ref()?.bind(py).upgrade()?;
+        body.cast_into().ok()
+    }
+
     /// Calls `work` with the body, without the GIL.
     pub(crate) fn with<R: Send>(
         &self,
@@ -146,18 +233,15 @@ impl Body {
         self.with(py, |body| read(body))
     }
 
-    /// Returns the simulation of the body, and the index of the body in it.
-    pub(crate) fn shared_simulation(
-        &self,
-        py: Python<'_>,
-    ) -> PyResult<Option<(Arc<SharedSimulation>, usize)>> {
-        let shared = py.detach(|| {
+    /// Returns the index of the body in its simulation, or `None` outside a simulation.
+    pub(super) fn index(&self, py: Python<'_>) -> PyResult<Option<usize>> {
+        let index = py.detach(|| {
             self.storage().map(|storage| match &*storage {
-                Storage::In(shared, index) => Some((shared.clone(), *index)),
+                Storage::In(_, index) => Some(*index),
                 Storage::Alone(_) | Storage::Moving => None,
             })
         });
-        Ok(shared?)
+        Ok(index?)
     }
 
     /// Locks the storage of the body. Call it without the GIL.

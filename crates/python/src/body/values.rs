@@ -16,49 +16,82 @@ use crate::{error, report};
 
 #[pymethods]
 impl Body {
-    /// Positions of the lattice vertices: (n, 3) float64, a copy.
+    /// Positions of the lattice vertices: (n, 3) float64, a read-only copy.
     ///
-    /// Assign a whole array to set them. Velocities, pins and all other state are unchanged.
+    /// Assign a whole array to set them, or change entries with edit(). Velocities, pins and all other state
+    /// are unchanged.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        Ok(arrays::from_points(py, self.read(py, supple::Body::positions)?))
+        Ok(arrays::frozen(arrays::from_points(py, self.read(py, supple::Body::positions)?)))
     }
 
     #[setter]
     fn set_positions(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<()> {
-        let positions = arrays::vectors(positions, "positions", Axis::Is(self.count(py)?))?;
-        let positions = || positions.into_iter().map(Point3::from).collect::<Vec<_>>();
-        self.with(py, |body| body.set_positions(&positions()))?.map_err(error::value)
+        let positions = self.read_positions(positions)?;
+        self.with(py, |body| body.set_positions(&positions))?.map_err(error::value)
     }
 
-    /// Velocities of the lattice vertices in length/s: (n, 3) float64, a copy.
+    /// Velocities of the lattice vertices in length/s: (n, 3) float64, a read-only copy.
     ///
-    /// Assign a whole array to set them. Positions, pins and all other state are unchanged.
+    /// Assign a whole array to set them, or change entries with edit(). Positions, pins and all other state
+    /// are unchanged.
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let velocities = self.read(py, |body| body.velocities().into_iter().map(Into::into).collect())?;
-        Ok(arrays::from_vectors(py, velocities))
+        Ok(arrays::frozen(arrays::from_vectors(py, velocities)))
     }
 
     #[setter]
     fn set_velocities(&self, py: Python<'_>, velocities: &Bound<'_, PyAny>) -> PyResult<()> {
-        let velocities = arrays::vectors(velocities, "velocities", Axis::Is(self.count(py)?))?;
-        let velocities = || velocities.into_iter().map(Vector3::from).collect::<Vec<_>>();
-        self.with(py, |body| body.set_velocities(&velocities()))?.map_err(error::value)
+        let velocities = self.read_velocities(velocities)?;
+        self.with(py, |body| body.set_velocities(&velocities))?.map_err(error::value)
     }
 
-    /// Rotation of the region around each vertex, from the rest pose, as of the last step: (n, 3, 3) float64.
+    /// Return a context manager for a change of single positions and velocities.
+    ///
+    /// It yields an object with the writable arrays positions and velocities: (n, 3) float64. At the end of
+    /// the `with` block the arrays that differ from the state are written to the body, or nothing if the block
+    /// raises an exception or an array has an invalid value.
+    ///
+    ///     with body.edit() as state:
+    ///         state.positions[top, 1] += 0.1
+    fn edit<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.edits")?.getattr("Edit")?.call1((slf,))
+    }
+
+    /// Set the positions, the velocities or both; None leaves them unchanged. If an array has an invalid
+    /// value, nothing is set. Edit calls this function.
+    fn _set_state(
+        &self,
+        py: Python<'_>,
+        positions: Option<&Bound<'_, PyAny>>,
+        velocities: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let positions = positions.map(|positions| self.read_positions(positions)).transpose()?;
+        let velocities = velocities.map(|velocities| self.read_velocities(velocities)).transpose()?;
+        let set = |body: &mut supple::Body| {
+            let before = body.snapshot();
+            positions.map_or(Ok(()), |positions| body.set_positions(&positions))?;
+            velocities.map_or(Ok(()), |velocities| body.set_velocities(&velocities)).inspect_err(|_| {
+                body.restore(&before).expect("the snapshot is of this body");
+            })
+        };
+        self.with(py, set)?.map_err(error::value)
+    }
+
+    /// Rotation of the region around each vertex, from the rest pose, as of the last step: (n, 3, 3) float64,
+    /// read-only.
     #[getter]
     fn rotations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        Ok(arrays::from_matrices(py, &self.read(py, supple::Body::rotations)?))
+        Ok(arrays::frozen(arrays::from_matrices(py, &self.read(py, supple::Body::rotations)?)))
     }
 
-    /// Masses of the lattice vertices: (n,) float64.
+    /// Masses of the lattice vertices: (n,) float64, read-only.
     ///
     /// A mass is density x cell_size^3 x number of occupied cells that share the vertex / 8.
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(PyArray1::from_vec(py, self.read(py, supple::Body::masses)?))
+        Ok(arrays::frozen(PyArray1::from_vec(py, self.read(py, supple::Body::masses)?)))
     }
 
     /// Compute the goal positions at the current positions, without advancing time: (n, 3) float64.
@@ -213,6 +246,18 @@ enum Rows {
 }
 
 impl Body {
+    /// Reads an array of positions, one per lattice vertex.
+    fn read_positions(&self, positions: &Bound<'_, PyAny>) -> PyResult<Vec<Point3<f64>>> {
+        let rows = Axis::Is(self.count(positions.py())?);
+        Ok(arrays::vectors(positions, "positions", rows)?.into_iter().map(Point3::from).collect())
+    }
+
+    /// Reads an array of velocities, one per lattice vertex.
+    fn read_velocities(&self, velocities: &Bound<'_, PyAny>) -> PyResult<Vec<Vector3<f64>>> {
+        let rows = Axis::Is(self.count(velocities.py())?);
+        Ok(arrays::vectors(velocities, "velocities", rows)?.into_iter().map(Vector3::from).collect())
+    }
+
     /// Returns the number of lattice vertices.
     pub(super) fn count(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, |body| body.lattice().len())

@@ -9,7 +9,7 @@ use pyo3::types::PyTuple;
 use supple::SimulationBuilder;
 
 use super::Simulation;
-use crate::argument::wrong_type;
+use crate::argument::{conversion_error, wrong_type};
 use crate::body::{Body, SharedSimulation, Storage};
 use crate::error;
 
@@ -33,9 +33,9 @@ pub(super) fn simulation(
         return Err(PyValueError::new_err(message));
     }
     let references: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
+    let parts = bodies.iter().map(Body::share).collect::<PyResult<_>>()?;
     let shared = py.detach(|| move_in(&references, builder, threads))?;
-    let bodies = bodies.iter().map(|body| body.clone().unbind()).collect();
-    Ok(Simulation::from_parts(shared, bodies, colliders))
+    Ok(Simulation::from_parts(shared, parts, colliders))
 }
 
 /// Moves the bodies from their storages to a shared simulation. If there is an error, no body moves.
@@ -53,7 +53,7 @@ fn move_in(
     storages.sort_by_key(|(index, _)| *index);
     if let Some((index, _)) = storages.iter().find(|(_, storage)| !matches!(**storage, Storage::Alone(_))) {
         return Err(PyValueError::new_err(format!(
-            "bodies[{index}] already belongs to a simulation; build another Body for this one"
+            "bodies[{index}] already belongs to a simulation, its `simulation`; build another Body for this one"
         )));
     }
     for (_, storage) in &mut storages {
@@ -78,11 +78,8 @@ fn find_duplicate(bodies: &[Bound<'_, Body>]) -> Option<(usize, usize)> {
 
 /// Reads the `bodies` argument.
 fn read_bodies<'py>(bodies: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Body>>> {
-    let items = match bodies.is_instance_of::<Body>() {
-        true => None,
-        false => bodies.try_iter().ok(),
-    };
-    let items = items.ok_or_else(|| wrong_type(bodies, "bodies", "a list of Body"))?;
+    let items =
+        bodies.try_iter().map_err(|error| conversion_error(error, bodies, "bodies", "a list of Body"))?;
     let body = |(index, item): (usize, PyResult<Bound<'py, PyAny>>)| {
         let item = item?;
         item.cast_into::<Body>()

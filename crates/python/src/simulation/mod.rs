@@ -6,12 +6,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList, PyTuple, PyType};
+use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::SimulationState;
 
-use crate::argument::{self, Settings};
-use crate::body::{Body, BuildArguments, SharedSimulation, decode, encode};
+use crate::argument::{self, Given, Settings};
+use crate::body::{Body, SharedBody, SharedSimulation};
+use crate::pickle::{self, decode, encode};
 use crate::{arrays, collider, error};
 
 /// Target run time between two checks for signals such as Ctrl-C.
@@ -38,7 +40,7 @@ const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
 #[pyclass(frozen, module = "supple", weakref)]
 pub(crate) struct Simulation {
     shared: Arc<SharedSimulation>,
-    bodies: Vec<Py<Body>>,
+    bodies: Vec<Arc<SharedBody>>,
     /// The colliders as Python objects.
     colliders: Mutex<Py<PyTuple>>,
 }
@@ -46,15 +48,10 @@ pub(crate) struct Simulation {
 impl Simulation {
     pub(crate) fn from_parts(
         shared: Arc<SharedSimulation>,
-        bodies: Vec<Py<Body>>,
+        bodies: Vec<Arc<SharedBody>>,
         colliders: &Bound<'_, PyTuple>,
     ) -> Self {
         Self { shared, bodies, colliders: Mutex::new(colliders.clone().unbind()) }
-    }
-
-    /// Registers the Python object of the simulation, which `Body.simulation` returns.
-    pub(crate) fn register_python_object(&self, object: &Bound<'_, Self>) -> PyResult<()> {
-        self.shared.set_python_object(object.as_any())
     }
 }
 
@@ -87,18 +84,15 @@ impl Simulation {
     }
 
     #[pyo3(signature = (*_args, **_settings))]
-    fn __init__(
-        slf: &Bound<'_, Self>,
-        _args: &Bound<'_, PyTuple>,
-        _settings: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<()> {
-        slf.get().register_python_object(slf)
+    fn __init__(slf: &Bound<'_, Self>, _args: &Bound<'_, PyTuple>, _settings: Option<&Bound<'_, PyDict>>) {
+        slf.get().bodies.iter().for_each(|body| body.attach(slf.as_any()));
     }
 
     /// Bodies, in the given order: tuple of Body.
     #[getter]
-    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, &self.bodies)
+    fn bodies<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let bodies = slf.get().bodies.iter().map(|body| body.python_object(slf.as_any()));
+        PyTuple::new(slf.py(), bodies.collect::<PyResult<Vec<_>>>()?)
     }
 
     /// Length of a step in seconds, from 1e-12 to 1e6. Settable; the time stays the same.
@@ -178,9 +172,9 @@ impl Simulation {
     ///     Number of steps, at least 0.
     ///
     /// Other Python threads continue to run. Ctrl-C interrupts between two steps.
-    #[pyo3(signature = (n=None), text_signature = "($self, n=1)")]
-    fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let mut remaining = n.map_or(Ok(1), |n| argument::count(n, "n", 0))? as u64;
+    #[pyo3(signature = (n=Given(None)), text_signature = "($self, n=1)")]
+    fn step<'py>(&self, py: Python<'py>, n: Given<'py>) -> PyResult<()> {
+        let mut remaining = n.read("n", |n, name| argument::count(n, name, 0))?.unwrap_or(1) as u64;
         let mut batch = 1;
         while remaining > 0 {
             let steps = remaining.min(batch);
@@ -213,31 +207,44 @@ impl Simulation {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, this) = (slf.py(), slf.get());
-        let state = this.shared.with(py, |simulation| simulation.state())?;
-        let state = PyBytes::new(py, &encode(&state)?);
-        let bodies = PyList::new(py, this.bodies.iter().map(|body| body.get().build_arguments(py)))?;
+        let (shapes, bodies): (Vec<_>, Vec<_>) =
+            this.bodies.iter().map(|body| body.build_arguments(py)).unzip();
+        let checksums = shapes.iter().map(pickle::shape_checksum).collect::<PyResult<Vec<_>>>()?;
         let settings = PyDict::new(py);
         settings.set_item("dt", this.dt(py)?)?;
         settings.set_item("colliders", this.colliders(py))?;
         settings.set_item("threads", this.shared.threads())?;
         settings.set_item("substeps", this.steps_per_frame(py)?)?;
-        (py.get_type::<Self>().getattr("_restore")?, (bodies, settings, state)).into_pyobject(py)
+        let settings = pickle::dumps((bodies, settings).into_pyobject(py)?.as_any())?;
+        let state = this.shared.with(py, |simulation| simulation.state())?;
+        let data = encode(py, &(checksums, settings, state))?;
+        (py.get_type::<Self>().getattr("_restore")?, (shapes, data)).into_pyobject(py)
     }
 
     /// Build a simulation and restore its state. Pickles call this function.
     #[classmethod]
     fn _restore<'py>(
         class: &Bound<'py, PyType>,
-        bodies: Vec<BuildArguments<'py>>,
-        settings: &Bound<'py, PyDict>,
-        state: &[u8],
+        shapes: Vec<Bound<'py, PyAny>>,
+        data: &[u8],
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = class.py();
-        let state: SimulationState = decode(state)?;
-        let body =
-            |(shape, settings): &BuildArguments<'py>| py.get_type::<Body>().call((shape,), Some(settings));
-        let bodies: Vec<_> = bodies.iter().map(body).collect::<PyResult<_>>()?;
-        let simulation = class.call((bodies,), Some(settings))?;
+        let (checksums, settings, state): (Vec<_>, Vec<u8>, SimulationState) = decode(py, data)?;
+        let (settings_of, settings): (Vec<Bound<'py, PyDict>>, Bound<'py, PyDict>) =
+            pickle::loads(py, &settings)?.extract()?;
+        if shapes.len() != checksums.len() {
+            return Err(PyValueError::new_err(format!(
+                "the pickle is damaged: it has {} bodies and {} shapes; save it again",
+                checksums.len(),
+                shapes.len()
+            )));
+        }
+        let mut bodies = Vec::new();
+        for ((shape, checksum), settings) in shapes.into_iter().zip(checksums).zip(&settings_of) {
+            pickle::check_shape(&shape, checksum)?;
+            bodies.push(py.get_type::<Body>().call((shape,), Some(settings))?);
+        }
+        let simulation = class.call((bodies,), Some(&settings))?;
         let shared = &simulation.cast::<Self>()?.get().shared;
         shared.with(py, |simulation| simulation.restore(&state))?.map_err(error::from_core)?;
         Ok(simulation)
