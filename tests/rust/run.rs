@@ -238,7 +238,8 @@ fn many_bodies_list_the_output_directory_once() {
     let mut text = "[simulation]\nframes = 1\nsubsteps = 1\n".to_owned();
     for body in 0..200 {
         let place = format!("translate = [{}, 0, 0]", 2 * body);
-        text += &format!("[[body]]\nname = \"b{body}\"\nmesh = \"cube.obj\"\nlattice_vertices = 8\n{place}\n");
+        text +=
+            &format!("[[body]]\nname = \"b{body}\"\nmesh = \"cube.obj\"\nlattice_vertices = 8\n{place}\n");
     }
     let scene = Scene::parse(&text, "scene.toml", folder.path(), &[]).unwrap();
     let job = Job { resume: true, ..Job::new(scene, folder.path().join("out")) };

@@ -55,7 +55,8 @@ fn statistics_on_a_full_disk_stay_valid() {
     for name in ["s.json", "s.csv"] {
         let workspace = Workspace::new();
         // The frames are smaller than the limit of 4,096 bytes, the statistics are larger.
-        let script = "trap '' XFSZ; ulimit -f 8; exec \"$0\" run scene.toml --frames 200 --stats \"$1\" --quiet";
+        let script =
+            "trap '' XFSZ; ulimit -f 8; exec \"$0\" run scene.toml --frames 200 --stats \"$1\" --quiet";
         let output = Command::new("sh")
             .args(["-c", script, program(), name])
             .current_dir(workspace.path(""))

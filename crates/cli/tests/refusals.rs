@@ -145,6 +145,14 @@ fn links_are_not_followed_to_the_files_that_they_lead_to() {
     }
     workspace.supple(&["run", "scene.toml", "--frames", "3", "--format", "pc2"]).expect(0, &[]);
     assert!(is_unchanged());
+    // A finished cache that is a link can be kept, but not continued.
+    std::fs::rename(workspace.path("out/block.pc2"), workspace.path("moved.pc2")).unwrap();
+    symlink(workspace.path("moved.pc2"), workspace.path("out/block.pc2")).unwrap();
+    let resume = |frames: &str| {
+        workspace.supple(&["run", "scene.toml", "--frames", frames, "--format", "pc2", "--resume"])
+    };
+    assert!(resume("3").out.contains("nothing written"));
+    resume("5").expect(2, &["block.pc2 is a symbolic link"]);
     for options in [["run", "scene.toml"].as_slice(), &["run", "scene.toml", "--resume"]] {
         link("out/supple.lock");
         workspace.supple(options).expect(2, &["supple.lock is a symbolic link", "remove it"]);

@@ -119,8 +119,7 @@ fn lost_or_changed_statistics_are_an_error_before_any_file_changes() {
             .expect(0, &[]);
         let text = std::fs::read_to_string(workspace.path(name)).unwrap();
         let before = files(&workspace.path("out"));
-        let resume =
-            format!("--resume --frames 9 --start-frame 10 --format {format} --stats {name} --quiet");
+        let resume = format!("--resume --frames 9 --start-frame 10 --format {format} --stats {name} --quiet");
         for (changed, problem) in [
             (None, "the file is missing"),
             (Some(text[..text.len() / 2].to_owned()), "shorter"),

@@ -106,9 +106,8 @@ pub(crate) fn check_inputs<'a>(
     let Ok(directory) = fs::canonicalize(directory) else { return Ok(()) };
     let bodies: BTreeSet<&str> = sequences.iter().map(|sequence| &*sequence.name).collect();
     let is_output = |name: &str| {
-        let is_frame = |format: Format| {
-            FileName::parse(name, format).is_some_and(|file| bodies.contains(file.body))
-        };
+        let is_frame =
+            |format: Format| FileName::parse(name, format).is_some_and(|file| bodies.contains(file.body));
         let is_other = |other: &&str| name == *other || part_path(Path::new(other)).as_os_str() == name;
         is_frame(*format) || other.iter().any(is_other)
     };
@@ -116,9 +115,9 @@ pub(crate) fn check_inputs<'a>(
     for input in inputs.collect::<BTreeSet<_>>() {
         // If `input` is a link, checks the link and its target.
         for path in [Some(input.to_owned()), fs::canonicalize(input).ok()].into_iter().flatten() {
-            let is_inside = *in_directory
-                .entry(parent(&path).to_owned())
-                .or_insert_with_key(|parent| fs::canonicalize(parent).is_ok_and(|parent| parent == directory));
+            let is_inside = *in_directory.entry(parent(&path).to_owned()).or_insert_with_key(|parent| {
+                fs::canonicalize(parent).is_ok_and(|parent| parent == directory)
+            });
             if is_inside && path.file_name().and_then(|name| name.to_str()).is_some_and(is_output) {
                 return Err(OutputError::OverwritesInput { path });
             }

@@ -37,7 +37,7 @@ mod writer;
 pub use error::OutputError;
 pub(crate) use listing::{Listing, check_inputs};
 pub use normal_transform::count_shared_normals;
-pub(crate) use pc2::finish as finish_cache;
+pub(crate) use pc2::{check_link as check_cache_link, finish as finish_cache};
 pub(crate) use present::{Present, Renames, check};
 pub(crate) use record::{Compare, Record, Recorder};
 pub use sequence::{Format, Sequence, UnknownFormat};

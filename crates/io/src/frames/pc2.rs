@@ -19,7 +19,7 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use super::record::{Compare, Record};
-use super::{OutputError, Sequence};
+use super::{Format, OutputError, Sequence};
 use crate::file::{create_part, is_link, part_path};
 
 const SIGNATURE: &[u8; 12] = b"POINTCACHE2\0";
@@ -51,9 +51,7 @@ impl PointCache {
     pub(super) fn resume(sequence: &Sequence, points: u32, samples: u64) -> Result<Self, OutputError> {
         let path = sequence.path(0);
         let existing = existing(sequence);
-        if is_link(&existing) {
-            return Err(OutputError::Link { path: existing });
-        }
+        check_link(sequence)?;
         if let Some(reason) = problem(sequence, points, samples)? {
             return Err(OutputError::Cache { path, reason });
         }
@@ -86,9 +84,9 @@ impl PointCache {
         Ok(())
     }
 
-    /// Returns when all samples are on disk.
-    pub(super) fn sync(&self) -> Result<(), OutputError> {
-        self.file.sync_all().map_err(OutputError::io("write", &self.path))
+    /// Returns the path of the file while it is written.
+    pub(super) fn part_path(&self) -> PathBuf {
+        part_path(&self.path)
     }
 
     /// Renames the file to its final name.
@@ -117,6 +115,15 @@ fn existing(sequence: &Sequence) -> PathBuf {
     let path = sequence.path(0);
     let part = part_path(&path);
     if part.symlink_metadata().is_ok() { part } else { path }
+}
+
+/// Returns an error if an existing cache is a link, which would have to be followed to continue the cache.
+pub(crate) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
+    let path = existing(sequence);
+    if sequence.format == Format::Pc2 && is_link(&path) {
+        return Err(OutputError::Link { path });
+    }
+    Ok(())
 }
 
 /// Returns why an existing cache cannot be continued after `samples` samples of `points` points; `None` if it
@@ -161,7 +168,8 @@ pub(super) fn check(
     let mut start = HEADER;
     for (record, index) in records.iter().zip(0..) {
         let is_intact = compare == Compare::Sizes
-            || Record::of_range(&path, start, record.bytes).map_err(OutputError::io("read", &path))? == *record;
+            || Record::of_range(&path, start, record.bytes).map_err(OutputError::io("read", &path))?
+                == *record;
         if !is_intact {
             let number = sequence.first + index * sequence.every;
             return Ok(Some(format!("frame {number} of {text} has changed since it was written")));

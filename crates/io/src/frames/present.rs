@@ -110,7 +110,9 @@ fn missing(path: &Path) -> String {
 fn check_file(path: &Path, record: &Record, compare: Compare) -> Result<Option<String>, OutputError> {
     let found = match fs::metadata(path) {
         Ok(metadata) if metadata.is_file() => metadata.len(),
-        Err(error) if error.kind() != ErrorKind::NotFound => return Err(OutputError::io("read", path)(error)),
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            return Err(OutputError::io("read", path)(error));
+        }
         _ => return Ok(Some(missing(path))),
     };
     let path_text = path.display();

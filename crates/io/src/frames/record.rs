@@ -91,7 +91,8 @@ mod tests {
 
     #[test]
     fn bytes_pieces_and_ranges_of_files_have_the_same_record() {
-        let bytes: Vec<u8> = (0..3_000_000_u32).map(|number| (number * number >> 7) as u8).collect();
+        let bytes: Vec<u8> =
+            (0..3_000_000_u32).map(|number| (number.wrapping_mul(number) >> 7) as u8).collect();
         let expected = Record::of(&bytes[5..]);
         let mut recorder = Recorder::default();
         bytes[5..].chunks(1000).for_each(|chunk| recorder.append(chunk));

@@ -13,7 +13,7 @@ use super::plain::PlainObj;
 use super::ply::Ply;
 use super::record::{Record, Recorder};
 use super::{Format, OutputError, Sequence};
-use crate::file::{sync_file, write_atomically};
+use crate::file::{sync_files, write_atomically};
 use crate::obj::{Document, Part};
 use supple::Executor;
 use supple::mesh::Mesh;
@@ -72,7 +72,7 @@ pub struct FrameWriter {
     vertices: usize,
     kind: Kind,
     buffer: Vec<u8>,
-    /// Numbers of the frames whose files [`FrameWriter::sync`] flushes to disk.
+    /// Numbers of the frames whose files [`FrameWriter::sync_all`] flushes to disk.
     unsynced: Vec<u64>,
 }
 
@@ -154,7 +154,13 @@ impl FrameWriter {
                 Kind::Cache(cache, points)
             }
         };
-        Ok(Self { sequence, vertices: source.mesh().vertices().len(), kind, buffer: Vec::new(), unsynced: Vec::new() })
+        Ok(Self {
+            sequence,
+            vertices: source.mesh().vertices().len(),
+            kind,
+            buffer: Vec::new(),
+            unsynced: Vec::new(),
+        })
     }
 
     /// Sets the threads that format OBJ frames of an OBJ file. The bytes do not depend on the threads.
@@ -228,20 +234,17 @@ impl FrameWriter {
         Ok(record)
     }
 
-    /// Returns when all frames that were written so far are on disk. Their names are on disk when the
-    /// directory is synchronized too.
-    ///
-    /// # Errors
-    /// If the operating system reports an error.
-    pub fn sync(&mut self) -> Result<(), OutputError> {
-        if let Kind::Cache(cache, _) = &self.kind {
-            return cache.sync();
+    /// Returns when the contents of all frames that `writers` wrote so far are on disk. Their names are on disk
+    /// when the directory is synchronized too.
+    pub(crate) fn sync_all(writers: &mut [Self]) -> Result<(), OutputError> {
+        let mut paths = Vec::new();
+        for Self { sequence, kind, unsynced, .. } in writers {
+            match kind {
+                Kind::Cache(cache, _) => paths.push(cache.part_path()),
+                _ => paths.extend(unsynced.drain(..).map(|frame| sequence.path(frame))),
+            }
         }
-        let sequence = &self.sequence;
-        self.unsynced.drain(..).try_for_each(|frame| {
-            let path = sequence.path(frame);
-            sync_file(&path).map_err(OutputError::io("write", &path))
-        })
+        sync_files(&paths).map_err(|(path, error)| OutputError::io("write", path)(error))
     }
 
     /// Ends the sequence: renames a point cache to its final name. Without this call the cache stays a

@@ -149,7 +149,7 @@ impl<'a> Running<'a> {
 
     /// Returns when the contents of all written frames are on disk.
     fn sync_frames(&mut self) -> Result<(), OutputError> {
-        self.writers.iter_mut().try_for_each(FrameWriter::sync)
+        FrameWriter::sync_all(&mut self.writers)
     }
 
     /// Writes a checkpoint of the state after `frame`. Everything that it lists is on disk before.

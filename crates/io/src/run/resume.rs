@@ -7,7 +7,9 @@ use super::job::Job;
 use super::observer::{Note, Observer};
 use super::settings::Settings;
 use super::stats::read_rows;
-use crate::frames::{Compare, Listing, Present, Record, Recorder, Renames, check, finish_cache};
+use crate::frames::{
+    Compare, Listing, Present, Record, Recorder, Renames, check, check_cache_link, finish_cache,
+};
 use supple::SimulationState;
 
 /// Starting point of a job.
@@ -72,6 +74,7 @@ impl Job {
             }
             return Ok(Start::Finished);
         }
+        sequences.iter().try_for_each(check_cache_link)?;
         let state = saved.state()?;
         let checkpoint = saved.checkpoint;
         Ok(Start::After(Box::new(Earlier { checkpoint, state, stats, listing, renames })))

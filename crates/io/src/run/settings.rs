@@ -85,7 +85,10 @@ mod tests {
             (Settings { format: Format::Ply, ..settings.clone() }, "from obj to ply"),
             (Settings { start_frame: 7, ..settings.clone() }, "from 0 to 7"),
             (Settings { every: 2, ..settings.clone() }, "from 1 to 2"),
-            (Settings { stats: None, ..settings.clone() }, "statistics to /a/s.csv, and this run writes none"),
+            (
+                Settings { stats: None, ..settings.clone() },
+                "statistics to /a/s.csv, and this run writes none",
+            ),
         ] {
             let difference = settings.difference(&changed).unwrap();
             assert!(difference.contains(words), "{difference}");
