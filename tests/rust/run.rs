@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 use supple::{RegionSize, Selection, Simulation, VolumeMeasure};
@@ -230,6 +230,39 @@ fn checkpoints_are_written_after_the_checkpoint_interval() {
         job.run(&mut counter).unwrap();
         assert_eq!(counter.1, expected);
     }
+}
+
+#[test]
+fn many_bodies_list_the_output_directory_once() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
+    let mut text = "[simulation]\nframes = 1\nsubsteps = 1\n".to_owned();
+    for body in 0..200 {
+        let place = format!("translate = [{}, 0, 0]", 2 * body);
+        text +=
+            &format!("[[body]]\nname = \"b{body}\"\nmesh = \"cube.obj\"\nlattice_vertices = 8\n{place}\n");
+    }
+    let scene = Scene::parse(&text, "scene.toml", folder.path(), &[]).unwrap();
+    let job = Job { resume: true, ..Job::new(scene, folder.path().join("out")) };
+    job.run(&mut ()).unwrap();
+    let others = |count: usize| {
+        for file in 0..count {
+            std::fs::write(job.directory.join(format!("other_{file:05}.obj")), "").unwrap();
+        }
+    };
+    let time = |frames: u32, resume: bool| {
+        let mut job = Job { resume, ..job.clone() };
+        job.scene.simulation.frames = frames;
+        let start = Instant::now();
+        job.run(&mut ()).unwrap();
+        start.elapsed()
+    };
+    others(100);
+    let few = time(2, true) + time(1, false);
+    others(20_000);
+    let many = time(2, true) + time(1, false);
+    // One listing of 20,000 files takes milliseconds, a listing per body takes 200 times as long.
+    assert!(many < few + Duration::from_secs(2), "{many:?} with many files, {few:?} with few files");
 }
 
 /// Returns the automatic substeps of the scene with overrides, for a unit cube with its base at y = 0.5.

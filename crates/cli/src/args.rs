@@ -56,6 +56,9 @@ pub(crate) struct RunArgs {
     /// Continue an earlier run from its last checkpoint; without this flag all existing frames of the same names are removed
     #[arg(long)]
     pub(crate) resume: bool,
+    /// With --resume: compare the contents of the frames with the hashes in the checkpoint, not only their sizes
+    #[arg(long, requires = "resume")]
+    pub(crate) verify: bool,
     /// Seconds between checkpoints, from which --resume continues
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub(crate) checkpoint: Duration,

@@ -123,6 +123,8 @@ fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<Ru
     job.every = args.every;
     job.start_frame = args.start_frame;
     job.resume = args.resume;
+    job.verify = args.verify;
+    job.scene_file = Some(input.to_owned());
     job.stats = stats;
     job.checkpoint_interval = args.checkpoint;
     let mut reporter = Reporter::new(name, args.quiet);

@@ -52,6 +52,32 @@ fn a_file_size_limit_stops_the_run() {
     assert!(!workspace.path("out/block.pc2").exists());
 }
 
+#[test]
+fn statistics_on_a_full_disk_stay_valid() {
+    for name in ["s.json", "s.csv"] {
+        let workspace = Workspace::new();
+        // The frames are smaller than the limit of 4,096 bytes, the statistics are larger.
+        let script =
+            "trap '' XFSZ; ulimit -f 8; exec \"$0\" run scene.toml --frames 200 --stats \"$1\" --quiet";
+        let output = Command::new("sh")
+            .args(["-c", script, program(), name])
+            .current_dir(workspace.path(""))
+            .output()
+            .unwrap();
+        ProgramOutput::new(output).expect(1, &["cannot write", name]);
+        let text = std::fs::read_to_string(workspace.path(name)).unwrap();
+        let rows = if name == "s.json" {
+            serde_json::from_str::<Vec<serde_json::Value>>(&text).unwrap().len()
+        } else {
+            assert!(text.ends_with('\n'));
+            assert!(text.lines().all(|line| line.split(',').count() == 15));
+            text.lines().count() - 1
+        };
+        // The row of the last frame did not fit.
+        assert!(rows > 5 && rows + 1 == workspace.frames("out").len(), "{rows}");
+    }
+}
+
 /// Checks that every file with a final name equals the same file of a run with enough space.
 fn check_frames(workspace: &Workspace, directory: &str, format: &str) {
     workspace

@@ -101,8 +101,83 @@ fn output_that_would_overwrite_an_input_is_rejected() {
     workspace.write("block_0003.obj", support::BLOCK);
     workspace
         .supple(&["run", "scene.toml", "-o", "."])
-        .expect(2, &["block_0003.obj is the input", "choose another output directory"]);
+        .expect(2, &["block_0003.obj is an input", "choose another output directory"]);
     assert_eq!(std::fs::read_to_string(workspace.path("block_0003.obj")).unwrap(), support::BLOCK);
+}
+
+#[test]
+fn statistics_and_checkpoints_never_replace_an_input() {
+    let workspace = Workspace::with_scene(&SCENE.replace("block.obj", "mesh.csv"));
+    workspace.write("mesh.csv", support::BLOCK);
+    workspace
+        .supple(&["run", "scene.toml", "--stats", "mesh.csv"])
+        .expect(2, &["the statistics file mesh.csv is the input", "choose another name"]);
+    assert_eq!(std::fs::read_to_string(workspace.path("mesh.csv")).unwrap(), support::BLOCK);
+    for name in ["supple.checkpoint", "supple.checkpoint.part", "supple.lock"] {
+        let workspace = Workspace::with_scene(&SCENE.replace("block.obj", &format!("out/{name}")));
+        std::fs::create_dir(workspace.path("out")).unwrap();
+        workspace.write(&format!("out/{name}"), support::BLOCK);
+        workspace.supple(&["run", "scene.toml"]).expect(2, &[name, "is an input"]);
+        let text = std::fs::read_to_string(workspace.path(&format!("out/{name}"))).unwrap();
+        assert_eq!(text, support::BLOCK);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_not_followed_to_the_files_that_they_lead_to() {
+    use std::os::unix::fs::symlink;
+    let workspace = Workspace::new();
+    std::fs::create_dir(workspace.path("out")).unwrap();
+    workspace.write("mine", "mine");
+    let is_unchanged = || std::fs::read_to_string(workspace.path("mine")).unwrap() == "mine";
+    let link = |name: &str| {
+        let _ = std::fs::remove_file(workspace.path(name));
+        symlink(workspace.path("mine"), workspace.path(name)).unwrap();
+    };
+    for name in ["supple.checkpoint", "supple.checkpoint.part", "block_0001.obj", "block_0002.obj.part"] {
+        link(&format!("out/{name}"));
+    }
+    workspace.supple(&["run", "scene.toml", "--frames", "3"]).expect(0, &[]);
+    assert!(is_unchanged());
+    for name in ["block.pc2", "block.pc2.part"] {
+        link(&format!("out/{name}"));
+    }
+    workspace.supple(&["run", "scene.toml", "--frames", "3", "--format", "pc2"]).expect(0, &[]);
+    assert!(is_unchanged());
+    // A finished cache that is a link can be kept, but not continued.
+    std::fs::rename(workspace.path("out/block.pc2"), workspace.path("moved.pc2")).unwrap();
+    symlink(workspace.path("moved.pc2"), workspace.path("out/block.pc2")).unwrap();
+    let resume = |frames: &str| {
+        workspace.supple(&["run", "scene.toml", "--frames", frames, "--format", "pc2", "--resume"])
+    };
+    assert!(resume("3").out.contains("nothing written"));
+    resume("5").expect(2, &["block.pc2 is a symbolic link"]);
+    for options in [["run", "scene.toml"].as_slice(), &["run", "scene.toml", "--resume"]] {
+        link("out/supple.lock");
+        workspace.supple(options).expect(2, &["supple.lock is a symbolic link", "remove it"]);
+        std::fs::remove_file(workspace.path("out/supple.lock")).unwrap();
+        symlink(workspace.path("none"), workspace.path("out/supple.lock")).unwrap();
+        workspace.supple(options).expect(2, &["supple.lock is a symbolic link"]);
+        std::fs::remove_file(workspace.path("out/supple.lock")).unwrap();
+    }
+    assert!(is_unchanged() && !workspace.path("none").exists());
+    // Statistics through a link to the scene would replace the scene.
+    symlink(workspace.path("scene.toml"), workspace.path("s.csv")).unwrap();
+    workspace.supple(&["run", "scene.toml", "--stats", "s.csv"]).expect(2, &["s.csv is the input"]);
+    assert_eq!(std::fs::read_to_string(workspace.path("scene.toml")).unwrap(), SCENE);
+}
+
+#[test]
+fn names_longer_than_a_file_name_are_rejected() {
+    // `_0000.obj.part` has 14 bytes.
+    let named = |length: usize| SCENE.replace("\"block\"", &format!("\"{}\"", "n".repeat(length)));
+    check_rejected(&named(242), &[], &["up to 256 bytes", "255", "shorter name"]);
+    check_rejected(&named(241), &["--start-frame", "9990"], &["up to 256 bytes"]);
+    check_rejected(&named(247), &["--format", "pc2"], &["up to 256 bytes"]);
+    let workspace = Workspace::with_scene(&named(241));
+    workspace.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
+    assert_eq!(workspace.frames("out").len(), 2);
 }
 
 #[test]

@@ -62,9 +62,9 @@ impl<'a> Locator<'a> {
         let Self { lattice, tree } = self;
         let cells = &lattice.cell_set;
         let position: [f64; 3] = ((point - lattice.origin) / lattice.cell_size).into();
-        let cell = cells.locate(position).unwrap_or_else(|| {
-            tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, position)
-        });
+        let cell = cells
+            .locate(position)
+            .unwrap_or_else(|| tree.get_or_insert_with(|| RunTree::new(cells)).nearest_cell(cells, position));
         let corner = lattice.cells[cell as usize];
         (cell, std::array::from_fn(|a| (position[a] - f64::from(corner[a])) as f32))
     }

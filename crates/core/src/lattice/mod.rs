@@ -31,8 +31,8 @@ use nalgebra::Point3;
 use crate::voxel::GridSet;
 
 pub use components::Components;
-pub(crate) use embedding::{Locator, extrapolate};
 pub use embedding::{CellPoints, Embedding};
+pub(crate) use embedding::{Locator, extrapolate};
 pub use error::LatticeError;
 pub(crate) use layout::{AxisLinks, Layout, Neighbors};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};

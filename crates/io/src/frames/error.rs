@@ -17,13 +17,36 @@ pub enum OutputError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// A frame would replace the input file.
+    /// A frame, checkpoint or lock would replace an input file.
     #[error(
-        "{} is the input, and the output would replace it: choose another output directory or body name",
+        "{} is an input, and the output would replace it: choose another output directory or body name",
         .path.display()
     )]
     OverwritesInput {
         /// Input file.
+        path: PathBuf,
+    },
+    /// The names of the files of a body would be too long.
+    #[error(
+        "body `{name}`: the names of its files would have up to {length} bytes, and at most {max} are \
+         possible; give the body a shorter name"
+    )]
+    NameTooLong {
+        /// Name of the body.
+        name: String,
+        /// Length of the longest name, in bytes, with the suffix of an incomplete file.
+        length: usize,
+        /// Largest possible length, in bytes.
+        max: usize,
+    },
+    /// A file that must be opened for writing is a symbolic link.
+    #[error(
+        "{} is a symbolic link, and links are not followed for writing: remove it, or replace it by the file \
+         that it leads to",
+        .path.display()
+    )]
+    Link {
+        /// The link.
         path: PathBuf,
     },
     /// A vertex position is NaN or infinite.
@@ -48,6 +71,11 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    /// Returns whether the cause is the input of the writer. In this case nothing was written.
+    pub fn is_input(&self) -> bool {
+        matches!(self, Self::OverwritesInput { .. } | Self::NameTooLong { .. } | Self::Link { .. })
+    }
+
     /// Returns a function for `map_err` that adds the attempted `action` and its `path` to an I/O error.
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }

@@ -14,21 +14,31 @@
 //! * `ply`;
 //! * `pc2`.
 //!
+//! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
+//! a `Listing`, and compares them with the records of the earlier run (`present`).
+//!
 //! Every file is written under a temporary name (with `.part` appended) and renamed when it is complete. A
 //! file with a final name is therefore always complete.
 
 mod error;
 mod library_path;
+mod listing;
 mod normal_transform;
 mod number;
 mod obj;
 mod pc2;
 mod plain;
 mod ply;
+mod present;
+mod record;
 mod sequence;
 mod writer;
 
 pub use error::OutputError;
+pub(crate) use listing::{Listing, check_inputs};
 pub use normal_transform::count_shared_normals;
+pub(crate) use pc2::{check_link as check_cache_link, finish as finish_cache};
+pub(crate) use present::{Present, Renames, check};
+pub(crate) use record::{Compare, Record, Recorder};
 pub use sequence::{Format, Sequence, UnknownFormat};
 pub use writer::{FrameWriter, Source};

@@ -14,12 +14,13 @@
 //! All numbers are little endian. The number of samples is updated after each sample, so that the `.part`
 //! file of a killed run can be read.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::fs::{self, File};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use super::{OutputError, Sequence};
-use crate::file::part_path;
+use super::record::{Compare, Record};
+use super::{Format, OutputError, Sequence};
+use crate::file::{create_part, is_link, part_path};
 
 const SIGNATURE: &[u8; 12] = b"POINTCACHE2\0";
 /// Size of the header, in bytes.
@@ -40,36 +41,29 @@ impl PointCache {
     /// Starts a new cache.
     pub(super) fn create(sequence: &Sequence, points: u32) -> Result<Self, OutputError> {
         let path = sequence.path(0);
-        let mut file = File::create(part_path(&path)).map_err(OutputError::io("write", &path))?;
+        let mut file = create_part(&path).map_err(OutputError::io("write", &path))?;
         file.write_all(&header(sequence, points)).map_err(OutputError::io("write", &path))?;
         Ok(Self { path, file, points, samples: 0 })
     }
 
     /// Continues a finished or unfinished cache after its first `samples` samples, and removes later samples.
+    /// Changes nothing if the cache cannot be continued.
     pub(super) fn resume(sequence: &Sequence, points: u32, samples: u64) -> Result<Self, OutputError> {
         let path = sequence.path(0);
-        let part = part_path(&path);
-        if !part.exists() {
-            fs::rename(&path, &part).map_err(OutputError::io("continue", &path))?;
+        let existing = existing(sequence);
+        check_link(sequence)?;
+        if let Some(reason) = problem(sequence, points, samples)? {
+            return Err(OutputError::Cache { path, reason });
         }
-        let open = OpenOptions::new().read(true).write(true).open(&part);
-        let mut file = open.map_err(OutputError::io("continue", &path))?;
         let invalid = |reason: String| OutputError::Cache { path: path.clone(), reason };
-        let mut found = [0; HEADER as usize];
-        file.read_exact(&mut found).map_err(|_| invalid("its header is incomplete".to_owned()))?;
-        if found[..COUNT_AT as usize] != header(sequence, points)[..COUNT_AT as usize] {
-            let Sequence { first, every, .. } = sequence;
-            return Err(invalid(format!(
-                "its header must have {points} points, first frame {first} and frame interval {every}"
-            )));
-        }
-        let length = file.metadata().map_err(OutputError::io("read", &path))?.len();
-        let complete = (length - HEADER) / sample_size(points);
-        if complete < samples {
-            return Err(invalid(format!("it has {complete} of the {samples} frames to keep")));
-        }
         let samples =
             u32::try_from(samples).map_err(|_| invalid("it has more than 2^32 - 1 frames".to_owned()))?;
+        let part = part_path(&path);
+        if existing == path {
+            fs::rename(&path, &part).map_err(OutputError::io("continue", &path))?;
+        }
+        let open = File::options().write(true).open(&part);
+        let file = open.map_err(OutputError::io("continue", &path))?;
         let mut cache = Self { path, file, points, samples };
         cache.truncate().map_err(OutputError::io("write", &cache.path))?;
         Ok(cache)
@@ -88,6 +82,11 @@ impl PointCache {
             return Err(OutputError::io("write", &self.path)(error));
         }
         Ok(())
+    }
+
+    /// Returns the path of the file while it is written.
+    pub(super) fn part_path(&self) -> PathBuf {
+        part_path(&self.path)
     }
 
     /// Renames the file to its final name.
@@ -109,6 +108,90 @@ impl PointCache {
         self.file.write_all(&self.samples.to_le_bytes())?;
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
+}
+
+/// Returns the path of an existing cache: of the unfinished one, or else of the finished one.
+fn existing(sequence: &Sequence) -> PathBuf {
+    let path = sequence.path(0);
+    let part = part_path(&path);
+    if part.symlink_metadata().is_ok() { part } else { path }
+}
+
+/// Returns an error if an existing cache is a link, which would have to be followed to continue the cache.
+pub(crate) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
+    let path = existing(sequence);
+    if sequence.format == Format::Pc2 && is_link(&path) {
+        return Err(OutputError::Link { path });
+    }
+    Ok(())
+}
+
+/// Returns why an existing cache cannot be continued after `samples` samples of `points` points; `None` if it
+/// can.
+fn problem(sequence: &Sequence, points: u32, samples: u64) -> Result<Option<String>, OutputError> {
+    let path = existing(sequence);
+    let failed = |error| OutputError::io("read", &path)(error);
+    let mut file = match File::open(&path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Some("it is missing".to_owned())),
+        file => file.map_err(failed)?,
+    };
+    let mut found = [0; HEADER as usize];
+    match file.read_exact(&mut found) {
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
+            return Ok(Some("its header is incomplete".to_owned()));
+        }
+        result => result.map_err(failed)?,
+    }
+    if found[..COUNT_AT as usize] != header(sequence, points)[..COUNT_AT as usize] {
+        let Sequence { first, every, .. } = sequence;
+        return Ok(Some(format!(
+            "its header must have {points} points, first frame {first} and frame interval {every}"
+        )));
+    }
+    let length = file.metadata().map_err(failed)?.len();
+    let complete = (length - HEADER) / sample_size(points);
+    Ok((complete < samples).then(|| format!("it has {complete} of the {samples} frames to keep")))
+}
+
+/// Compares a cache with the records of its samples. Returns the problem if they differ.
+pub(super) fn check(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+) -> Result<Option<String>, OutputError> {
+    let Some(first) = records.first() else { return Ok(None) };
+    let path = existing(sequence);
+    let text = path.display();
+    if let Some(reason) = problem(sequence, points(first), records.len() as u64)? {
+        return Ok(Some(format!("cannot continue {text}: {reason}")));
+    }
+    let mut start = HEADER;
+    for (record, index) in records.iter().zip(0..) {
+        let is_intact = compare == Compare::Sizes
+            || Record::of_range(&path, start, record.bytes).map_err(OutputError::io("read", &path))?
+                == *record;
+        if !is_intact {
+            let number = sequence.first + index * sequence.every;
+            return Ok(Some(format!("frame {number} of {text} has changed since it was written")));
+        }
+        start += record.bytes;
+    }
+    Ok(None)
+}
+
+/// Gives an unfinished cache that has all frames its final name, and removes the samples after `records`.
+pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
+    match records.first() {
+        Some(first) if existing(sequence) != sequence.path(0) => {
+            PointCache::resume(sequence, points(first), records.len() as u64)?.finish()
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Returns the number of points in the sample of a record.
+fn points(record: &Record) -> u32 {
+    (record.bytes / sample_size(1)) as u32
 }
 
 /// Returns the size of a sample, in bytes.

@@ -1,14 +1,16 @@
-//! Defines the files of a frame sequence: formats, names, and which existing files belong to a sequence.
+//! Defines the files of a frame sequence: formats and names.
 
 use std::fmt;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
 use super::OutputError;
 use crate::file::{PART, part_path};
+
+/// Length of the longest file name that common file systems allow, in bytes.
+const MAX_NAME: usize = 255;
 
 /// Format of frames. Displayed and parsed as `obj`, `ply`, `pc2`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -100,76 +102,41 @@ impl Sequence {
         frame.saturating_sub(self.first).div_ceil(self.every.max(1))
     }
 
-    /// Returns the files in the directory that belong to a sequence of this name and format with any number
-    /// of frames, sorted. A file belongs to the sequence if its name is exactly `NAME_<digits>.<extension>`
-    /// (four digits or more) or `NAME.pc2`. Incomplete files, with `.part` appended, are included.
-    ///
-    /// # Errors
-    /// If the directory exists but cannot be read.
-    pub fn existing(&self) -> Result<Vec<PathBuf>, OutputError> {
-        let entries = match fs::read_dir(&self.directory) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(error) => return Err(OutputError::io("read", &self.directory)(error)),
-        };
-        let mut paths = Vec::new();
-        for entry in entries {
-            let entry = entry.map_err(OutputError::io("read", &self.directory))?;
-            if entry.file_name().to_str().is_some_and(|name| self.contains(name)) {
-                paths.push(self.directory.join(entry.file_name()));
-            }
-        }
-        paths.sort();
-        Ok(paths)
-    }
-
-    /// Removes the files that [`Sequence::existing`] returns.
-    ///
-    /// # Errors
-    /// If the directory cannot be read or a file cannot be removed.
-    pub fn remove_existing(&self) -> Result<(), OutputError> {
-        self.existing()?
-            .iter()
-            .try_for_each(|path| fs::remove_file(path).map_err(OutputError::io("remove", path)))
-    }
-
-    /// Removes incomplete files, except an incomplete point cache, which can be continued.
-    pub(super) fn remove_parts(&self) -> Result<(), OutputError> {
-        let is_part = |path: &PathBuf| path.as_os_str().as_encoded_bytes().ends_with(PART.as_bytes());
-        let parts = self.existing()?.into_iter().filter(is_part);
-        let cache = part_path(&self.path(0));
-        parts
-            .filter(|path| self.format != Format::Pc2 || *path != cache)
-            .try_for_each(|path| fs::remove_file(&path).map_err(OutputError::io("remove", &path)))
-    }
-
-    /// Returns an error if a frame would replace `input`, or if `input` would be removed as an older frame.
-    pub(crate) fn check_input(&self, input: &Path) -> Result<(), OutputError> {
-        // If `input` is a link, checks the link and its target.
-        for path in [Some(input.to_owned()), fs::canonicalize(input).ok()].into_iter().flatten() {
-            let in_sequence =
-                path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.contains(name));
-            let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-            let directories = [parent.unwrap_or(Path::new(".")), &self.directory].map(fs::canonicalize);
-            if in_sequence && matches!(directories, [Ok(ref a), Ok(ref b)] if a == b) {
-                return Err(OutputError::OverwritesInput { path });
-            }
+    /// Returns an error if the name of a file of the sequence would be longer than file systems allow.
+    pub(crate) fn check_length(&self) -> Result<(), OutputError> {
+        // The name of the last frame is the longest. While it is written, `.part` is appended.
+        let path = part_path(&self.path(self.last));
+        let length = path.file_name().map_or(0, |name| name.len());
+        if length > MAX_NAME {
+            return Err(OutputError::NameTooLong { name: self.name.clone(), length, max: MAX_NAME });
         }
         Ok(())
     }
+}
 
-    /// Returns whether a file with this name belongs to the sequence; see [`Sequence::existing`].
-    fn contains(&self, file: &str) -> bool {
-        let Some(rest) = file.strip_prefix(self.name.as_str()) else { return false };
-        let rest = rest.strip_suffix(PART).unwrap_or(rest);
-        let Some(rest) = rest.strip_suffix(self.format.name()).and_then(|rest| rest.strip_suffix('.')) else {
-            return false;
-        };
-        match self.format {
-            Format::Pc2 => rest.is_empty(),
-            Format::Obj | Format::Ply => rest
-                .strip_prefix('_')
-                .is_some_and(|digits| digits.len() >= 4 && digits.bytes().all(|byte| byte.is_ascii_digit())),
+/// Parts of the name of a file of any sequence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FileName<'a> {
+    /// Name of the body.
+    pub(super) body: &'a str,
+    /// Number of the frame; `None` for a point cache, and for a number of more than 19 digits.
+    pub(super) frame: Option<u64>,
+    /// Whether the name ends in `.part`.
+    pub(super) is_part: bool,
+}
+
+impl<'a> FileName<'a> {
+    /// Splits a name, which is `BODY_<digits>.<extension>` with four digits or more, or `BODY.pc2`, both also
+    /// with `.part` appended. Returns `None` for other names.
+    pub(super) fn parse(name: &'a str, format: Format) -> Option<Self> {
+        let stem = name.strip_suffix(PART);
+        let is_part = stem.is_some();
+        let stem = stem.unwrap_or(name).strip_suffix(format.name())?.strip_suffix('.')?;
+        if format == Format::Pc2 {
+            return Some(Self { body: stem, frame: None, is_part });
         }
+        let (body, digits) = stem.rsplit_once('_')?;
+        let is_number = digits.len() >= 4 && digits.bytes().all(|byte| byte.is_ascii_digit());
+        is_number.then(|| Self { body, frame: digits.parse().ok(), is_part })
     }
 }

@@ -6,12 +6,14 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::listing::{Listing, check_inputs};
 use super::obj::ObjTemplate;
 use super::pc2::PointCache;
 use super::plain::PlainObj;
 use super::ply::Ply;
+use super::record::{Record, Recorder};
 use super::{Format, OutputError, Sequence};
-use crate::file::write_atomically;
+use crate::file::{sync_files, write_atomically};
 use crate::obj::{Document, Part};
 use supple::Executor;
 use supple::mesh::Mesh;
@@ -70,6 +72,8 @@ pub struct FrameWriter {
     vertices: usize,
     kind: Kind,
     buffer: Vec<u8>,
+    /// Numbers of the frames whose files [`FrameWriter::sync_all`] flushes to disk.
+    unsynced: Vec<u64>,
 }
 
 #[derive(Debug)]
@@ -97,6 +101,8 @@ impl FrameWriter {
     /// If the directory cannot be created or read, older frames cannot be removed, or a frame would replace
     /// the input of `source`.
     pub fn create(sequence: Sequence, source: Source<'_>) -> Result<Self, OutputError> {
+        let existing = Self::prepare(&sequence, source)?;
+        existing.remove_all()?;
         Self::open(sequence, source, None)
     }
 
@@ -107,19 +113,31 @@ impl FrameWriter {
     /// As [`FrameWriter::create`]. Also if a point cache is missing, is too short, or has another number of
     /// points, first frame or frame interval.
     pub fn resume(sequence: Sequence, source: Source<'_>, next: u64) -> Result<Self, OutputError> {
+        let existing = Self::prepare(&sequence, source)?;
+        existing.remove_parts()?;
         Self::open(sequence, source, Some(next))
     }
 
-    fn open(sequence: Sequence, source: Source<'_>, next: Option<u64>) -> Result<Self, OutputError> {
+    /// Creates the directory, checks that no input is replaced, and lists the existing files of the sequence.
+    fn prepare(sequence: &Sequence, source: Source<'_>) -> Result<Listing, OutputError> {
+        sequence.check_length()?;
         let directory = &sequence.directory;
         fs::create_dir_all(directory).map_err(OutputError::io("create", directory))?;
+        let sequence = std::slice::from_ref(sequence);
         if let Source::Document(document, _) = source {
-            sequence.check_input(document.path())?;
+            check_inputs(sequence, &[], std::iter::once(document.path()))?;
         }
-        match next {
-            None => sequence.remove_existing()?,
-            Some(_) => sequence.remove_parts()?,
-        }
+        Listing::read(sequence)
+    }
+
+    /// Opens a writer in a directory that exists and in which no files are in the way. Continues the sequence
+    /// at frame `next`, or starts a sequence if `next` is `None`.
+    pub(crate) fn open(
+        sequence: Sequence,
+        source: Source<'_>,
+        next: Option<u64>,
+    ) -> Result<Self, OutputError> {
+        let directory = &sequence.directory;
         let kind = match (sequence.format, source) {
             (Format::Obj, Source::Mesh(mesh)) => Kind::Plain(PlainObj::new(mesh)),
             (Format::Obj, Source::Document(document, part)) => {
@@ -136,7 +154,13 @@ impl FrameWriter {
                 Kind::Cache(cache, points)
             }
         };
-        Ok(Self { sequence, vertices: source.mesh().vertices().len(), kind, buffer: Vec::new() })
+        Ok(Self {
+            sequence,
+            vertices: source.mesh().vertices().len(),
+            kind,
+            buffer: Vec::new(),
+            unsynced: Vec::new(),
+        })
     }
 
     /// Sets the threads that format OBJ frames of an OBJ file. The bytes do not depend on the threads.
@@ -168,6 +192,16 @@ impl FrameWriter {
         positions: &[[f32; 3]],
         normals: &[[f32; 3]],
     ) -> Result<(), OutputError> {
+        self.write_recorded(frame, positions, normals).map(drop)
+    }
+
+    /// As [`FrameWriter::write`]. Returns the record of the frame.
+    pub(crate) fn write_recorded(
+        &mut self,
+        frame: u64,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+    ) -> Result<Record, OutputError> {
         assert_eq!(positions.len(), self.vertices, "there is one position per mesh vertex");
         if let Some(vertex) =
             positions.iter().position(|point| point.iter().any(|number| !number.is_finite()))
@@ -175,19 +209,42 @@ impl FrameWriter {
             return Err(OutputError::NotFinite { frame, vertex });
         }
         self.buffer.clear();
-        match &mut self.kind {
-            Kind::Plain(plain) => plain.fill(positions, &mut self.buffer),
+        let path = self.sequence.path(frame);
+        let record = match &mut self.kind {
+            Kind::Plain(plain) => {
+                plain.fill(positions, &mut self.buffer);
+                write_texts(&path, std::iter::once(&self.buffer[..]))?
+            }
             Kind::Obj(template) => {
                 template.fill(positions);
-                return write_texts(&self.sequence.path(frame), template.texts());
+                write_texts(&path, template.texts())?
             }
             Kind::Ply(ply) => {
                 assert_eq!(normals.len(), self.vertices, "there is one normal per mesh vertex");
                 ply.fill(positions, normals, &mut self.buffer);
+                write_texts(&path, std::iter::once(&self.buffer[..]))?
             }
-            Kind::Cache(cache, points) => return cache.write(&points.sample(positions)),
+            Kind::Cache(cache, points) => {
+                let sample = points.sample(positions);
+                cache.write(&sample)?;
+                return Ok(Record::of(&sample));
+            }
+        };
+        self.unsynced.push(frame);
+        Ok(record)
+    }
+
+    /// Returns when the contents of all frames that `writers` wrote so far are on disk. Their names are on disk
+    /// when the directory is synchronized too.
+    pub(crate) fn sync_all(writers: &mut [Self]) -> Result<(), OutputError> {
+        let mut paths = Vec::new();
+        for Self { sequence, kind, unsynced, .. } in writers {
+            match kind {
+                Kind::Cache(cache, _) => paths.push(cache.part_path()),
+                _ => paths.extend(unsynced.drain(..).map(|frame| sequence.path(frame))),
+            }
         }
-        write_texts(&self.sequence.path(frame), std::iter::once(&self.buffer[..]))
+        sync_files(&paths).map_err(|(path, error)| OutputError::io("write", path)(error))
     }
 
     /// Ends the sequence: renames a point cache to its final name. Without this call the cache stays a
@@ -203,10 +260,17 @@ impl FrameWriter {
     }
 }
 
-/// Writes `texts` in order to the file at `path`, atomically.
-fn write_texts<'a>(path: &Path, mut texts: impl Iterator<Item = &'a [u8]>) -> Result<(), OutputError> {
-    write_atomically(path, |file| texts.try_for_each(|text| file.write_all(text)))
-        .map_err(OutputError::io("write", path))
+/// Writes `texts` in order to the file at `path`, atomically, and returns the record of the file.
+fn write_texts<'a>(path: &Path, mut texts: impl Iterator<Item = &'a [u8]>) -> Result<Record, OutputError> {
+    let mut recorder = Recorder::default();
+    let write = |file: &mut fs::File| {
+        texts.try_for_each(|text| {
+            recorder.append(text);
+            file.write_all(text)
+        })
+    };
+    write_atomically(path, write).map_err(OutputError::io("write", path))?;
+    Ok(recorder.record())
 }
 
 impl CachedPoints {

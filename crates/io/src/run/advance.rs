@@ -11,7 +11,8 @@ use super::observer::{Flow, Observer, Progress};
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times};
-use crate::frames::FrameWriter;
+use crate::file::sync_directory;
+use crate::frames::{FrameWriter, OutputError};
 use supple::{Display, Simulation};
 
 /// A running job: its simulation, open files and counters.
@@ -24,7 +25,8 @@ pub(super) struct Running<'a> {
     /// Frame writers, one per body.
     writers: Vec<FrameWriter>,
     stats: Option<Stats>,
-    fingerprint: String,
+    /// Checkpoint of the last written frame. It is written from time to time.
+    checkpoint: Checkpoint,
     /// Frame of the checkpoint that this run resumes from, from 0; `None` if this run starts at frame 0.
     resumed_after: Option<u32>,
     /// Wall-clock time of the steps since the last row of statistics.
@@ -46,7 +48,7 @@ impl<'a> Running<'a> {
         prepared: Prepared,
         writers: Vec<FrameWriter>,
         stats: Option<Stats>,
-        fingerprint: String,
+        checkpoint: Checkpoint,
         resumed_after: Option<u32>,
     ) -> Self {
         let Prepared { simulation, substeps, inputs } = prepared;
@@ -57,7 +59,7 @@ impl<'a> Running<'a> {
             inputs,
             writers,
             stats,
-            fingerprint,
+            checkpoint,
             resumed_after,
             step_time: Duration::ZERO,
             written: 0,
@@ -97,12 +99,14 @@ impl<'a> Running<'a> {
             let stop = observer.frame(&progress) == Flow::Stop;
             let simulation = lock(&shared);
             if stop || frame == last {
+                self.sync_frames()?;
                 std::mem::take(&mut self.writers).into_iter().try_for_each(FrameWriter::finish)?;
                 self.save(&simulation, frame)?;
                 let outcome = if frame == last { Outcome::Finished } else { Outcome::Stopped };
                 return Ok(self.report(&simulation, outcome, first, frame, job_start));
             }
             if last_save.elapsed() >= self.job.checkpoint_interval {
+                self.sync_frames()?;
                 self.save(&simulation, frame)?;
                 last_save = Instant::now();
             }
@@ -127,7 +131,8 @@ impl<'a> Running<'a> {
             let mut evaluated = display.evaluate(body);
             evaluated.surface_into(&mut self.positions, normals);
             let write_start = Instant::now();
-            self.writers[index].write(number, &self.positions, &self.normals)?;
+            let record = self.writers[index].write_recorded(number, &self.positions, &self.normals)?;
+            self.checkpoint.frames[index].push(record);
             if self.stats.is_some() {
                 let write = write_start.elapsed();
                 let step = step_time.div_f64(simulation.bodies().len() as f64);
@@ -142,15 +147,24 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// Writes a checkpoint of the state after `frame`.
-    fn save(&self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
-        let checkpoint = Checkpoint {
-            fingerprint: self.fingerprint.clone(),
-            level: supple::simd_level().to_string(),
-            frame,
-            state: simulation.state(),
+    /// Returns when the contents of all written frames are on disk.
+    fn sync_frames(&mut self) -> Result<(), OutputError> {
+        FrameWriter::sync_all(&mut self.writers)
+    }
+
+    /// Writes a checkpoint of the state after `frame`. Everything that it lists is on disk before.
+    fn save(&mut self, simulation: &Simulation, frame: u32) -> Result<(), RunError> {
+        let directory = &self.job.directory;
+        sync_directory(directory).map_err(|source| RunError::io("write", directory, source))?;
+        self.checkpoint.frame = frame;
+        self.checkpoint.stats = match &self.stats {
+            Some(stats) => {
+                stats.sync()?;
+                Some(stats.record())
+            }
+            None => None,
         };
-        checkpoint.write(&self.job.directory)
+        self.checkpoint.write(directory, &simulation.state())
     }
 
     /// Returns the report of a run from frame `first` to frame `last`.

@@ -4,12 +4,12 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::error::RunError;
-use super::fingerprint::{difference, fnv1a};
-use crate::file::write_atomically;
+use super::settings::Settings;
+use crate::file::{parent, sync_directory, write_durably};
+use crate::frames::Record;
 use supple::SimulationState;
 
 /// Name of the checkpoint file, which is in the directory of the frames.
@@ -18,78 +18,123 @@ pub const CHECKPOINT: &str = "supple.checkpoint";
 /// First bytes of every checkpoint file.
 const MAGIC: [u8; 8] = *b"SUPPLECK";
 /// Version of the format; files of other versions are rejected.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Size of the header, in bytes: magic, version, length and checksum.
 const HEADER: usize = 8 + 4 + 8 + 8;
 
-/// The state of a run after a frame.
+/// The progress of a run after a frame: the settings of the run and the records of the files that it wrote.
+/// The state of the simulation follows in the file.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
-    /// Fingerprint of the scene. Only a run with the same fingerprint can resume from this checkpoint.
-    pub(super) fingerprint: String,
+    /// Settings that must be the same when the run resumes.
+    pub(super) settings: Settings,
     /// SIMD level of the run that wrote the checkpoint.
     pub(super) level: String,
     /// Last completed frame, from 0.
     pub(super) frame: u32,
-    /// State of the simulation: all data on which the next step depends.
-    pub(super) state: SimulationState,
+    /// Records of the written frames: one list per body, in the order of the frames.
+    pub(super) frames: Vec<Vec<Record>>,
+    /// Record of the statistics file up to the end of its rows; `None` without statistics.
+    pub(super) stats: Option<Record>,
+}
+
+/// A checkpoint that was read from a file.
+#[derive(Debug)]
+pub(super) struct Saved {
+    path: PathBuf,
+    /// The checkpoint without the state.
+    pub(super) checkpoint: Checkpoint,
+    /// Encoded state. It is decoded after the settings are compared, because another version of the program
+    /// can have another state.
+    state: Vec<u8>,
 }
 
 impl Checkpoint {
-    /// Writes the checkpoint to a directory, and replaces an existing checkpoint.
-    pub(super) fn write(&self, directory: &Path) -> Result<(), RunError> {
-        write(&path(directory), self)
-    }
-
-    /// Reads the checkpoint of a directory; `None` if there is no checkpoint. Returns an error if its
-    /// fingerprint is not `fingerprint`.
-    pub(super) fn read(directory: &Path, fingerprint: &str) -> Result<Option<Self>, RunError> {
+    /// Writes the checkpoint and the state of the simulation to a directory, and replaces an existing
+    /// checkpoint. Returns when the checkpoint is on disk.
+    pub(super) fn write(&self, directory: &Path, state: &SimulationState) -> Result<(), RunError> {
         let path = path(directory);
-        let Some(checkpoint) = read::<Self>(&path)? else { return Ok(None) };
-        match difference(&checkpoint.fingerprint, fingerprint) {
-            None => Ok(Some(checkpoint)),
-            Some(difference) => Err(RunError::Differs { path, difference }),
-        }
+        let encoded = postcard::to_stdvec(self)
+            .and_then(|payload| postcard::to_extend(state, payload))
+            .map_err(|error| RunError::io("encode", &path, std::io::Error::other(error)))?;
+        write(&path, &encoded)
     }
 
-    /// Removes the checkpoint of a directory, if there is one.
+    /// Removes the checkpoint of a directory, if there is one. Returns when the removal is on disk, so that no
+    /// failure of the machine brings a checkpoint back whose frames are replaced.
     pub(super) fn remove(directory: &Path) -> Result<(), RunError> {
         let path = path(directory);
         match std::fs::remove_file(&path) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(RunError::io("remove", &path, error))
-            }
-            _ => Ok(()),
+            Ok(()) => sync_directory(parent(&path)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+            Err(error) => Err(error),
         }
+        .map_err(|error| RunError::io("remove", &path, error))
     }
+}
+
+impl Saved {
+    /// Reads the checkpoint of a directory; `None` if there is no checkpoint. Returns an error if its settings
+    /// are not `settings`, or if it does not have the frames of `bodies` bodies.
+    pub(super) fn read(
+        directory: &Path,
+        settings: &Settings,
+        bodies: usize,
+    ) -> Result<Option<Self>, RunError> {
+        let path = path(directory);
+        let Some(payload) = read(&path)? else { return Ok(None) };
+        let (checkpoint, state) = match postcard::take_from_bytes::<Checkpoint>(&payload) {
+            Ok((checkpoint, state)) => (checkpoint, state.to_vec()),
+            Err(error) => return Err(damaged(&path, format!("its data cannot be decoded: {error}"))),
+        };
+        if let Some(difference) = checkpoint.settings.difference(settings) {
+            return Err(RunError::Differs { path, difference });
+        }
+        let frames = (checkpoint.frame / checkpoint.settings.every.max(1)) as usize + 1;
+        let is_complete = checkpoint.frames.len() == bodies
+            && checkpoint.frames.iter().all(|records| records.len() == frames)
+            && checkpoint.stats.is_some() == settings.stats.is_some();
+        if !is_complete {
+            return Err(damaged(&path, "it does not list all frames".to_owned()));
+        }
+        Ok(Some(Self { path, checkpoint, state }))
+    }
+
+    /// Decodes the state of the simulation.
+    pub(super) fn state(&self) -> Result<SimulationState, RunError> {
+        postcard::from_bytes(&self.state)
+            .map_err(|error| damaged(&self.path, format!("its state cannot be decoded: {error}")))
+    }
+}
+
+fn damaged(path: &Path, problem: String) -> RunError {
+    RunError::Checkpoint { path: path.to_owned(), what: problem }
 }
 
 fn path(directory: &Path) -> PathBuf {
     directory.join(CHECKPOINT)
 }
 
-/// Writes the header and the encoded value to a file.
-fn write<T: Serialize>(path: &Path, value: &T) -> Result<(), RunError> {
+/// Writes the header and the payload to a file.
+fn write(path: &Path, payload: &[u8]) -> Result<(), RunError> {
     let save = |file: &mut std::fs::File| {
-        let payload = postcard::to_stdvec(value)
-            .map_err(|error| std::io::Error::other(format!("cannot encode: {error}")))?;
         file.write_all(&MAGIC)?;
         file.write_all(&VERSION.to_le_bytes())?;
         file.write_all(&(payload.len() as u64).to_le_bytes())?;
-        file.write_all(&fnv1a(&payload).to_le_bytes())?;
-        file.write_all(&payload)
+        file.write_all(&Record::of(payload).hash.to_le_bytes())?;
+        file.write_all(payload)
     };
-    write_atomically(path, save).map_err(|source| RunError::io("write", path, source))
+    write_durably(path, save).map_err(|source| RunError::io("write", path, source))
 }
 
-/// Reads the value of a file and checks the header. Returns `None` if there is no file.
-fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, RunError> {
-    let bytes = match std::fs::read(path) {
+/// Reads the payload of a file and checks the header. Returns `None` if there is no file.
+fn read(path: &Path) -> Result<Option<Vec<u8>>, RunError> {
+    let mut bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(RunError::io("read", path, source)),
     };
-    let damaged = |problem: &str| RunError::Checkpoint { path: path.to_owned(), what: problem.to_owned() };
+    let damaged = |problem: &str| damaged(path, problem.to_owned());
     if bytes.len() < HEADER || bytes[..8] != MAGIC {
         return Err(damaged("it is not a checkpoint of supple, or is incomplete"));
     }
@@ -106,12 +151,10 @@ fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, RunError> {
         let expected = number(12..20);
         return Err(damaged(&format!("its data has {} bytes instead of {expected}", payload.len())));
     }
-    if fnv1a(payload) != number(20..28) {
+    if Record::of(payload).hash != number(20..28) {
         return Err(damaged("its checksum does not match"));
     }
-    postcard::from_bytes(payload)
-        .map(Some)
-        .map_err(|error| damaged(&format!("its data cannot be decoded: {error}")))
+    Ok(Some(bytes.split_off(HEADER)))
 }
 
 #[cfg(test)]
@@ -122,22 +165,20 @@ mod tests {
     fn truncation_and_bit_flips_at_any_byte_are_detected() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("supple.checkpoint");
-        assert!(read::<Vec<f32>>(&path).unwrap().is_none());
-        let value = vec![1.0_f32, -2.5, f32::NAN];
-        write(&path, &value).unwrap();
-        let back: Vec<f32> = read(&path).unwrap().unwrap();
-        assert!(back.iter().zip(&value).all(|(a, b)| a.to_bits() == b.to_bits()));
+        assert!(read(&path).unwrap().is_none());
+        write(&path, b"payload").unwrap();
+        assert_eq!(read(&path).unwrap().unwrap(), b"payload");
 
         let whole = std::fs::read(&path).unwrap();
         for length in 0..whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
-            assert!(matches!(read::<Vec<f32>>(&path), Err(RunError::Checkpoint { .. })), "{length}");
+            assert!(matches!(read(&path), Err(RunError::Checkpoint { .. })), "{length}");
         }
         for at in 0..whole.len() {
             let mut bytes = whole.clone();
             bytes[at] ^= 0x20;
             std::fs::write(&path, &bytes).unwrap();
-            assert!(matches!(read::<Vec<f32>>(&path), Err(RunError::Checkpoint { .. })), "{at}");
+            assert!(matches!(read(&path), Err(RunError::Checkpoint { .. })), "{at}");
         }
     }
 }

@@ -57,11 +57,33 @@ pub enum RunError {
         /// Statistics file.
         path: PathBuf,
     },
-    /// The file that a resumed job must continue is not a statistics file.
-    #[error("cannot continue {}: it is not a statistics file of supple; choose another file", path.display())]
-    NotStats {
-        /// The file.
+    /// The statistics file is an input, which it would replace.
+    #[error(
+        "the statistics file {} is the input {}, which would be lost; choose another name",
+        path.display(),
+        input.display()
+    )]
+    StatsIsInput {
+        /// Statistics file.
         path: PathBuf,
+        /// Input file.
+        input: PathBuf,
+    },
+    /// The statistics file of an earlier run cannot be continued.
+    #[error(
+        "cannot continue the statistics in {}: {problem}, so that the rows of frames {first} to {last} would be \
+         missing; restore the file, or run without resuming to start again",
+        path.display()
+    )]
+    StatsLost {
+        /// Statistics file.
+        path: PathBuf,
+        /// Problem, part of the message.
+        problem: String,
+        /// Number of the first frame in the lost rows.
+        first: u64,
+        /// Number of the last frame in the lost rows.
+        last: u64,
     },
     /// The output directory is a file.
     #[error("the output directory {} is a file; choose a directory", path.display())]
@@ -90,7 +112,7 @@ pub enum RunError {
         /// Problem, part of the message.
         what: String,
     },
-    /// The checkpoint belongs to a scene with another motion.
+    /// The checkpoint belongs to a run with another motion, other files or another version of the program.
     #[error(
         "cannot resume from {}: {difference}; undo the change, or run without resuming to start again",
         path.display()
@@ -98,7 +120,7 @@ pub enum RunError {
     Differs {
         /// Checkpoint file.
         path: PathBuf,
-        /// First difference between the scene of the checkpoint and this scene.
+        /// First difference between the run of the checkpoint and this run.
         difference: String,
     },
     /// A file operation failed while the job ran.
@@ -118,7 +140,7 @@ impl RunError {
     /// written.
     pub fn is_input(&self) -> bool {
         match self {
-            Self::Output(error) => matches!(error, OutputError::OverwritesInput { .. }),
+            Self::Output(error) => error.is_input(),
             other => !matches!(other, Self::Io { .. } | Self::Locked { .. }),
         }
     }

@@ -1,11 +1,16 @@
 //! Defines [`Job`]: a scene, its output directory, and the options of the run.
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use super::checkpoint::CHECKPOINT;
 use super::error::RunError;
+use super::lock::LOCK;
+use super::settings::Settings;
 use super::stats;
-use crate::frames::Sequence;
+use crate::file::{is_same_file, parent};
+use crate::frames::{Sequence, check_inputs};
 use crate::scene::{BodyData, Scene};
 
 /// A scene, its output directory, and the options of the run.
@@ -26,6 +31,12 @@ pub struct Job {
     /// Whether to continue an earlier run; default false. A job that does not continue replaces an existing
     /// sequence.
     pub resume: bool,
+    /// Whether a job that continues compares the contents of the frames with the hashes in the checkpoint;
+    /// default false. Their sizes are always compared.
+    pub verify: bool,
+    /// Scene file, which no output may replace; default `None`. The meshes of the scene are protected in any
+    /// case.
+    pub scene_file: Option<PathBuf>,
     /// Smallest wall-clock time between checkpoints; default 10 s.
     pub checkpoint_interval: Duration,
 }
@@ -40,6 +51,8 @@ impl Job {
             start_frame: 0,
             stats: None,
             resume: false,
+            verify: false,
+            scene_file: None,
             checkpoint_interval: Duration::from_secs(10),
         }
     }
@@ -78,11 +91,32 @@ impl Job {
         if self.directory.exists() && !self.directory.is_dir() {
             return Err(RunError::OutputIsAFile { path: self.directory.clone() });
         }
-        // A mesh file in the output directory must not have the name of a frame, which would replace it.
-        for sequence in self.sequences() {
-            let check = |body: &BodyData| sequence.check_input(&self.scene.resolve(&body.mesh));
-            self.scene.bodies.iter().try_for_each(check)?;
+        let sequences = self.sequences();
+        sequences.iter().try_for_each(Sequence::check_length)?;
+        let meshes = self.scene.bodies.iter().map(|body| self.scene.resolve(&body.mesh));
+        let inputs: BTreeSet<PathBuf> = meshes.chain(self.scene_file.clone()).collect();
+        check_inputs(&sequences, &[CHECKPOINT, LOCK], inputs.iter().map(PathBuf::as_path))?;
+        if let Some(path) = &self.stats
+            && let Some(input) = inputs.into_iter().find(|input| is_same_file(path, input))
+        {
+            return Err(RunError::StatsIsInput { path: path.clone(), input });
         }
         Ok(())
+    }
+
+    /// Returns the settings that a resumed run must keep.
+    pub(super) fn settings(&self, fingerprint: String) -> Settings {
+        let absolute = |path: &Path| {
+            let directory = std::fs::canonicalize(parent(path)).unwrap_or_else(|_| parent(path).to_owned());
+            path.file_name().map_or_else(|| directory.clone(), |name| directory.join(name))
+        };
+        Settings {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            fingerprint,
+            format: self.scene.output.format,
+            start_frame: self.start_frame,
+            every: self.every,
+            stats: self.stats.as_deref().map(|path| absolute(path).display().to_string()),
+        }
     }
 }

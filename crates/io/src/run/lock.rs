@@ -1,9 +1,12 @@
 //! Locks the output directory, so that only one run at a time writes to it.
 
 use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::error::RunError;
+use crate::file::is_link;
+use crate::frames::OutputError;
 
 /// Name of the lock file, which is in the directory of the frames.
 pub const LOCK: &str = "supple.lock";
@@ -21,12 +24,21 @@ impl Lock {
     pub(super) fn acquire(directory: &Path) -> Result<Self, RunError> {
         let path = directory.join(LOCK);
         loop {
-            let file = File::options()
-                .create(true)
-                .truncate(false)
-                .write(true)
-                .open(&path)
-                .map_err(|source| RunError::io("open the lock", &path, source))?;
+            if is_link(&path) {
+                return Err(OutputError::Link { path }.into());
+            }
+            let failed = |source| RunError::io("open the lock", &path, source);
+            // A new file is never created through a link.
+            let file = match File::options().write(true).create_new(true).open(&path) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+                    match File::options().write(true).open(&path) {
+                        // The run that had the lock removed the file.
+                        Err(error) if error.kind() == ErrorKind::NotFound => continue,
+                        file => file.map_err(failed)?,
+                    }
+                }
+                file => file.map_err(failed)?,
+            };
             match file.try_lock() {
                 Ok(()) if is_at(&file, &path) => return Ok(Self { _file: file, path }),
                 // The run that had the lock removed the file after this run opened it: try again.
@@ -52,7 +64,7 @@ impl Drop for Lock {
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
-    match (file.metadata(), std::fs::metadata(path)) {
+    match (file.metadata(), std::fs::symlink_metadata(path)) {
         (Ok(open), Ok(named)) => (open.dev(), open.ino()) == (named.dev(), named.ino()),
         _ => false,
     }

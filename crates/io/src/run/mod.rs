@@ -1,7 +1,8 @@
 //! Runs a scene: simulates it, and writes frames, statistics and checkpoints.
 //!
 //! ```text
-//! Job with its Scene -> start: choose frame 0, or the frame after a checkpoint with the same fingerprint
+//! Job with its Scene -> resume: choose frame 0, or the frame after a checkpoint with the same settings and
+//!                       intact frames
 //!                    -> prepare: read the meshes, build the simulation, choose the steps per frame
 //!                    -> start: lock the output directory, open the files
 //!                    -> advance: step, write frames, statistics and checkpoints
@@ -20,6 +21,8 @@ mod lock;
 mod observer;
 mod prepare;
 mod report;
+mod resume;
+mod settings;
 mod start;
 mod stats;
 pub mod substeps;

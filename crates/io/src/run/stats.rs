@@ -2,13 +2,15 @@
 //! frame.
 
 use std::fs::File;
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::error::RunError;
+use crate::file::{parent, sync_directory};
+use crate::frames::{Record, Recorder};
 use supple::{Body, DisplayTimes, VolumeReport};
 
 /// A row of the statistics: times and results of one frame of one body. The columns are the fields, in order.
@@ -134,23 +136,6 @@ impl Kind {
             (Self::Json, false) => b"\n]\n",
         }
     }
-
-    /// Returns the frame number of a row. Returns `None` if the line is incomplete or is not a row.
-    fn frame_of(self, line: &str) -> Option<u64> {
-        /// The field of a [`Row`] that is needed to resume.
-        #[derive(Deserialize)]
-        struct FrameNumber {
-            frame: u64,
-        }
-        let line = line.strip_suffix('\n')?;
-        match self {
-            Self::Csv => line.split(',').next()?.parse().ok(),
-            Self::Json => {
-                let row = line.strip_suffix(',').unwrap_or(line);
-                serde_json::from_str(row).ok().map(|FrameNumber { frame }| frame)
-            }
-        }
-    }
 }
 
 /// Formats rows as CSV, with or without the header line.
@@ -165,14 +150,38 @@ pub(super) fn check_name(path: &Path) -> Result<(), RunError> {
     Kind::from_path(path).map(drop)
 }
 
+/// Reads the rows of an earlier run, to which `rows` belongs. `numbers` are the numbers of the first and the
+/// last frame in the rows.
+///
+/// Returns an error if the file is missing or does not start with the rows.
+pub(super) fn read_rows(path: &Path, rows: &Record, numbers: (u64, u64)) -> Result<Recorder, RunError> {
+    let lost = |problem: &str| {
+        let (first, last) = numbers;
+        RunError::StatsLost { path: path.to_owned(), problem: problem.to_owned(), first, last }
+    };
+    let text = match std::fs::read(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Err(lost("the file is missing")),
+        text => text.map_err(|source| RunError::io("read", path, source))?,
+    };
+    let Some(text) = usize::try_from(rows.bytes).ok().and_then(|length| text.get(..length)) else {
+        return Err(lost("it is shorter than the earlier run wrote it"));
+    };
+    let mut recorder = Recorder::default();
+    recorder.append(text);
+    if recorder.record() != *rows {
+        return Err(lost("it does not start with the rows of the earlier run"));
+    }
+    Ok(recorder)
+}
+
 /// An open statistics file.
 #[derive(Debug)]
 pub(super) struct Stats {
     file: File,
     path: PathBuf,
     kind: Kind,
-    /// Byte offset of the end of the rows. In JSON, the closing bracket follows.
-    end: u64,
+    /// Text up to the end of the rows. In JSON, the closing bracket follows.
+    written: Recorder,
     /// Whether the file has no rows yet.
     is_empty: bool,
 }
@@ -181,61 +190,70 @@ impl Stats {
     /// Creates a file, and replaces an existing file.
     pub(super) fn create(path: &Path) -> Result<Self, RunError> {
         let kind = Kind::from_path(path)?;
-        let file = File::create(path).map_err(|source| RunError::io("create", path, source))?;
-        let mut stats = Self { file, path: path.to_owned(), kind, end: 0, is_empty: true };
-        stats.append(kind.head())?;
-        Ok(stats)
-    }
-
-    /// Opens an existing file and removes the rows after frame number `last_kept`. Creates the file if it is
-    /// missing.
-    pub(super) fn resume(path: &Path, last_kept: u64) -> Result<Self, RunError> {
-        if !path.exists() {
-            return Self::create(path);
-        }
-        let kind = Kind::from_path(path)?;
         let failed = |action| move |source| RunError::io(action, path, source);
-        let text = std::fs::read_to_string(path).map_err(failed("read"))?;
-        let head = kind.head().map_err(failed("write"))?;
-        if !text.as_bytes().starts_with(&head) {
-            return Err(RunError::NotStats { path: path.to_owned() });
-        }
-        let rows = &text[head.len()..];
-        let is_kept = |line: &&str| kind.frame_of(line).is_some_and(|frame| frame <= last_kept);
-        let kept_length: usize = rows.split_inclusive('\n').take_while(is_kept).map(str::len).sum();
-        let kept = match kind {
-            Kind::Csv => &rows[..kept_length],
-            // The last kept row ends in `},\n` or `}\n`. The text after the brace is removed, and written
-            // again.
-            Kind::Json => rows[..kept_length].trim_end_matches(['\n', ',']),
-        };
-        let end = (head.len() + kept.len()) as u64;
-        let opened = File::options().write(true).open(path);
-        let file = opened.and_then(|file| file.set_len(end).map(|()| file)).map_err(failed("write"))?;
-        let mut stats = Self { file, path: path.to_owned(), kind, end, is_empty: kept.is_empty() };
-        stats.append(Ok(Vec::new()))?;
+        let file = File::create(path).map_err(failed("create"))?;
+        sync_directory(parent(path)).map_err(failed("create"))?;
+        let mut stats =
+            Self { file, path: path.to_owned(), kind, written: Recorder::default(), is_empty: true };
+        stats.append(kind.head(), true)?;
         Ok(stats)
     }
 
-    /// Appends rows. The file is valid when this function returns.
+    /// Opens an existing file and removes all text after `rows`, which [`read_rows`] returned.
+    pub(super) fn resume(path: &Path, rows: Recorder) -> Result<Self, RunError> {
+        let kind = Kind::from_path(path)?;
+        let failed = |source| RunError::io("write", path, source);
+        let is_empty = rows.bytes() <= kind.head().map_err(failed)?.len() as u64;
+        let file = File::options().write(true).open(path).map_err(failed)?;
+        let mut stats = Self { file, path: path.to_owned(), kind, written: rows, is_empty };
+        stats.remove_after_rows().map_err(failed)?;
+        Ok(stats)
+    }
+
+    /// Appends rows. The file is valid when this function returns, also if it returns an error.
     pub(super) fn append_rows(&mut self, rows: &[Row]) -> Result<(), RunError> {
         let text = self.kind.rows(rows, self.is_empty);
-        self.is_empty &= rows.is_empty();
-        self.append(text)
+        self.append(text, self.is_empty && rows.is_empty())
     }
 
-    /// Writes `text` at the end of the rows, and then the text that ends the file.
-    fn append(&mut self, text: std::io::Result<Vec<u8>>) -> Result<(), RunError> {
+    /// Returns the record of the text up to the end of the rows.
+    pub(super) fn record(&self) -> Record {
+        self.written.record()
+    }
+
+    /// Returns when all rows are on disk.
+    pub(super) fn sync(&self) -> Result<(), RunError> {
+        self.file.sync_all().map_err(|source| RunError::io("write", &self.path, source))
+    }
+
+    /// Writes `text` at the end of the rows, and then the text that ends the file. `is_empty`: whether the
+    /// file has no rows then. If this fails, restores the file as it was before.
+    fn append(&mut self, text: std::io::Result<Vec<u8>>, is_empty: bool) -> Result<(), RunError> {
         let write = |mut text: Vec<u8>| {
-            let length = text.len() as u64;
-            text.extend_from_slice(self.kind.tail(self.is_empty));
-            self.file.seek(SeekFrom::Start(self.end))?;
+            let length = text.len();
+            text.extend_from_slice(self.kind.tail(is_empty));
+            self.file.seek(SeekFrom::Start(self.written.bytes()))?;
             // A single write, so that killing the process between two calls leaves a valid file.
-            self.file.write_all(&text)?;
-            self.end += length;
+            if let Err(error) = self.file.write_all(&text) {
+                // The write error is returned; an error of the restoration would add nothing. The
+                // restoration needs no new space on disk, because it writes where text was before.
+                let _ = self.remove_after_rows();
+                return Err(error);
+            }
+            self.written.append(&text[..length]);
+            self.is_empty = is_empty;
             Ok(())
         };
         text.and_then(write).map_err(|source| RunError::io("write", &self.path, source))
+    }
+
+    /// Writes the text that ends the file after the rows, and removes all text after it.
+    fn remove_after_rows(&mut self) -> std::io::Result<()> {
+        let end = self.written.bytes();
+        let tail = if end == 0 { b"" } else { self.kind.tail(self.is_empty) };
+        self.file.seek(SeekFrom::Start(end))?;
+        self.file.write_all(tail)?;
+        self.file.set_len(end + tail.len() as u64)
     }
 }
 

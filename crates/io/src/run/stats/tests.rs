@@ -46,35 +46,48 @@ fn file_is_valid_after_every_frame() {
 }
 
 #[test]
-fn resume_continues_after_the_last_frame_kept() {
+fn resume_continues_after_the_rows_of_the_record() {
     let directory = tempfile::tempdir().unwrap();
     for name in ["stats.csv", "stats.json"] {
         let path = directory.path().join(name);
         let mut whole = Stats::create(&path).unwrap();
-        (0..5).for_each(|frame| whole.append_rows(&[row(frame, "a"), row(frame, "b")]).unwrap());
+        let mut records = vec![whole.record()];
+        for frame in 0..5 {
+            whole.append_rows(&[row(frame, "a"), row(frame, "b")]).unwrap();
+            records.push(whole.record());
+        }
         let expected = text_of(&path);
-        for kept in 0..5 {
+        for (kept, record) in (0..).zip(&records) {
             for removed in [0, 1, 40] {
                 // A run that is killed during a write leaves part of a line of a later frame.
-                let text = if kept < 3 { &expected[..expected.len() - removed] } else { &expected };
+                let text = if kept < 4 { &expected[..expected.len() - removed] } else { &expected };
                 std::fs::write(&path, text).unwrap();
-                let mut resumed = Stats::resume(&path, kept).unwrap();
-                for frame in kept + 1..5 {
+                let rows = read_rows(&path, record, (0, kept)).unwrap();
+                let mut resumed = Stats::resume(&path, rows).unwrap();
+                for frame in kept..5 {
                     resumed.append_rows(&[row(frame, "a"), row(frame, "b")]).unwrap();
                 }
-                assert_eq!(text_of(&path), expected, "{name}, frame {kept}, {removed} bytes removed");
+                assert_eq!(text_of(&path), expected, "{name}, {kept} frames, {removed} bytes removed");
+                assert_eq!(resumed.record(), records[5]);
             }
         }
     }
 }
 
 #[test]
-fn files_that_are_not_statistics_are_rejected_and_unchanged() {
+fn files_without_the_recorded_rows_are_rejected_and_unchanged() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("notes.csv");
-    std::fs::write(&path, "my notes\n").unwrap();
-    assert!(matches!(Stats::resume(&path, 3), Err(RunError::NotStats { .. })));
-    assert_eq!(text_of(&path), "my notes\n");
+    let mut stats = Stats::create(&path).unwrap();
+    stats.append_rows(&[row(0, "a")]).unwrap();
+    let record = stats.record();
+    for text in ["my notes\n".to_owned(), text_of(&path).replace("1.25", "1.26"), "x".repeat(1000)] {
+        std::fs::write(&path, &text).unwrap();
+        assert!(matches!(read_rows(&path, &record, (0, 0)), Err(RunError::StatsLost { .. })));
+        assert_eq!(text_of(&path), text);
+    }
+    std::fs::remove_file(&path).unwrap();
+    assert!(matches!(read_rows(&path, &record, (0, 0)), Err(RunError::StatsLost { .. })));
     assert!(matches!(Stats::create(&directory.path().join("stats.txt")), Err(RunError::StatsName { .. })));
 }
 

@@ -1,0 +1,127 @@
+//! Lists the files of sequences in a directory, and checks that frames do not replace inputs.
+
+use std::collections::{BTreeSet, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::sequence::FileName;
+use super::{Format, OutputError, Sequence};
+use crate::file::{parent, part_path};
+
+/// The files in a directory that belong to sequences with this directory and one format.
+#[derive(Debug, Default)]
+pub(crate) struct Listing {
+    /// Files of each sequence, sorted by path.
+    files: Vec<Vec<ListedFile>>,
+}
+
+/// A file of a sequence.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ListedFile {
+    pub(super) path: PathBuf,
+    /// Number of the frame; `None` for a point cache.
+    pub(super) frame: Option<u64>,
+    /// Whether the name ends in `.part`.
+    pub(super) is_part: bool,
+}
+
+impl Listing {
+    /// Lists the directory of `sequences` once. All sequences have the same directory and format.
+    pub(crate) fn read(sequences: &[Sequence]) -> Result<Self, OutputError> {
+        let mut files = vec![Vec::new(); sequences.len()];
+        let Some(Sequence { directory, format, .. }) = sequences.first() else { return Ok(Self::default()) };
+        let entries = match fs::read_dir(directory) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self { files }),
+            Err(error) => return Err(OutputError::io("read", directory)(error)),
+        };
+        let indices: HashMap<&str, usize> =
+            sequences.iter().enumerate().map(|(index, sequence)| (&*sequence.name, index)).collect();
+        for entry in entries {
+            let name = entry.map_err(OutputError::io("read", directory))?.file_name();
+            let Some(FileName { body, frame, is_part }) =
+                name.to_str().and_then(|name| FileName::parse(name, *format))
+            else {
+                continue;
+            };
+            if let Some(&index) = indices.get(body) {
+                files[index].push(ListedFile { path: directory.join(&name), frame, is_part });
+            }
+        }
+        files.iter_mut().for_each(|files| files.sort());
+        Ok(Self { files })
+    }
+
+    /// Returns the files of a sequence, by its index in the argument of [`Listing::read`], sorted by path.
+    pub(super) fn files(&self, sequence: usize) -> &[ListedFile] {
+        &self.files[sequence]
+    }
+
+    /// Removes all files.
+    pub(crate) fn remove_all(self) -> Result<(), OutputError> {
+        self.files.into_iter().flatten().try_for_each(|file| remove(&file.path))
+    }
+
+    /// Removes incomplete files, except incomplete point caches, which can be continued.
+    pub(crate) fn remove_parts(&self) -> Result<(), OutputError> {
+        let parts = self.files.iter().flatten().filter(|file| file.is_part && file.frame.is_some());
+        parts.map(|file| &file.path).try_for_each(|path| remove(path))
+    }
+}
+
+fn remove(path: &Path) -> Result<(), OutputError> {
+    fs::remove_file(path).map_err(OutputError::io("remove", path))
+}
+
+impl Sequence {
+    /// Returns the files in the directory that belong to a sequence of this name and format with any number
+    /// of frames, sorted. A file belongs to the sequence if its name is exactly `NAME_<digits>.<extension>`
+    /// (four digits or more) or `NAME.pc2`. Incomplete files, with `.part` appended, are included.
+    ///
+    /// # Errors
+    /// If the directory exists but cannot be read.
+    pub fn existing(&self) -> Result<Vec<PathBuf>, OutputError> {
+        let files = Listing::read(std::slice::from_ref(self))?.files;
+        Ok(files.into_iter().flatten().map(|file| file.path).collect())
+    }
+
+    /// Removes the files that [`Sequence::existing`] returns.
+    ///
+    /// # Errors
+    /// If the directory cannot be read or a file cannot be removed.
+    pub fn remove_existing(&self) -> Result<(), OutputError> {
+        Listing::read(std::slice::from_ref(self))?.remove_all()
+    }
+}
+
+/// Returns an error if frames of `sequences`, which have the same directory and format, would replace one of
+/// `inputs`, if it would be removed as an older frame, or if it is the file `other` of the directory.
+pub(crate) fn check_inputs<'a>(
+    sequences: &[Sequence],
+    other: &[&str],
+    inputs: impl Iterator<Item = &'a Path>,
+) -> Result<(), OutputError> {
+    let Some(Sequence { directory, format, .. }) = sequences.first() else { return Ok(()) };
+    // If the directory is missing, no input is in it.
+    let Ok(directory) = fs::canonicalize(directory) else { return Ok(()) };
+    let bodies: BTreeSet<&str> = sequences.iter().map(|sequence| &*sequence.name).collect();
+    let is_output = |name: &str| {
+        let is_frame =
+            |format: Format| FileName::parse(name, format).is_some_and(|file| bodies.contains(file.body));
+        let is_other = |other: &&str| name == *other || part_path(Path::new(other)).as_os_str() == name;
+        is_frame(*format) || other.iter().any(is_other)
+    };
+    let mut in_directory: HashMap<PathBuf, bool> = HashMap::new();
+    for input in inputs.collect::<BTreeSet<_>>() {
+        // If `input` is a link, checks the link and its target.
+        for path in [Some(input.to_owned()), fs::canonicalize(input).ok()].into_iter().flatten() {
+            let is_inside = *in_directory.entry(parent(&path).to_owned()).or_insert_with_key(|parent| {
+                fs::canonicalize(parent).is_ok_and(|parent| parent == directory)
+            });
+            if is_inside && path.file_name().and_then(|name| name.to_str()).is_some_and(is_output) {
+                return Err(OutputError::OverwritesInput { path });
+            }
+        }
+    }
+    Ok(())
+}

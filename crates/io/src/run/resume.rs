@@ -1,0 +1,82 @@
+//! Decides where a resumed job starts: at frame 0, after the frame of a checkpoint, or not at all. Compares
+//! the settings and the files with the checkpoint, and changes no file of the earlier run.
+
+use super::checkpoint::{Checkpoint, Saved};
+use super::error::RunError;
+use super::job::Job;
+use super::observer::{Note, Observer};
+use super::settings::Settings;
+use super::stats::read_rows;
+use crate::frames::{
+    Compare, Listing, Present, Record, Recorder, Renames, check, check_cache_link, finish_cache,
+};
+use supple::SimulationState;
+
+/// Starting point of a job.
+#[derive(Debug)]
+pub(super) enum Start {
+    /// At frame 0. Existing frames are replaced.
+    Fresh,
+    /// After the frame of a checkpoint.
+    After(Box<Earlier>),
+    /// Nothing to do, because all frames exist.
+    Finished,
+}
+
+/// An earlier run that can be continued.
+#[derive(Debug)]
+pub(super) struct Earlier {
+    /// Its checkpoint.
+    pub(super) checkpoint: Checkpoint,
+    /// State of the simulation at the checkpoint.
+    pub(super) state: SimulationState,
+    /// Its statistics up to the checkpoint.
+    pub(super) stats: Option<Recorder>,
+    /// Its files.
+    pub(super) listing: Listing,
+    /// Its frames that have another number of digits than the frames of this run.
+    pub(super) renames: Renames,
+}
+
+impl Job {
+    /// Returns the starting point of a resumed job, from the contents of its directory.
+    pub(super) fn choose_start(
+        &self,
+        settings: &Settings,
+        observer: &mut dyn Observer,
+    ) -> Result<Start, RunError> {
+        let sequences = self.sequences();
+        let Some(saved) = Saved::read(&self.directory, settings, sequences.len())? else {
+            return Ok(Start::Fresh);
+        };
+        let last_frame = self.scene.simulation.frames;
+        let frame = saved.checkpoint.frame;
+        let needed = (frame.min(last_frame) / self.every) as usize + 1;
+        let records: Vec<&[Record]> =
+            saved.checkpoint.frames.iter().map(|records| &records[..needed]).collect();
+        let listing = Listing::read(&sequences)?;
+        let compare = if self.verify { Compare::Contents } else { Compare::Sizes };
+        let renames = match check(&listing, &sequences, &records, compare)? {
+            Present::All(renames) => renames,
+            Present::Not(reason) => {
+                observer.note(&Note::Restarted { reason });
+                return Ok(Start::Fresh);
+            }
+        };
+        let numbers = (self.number(0), self.number(frame / self.every * self.every));
+        let stats = match (&self.stats, &saved.checkpoint.stats) {
+            (Some(path), Some(rows)) => Some(read_rows(path, rows, numbers)?),
+            _ => None,
+        };
+        if frame >= last_frame {
+            for (sequence, records) in sequences.iter().zip(&saved.checkpoint.frames) {
+                finish_cache(sequence, records)?;
+            }
+            return Ok(Start::Finished);
+        }
+        sequences.iter().try_for_each(check_cache_link)?;
+        let state = saved.state()?;
+        let checkpoint = saved.checkpoint;
+        Ok(Start::After(Box::new(Earlier { checkpoint, state, stats, listing, renames })))
+    }
+}
