@@ -6,12 +6,13 @@ Then, in Blender:
 
 1. Output properties: set the frame rate to the frame rate of the scene, which is 30 in twist.toml.
 2. File > Import > Wavefront (.obj): choose the model of the scene, examples/scenes/bust.obj. In the import settings set
-   Forward Axis to Y and Up Axis to Z, so that the model is not rotated, and switch Split By Object and Split By Group
-   off, so that the mesh has the vertices of the file in the same order.
+   Forward Axis to Y and Up Axis to Z, so that the model is not rotated, and switch Split By Object, which is on by
+   default, and Split By Group off, so that the mesh has the vertices of the file in the same order.
 3. With the model selected: Modifiers > Add Modifier > Deform > Mesh Cache. Format: PC2. File Path: DIR/bust.pc2. Time
    Mode: Frame, Play Mode: Scene. Leave the axes at Y forward and Z up.
 4. Rotate the object by 90 degrees about x (R X 90): y is up in the scene, and z is up in Blender.
-5. Play. The file has one sample per frame, starting with frame 0.
+5. Play. The file has one sample per frame, starting with frame 0. For a run with start_frame=N set Frame Start of the
+   modifier to N, and for a run with every=K set Frame Scale to 1/K.
 """
 
 from __future__ import annotations

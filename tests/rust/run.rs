@@ -307,3 +307,18 @@ fn a_scene_runs_with_its_auto_substeps() {
     assert_eq!(prepared.substeps, 8);
     assert!((prepared.simulation.dt() - 1.0 / 240.0).abs() < 1e-18);
 }
+
+/// The scene reader limits names to 200 bytes; a scene that is built in Rust has no such limit.
+#[test]
+fn a_body_name_too_long_for_a_file_name_is_an_error_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = scene(folder.path(), &["output.format=\"obj\""]);
+    // `_0000.obj.part` has 14 bytes, and a file name has at most 255.
+    scene.bodies[0].name = "n".repeat(242);
+    let out = folder.path().join("out");
+    let error = Job::new(scene, &out).run(&mut ()).unwrap_err();
+    assert!(error.is_input() && !out.exists(), "{error}");
+    for words in ["up to 256 bytes", "255", "shorter name"] {
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}

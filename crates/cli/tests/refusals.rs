@@ -169,13 +169,10 @@ fn links_are_not_followed_to_the_files_that_they_lead_to() {
 }
 
 #[test]
-fn names_longer_than_a_file_name_are_rejected() {
-    // `_0000.obj.part` has 14 bytes.
+fn names_longer_than_200_bytes_are_rejected() {
     let named = |length: usize| SCENE.replace("\"block\"", &format!("\"{}\"", "n".repeat(length)));
-    check_rejected(&named(242), &[], &["up to 256 bytes", "255", "shorter name"]);
-    check_rejected(&named(241), &["--start-frame", "9990"], &["up to 256 bytes"]);
-    check_rejected(&named(247), &["--format", "pc2"], &["up to 256 bytes"]);
-    let workspace = Workspace::with_scene(&named(241));
+    check_rejected(&named(201), &[], &["body.0.name", "at most 200 bytes"]);
+    let workspace = Workspace::with_scene(&named(200));
     workspace.supple(&["run", "scene.toml", "--frames", "1"]).expect(0, &[]);
     assert_eq!(workspace.frames("out").len(), 2);
 }

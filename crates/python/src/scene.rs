@@ -109,6 +109,7 @@ pub(crate) fn run<'py>(
     simulation.threads = options.count("threads", 0)?.unwrap_or(simulation.threads);
     let output = options.read("output", argument::path)?.unwrap_or_else(|| scene.output_directory());
     let mut job = Job::new(scene, output);
+    job.scene_file = Some(argument::path(path, "path")?);
     job.every = options.count_u32("every", 1)?.unwrap_or(job.every);
     job.start_frame = options.count_u32("start_frame", 0)?.unwrap_or(job.start_frame);
     job.stats = options.read("stats", argument::path)?;
