@@ -18,25 +18,25 @@ _MAX_RATE = 60.0
 _MAX_HALF_WIDTH = 8
 
 
-def view(shown: Simulation | Body) -> None:
+def view(target: Simulation | Body) -> None:
     """Open a viewer window and wait until it is closed.
 
-    shown : Simulation or Body
+    target : Simulation or Body
         A body is displayed with its simulation. A body outside a simulation does not move.
 
     The window has controls to run and pause the simulation. For each body it has sliders for the stiffness (or
     frequency) and the half-width, and a checkbox for the volume correction. Static planes are drawn; other colliders
     are not. Needs polyscope (in a checkout: `pip install ".[view]"`) and a display.
     """
-    Viewer(shown).show()
+    Viewer(target).show()
 
 
 class Viewer:
     """A viewer window of a simulation, with controls.
 
-    Viewer(shown)
+    Viewer(target)
 
-    shown : Simulation or Body, as for view
+    target : Simulation or Body, as for view
 
     Polyscope has only one window per process: a later Viewer replaces the content of an earlier one.
     """
@@ -44,14 +44,14 @@ class Viewer:
     #: Whether the simulation is running.
     running: bool
 
-    def __init__(self, shown: Simulation | Body) -> None:
+    def __init__(self, target: Simulation | Body) -> None:
         """Set up the content of the window without opening it."""
-        if not isinstance(shown, (Simulation, Body)):
-            raise TypeError(f"shown must be a Simulation or a Body, not {type(shown).__name__}")
+        if not isinstance(target, (Simulation, Body)):
+            raise TypeError(f"target must be a Simulation or a Body, not {type(target).__name__}")
         self._polyscope = import_optional("polyscope", "view")
         self._imgui = import_optional("polyscope.imgui", "view")
-        bodies: tuple[Body, ...] = (shown,) if isinstance(shown, Body) else shown.bodies
-        self._simulation = shown.simulation if isinstance(shown, Body) else shown
+        bodies: tuple[Body, ...] = (target,) if isinstance(target, Body) else target.bodies
+        self._simulation = target.simulation if isinstance(target, Body) else target
         if self._simulation is not None:
             bodies = self._simulation.bodies
         self.running = False

@@ -218,7 +218,7 @@ def test_the_viewer_renders_a_body_without_a_simulation(cube, polyscope, tmp_pat
     assert np.allclose(viewer._panels[0].low, -1)
     polyscope.frame_tick()
     assert _screenshot(polyscope, tmp_path / "body.png").std() > 0.01
-    with pytest.raises(TypeError, match="shown must be a Simulation or a Body, not Mesh"):
+    with pytest.raises(TypeError, match="target must be a Simulation or a Body, not Mesh"):
         supple.view(cube)
 
 

@@ -16,13 +16,13 @@ use crate::error::Halt;
 use crate::observer::{Meter, Observer};
 use crate::timing::Timing;
 
-/// Effort of a study: the number of timed runs of a point, and the budget of the naive sums.
-struct Suite {
+/// Limits of a study: the number of timed runs of a point, and the budget of the naive sums.
+struct Limits {
     repeats: u32,
     budget: Budget,
 }
 
-impl Suite {
+impl Limits {
     fn new(quick: bool) -> Self {
         match quick {
             false => Self { repeats: 5, budget: Budget { path: 8e8, goals: 3e7 } },
@@ -42,7 +42,7 @@ const EVALUATION: f64 = 1e-7;
 pub(super) struct Points {
     physical: Physical,
     matrix: Matrix,
-    suite: Suite,
+    limits: Limits,
     /// Surfaces of the finest lattice; `None` until they are computed.
     finest: Option<Surfaces>,
 }
@@ -50,7 +50,7 @@ pub(super) struct Points {
 impl Points {
     /// Creates the measurement of all points of a matrix.
     pub(super) fn new(physical: Physical, matrix: Matrix, quick: bool) -> Self {
-        Self { physical, matrix, suite: Suite::new(quick), finest: None }
+        Self { physical, matrix, limits: Limits::new(quick), finest: None }
     }
 
     /// Measures the points that the report does not contain yet.
@@ -65,12 +65,12 @@ impl Points {
         let mut computed: Vec<(Dynamics, Motion)> = Vec::new();
         let weights: f64 = unmeasured.iter().map(|(_, setting)| self.weight(setting)).sum();
         let mut meter = Meter::new(observer, weights + self.weight(&self.matrix.finest));
-        let mut evaluator = ErrorEvaluator::new(self.suite.budget);
+        let mut evaluator = ErrorEvaluator::new(self.limits.budget);
         for (axis, setting) in unmeasured {
             if self.finest.is_none() {
                 self.finest = Some(self.reference(&mut meter)?);
             }
-            let runs = f64::from(self.suite.repeats + 3);
+            let runs = f64::from(self.limits.repeats + 3);
             meter.begin(
                 self.physical.name(&setting),
                 self.weight(&setting),
@@ -112,9 +112,9 @@ impl Points {
         let Setting { dynamics, .. } = *setting;
         let frames = f64::from(self.physical.scene().simulation.frames);
         let (vertices, visits) = self.physical.estimate(dynamics);
-        let runs = f64::from(self.suite.repeats + 3);
+        let runs = f64::from(self.limits.repeats + 3);
         let fast = vertices * frames * runs * (STEP * f64::from(dynamics.substeps) + EVALUATION);
-        let naive = (visits * f64::from(dynamics.substeps) * frames).min(self.suite.budget.path);
+        let naive = (visits * f64::from(dynamics.substeps) * frames).min(self.limits.budget.path);
         // The errors of the motion are computed once for all methods; their cost is assigned to the method of
         // the scene.
         let is_computed_elsewhere = setting.method != self.matrix.finest.method;
@@ -143,7 +143,7 @@ impl Points {
             true => Timing::new(None, vec![measured.sample]),
             false => Timing::new(
                 Some(measured.sample),
-                display::time(&self.physical, setting, self.suite.repeats, meter)?,
+                display::time(&self.physical, setting, self.limits.repeats, meter)?,
             ),
         };
         let whole = frames == self.physical.scene().simulation.frames;
@@ -197,11 +197,11 @@ mod tests {
         let measured = |frames: f64| {
             let matrix = Matrix { points: Vec::new(), finest };
             let mut points = Points::new(physical.clone(), matrix, true);
-            points.suite.budget = Budget { path: frames * frame, goals: 0.0 };
+            points.limits.budget = Budget { path: frames * frame, goals: 0.0 };
             let mut observer = ();
             let mut meter = Meter::new(&mut observer, 1.0);
             points.finest = Some(points.reference(&mut meter).unwrap());
-            let mut evaluator = ErrorEvaluator::new(points.suite.budget);
+            let mut evaluator = ErrorEvaluator::new(points.limits.budget);
             let motion = evaluator.errors(&physical, block::NAIVE, &mut meter).unwrap();
             points.measure(Axis::Sums, &setting, motion, &evaluator, &mut meter).unwrap()
         };
