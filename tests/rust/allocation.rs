@@ -1,61 +1,14 @@
 //! Steps and evaluations in a steady state allocate nothing. The plan counts the memory of a simulation.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use nalgebra::Point3;
 use supple::{
     Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Mesh, Pin, Preservation, Selection,
     Simulation, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
 };
-
-/// The system's allocator, with counters.
-struct CountingAllocator;
-
-/// Number of allocations of all threads, including those of the test runner.
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-thread_local! {
-    /// Number of allocations of this thread.
-    static THREAD_ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-    /// Bytes that this thread has allocated less those that it has freed.
-    static THREAD_BYTES: Cell<isize> = const { Cell::new(0) };
-}
-
-#[allow(unsafe_code, reason = "the trait `GlobalAlloc` is unsafe")]
-// SAFETY: all calls are passed on unchanged to the system's allocator.
-unsafe impl GlobalAlloc for CountingAllocator {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        THREAD_ALLOCATIONS.set(THREAD_ALLOCATIONS.get() + 1);
-        THREAD_BYTES.set(THREAD_BYTES.get() + layout.size() as isize);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        THREAD_BYTES.set(THREAD_BYTES.get() - layout.size() as isize);
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
-
-/// Returns the number of allocations of this thread while `work` runs.
-fn thread_allocations(work: impl FnOnce()) -> usize {
-    let before = THREAD_ALLOCATIONS.get();
-    work();
-    THREAD_ALLOCATIONS.get() - before
-}
-
-/// Returns the number of allocations of all threads while `work` runs. This program has only one test, so
-/// that no other test allocates at the same time.
-fn allocations(work: impl FnOnce()) -> usize {
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    work();
-    ALLOCATIONS.load(Ordering::Relaxed) - before
-}
 
 /// Returns a cube of `n` x `n` x `n` cells of edge 0.1.
 fn block(n: i32) -> BodyBuilder {
@@ -175,10 +128,10 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     };
     let builds: [&dyn Fn(i32) -> Simulation; 2] = [&|n| full_simulation(n, 1), &without_optional_stages];
     for build in builds {
-        let before = THREAD_BYTES.get();
+        let before = thread_bytes();
         let mut sim = build(36);
         sim.step();
-        let allocated = THREAD_BYTES.get() - before;
+        let allocated = thread_bytes() - before;
         let planned = sim.plan().bodies[0].bytes() as isize;
         let missing = allocated - planned;
         assert!(

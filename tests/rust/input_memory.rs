@@ -1,47 +1,17 @@
 //! Memory of reading: the peak is at most a fixed multiple of the size of the file.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::path::Path;
 
 use supple_io::obj::Document;
 use supple_io::scene::Scene;
-
-/// The system's allocator, with counters.
-struct CountingAllocator;
-
-thread_local! {
-    /// Bytes that this thread has allocated less those that it has freed.
-    static BYTES: Cell<isize> = const { Cell::new(0) };
-    /// Largest value of `BYTES`.
-    static PEAK: Cell<isize> = const { Cell::new(0) };
-}
-
-#[allow(unsafe_code, reason = "the trait `GlobalAlloc` is unsafe")]
-// SAFETY: all calls are passed on unchanged to the system's allocator.
-unsafe impl GlobalAlloc for CountingAllocator {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let bytes = BYTES.get() + layout.size() as isize;
-        BYTES.set(bytes);
-        PEAK.set(PEAK.get().max(bytes));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        BYTES.set(BYTES.get() - layout.size() as isize);
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use supple_tests::counting_allocator::{CountingAllocator, thread_peak};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Asserts that `read` allocates at most `factor` times the size of `text` at any time.
 fn assert_small(name: &str, text: &str, factor: f64, read: impl FnOnce(&str)) {
-    PEAK.set(BYTES.get());
-    let before = BYTES.get();
-    read(text);
-    let measured = (PEAK.get() - before) as f64 / text.len() as f64;
+    let measured = thread_peak(|| read(text)) as f64 / text.len() as f64;
     assert!(measured <= factor, "{name}: {measured:.1} bytes per byte of the file, not {factor}");
 }
 

@@ -131,8 +131,8 @@ fn changes_by_an_observer_survive_stopping_and_resuming() {
     assert_ne!(frame("alone"), frame("whole"));
 }
 
-/// Returns an OBJ text of a sphere with a `vn` after each `v`. The sphere has so many vertices that the mesh
-/// update is divided among several threads.
+/// Returns an OBJ text of a sphere with a `vn` after each `v`. The mesh update of
+/// the sphere is large enough that several threads share it.
 fn ball() -> String {
     let (rings, sectors) = (60, 100);
     let (mut elements, mut faces) = (String::new(), String::new());

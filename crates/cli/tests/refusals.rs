@@ -177,6 +177,22 @@ fn names_longer_than_200_bytes_are_rejected() {
     assert_eq!(workspace.frames("out").len(), 2);
 }
 
+/// A pipe has no end, so a run that read it would wait forever.
+#[cfg(unix)]
+#[test]
+fn pipes_are_rejected_and_never_read() {
+    let make_pipe = |path: std::path::PathBuf| {
+        assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+    };
+    let workspace = Workspace::with_scene(&SCENE.replace("block.obj", "pipe.obj"));
+    make_pipe(workspace.path("pipe.obj"));
+    workspace.supple(&["run", "scene.toml"]).expect(2, &["pipe.obj", "it is a pipe", "regular file"]);
+    let workspace = Workspace::new();
+    std::fs::create_dir(workspace.path("out")).unwrap();
+    make_pipe(workspace.path("out/supple.checkpoint"));
+    workspace.supple(&["run", "scene.toml", "--resume"]).expect(1, &["supple.checkpoint", "it is a pipe"]);
+}
+
 #[test]
 fn a_second_run_in_one_directory_is_rejected() {
     let workspace = Workspace::new();

@@ -17,8 +17,8 @@ const PAUSE: Duration = Duration::from_millis(1);
 
 /// The id of the process that last locked a mutex.
 ///
-/// A fork copies only the calling thread. A mutex that another thread had locked during the fork is never
-/// unlocked in the child process, and waiting for it would block forever.
+/// A fork copies only the calling thread. A mutex that another thread had locked during the fork stays locked
+/// in the child process, so a thread that waits for it never continues.
 pub(crate) struct Owner(AtomicU32);
 
 /// Error: another thread had locked the mutex when the process was forked, so the data may be inconsistent.

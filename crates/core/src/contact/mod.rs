@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `shape` | collider shapes and their signed distances, in world space and in the frame of a body |
 //! | `collider` | colliders: shape, friction, restitution, motion; the validated set of a scene |
+//! | `surface_points` | points of a mesh that are samples |
 //! | `samples` | the samples, grouped by lattice cell |
 //! | `field` | distances of the samples of a cell from a shape, and lower bounds of these distances |
 //! | `patch` | contact patches: the touching samples nearest to one vertex act as one contact point |
@@ -48,6 +49,7 @@ mod samples;
 mod shape;
 mod solver;
 mod stage;
+mod surface_points;
 mod vec4;
 
 pub use self::collider::{Collider, ColliderError, ColliderFault, Colliders};

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::RunError;
 use super::settings::Settings;
-use crate::file::{parent, sync_directory, write_durably};
+use crate::file::{self, parent, sync_directory, write_durably};
 use crate::frames::Record;
 use supple::SimulationState;
 
@@ -129,7 +129,7 @@ fn write(path: &Path, payload: &[u8]) -> Result<(), RunError> {
 
 /// Reads the payload of a file and checks the header. Returns `None` if there is no file.
 fn read(path: &Path) -> Result<Option<Vec<u8>>, RunError> {
-    let mut bytes = match std::fs::read(path) {
+    let mut bytes = match file::read(path, u64::MAX) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(RunError::io("read", path, source)),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::error::RunError;
+use crate::file;
 use crate::frames::Record;
 use crate::scene::{OutputData, Scene};
 
@@ -21,7 +22,7 @@ pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     for index in 0..scene.bodies.len() {
         let path = scene.resolve(&scene.bodies[index].mesh);
         if !hashes.contains_key(&path) {
-            let bytes = std::fs::read(&path).map_err(|source| {
+            let bytes = file::read(&path, u64::MAX).map_err(|source| {
                 let key = format!("body.{}.mesh", scene.bodies[index].name);
                 RunError::MeshFile { key, path: path.clone(), source }
             })?;

@@ -9,7 +9,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::error::RunError;
-use crate::file::{parent, sync_directory};
+use crate::file::{self, parent, sync_directory};
 use crate::frames::{Record, Recorder};
 use supple::{Body, DisplayTimes, VolumeReport};
 
@@ -159,7 +159,7 @@ pub(super) fn read_rows(path: &Path, rows: &Record, numbers: (u64, u64)) -> Resu
         let (first, last) = numbers;
         RunError::StatsLost { path: path.to_owned(), problem: problem.to_owned(), first, last }
     };
-    let text = match std::fs::read(path) {
+    let text = match file::read(path, u64::MAX) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Err(lost("the file is missing")),
         text => text.map_err(|source| RunError::io("read", path, source))?,
     };

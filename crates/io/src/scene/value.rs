@@ -43,6 +43,7 @@ impl Value {
             Data::Array(values) if values.len() <= 3 && !values.iter().any(Self::is_array) => {
                 format!("[{}]", values.iter().map(Self::describe).collect::<Vec<_>>().join(", "))
             }
+            Data::Array(values) if values.len() == 1 => "a list of 1 value".to_owned(),
             Data::Array(values) => format!("a list of {} values", values.len()),
             Data::Table(_) => "a table".to_owned(),
         }
