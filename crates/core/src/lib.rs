@@ -133,8 +133,8 @@ pub use body::{
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{
-    Constraint, ConstraintError, Handle, Key, Material, MotionError, Pin, RegionDamping, RegionSize,
-    Selection, SelectionError, Stiffness, TimeWindow,
+    Constraint, ConstraintError, Damping, Elasticity, Handle, Key, Material, MotionError, Pin, Preset, RegionDamping,
+    RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
 };
 pub use error::Error;
 pub use lattice::{

@@ -2,9 +2,11 @@
 
 use std::sync::OnceLock;
 
+use super::elasticity::{initial_half_width, size_of};
 use super::{Body, MAX_CELLS, Surface};
 use crate::dynamics::{
-    Handle, Material, MomentumTracker, Pin, RegionDamper, RegionDamping, RegionSize, Stiffness,
+    Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper, RegionDamping, RegionSize,
+    Stiffness,
 };
 use crate::error::Error;
 use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution};
@@ -65,30 +67,61 @@ impl BodyBuilder {
         self
     }
 
-    /// Sets the half-width of the regions in cells, at least 1; default 2. Larger regions make the body
-    /// stiffer, and so does a coarser lattice with the same half-width.
-    pub fn half_width(mut self, cells: usize) -> Self {
-        self.material.region_size = RegionSize::Cells(cells);
+    /// Sets a named material. Replaces any other elasticity.
+    pub fn preset(self, preset: Preset) -> Self {
+        self.elasticity(Elasticity::Preset(preset))
+    }
+
+    /// Sets Young's modulus, > 0: force per area in scene units. Replaces any other elasticity.
+    pub fn youngs_modulus(self, modulus: f64) -> Self {
+        self.elasticity(Elasticity::YoungsModulus(modulus))
+    }
+
+    /// Sets the elasticity.
+    pub fn elasticity(mut self, elasticity: Elasticity) -> Self {
+        self.material.elasticity = elasticity;
         self
+    }
+
+    /// Sets the half-width of the regions in cells, at least 1. Larger regions make the body stiffer, and so does a
+    /// coarser lattice with the same half-width. Replaces a preset or Young's modulus; the default of the stiffness
+    /// is then alpha = 1.
+    pub fn half_width(self, cells: usize) -> Self {
+        let elasticity = self.material.elasticity.with_region_size(RegionSize::Cells(cells));
+        self.elasticity(elasticity)
     }
 
     /// Sets the half-width of the regions as a length, > 0, independent of the resolution of the lattice.
     /// Replaces [`half_width`](Self::half_width).
-    pub fn stiffness_radius(mut self, radius: f64) -> Self {
-        self.material.region_size = RegionSize::Radius(radius);
-        self
+    pub fn stiffness_radius(self, radius: f64) -> Self {
+        let elasticity = self.material.elasticity.with_region_size(RegionSize::Radius(radius));
+        self.elasticity(elasticity)
     }
 
-    /// Sets the stiffness alpha per step, in (0, 1]; default 1.
-    pub fn stiffness(mut self, alpha: f64) -> Self {
-        self.material.stiffness = Stiffness::PerStep(alpha);
-        self
+    /// Sets the stiffness alpha per step, in (0, 1]. Replaces a preset or Young's modulus; the default of the
+    /// half-width is then 2 cells.
+    pub fn stiffness(self, alpha: f64) -> Self {
+        let elasticity = self.material.elasticity.with_stiffness(Stiffness::PerStep(alpha));
+        self.elasticity(elasticity)
     }
 
     /// Sets the stiffness as a frequency in Hz, > 0, independent of the step length. Replaces
     /// [`stiffness`](Self::stiffness).
-    pub fn frequency(mut self, hertz: f64) -> Self {
-        self.material.stiffness = Stiffness::Frequency(hertz);
+    pub fn frequency(self, hertz: f64) -> Self {
+        let elasticity = self.material.elasticity.with_stiffness(Stiffness::Frequency(hertz));
+        self.elasticity(elasticity)
+    }
+
+    /// Sets the damping ratio of the lowest elastic mode, in [0, 1]: see [`Damping`].
+    pub fn damping_ratio(mut self, ratio: f64) -> Self {
+        self.material.damping = Some(Damping::Ratio(ratio));
+        self
+    }
+
+    /// Sets the decay rate of the elastic modes in 1/s, >= 0: see [`Damping`]. Replaces
+    /// [`damping_ratio`](Self::damping_ratio).
+    pub fn damping_rate(mut self, rate: f64) -> Self {
+        self.material.damping = Some(Damping::Rate(rate));
         self
     }
 
@@ -228,7 +261,7 @@ impl BodyBuilder {
             }
         };
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
-        let half_width = self.material.half_width(lattice.cell_size(), extent(&lattice));
+        let half_width = initial_half_width(&self.material, &lattice);
         let matching = Matching::new(&lattice, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
         state.set_initial_velocities(&lattice, &matching.layout, &self.placement);
@@ -244,10 +277,15 @@ impl BodyBuilder {
             workspace: matching.cascade.workspace(&matching.layout),
             momentum: MomentumTracker::new(&lattice, &matching.layout, matching.cascade.tasks()),
             energy: None,
-            region_damping: self.material.is_damped().then(|| RegionDamper::new(&matching)),
+            region_damping: self.material.has_region_damping().then(|| RegionDamper::new(&matching)),
+            elastic_damping: self.material.is_damped().then(ElasticDamper::default),
+            lowest_eigenvalue: OnceLock::new(),
             forces: None,
             contacts: None,
             constraints: None,
+            size: size_of(&lattice, surface.as_ref()),
+            youngs_modulus: None,
+            fast_vertex: 0,
             unconverged: 0,
             lattice,
             surface,

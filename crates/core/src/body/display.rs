@@ -92,6 +92,16 @@ impl<'a> BodyRef<'a> {
         Display::new().evaluate(self).volume_report()
     }
 
+    /// Returns Young's modulus, in scene units of force per area. In a simulation it is the modulus in force: that of
+    /// the material, or less if steps of this length cannot reach it. Outside a simulation it is the modulus that
+    /// was set, or `None` if none was set.
+    pub fn youngs_modulus(self) -> Option<f64> {
+        match self.context {
+            Some(context) => Some(self.body.modulus_in_force(context.dt)),
+            None => self.body.material_modulus(),
+        }
+    }
+
     /// Returns the volume after the correction, in cubed scene units, by the measure of the correction.
     /// Without a correction, uses the measure that `auto` would choose.
     pub fn volume(self) -> f64 {
@@ -321,7 +331,7 @@ impl Body {
     /// began, divided by alpha. Because of the division, a displacement has more effect on the correction of
     /// a softer body, which has a smaller alpha.
     fn external_forces(&self, dt: f64) -> impl Iterator<Item = ExternalForce> {
-        let scale = (1.0 / self.material.alpha(dt)) as f32;
+        let scale = (1.0 / self.alpha(dt)) as f32;
         let contacts = self.contacts.iter().flat_map(|contacts| contacts.displacements());
         let forces = self.forces.iter().flat_map(|forces| forces.displacements());
         contacts

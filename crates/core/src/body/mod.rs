@@ -5,14 +5,18 @@
 //! | `builder` | builds a body from a mesh or a lattice, and settings |
 //! | `step` | runs the stages of a step, in order |
 //! | `plan` | describes the stages and their memory |
-//! | `settings` | changes settings between steps: material, volume correction, pins, handles, forces |
+//! | `elasticity` | the material in force, and its changes between steps |
+//! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `snapshot` | saves and restores the state |
+//! | `sleep` | decides whether a body at rest is stepped |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
 
 mod builder;
 mod display;
+mod elasticity;
 mod plan;
 mod settings;
+mod sleep;
 mod snapshot;
 mod step;
 
@@ -27,7 +31,9 @@ use std::sync::OnceLock;
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::contact::{Colliders, Contacts, SampleCells};
-use crate::dynamics::{Constraints, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper};
+use crate::dynamics::{
+    Constraints, ElasticDamper, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper,
+};
 use crate::lattice::{Embedding, Lattice};
 use crate::matching::{Matching, Purpose, Workspace};
 use crate::mesh::Mesh;
@@ -66,9 +72,19 @@ pub struct Body {
     /// Built when the body is free (see `step`) and Newton's method for a rotation first does not converge.
     energy: Option<EnergyLimiter>,
     region_damping: Option<RegionDamper>,
+    elastic_damping: Option<ElasticDamper>,
     forces: Option<Forces>,
     contacts: Option<Contacts>,
     constraints: Option<Constraints>,
+    /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.
+    size: f64,
+    /// Young's modulus of the material, fixed when the body joined a simulation. `None` with the elasticity of
+    /// regions, and outside a simulation.
+    youngs_modulus: Option<f64>,
+    /// The eigenvalue of the lowest elastic mode: see `dynamics::lowest_mode`. Computed when it is needed.
+    lowest_eigenvalue: OnceLock<f64>,
+    /// A vertex that was faster than the limit of sleep.
+    fast_vertex: usize,
     /// See [`Body::unconverged_rotations`].
     unconverged: usize,
 }
@@ -104,8 +120,7 @@ impl Body {
         &self.material
     }
 
-    /// Returns the half-width of the regions in cells: the material's half-width, at most the extent of the
-    /// lattice.
+    /// Returns the half-width of the regions in cells, at most the extent of the lattice.
     pub fn half_width(&self) -> usize {
         self.matching.regions.half_width()
     }
@@ -123,6 +138,7 @@ impl Body {
     pub fn set_positions(&mut self, positions: &[Point3<f64>]) -> Result<(), ArrayError> {
         self.check("positions", positions.len(), positions.iter().map(|p| p.coords))?;
         self.state.set_world(self.matching.layout.slots(), positions);
+        self.wake();
         Ok(())
     }
 
@@ -139,6 +155,7 @@ impl Body {
     pub fn set_velocities(&mut self, velocities: &[Vector3<f64>]) -> Result<(), ArrayError> {
         self.check("velocities", velocities.len(), velocities.iter().copied())?;
         self.state.set_world_velocities(self.matching.layout.slots(), velocities);
+        self.wake();
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use super::Body;
 use super::step::{STEP, Stage};
-use crate::dynamics::RegionDamping;
+use crate::dynamics::{Damping, RegionDamping};
 use crate::plan::{BodyPlan, PlannedStage, When};
 use crate::volume::VolumeMeasures;
 
@@ -76,6 +76,13 @@ impl Body {
                 };
                 (detail, self.region_damping.as_ref().map_or(0, |damping| damping.bytes()))
             }
+            Stage::ElasticDamping => {
+                let detail = match self.material.damping() {
+                    Damping::Ratio(ratio) => format!("ratio {ratio} of the lowest mode"),
+                    Damping::Rate(rate) => format!("{rate} per second"),
+                };
+                (detail, self.elastic_damping.as_ref().map_or(0, |damping| damping.bytes()))
+            }
             Stage::BeginContacts => ("stores the velocities before shape matching".to_owned(), 0),
             Stage::Matching => {
                 let limiter = self.energy.as_ref();
@@ -104,6 +111,7 @@ impl Stage {
             Self::Forces => "external forces",
             Self::Momentum => "momentum tracker",
             Self::RegionDamping => "region damping",
+            Self::ElasticDamping => "elastic damping",
             Self::BeginContacts => "begin contacts",
             Self::Matching => "shape matching",
             Self::Integration => "integration",

@@ -1,45 +1,16 @@
-//! Changes settings between steps: material, volume correction, pins, handles, forces.
+//! Changes settings between steps: volume correction, pins, handles, forces.
 
 use nalgebra::Point3;
 
-use super::builder::extent;
 use super::{Body, Surface};
 use crate::dynamics::{
-    Constraint, ConstraintError, Constraints, Handle, Key, Material, MomentumTracker, Motion, Pin,
-    RegionDamper, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
+    Constraint, ConstraintError, Constraints, Handle, Key, Motion, Pin, Selection, SelectionError, TimeWindow,
 };
 use crate::error::Error;
-use crate::matching::Matching;
-use crate::range::{RangeError, in_range};
+use crate::range::in_range;
 use crate::volume::{Correction, VolumeError, VolumeOptions};
 
 impl Body {
-    /// Sets the size of the regions, from the next step on, and rebuilds the regions. Positions, velocities
-    /// and momenta are unchanged.
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_region_size(&mut self, region_size: RegionSize) -> Result<(), RangeError> {
-        let material = Material { region_size, ..self.material };
-        material.validate()?;
-        self.material = material;
-        let half_width = material.half_width(self.lattice.cell_size(), extent(&self.lattice));
-        if half_width == self.half_width() {
-            return Ok(());
-        }
-        self.matching.set_half_width(&self.lattice, half_width);
-        let Matching { layout, cascade, .. } = &self.matching;
-        self.workspace = cascade.workspace(layout);
-        // The division of the sums into tasks depends on the half-width.
-        self.momentum = MomentumTracker::new(&self.lattice, layout, cascade.tasks());
-        self.state.fitted = false;
-        (self.energy, self.state.energy_limit) = (None, None);
-        self.region_damping = material.is_damped().then(|| RegionDamper::new(&self.matching));
-        self.track_constraints();
-        Ok(())
-    }
-
     /// Sets the options of the volume correction, from the next evaluation of the displayed surface on, and
     /// rebuilds the correction.
     ///
@@ -55,36 +26,6 @@ impl Body {
         Ok(())
     }
 
-    /// Sets the stiffness, from the next step on: alpha, the fraction of the distance to the goal that a step
-    /// covers, or a frequency.
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), RangeError> {
-        let material = Material { stiffness, ..self.material };
-        material.validate()?;
-        self.material = material;
-        Ok(())
-    }
-
-    /// Sets the region damping, from the next step on. A damping of zero removes the stage.
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_region_damping(&mut self, region_damping: RegionDamping) -> Result<(), RangeError> {
-        let material = Material { region_damping, ..self.material };
-        material.validate()?;
-        self.material = material;
-        self.region_damping = match self.region_damping.take() {
-            _ if !material.is_damped() => None,
-            Some(stage) => Some(stage),
-            None => Some(RegionDamper::new(&self.matching)),
-        };
-        Ok(())
-    }
-
     /// Releases a pin or handle permanently, from the next step on. `index` is its position, from 0, among
     /// all pins and handles in the order in which they were added, including released ones. So a release
     /// changes no index. Releasing a released pin or handle has no effect.
@@ -96,6 +37,7 @@ impl Body {
     ///
     /// An index out of range.
     pub fn release(&mut self, index: usize) -> Result<(), ConstraintError> {
+        self.wake();
         self.constraints_mut(index)?.release(index)
     }
 
@@ -109,6 +51,7 @@ impl Body {
     /// An index out of range, a released handle, invalid keyframes, or a displacement of more than 10^15
     /// cells.
     pub fn set_keys(&mut self, index: usize, keys: &[Key]) -> Result<(), ConstraintError> {
+        self.wake();
         let limit = self.coordinate_limit();
         let constraints = self.constraints_mut(index)?;
         let motion = Motion::new(keys.to_vec())?;
@@ -174,6 +117,7 @@ impl Body {
     ) -> Result<(), Error> {
         let constraint = Constraint::new(self.select(selection)?, window, keys)?;
         constraint.check_limit(self.coordinate_limit()).map_err(ConstraintError::from)?;
+        self.wake();
         let vertices = self.lattice.len();
         self.constraints.get_or_insert_with(|| Constraints::new(vertices, Vec::new())).add(constraint);
         Ok(())

@@ -1,8 +1,10 @@
 //! Saves and restores the state of a body.
 
+use super::builder::extent;
 use super::{Body, Surface};
-use crate::dynamics::{Constraints, Forces, Material, RegionDamping, RegionSize, Stiffness};
+use crate::dynamics::{Constraints, Forces, Material};
 use crate::error::Error;
+use crate::range::in_range;
 use crate::state::State;
 use crate::volume::{Correction, VolumeOptions};
 
@@ -13,9 +15,10 @@ use crate::volume::{Correction, VolumeOptions};
 pub struct BodySnapshot {
     state: State,
     constraints: Option<Constraints>,
-    region_size: RegionSize,
-    stiffness: Stiffness,
-    region_damping: RegionDamping,
+    material: Material,
+    /// Young's modulus that was fixed when the body joined a simulation.
+    youngs_modulus: Option<f64>,
+    half_width: usize,
     volume: VolumeOptions,
     forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.
@@ -81,9 +84,9 @@ impl Body {
         BodySnapshot {
             state: self.state.clone(),
             constraints: self.constraints.clone(),
-            region_size: self.material.region_size,
-            stiffness: self.material.stiffness,
-            region_damping: self.material.region_damping,
+            material: self.material,
+            youngs_modulus: self.youngs_modulus,
+            half_width: self.half_width(),
             volume: self.volume,
             forces: self.forces.clone(),
             displacements: self
@@ -105,9 +108,11 @@ impl Body {
 
     /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).
     pub(crate) fn apply_snapshot(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        self.set_region_size(snapshot.region_size)?;
-        self.set_stiffness(snapshot.stiffness)?;
-        self.set_region_damping(snapshot.region_damping)?;
+        self.material = snapshot.material;
+        self.youngs_modulus = snapshot.youngs_modulus;
+        self.set_half_width(snapshot.half_width);
+        self.set_region_damping(snapshot.material.region_damping)?;
+        self.update_elastic_damping();
         if snapshot.volume != self.volume {
             self.set_volume(snapshot.volume)?;
         }
@@ -145,8 +150,13 @@ impl Body {
 
     /// Checks that the settings of a snapshot are valid for this body.
     fn check_settings(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
-        let &BodySnapshot { region_size, stiffness, region_damping, volume, .. } = snapshot;
-        Material { region_size, stiffness, region_damping, ..self.material }.validate()?;
+        let &BodySnapshot { material, youngs_modulus, half_width, volume, .. } = snapshot;
+        material.validate()?;
+        if let Some(modulus) = youngs_modulus {
+            in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
+        }
+        let (cells, limit) = (half_width as f64, extent(&self.lattice).max(1));
+        in_range("half_width", cells, (1..=limit).contains(&half_width), "at least 1 and at most the extent")?;
         if volume != self.volume {
             Correction::new(&self.lattice, self.surface.as_ref().map(Surface::volume_surface), &volume)?;
         }

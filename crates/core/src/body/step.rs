@@ -9,6 +9,7 @@
 //! | g | goal position of the vertex |
 //! | c, R | center of mass of a region, and the rotation of the region from the rest pose |
 //! | x̄, P, L | center of mass, linear momentum and angular momentum of a connected component |
+//! | r, c | reference motion of a component (`dynamics::elastic_damping`), and decay rate of its modes |
 //! | J | impulse of a contact on a vertex |
 //! | alpha, d | stiffness and region damping per step |
 //! | superscript 0 | value in the rest pose, such as x⁰ |
@@ -35,6 +36,8 @@ pub(crate) struct StepContext<'a> {
     /// Whether this is the first step of a frame.
     pub(crate) is_frame_start: bool,
     pub(crate) colliders: &'a Colliders,
+    /// Whether bodies at rest fall asleep.
+    pub(crate) sleep: bool,
 }
 
 /// A stage of a step.
@@ -44,6 +47,7 @@ pub(super) enum Stage {
     Forces,
     Momentum,
     RegionDamping,
+    ElasticDamping,
     BeginContacts,
     Matching,
     Integration,
@@ -53,11 +57,12 @@ pub(super) enum Stage {
 
 /// The stages in execution order. [`Body::step`] runs this list. The plan prints the list with the memory of
 /// each stage, followed by the two stages that evaluate the displayed surface.
-pub(super) const STEP: [Stage; 9] = [
+pub(super) const STEP: [Stage; 10] = [
     Stage::BeginConstraints,
     Stage::Forces,
     Stage::Momentum,
     Stage::RegionDamping,
+    Stage::ElasticDamping,
     Stage::BeginContacts,
     Stage::Matching,
     Stage::Integration,
@@ -66,14 +71,19 @@ pub(super) const STEP: [Stage; 9] = [
 ];
 
 impl Body {
-    /// Advances the body by one step: runs the existing stages of the body in the order of [`STEP`].
+    /// Advances the body by one step: runs the existing stages of the body in the order of [`STEP`], unless it sleeps.
     pub(crate) fn step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
+        self.complete_elasticity(context.gravity.norm(), context.interval.dt);
+        if self.sleeps(context) {
+            return;
+        }
         for stage in STEP {
             if self.has(stage) {
                 self.run(stage, context, executor);
             }
         }
+        self.track_rest(context);
     }
 
     /// Returns whether a stage of the body exists. A missing stage takes no time and no memory.
@@ -82,6 +92,7 @@ impl Body {
             Stage::BeginConstraints | Stage::Constraints => self.constraints.is_some(),
             Stage::Forces => self.forces.is_some(),
             Stage::RegionDamping => self.region_damping.is_some(),
+            Stage::ElasticDamping => self.elastic_damping.is_some(),
             Stage::BeginContacts | Stage::Contacts => self.contacts.is_some(),
             Stage::Momentum | Stage::Matching | Stage::Integration => true,
         }
@@ -100,12 +111,15 @@ impl Body {
             Stage::Momentum => self.track_momentum(executor),
             // dynamics::damping: v += d (v̄ - v).
             Stage::RegionDamping => self.damp(context, executor),
+            // dynamics::elastic_damping: reads the motion of constrained vertices, for the reference motion r.
+            Stage::ElasticDamping => self.begin_elastic_damping(),
             // contact: stores v as the velocity before the impacts of this step.
             Stage::BeginContacts => self.begin_contacts(),
             // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions
             // that contain the vertex. dynamics::integration: v += alpha (g - x)/h + h a.
             Stage::Matching => self.match_shapes(context, executor),
-            // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
+            // dynamics::integration: x += h v, after v is damped, r + exp(-2 c h) (v - r), and corrected such that
+            // the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
             // contact: v += J/m and x += h J/m where surface samples touch a collider. Samples that are then
             // still inside a collider are pushed out by a change of x alone.
@@ -209,7 +223,14 @@ impl Body {
             matching.fit(workspace, executor, positions_rotations, None, Purpose::Regions);
         }
         let fraction = material.region_damping_fraction(context.interval.dt);
-        region_damping.apply(matching, workspace, executor, state, fraction as f32);
+        let rotations_velocities = (&state.rotations, &mut state.velocities);
+        region_damping.apply(matching, workspace, executor, rotations_velocities, fraction as f32);
+    }
+
+    /// Reads the motion of the constrained vertices before the step.
+    fn begin_elastic_damping(&mut self) {
+        let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else { return };
+        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum);
     }
 
     /// Stores the velocities before the impacts of this step.
@@ -229,8 +250,9 @@ impl Body {
     /// the region is nearly not unique.
     fn match_shapes(&mut self, context: &StepContext, executor: &Executor) {
         let is_free = self.is_free();
-        let Self { matching, workspace, momentum, energy, material, lattice, state, .. } = self;
         let dt = context.interval.dt;
+        let alpha = self.alpha(dt);
+        let Self { matching, workspace, momentum, energy, elastic_damping, lattice, state, .. } = self;
         let mut velocity_change = context.gravity * (dt / lattice.cell_size());
         if is_free {
             state.frame.advance_origin(velocity_change, dt);
@@ -253,8 +275,9 @@ impl Body {
             &*limiter
         });
 
-        let stiffness_rate = material.alpha(dt) / dt;
-        let (weights, sums_momenta) = (&matching.regions.weights, momentum.any_free());
+        let stiffness_rate = alpha / dt;
+        let sums_momenta = momentum.any_free() || elastic_damping.is_some();
+        let weights = &matching.regions.weights;
         let (components, sums) = momentum.begin_sums();
         let update = Accelerate {
             weights,
@@ -273,13 +296,21 @@ impl Body {
         momentum.add_impulse(&mut state.momenta, velocity_change);
     }
 
-    /// Corrects the velocities such that the momenta of free components are the tracked ones, then advances
-    /// the positions: x += h v.
+    /// Damps the velocities, and corrects them such that the momenta of free components are the tracked ones. Then
+    /// advances the positions: x += h v.
     fn integrate(&mut self, context: &StepContext, executor: &Executor) {
-        let Self { matching, momentum, state, .. } = self;
-        let (components, corrections) = momentum.corrections(&state.momenta);
+        let dt = context.interval.dt;
+        let decay_rate = self.elastic_damping.as_ref().map(|_| self.decay_rate(dt, executor));
+        let Self { matching, momentum, elastic_damping, state, .. } = self;
+        let keep = decay_rate.map_or(1.0, |rate| (-2.0 * rate * dt).exp());
+        let (components, corrections) = match elastic_damping {
+            Some(damping) => momentum.damped_corrections(&state.momenta, keep, |component, rigid, motion| {
+                damping.reference((component, rigid), motion, &state.supports)
+            }),
+            None => momentum.corrections(&state.momenta),
+        };
         let occupied = matching.layout.occupied();
-        let advance = Advance { occupied, components, corrections, dt: context.interval.dt };
+        let advance = Advance { keep: keep as f32, occupied, components, corrections, dt };
         advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
@@ -298,6 +329,12 @@ impl Body {
         );
         for vertex in contacts.touched() {
             state.invalidate_momentum(lattice, vertex);
+        }
+        if self.elastic_damping.is_some() || context.sleep {
+            state.set_supports(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(|pressure| {
+                let component = lattice.components().of_vertex[pressure.vertex as usize];
+                pressure.support_of(component)
+            }));
         }
     }
 

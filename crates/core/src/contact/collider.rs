@@ -176,6 +176,26 @@ impl Colliders {
         })
     }
 
+    /// Returns whether any collider may move.
+    pub(crate) fn any_moves(&self) -> bool {
+        self.0.iter().any(|collider| collider.motion.is_some())
+    }
+
+    /// Returns whether a collider that moves during a step comes within `distance` of a point in the frame of a body,
+    /// in cells.
+    pub(crate) fn moves_near(
+        &self,
+        step: Interval,
+        frame: BodyFrame,
+        point: &Point3<f64>,
+        distance: f64,
+    ) -> bool {
+        self.during(step, frame).any(|PosedCollider { shape_before, shape, .. }| {
+            shape != shape_before
+                && [shape_before, shape].iter().any(|shape| shape.signed_distance(point).distance <= distance)
+        })
+    }
+
     /// Returns each collider during one step, in the frame of a body.
     pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider> {
         self.0.iter().map(move |ValidCollider { collider, motion }| {

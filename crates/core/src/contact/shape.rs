@@ -101,7 +101,7 @@ impl Shape {
 }
 
 /// Shape at one time in the local frame of a body, with lengths in cells.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PosedShape {
     Plane { point: Point3<f64>, normal: Vector3<f64> },
     Sphere { center: Point3<f64>, radius: f64 },

@@ -183,6 +183,14 @@ impl Solver {
         })
     }
 
+    /// Returns, for each contact, its normal impulse and the row of one of its vertices.
+    pub(super) fn normal_impulses(&self) -> impl Iterator<Item = (f32, u32)> {
+        self.constraints.iter().map(|constraint| {
+            let vertex = self.links[constraint.links.start].vertex;
+            (constraint.normal_impulse, self.rows.list()[vertex as usize])
+        })
+    }
+
     /// Computes the response of each constraint: the velocity change of its contact point if every constraint
     /// had a unit impulse in the same direction.
     fn find_responses(&mut self) {

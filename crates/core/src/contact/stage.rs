@@ -14,7 +14,7 @@ use super::samples::SampleCells;
 use super::solver::{Solver, Tolerance};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::simd::lanes::Lanes;
-use crate::state::{BodyState, Interval};
+use crate::state::{BodyState, Interval, Support};
 
 /// Least speed of approach that bounces, divided by the speed that one step of free fall adds. A body with
 /// slower impacts comes to rest.
@@ -37,6 +37,31 @@ const PUSH_ROUNDS: usize = 4;
 /// Tolerance for a push-out round. The solved quantities are displacements in cells.
 const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
 
+/// A contact of the last step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pressure {
+    /// Index of the collider.
+    pub(crate) collider: u32,
+    /// One of the lattice vertices of the contact.
+    pub(crate) vertex: u32,
+    /// Normal impulse, 0 if the contact does not press on the body.
+    pub(crate) impulse: f64,
+    /// Contact point, in cells from the body's origin.
+    pub(crate) point: Vector3<f64>,
+    /// Normal of the collider, a unit vector.
+    pub(crate) normal: Vector3<f64>,
+    /// Speed of the surface of the collider along the normal, in cells/s.
+    pub(crate) speed: f64,
+}
+
+impl Pressure {
+    /// Returns the contact as a support of a component.
+    pub(crate) fn support_of(&self, component: u32) -> Support {
+        let Self { collider, impulse, point, normal, speed, .. } = *self;
+        Support { component, collider, impulse, point: point.into(), normal: normal.into(), speed }
+    }
+}
+
 /// Contact stage of one body. Its buffers are reused, and grow if more contacts than before occur at once.
 #[derive(Clone, Debug)]
 pub struct Contacts {
@@ -47,6 +72,8 @@ pub struct Contacts {
     velocities: Vec<Vec4>,
     detection: Detection,
     solver: Solver,
+    /// The contacts of the last step.
+    pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
     touched: Vec<u32>,
     /// Contact displacement of the vertex of each row since `clear_displacements`, in cells; see
@@ -63,6 +90,7 @@ impl Contacts {
             velocities: vec![Vec4::zeros(); rows],
             detection: Detection::new(rows),
             solver: Solver::new(rows),
+            pressures: Vec::new(),
             touched: Vec::new(),
             displacements: vec![[0.0; 3]; rows],
             samples,
@@ -77,7 +105,8 @@ impl Contacts {
     /// Returns the memory of the samples and the buffers in bytes.
     pub fn bytes(&self) -> usize {
         let velocities = buffer_bytes(&self.velocities_before) + buffer_bytes(&self.velocities);
-        let scratch = velocities + self.detection.bytes() + self.solver.bytes();
+        let scratch =
+            velocities + self.detection.bytes() + self.solver.bytes() + buffer_bytes(&self.pressures);
         self.samples.bytes() + scratch + buffer_bytes(&self.touched) + buffer_bytes(&self.displacements)
     }
 
@@ -99,13 +128,14 @@ impl Contacts {
         step: Interval,
         gravity: [f64; 3],
     ) -> ContactReport {
-        let Self { samples, velocities_before, velocities, detection, solver, touched, .. } = self;
+        let Self { samples, velocities_before, velocities, detection, solver, pressures, touched, .. } = self;
+        pressures.clear();
         touched.clear();
         solver.clear();
         detection.read(state.positions, &samples.slots);
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         let mut report = ContactReport::default();
-        for collider in colliders.during(step, state.frame) {
+        for (index, collider) in colliders.during(step, state.frame).enumerate() {
             let untouched = report.contacts == 0;
             detection.find(&collider.shape, samples, SKIN, &mut report);
             if untouched && report.contacts > 0 {
@@ -118,11 +148,24 @@ impl Contacts {
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
                 let contact = point.contact(&collider, patch.deepest, step.dt, min_bounce);
+                let (normal, position) = (wide(&contact.normal), point.position);
+                pressures.push(Pressure {
+                    collider: index as u32,
+                    vertex: 0,
+                    impulse: 0.0,
+                    point: position.coords,
+                    normal,
+                    speed: normal.dot(&collider.velocity_at(&position)),
+                });
                 solver.add(contact, patch.vertices(), &samples.mobilities);
             }
         }
         if report.contacts > 0 {
             solver.solve(IMPACT);
+            for (pressure, (impulse, row)) in pressures.iter_mut().zip(solver.normal_impulses()) {
+                pressure.impulse = f64::from(impulse);
+                pressure.vertex = samples.vertices[row as usize];
+            }
             if self.apply_impulses(state, step.dt) > ALLOWED_DEPTH {
                 self.push_out(state, colliders, step);
             }
@@ -188,6 +231,11 @@ impl Contacts {
                 break;
             }
         }
+    }
+
+    /// Returns the contacts of the last step, by collider.
+    pub(crate) fn pressures(&self) -> &[Pressure] {
+        &self.pressures
     }
 
     /// Returns the lattice vertices that the contacts of the last step may have moved, in increasing order.

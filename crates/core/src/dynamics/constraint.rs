@@ -141,14 +141,25 @@ impl Constraint {
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
     }
 
-    /// Begins a step: captures positions if the constraint becomes active for the first time. Returns whether
-    /// the constraint becomes active or inactive.
+    /// Returns whether the constraint does not move, begin or end in a step, and was not released.
+    pub(super) fn is_static(&self, step: Interval) -> bool {
+        let moves = || self.pose(step.start) != self.pose(step.end);
+        !self.is_released() && self.acts_in(step) == self.active && !(self.active && moves())
+    }
+
+    /// Returns whether the constraint is active in a step.
     ///
     /// The window is widened by 1e-6 step lengths at each end, so that rounding of the step times does not
     /// exclude a step.
-    pub(super) fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
+    fn acts_in(&self, step: Interval) -> bool {
         let slack = 1e-6 * step.dt;
-        let active = step.start >= self.window.start - slack && step.end <= self.window.end + slack;
+        step.start >= self.window.start - slack && step.end <= self.window.end + slack
+    }
+
+    /// Begins a step: captures positions if the constraint becomes active for the first time. Returns whether
+    /// the constraint becomes active or inactive.
+    pub(super) fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
+        let active = self.acts_in(step);
         if active && self.capture.is_none() {
             self.capture = Some(Capture::new(&self.vertices, state, slots));
         }

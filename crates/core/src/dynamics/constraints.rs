@@ -108,6 +108,11 @@ impl Constraints {
         &self.constraints
     }
 
+    /// Returns whether no constraint moves, begins, ends or is removed in a step.
+    pub(crate) fn is_static(&self, step: Interval) -> bool {
+        self.constraints.iter().all(|constraint| constraint.is_static(step))
+    }
+
     /// Begins a step, before positions change. Constraints that become active for the first time capture the
     /// positions of their vertices. Released constraints are removed. Returns whether any constraint becomes
     /// active or inactive; [`constrained`](Self::constrained) is then updated, and stays valid until the next

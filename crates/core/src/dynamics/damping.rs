@@ -14,7 +14,6 @@ use crate::matching::{
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
 use crate::simd::vector::{cross, dot};
-use crate::state::State;
 
 /// The region-damping stage.
 #[derive(Clone, Debug)]
@@ -36,17 +35,16 @@ impl RegionDamper {
 
     /// Moves the velocities v towards the mean rigid velocities of the regions: v += `fraction` (v̄ - v).
     ///
-    /// `fraction` is in (0, 1]. Uses the rotations of the last fit of shape matching.
+    /// `fraction` is in (0, 1]. `rotations` are those of the last fit of shape matching.
     pub(crate) fn apply(
         &self,
         matching: &Matching,
         workspace: &mut Workspace,
         executor: &Executor,
-        state: &mut State,
+        (rotations, velocities): (&Lanes<4>, &mut Lanes<3>),
         fraction: f32,
     ) {
         let Matching { layout, regions, cascade } = matching;
-        let State { rotations, velocities, .. } = state;
         let Regions { constants, weights, .. } = regions;
         let field = Weighted { weights: weights.blocks(), vectors: velocities.blocks() };
         let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };

@@ -27,6 +27,11 @@ impl Forces {
         sum_duplicates(&mut self.next);
     }
 
+    /// Returns whether there are forces on vertices in the next step.
+    pub(crate) fn acts_in_next_step(&self) -> bool {
+        !self.next.is_empty()
+    }
+
     /// Applies the forces f of the next step: v += h f/m, with the step length h and the `mass` m of a
     /// vertex. Invalidates the momenta of the connected components with such a vertex. `slots` has the slot
     /// of each lattice vertex: its index in the storage order.

@@ -64,9 +64,11 @@ impl VertexUpdate for Accelerate<'_> {
     }
 }
 
-/// The update x += h v, after the momentum correction: a rigid velocity of the connected component is added
-/// to v.
+/// The update x += h v, after damping and the momentum correction: v becomes `keep` v plus a rigid velocity of the
+/// connected component.
 pub(crate) struct Advance<'a> {
+    /// Fraction of the velocities that damping keeps, in [0, 1]; 1 without damping.
+    pub(crate) keep: f32,
     /// For each block, the bit mask of the lanes with a vertex.
     pub(crate) occupied: &'a [u8],
     pub(crate) components: &'a Components,
@@ -90,45 +92,72 @@ impl Advance<'_> {
         executor.chunks3(arrays, |first, positions, compensation, velocities| {
             dispatch!(level(), simd => {
                 for (at, ((x, low), v)) in positions.iter_mut().zip(compensation).zip(velocities).enumerate() {
-                    self.correct(simd, first + at, x, v);
+                    let occupied = self.occupied[first + at];
+                    let rigid = (self.components, self.corrections);
+                    correct(simd, self.keep, (first + at, occupied), rigid, x, v);
                     advance(simd, self.dt, x, low, v);
                 }
             });
         });
     }
+}
 
-    /// Adds to the velocity of each vertex of a block the rigid velocity of the component of this vertex.
-    #[inline(always)]
-    fn correct<S: Simd>(&self, simd: S, block: usize, positions: &Block<3>, velocities: &mut Block<3>) {
-        let zero = f32x8::splat(simd, 0.0);
-        let occupied = mask32x8::from_bitmask(simd, u64::from(self.occupied[block]));
-        let (linear, omega): ([f32x8<S>; 3], [f32x8<S>; 3]) = match self.components {
-            Components::One => {
-                let RigidVelocity { linear: [u, v, w], angular: [p, q, r] } = self.corrections[0];
-                let all = |value| f32x8::splat(simd, value);
-                ([all(u), all(v), all(w)], [all(p), all(q), all(r)])
-            }
-            components @ Components::Several(_) => {
-                let (mut linear, mut angular) = ([Row::ZERO; 3], [Row::ZERO; 3]);
-                for lane in 0..LANES {
-                    let rigid = &self.corrections[components.of_slot((block * LANES + lane) as u32)];
-                    for c in 0..3 {
-                        linear[c][lane] = rigid.linear[c];
-                        angular[c][lane] = rigid.angular[c];
-                    }
-                }
-                (load(simd, &linear), load(simd, &angular))
-            }
-        };
-        let x: [f32x8<S>; 3] = load(simd, positions);
-        let mut v: [f32x8<S>; 3] = load(simd, velocities);
-        for c in 0..3 {
-            let (next, last) = ((c + 1) % 3, (c + 2) % 3);
-            let rotational = omega[next] * x[last] - omega[last] * x[next];
-            v[c] += occupied.select(linear[c] + rotational, zero);
+/// Adds to the field `velocities` the rigid velocity of the component of each vertex. `occupied` has, for each block,
+/// the bit mask of the lanes with a vertex.
+pub(crate) fn add_rigid(
+    components: &Components,
+    rigid: &[RigidVelocity],
+    occupied: &[u8],
+    positions: &Lanes<3>,
+    velocities: &mut Lanes<3>,
+) {
+    let blocks = positions.blocks().iter().zip(velocities.blocks_mut()).zip(occupied).enumerate();
+    dispatch!(level(), simd => {
+        for (block, ((x, v), &occupied)) in blocks {
+            correct(simd, 1.0, (block, occupied), (components, rigid), x, v);
         }
-        store(v, velocities);
+    });
+}
+
+/// Multiplies the velocities of a block by `keep`, and adds the rigid velocity of the component of each vertex.
+/// `occupied` is the bit mask of the lanes with a vertex.
+#[inline(always)]
+fn correct<S: Simd>(
+    simd: S,
+    keep: f32,
+    (block, occupied): (usize, u8),
+    (components, rigid): (&Components, &[RigidVelocity]),
+    positions: &Block<3>,
+    velocities: &mut Block<3>,
+) {
+    let zero = f32x8::splat(simd, 0.0);
+    let occupied = mask32x8::from_bitmask(simd, u64::from(occupied));
+    let (linear, omega): ([f32x8<S>; 3], [f32x8<S>; 3]) = match components {
+        Components::One => {
+            let RigidVelocity { linear: [u, v, w], angular: [p, q, r] } = rigid[0];
+            let all = |value| f32x8::splat(simd, value);
+            ([all(u), all(v), all(w)], [all(p), all(q), all(r)])
+        }
+        components @ Components::Several(_) => {
+            let (mut linear, mut angular) = ([Row::ZERO; 3], [Row::ZERO; 3]);
+            for lane in 0..LANES {
+                let rigid = &rigid[components.of_slot((block * LANES + lane) as u32)];
+                for c in 0..3 {
+                    linear[c][lane] = rigid.linear[c];
+                    angular[c][lane] = rigid.angular[c];
+                }
+            }
+            (load(simd, &linear), load(simd, &angular))
+        }
+    };
+    let x: [f32x8<S>; 3] = load(simd, positions);
+    let mut v: [f32x8<S>; 3] = load(simd, velocities);
+    for c in 0..3 {
+        let (next, last) = ((c + 1) % 3, (c + 2) % 3);
+        let rotational = omega[next] * x[last] - omega[last] * x[next];
+        v[c] = v[c].mul_add(keep, occupied.select(linear[c] + rotational, zero));
     }
+    store(v, velocities);
 }
 
 /// Computes x += dt v for a block, with compensated summation. dt is represented as the sum of two f32

@@ -1,5 +1,4 @@
-//! Defines the material of a body. Its parameters are per step, or in physical units that do not depend on
-//! the time step.
+//! Defines the material of a body.
 
 use crate::range::{RangeError, in_range};
 use crate::state::sin_cos_degrees;
@@ -37,13 +36,89 @@ pub enum RegionDamping {
     Rate(f64),
 }
 
+/// A named material, for bodies of any size under any gravity.
+///
+/// Young's modulus is E = k ρ L max(g, 8 L/s²): a body of the density ρ and the size L keeps its shape under the
+/// gravity g. L is the cube root of the volume of the mesh, or of its bounding box if the mesh is open; of a bare
+/// lattice it is the cube root of the volume of its cells. 8 L/s² is the gravity under which the body falls its own
+/// size in half a second; it counts where there is little or no gravity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Preset {
+    /// k = 20, damping ratio 0.1.
+    Jelly,
+    /// k = 80, damping ratio 0.3.
+    Flesh,
+    /// k = 300, damping ratio 0.2. The default.
+    #[default]
+    Rubber,
+    /// k = 1500, damping ratio 0.2.
+    Firm,
+}
+
+impl Preset {
+    /// All presets with their names.
+    pub const NAMED: [(&'static str, Self); 4] =
+        [("jelly", Self::Jelly), ("flesh", Self::Flesh), ("rubber", Self::Rubber), ("firm", Self::Firm)];
+
+    /// Returns the name.
+    pub fn name(self) -> &'static str {
+        Self::NAMED[self as usize].0
+    }
+
+    /// Returns k = E / (ρ L max(g, 8 L/s²)).
+    pub fn relative_modulus(self) -> f64 {
+        [20.0, 80.0, 300.0, 1500.0][self as usize]
+    }
+
+    /// Returns the damping ratio.
+    pub fn damping_ratio(self) -> f64 {
+        [0.1, 0.3, 0.2, 0.2][self as usize]
+    }
+
+    /// Computes Young's modulus E of a body. `density` is ρ, `size` is L, and `gravity` is g.
+    pub(crate) fn youngs_modulus(self, density: f64, size: f64, gravity: f64) -> f64 {
+        self.relative_modulus() * density * size * gravity.max(8.0 * size)
+    }
+}
+
+/// The elasticity of a body: how strongly it resists deformation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Elasticity {
+    /// A named material.
+    Preset(Preset),
+    /// Young's modulus E, > 0: force per area in scene units (Pa if these are m, kg and s). Poisson's ratio is 0.
+    YoungsModulus(f64),
+    /// The parameters of Rivers & James 2007. The elasticity then depends on the lattice and the step length.
+    Regions {
+        /// Size of the regions; default 2 cells.
+        size: RegionSize,
+        /// Stiffness; default alpha = 1 per step.
+        stiffness: Stiffness,
+    },
+}
+
+/// Damping of the elastic modes of a body. Flight, spin, sliding and swinging about a pinned vertex are undamped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Damping {
+    /// Damping ratio of the lowest elastic mode of the free body, in [0, 1]; 0 disables the stage. At 1 this mode
+    /// does not oscillate.
+    Ratio(f64),
+    /// Rate c in 1/s, >= 0, at which the amplitude of every elastic mode of an angular frequency above c decays: as
+    /// exp(-c t). Slower modes do not oscillate. 0 disables the stage.
+    Rate(f64),
+}
+
 /// Material of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
-    /// Size of the regions; default 2 cells.
-    pub region_size: RegionSize,
-    /// Stiffness; default alpha = 1 per step.
-    pub stiffness: Stiffness,
+    /// Elasticity; default: regions of 2 cells, alpha = 1 per step.
+    pub elasticity: Elasticity,
+    /// Damping; `None`, the default, is the damping ratio of the preset, and without a preset 0.2.
+    pub damping: Option<Damping>,
     /// Region damping; default 0.
     pub region_damping: RegionDamping,
     /// Density: mass per volume in scene units, > 0; default 1000.
@@ -53,10 +128,74 @@ pub struct Material {
 impl Default for Material {
     fn default() -> Self {
         Self {
-            region_size: RegionSize::Cells(2),
-            stiffness: Stiffness::PerStep(1.0),
+            elasticity: Elasticity::Regions { size: RegionSize::Cells(2), stiffness: Stiffness::PerStep(1.0) },
+            damping: Some(Damping::Rate(0.0)),
             region_damping: RegionDamping::PerStep(0.0),
             density: 1000.0,
+        }
+    }
+}
+
+impl Elasticity {
+    /// The default parameters of Rivers & James 2007: regions of half-width 2, and alpha = 1 per step.
+    pub const REGIONS: Self =
+        Self::Regions { size: RegionSize::Cells(2), stiffness: Stiffness::PerStep(1.0) };
+
+    /// Returns this elasticity with another size of the regions. Without regions, the stiffness is alpha = 1.
+    #[must_use]
+    pub fn with_region_size(self, size: RegionSize) -> Self {
+        match self {
+            Self::Regions { stiffness, .. } => Self::Regions { size, stiffness },
+            _ => Self::Regions { size, stiffness: Stiffness::PerStep(1.0) },
+        }
+    }
+
+    /// Returns this elasticity with another stiffness. Without regions, the half-width is 2 cells.
+    #[must_use]
+    pub fn with_stiffness(self, stiffness: Stiffness) -> Self {
+        match self {
+            Self::Regions { size, .. } => Self::Regions { size, stiffness },
+            _ => Self::Regions { size: RegionSize::Cells(2), stiffness },
+        }
+    }
+
+    /// Checks the ranges of all values.
+    fn validate(self) -> Result<(), RangeError> {
+        match self {
+            Self::Preset(_) => Ok(()),
+            Self::YoungsModulus(modulus) => {
+                in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0").map(drop)
+            }
+            Self::Regions { size, stiffness } => {
+                match size {
+                    RegionSize::Cells(w) => {
+                        in_range("half_width", w as f64, w >= 1, "a whole number of cells, at least 1")
+                    }
+                    RegionSize::Radius(r) => in_range("stiffness_radius", r, r > 0.0, "a length > 0"),
+                }?;
+                match stiffness {
+                    Stiffness::PerStep(a) => in_range("stiffness", a, a > 0.0 && a <= 1.0, "in (0, 1]"),
+                    Stiffness::Frequency(f) => in_range("frequency", f, f > 0.0, "a frequency in Hz, > 0"),
+                }
+                .map(drop)
+            }
+        }
+    }
+}
+
+impl Stiffness {
+    /// Computes alpha, the fraction of the distance to the goal position that a vertex covers in one step of
+    /// `dt` seconds.
+    pub fn alpha(self, dt: f64) -> f64 {
+        match self {
+            Self::PerStep(alpha) => alpha,
+            Self::Frequency(frequency) => {
+                // alpha = 2 (1 - cos 2x) is computed as 4 sin² x, which does not cancel at low frequencies.
+                // alpha is 1 for every f dt >= 1/6. So f dt is capped at 1/2, above which the sine would
+                // decrease.
+                let (sine, _) = sin_cos_degrees(180.0 * (frequency * dt).min(0.5));
+                (4.0 * sine * sine).min(1.0)
+            }
         }
     }
 }
@@ -68,15 +207,10 @@ impl Material {
     ///
     /// If a value is out of its range.
     pub fn validate(&self) -> Result<(), RangeError> {
-        match self.region_size {
-            RegionSize::Cells(w) => {
-                in_range("half_width", w as f64, w >= 1, "a whole number of cells, at least 1")
-            }
-            RegionSize::Radius(r) => in_range("stiffness_radius", r, r > 0.0, "a length > 0"),
-        }?;
-        match self.stiffness {
-            Stiffness::PerStep(a) => in_range("stiffness", a, a > 0.0 && a <= 1.0, "in (0, 1]"),
-            Stiffness::Frequency(f) => in_range("frequency", f, f > 0.0, "a frequency in Hz, > 0"),
+        self.elasticity.validate()?;
+        match self.damping() {
+            Damping::Ratio(d) => in_range("damping_ratio", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
+            Damping::Rate(r) => in_range("damping_rate", r, r >= 0.0, "a rate in 1/s, >= 0"),
         }?;
         match self.region_damping {
             RegionDamping::PerStep(d) => in_range("region_damping", d, (0.0..=1.0).contains(&d), "in [0, 1]"),
@@ -85,32 +219,20 @@ impl Material {
         in_range("density", self.density, self.density > 0.0, "> 0").map(drop)
     }
 
-    /// Returns the half-width of the regions in cells, clamped to the range from 1 to `extent`, the extent of
-    /// the lattice in cells. `cell_size` is in scene units.
-    pub(crate) fn half_width(&self, cell_size: f64, extent: usize) -> usize {
-        let cells = match self.region_size {
-            RegionSize::Cells(cells) => cells,
-            RegionSize::Radius(radius) => (radius / cell_size).round() as usize,
-        };
-        cells.clamp(1, extent.max(1))
+    /// Returns the damping, with the default of the material if none is set.
+    pub fn damping(&self) -> Damping {
+        self.damping.unwrap_or(match self.elasticity {
+            Elasticity::Preset(preset) => Damping::Ratio(preset.damping_ratio()),
+            _ => Damping::Ratio(Preset::Rubber.damping_ratio()),
+        })
     }
 
-    /// Computes alpha, the fraction of the distance to the goal position that a vertex covers in one step of
-    /// `dt` seconds.
-    pub fn alpha(&self, dt: f64) -> f64 {
-        match self.stiffness {
-            Stiffness::PerStep(alpha) => alpha,
-            Stiffness::Frequency(frequency) => {
-                // alpha = 2 (1 - cos 2x) is computed as 4 sin² x, which does not cancel at low frequencies.
-                // alpha is 1 for every f dt >= 1/6. So f dt is capped at 1/2, above which the sine would
-                // decrease.
-                let (sine, _) = sin_cos_degrees(180.0 * (frequency * dt).min(0.5));
-                (4.0 * sine * sine).min(1.0)
-            }
-        }
+    /// Returns whether the elastic modes are damped.
+    pub(crate) fn is_damped(&self) -> bool {
+        !matches!(self.damping(), Damping::Ratio(0.0) | Damping::Rate(0.0))
     }
 
-    /// Computes the fraction of the non-rigid velocity within regions that damping removes in one step of
+    /// Computes the fraction of the non-rigid velocity within regions that region damping removes in one step of
     /// `dt` seconds.
     pub fn region_damping_fraction(&self, dt: f64) -> f64 {
         match self.region_damping {
@@ -120,7 +242,7 @@ impl Material {
     }
 
     /// Returns whether region damping is enabled.
-    pub(crate) fn is_damped(&self) -> bool {
+    pub(crate) fn has_region_damping(&self) -> bool {
         !matches!(self.region_damping, RegionDamping::PerStep(0.0) | RegionDamping::Rate(0.0))
     }
 }

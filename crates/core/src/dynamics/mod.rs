@@ -9,6 +9,9 @@
 //! | `constraints` | all pins and handles of a body |
 //! | `forces` | external forces, applied for one step |
 //! | `momentum` | the momentum tracker, which keeps the momenta of connected components in f64 |
+//! | `elastic_law` | Young's modulus from the parameters of the regions, and back |
+//! | `lowest_mode` | the frequency of the lowest elastic mode of a free body |
+//! | `elastic_damping` | damping of the elastic modes |
 //! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
 //! | `integration` | acceleration towards the goal positions and advance of the positions |
 //! | `energy` | the energy limiter of bodies without constraints and contacts |
@@ -16,9 +19,12 @@
 mod constraint;
 mod constraints;
 mod damping;
+mod elastic_damping;
+mod elastic_law;
 mod energy;
 mod forces;
 mod integration;
+mod lowest_mode;
 mod material;
 mod momentum;
 mod motion;
@@ -27,10 +33,13 @@ mod selection;
 pub use constraint::{Constraint, ConstraintError, Handle, Pin, TimeWindow};
 pub use constraints::Constraints;
 pub(crate) use damping::RegionDamper;
+pub(crate) use elastic_damping::ElasticDamper;
+pub(crate) use elastic_law::ElasticLaw;
 pub(crate) use energy::EnergyLimiter;
 pub(crate) use forces::Forces;
 pub(crate) use integration::{Accelerate, Advance};
-pub use material::{Material, RegionDamping, RegionSize, Stiffness};
+pub(crate) use lowest_mode::lowest_eigenvalue;
+pub use material::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
 pub(crate) use momentum::MomentumTracker;
 pub use motion::{Key, Motion, MotionError, Pose};
 pub(crate) use selection::direction;

@@ -1,5 +1,7 @@
 //! The builder of a simulation.
 
+use nalgebra::Vector3;
+
 use super::{Clock, Simulation};
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
@@ -19,6 +21,7 @@ pub struct SimulationBuilder {
     dt: f64,
     colliders: Vec<Collider>,
     substeps: u64,
+    sleep: bool,
     threads: usize,
 }
 
@@ -30,6 +33,7 @@ impl Default for SimulationBuilder {
             dt: 1.0 / 60.0,
             colliders: Vec::new(),
             substeps: 1,
+            sleep: false,
             threads: 0,
         }
     }
@@ -73,6 +77,13 @@ impl SimulationBuilder {
         self
     }
 
+    /// Sets whether bodies at rest fall asleep: they are then not stepped until something moves them; default true.
+    #[must_use]
+    pub fn sleep(mut self, sleep: bool) -> Self {
+        self.sleep = sleep;
+        self
+    }
+
     /// Sets the number of threads, at most 1024; 0, the default, means one per processor. Without the feature
     /// `rayon` one thread is used.
     #[must_use]
@@ -92,13 +103,18 @@ impl SimulationBuilder {
             return Err(Error::NoBody);
         }
         let mut bodies = self.bodies;
-        bodies.iter_mut().for_each(|body| body.update_contact_stage(&colliders));
+        let gravity = Vector3::from(self.gravity);
+        for body in &mut bodies {
+            body.update_contact_stage(&colliders);
+            body.fix_elasticity(gravity.norm(), self.dt);
+        }
         Ok(Simulation {
             bodies,
-            gravity: self.gravity.into(),
+            gravity,
             clock: Clock::new(self.dt),
             colliders,
             substeps: self.substeps,
+            sleep: self.sleep,
             executor: Executor::new(self.threads),
         })
     }

@@ -28,6 +28,7 @@ pub struct Simulation {
     clock: Clock,
     colliders: Colliders,
     substeps: u64,
+    sleep: bool,
     executor: Executor,
 }
 
@@ -66,6 +67,7 @@ impl Simulation {
             interval: self.clock.interval(),
             is_frame_start: self.clock.steps().is_multiple_of(self.substeps),
             colliders: &self.colliders,
+            sleep: self.sleep,
         };
         executor.for_each_mut(&mut self.bodies, |body| body.step(&context, executor));
         self.clock.tick();
@@ -91,6 +93,7 @@ impl Simulation {
     pub fn set_dt(&mut self, dt: f64) -> Result<(), Error> {
         check_dt(dt)?;
         self.clock.set_dt(dt);
+        self.wake();
         Ok(())
     }
 
@@ -109,6 +112,7 @@ impl Simulation {
     pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         in_range("time", time, true, "finite")?;
         self.clock.set_time(time);
+        self.wake();
         Ok(())
     }
 
@@ -159,6 +163,7 @@ impl Simulation {
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
         self.bodies.iter_mut().for_each(|body| body.update_contact_stage(&self.colliders));
+        self.wake();
         Ok(())
     }
 
@@ -175,7 +180,24 @@ impl Simulation {
     pub fn set_gravity(&mut self, gravity: [f64; 3]) -> Result<(), Error> {
         check_gravity(gravity)?;
         self.gravity = gravity.into();
+        self.wake();
         Ok(())
+    }
+
+    /// Returns whether bodies at rest fall asleep.
+    pub fn sleep(&self) -> bool {
+        self.sleep
+    }
+
+    /// Sets whether bodies at rest fall asleep: they are then not stepped until something moves them. See
+    /// [`Body::is_asleep`].
+    pub fn set_sleep(&mut self, sleep: bool) {
+        self.sleep = sleep;
+    }
+
+    /// Wakes all bodies up.
+    fn wake(&mut self) {
+        self.bodies.iter_mut().for_each(Body::wake);
     }
 
     /// Returns the bodies, in the order in which they were added. To evaluate the displayed surface of a

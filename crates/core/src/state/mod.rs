@@ -47,6 +47,60 @@ pub(crate) struct State {
     /// which Newton's method fails to converge for the rotation of a region. The energy can grow only in such
     /// steps (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
+    /// The contacts that pressed on the body in the last step.
+    pub(crate) supports: Vec<Support>,
+    pub(crate) rest: Rest,
+}
+
+/// How long a body has been at rest, and whether it sleeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Rest {
+    /// Time in seconds for which the body has been at rest.
+    pub(crate) time: f64,
+    /// Whether the body sleeps: it is not stepped.
+    pub(crate) is_asleep: bool,
+}
+
+/// The contacts of one component with one collider that pressed on the body in a step, as one contact at their center
+/// of pressure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Support {
+    /// Index of the connected component.
+    pub(crate) component: u32,
+    /// Index of the collider.
+    pub(crate) collider: u32,
+    /// Sum of the normal impulses.
+    pub(crate) impulse: f64,
+    /// Center of pressure, in cells from the body's origin.
+    pub(crate) point: [f64; 3],
+    /// Mean normal, a unit vector.
+    pub(crate) normal: [f64; 3],
+    /// Mean speed of the surface of the collider along the normals, in cells/s.
+    pub(crate) speed: f64,
+}
+
+impl Support {
+    /// Adds a contact to the sums of impulses, and of points, normals and speeds times the impulses.
+    fn add(&mut self, contact: &Self) {
+        self.impulse += contact.impulse;
+        for c in 0..3 {
+            self.point[c] += contact.impulse * contact.point[c];
+            self.normal[c] += contact.impulse * contact.normal[c];
+        }
+        self.speed += contact.impulse * contact.speed;
+    }
+
+    /// Converts the sums to means.
+    fn normalize(&mut self) {
+        let scale = 1.0 / self.impulse;
+        self.point = self.point.map(|sum| sum * scale);
+        self.speed *= scale;
+        // Normals that cancel each other, all around a ball, have no mean.
+        let normal = Vector3::from(self.normal) * scale;
+        self.normal = normal.try_normalize(1e-3).unwrap_or_default().into();
+    }
 }
 
 /// Eight identity quaternions.
@@ -74,6 +128,8 @@ impl State {
             fitted: true,
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
+            supports: Vec::new(),
+            rest: Rest::default(),
         };
         let quaternion = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
         for (&slot, index) in layout.slots().iter().zip(lattice.indices()) {
@@ -88,9 +144,10 @@ impl State {
     /// momenta have `components` entries.
     pub(crate) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let Self { positions, compensation, velocities, rotations, .. } = self;
+        let supports_match = self.supports.iter().all(|support| (support.component as usize) < components);
         let vectors_match =
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
-        vectors_match && rotations.blocks().len() == blocks && self.momenta.len() == components
+        vectors_match && supports_match && rotations.blocks().len() == blocks && self.momenta.len() == components
     }
 
     /// Returns the memory in bytes.
@@ -152,6 +209,7 @@ impl State {
             self.set_local(slot, self.frame.to_local(point));
         }
         self.fitted = false;
+        self.supports.clear();
         self.momenta.fill(None);
     }
 
@@ -182,6 +240,26 @@ impl State {
         self.momenta.fill(None);
     }
 
+    /// Replaces the supports. `contacts` are single contacts by collider, which are combined to one support of each
+    /// component by each collider.
+    pub(crate) fn set_supports(&mut self, contacts: impl Iterator<Item = Support>) {
+        self.supports.clear();
+        for contact in contacts {
+            let mut of_collider =
+                self.supports.iter_mut().rev().take_while(|support| support.collider == contact.collider);
+            match of_collider.find(|support| support.component == contact.component) {
+                Some(support) => support.add(&contact),
+                None => {
+                    let (component, collider) = (contact.component, contact.collider);
+                    let mut support = Support { component, collider, ..Support::default() };
+                    support.add(&contact);
+                    self.supports.push(support);
+                }
+            }
+        }
+        self.supports.iter_mut().for_each(Support::normalize);
+    }
+
     /// Invalidates the momenta of the connected component that contains a lattice vertex.
     pub(crate) fn invalidate_momentum(&mut self, lattice: &Lattice, vertex: u32) {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;
@@ -206,6 +284,9 @@ impl State {
         self.frame.shift = (Vector3::from(self.frame.shift) + offset).into();
         for &slot in slots {
             self.set_local(slot, self.local(slot) - offset);
+        }
+        for support in &mut self.supports {
+            support.point = (Vector3::from(support.point) - offset).into();
         }
     }
 }

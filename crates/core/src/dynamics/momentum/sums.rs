@@ -4,7 +4,8 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
-use super::Components;
+use super::projection::principal_axes;
+use super::{Components, RigidMotion};
 use crate::simd::lanes::{Block, LANES, load};
 use crate::state::Momentum;
 
@@ -18,14 +19,25 @@ const MOMENTS: usize = 15;
 
 impl Sums {
     /// Adds the sums `other` over other vertices.
-    pub(super) fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         for (sum, other) in self.0.iter_mut().zip(other.0) {
             *sum += other;
         }
     }
 
+    /// Adds one vertex of mass m.
+    #[inline(always)]
+    pub(crate) fn add_vertex(&mut self, m: f64, [x, y, z]: [f64; 3], [u, v, w]: [f64; 3]) {
+        let cross = [y * w - z * v, z * u - x * w, x * v - y * u];
+        let products = [x * x, y * y, z * z, x * y, x * z, y * z];
+        let moments = [u, v, w, x, y, z].into_iter().chain(cross).chain(products);
+        for (sum, moment) in self.0.iter_mut().zip(moments) {
+            *sum += m * moment;
+        }
+    }
+
     /// Computes the rigid state of a component from its sums and its mass.
-    pub(super) fn rigid_state(&self, mass: f64) -> RigidState {
+    pub(crate) fn rigid_state(&self, mass: f64) -> RigidState {
         let m = &self.0;
         let linear = Vector3::new(m[0], m[1], m[2]);
         let center = Vector3::new(m[3], m[4], m[5]) / mass;
@@ -116,14 +128,9 @@ fn add_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [S
     for (((weights, position), velocity), of_lane) in blocks.zip(of_slot[first * LANES..].chunks(LANES)) {
         for (lane, &component) in of_lane.iter().enumerate() {
             let m = f64::from(weights[0][lane]);
-            let [x, y, z] = position.map(|row| f64::from(row[lane]));
-            let [u, v, w] = velocity.map(|row| f64::from(row[lane]));
-            let cross = [y * w - z * v, z * u - x * w, x * v - y * u];
-            let products = [x * x, y * y, z * z, x * y, x * z, y * z];
-            let moments = [u, v, w, x, y, z].into_iter().chain(cross).chain(products);
-            for (sum, moment) in sums[component as usize].0.iter_mut().zip(moments) {
-                *sum += m * moment;
-            }
+            let position = position.map(|row| f64::from(row[lane]));
+            let velocity = velocity.map(|row| f64::from(row[lane]));
+            sums[component as usize].add_vertex(m, position, velocity);
         }
     }
 }
@@ -158,33 +165,27 @@ impl RigidState {
     /// Computes the rigid velocity that changes the momenta to `target`. Returns zero if the rigid velocity
     /// is not finite.
     pub(super) fn correction_to(&self, target: Momentum) -> RigidVelocity {
-        let linear = (Vector3::from(target.linear) - Vector3::from(self.momentum.linear)) / self.mass;
+        let linear = Vector3::from(target.linear) - Vector3::from(self.momentum.linear);
         let angular = Vector3::from(target.angular) - Vector3::from(self.momentum.angular);
-        let omega = angular_velocity(&self.inertia, angular);
-        let at_origin = linear - omega.cross(&self.center);
-        let is_finite = at_origin.iter().chain(omega.iter()).all(|x| x.is_finite());
-        if !is_finite {
-            return RigidVelocity::default();
+        self.motion(Momentum { linear: linear.into(), angular: angular.into() }).about_origin(self.center)
+    }
+
+    /// Computes the rigid motion with the momenta `momentum`.
+    pub(crate) fn motion(&self, momentum: Momentum) -> RigidMotion {
+        RigidMotion {
+            linear: Vector3::from(momentum.linear) / self.mass,
+            angular: angular_velocity(&self.inertia, Vector3::from(momentum.angular)),
         }
-        RigidVelocity { linear: at_origin.map(|v| v as f32).into(), angular: omega.map(|v| v as f32).into() }
+    }
+
+    /// Returns the inertia tensor about the center of mass.
+    pub(crate) fn inertia(&self) -> &Matrix3<f64> {
+        &self.inertia
     }
 }
 
-/// Solves I ω = l for the angular velocity ω, with the inertia I and the angular momentum l.
-///
-/// ω has no component along a principal axis whose inertia is at most 1e-9 of the trace of I, such as the
-/// axis of points on a line.
+/// Solves I ω = l for the angular velocity ω, with the inertia I and the angular momentum l. ω has no component along
+/// the axis of points on a line.
 fn angular_velocity(inertia: &Matrix3<f64>, angular: Vector3<f64>) -> Vector3<f64> {
-    let scale = inertia.trace();
-    if scale <= 0.0 || !scale.is_finite() {
-        return Vector3::zeros();
-    }
-    let eigen = (inertia / scale).symmetric_eigen();
-    let mut omega = Vector3::zeros();
-    for (value, axis) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > 1e-9 {
-            omega += axis * (axis.dot(&angular) / (value * scale));
-        }
-    }
-    omega
+    principal_axes(inertia).map(|(inertia, axis)| axis * (axis.dot(&angular) / inertia)).sum()
 }

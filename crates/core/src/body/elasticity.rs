@@ -1,0 +1,232 @@
+//! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
+//! simulation.
+
+use super::builder::extent;
+use super::{Body, Surface};
+use crate::dynamics::{
+    Damping, ElasticDamper, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionDamping, RegionSize,
+    Stiffness, lowest_eigenvalue,
+};
+use crate::lattice::Lattice;
+use crate::matching::Matching;
+use crate::parallel::Executor;
+use crate::range::RangeError;
+
+/// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
+pub(super) const DEFAULT_HALF_WIDTH: usize = 2;
+
+/// Least size L of a body with an open mesh, as a fraction of its largest extent: a flat sheet has no volume.
+const LEAST_SIZE: f64 = 0.1;
+
+impl Body {
+    /// Fixes Young's modulus and the half-width of the regions, for a simulation with this gravity, in scene units
+    /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
+    /// the elasticity of regions, nothing is fixed.
+    pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
+        let Material { elasticity, density, .. } = self.material;
+        self.youngs_modulus = match elasticity {
+            Elasticity::Preset(preset) => Some(preset.youngs_modulus(density, self.size, gravity)),
+            Elasticity::YoungsModulus(modulus) => Some(modulus),
+            Elasticity::Regions { .. } => None,
+        };
+        if let Some(modulus) = self.youngs_modulus {
+            self.set_half_width(self.elastic_law(dt).least_half_width(modulus, extent(&self.lattice)));
+        }
+    }
+
+    /// Calls [`fix_elasticity`](Self::fix_elasticity) if the elasticity was changed after the body joined.
+    pub(super) fn complete_elasticity(&mut self, gravity: f64, dt: f64) {
+        let is_regions = matches!(self.material.elasticity, Elasticity::Regions { .. });
+        if self.youngs_modulus.is_none() && !is_regions {
+            self.fix_elasticity(gravity, dt);
+        }
+    }
+
+    /// Returns the elastic law for steps of `dt` seconds.
+    fn elastic_law(&self, dt: f64) -> ElasticLaw {
+        ElasticLaw { density: self.material.density, cell_size: self.lattice.cell_size(), dt }
+    }
+
+    /// Returns alpha, the fraction of the distance to the goal position that a vertex covers in a step of `dt`
+    /// seconds.
+    pub(crate) fn alpha(&self, dt: f64) -> f64 {
+        match (self.material.elasticity, self.youngs_modulus) {
+            (Elasticity::Regions { stiffness, .. }, _) => stiffness.alpha(dt),
+            (_, Some(modulus)) => self.elastic_law(dt).alpha(self.half_width(), modulus).min(1.0),
+            (_, None) => 1.0,
+        }
+    }
+
+    /// Returns Young's modulus in force in steps of `dt` seconds, in scene units of force per area. It is less than
+    /// the modulus of the material if that one is out of reach of steps of this length: alpha is at most 1.
+    pub(crate) fn modulus_in_force(&self, dt: f64) -> f64 {
+        self.elastic_law(dt).modulus(self.half_width(), self.alpha(dt))
+    }
+
+    /// Returns Young's modulus of the material, or `None` if the elasticity is that of regions, or if the body has a
+    /// preset and is not in a simulation.
+    pub(crate) fn material_modulus(&self) -> Option<f64> {
+        match self.material.elasticity {
+            Elasticity::YoungsModulus(modulus) => Some(modulus),
+            _ => self.youngs_modulus,
+        }
+    }
+
+    /// Changes the half-width of the regions, and rebuilds them. Positions, velocities and momenta are unchanged.
+    pub(super) fn set_half_width(&mut self, half_width: usize) {
+        if half_width == self.half_width() {
+            return;
+        }
+        self.matching.set_half_width(&self.lattice, half_width);
+        let Matching { layout, cascade, .. } = &self.matching;
+        self.workspace = cascade.workspace(layout);
+        // The division of the sums into tasks depends on the half-width.
+        self.momentum = MomentumTracker::new(&self.lattice, layout, cascade.tasks());
+        self.state.fitted = false;
+        (self.energy, self.state.energy_limit) = (None, None);
+        self.region_damping = self.material.has_region_damping().then(|| RegionDamper::new(&self.matching));
+        self.lowest_eigenvalue.take();
+        self.track_constraints();
+    }
+
+    /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
+    /// The first call computes the mode.
+    pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
+        let Self { lattice, matching, .. } = self;
+        let eigenvalue = *self.lowest_eigenvalue.get_or_init(|| {
+            let damper = RegionDamper::new(matching);
+            let mut tracker = MomentumTracker::new(lattice, &matching.layout, matching.cascade.tasks());
+            lowest_eigenvalue(lattice, matching, &damper, &mut tracker, executor)
+        });
+        (eigenvalue * self.alpha(dt)).sqrt() / dt
+    }
+
+    /// Returns the rate in 1/s at which damping lets the amplitudes of elastic modes decay, in steps of `dt` seconds.
+    pub(crate) fn decay_rate(&self, dt: f64, executor: &Executor) -> f64 {
+        match self.material.damping() {
+            Damping::Rate(rate) => rate,
+            Damping::Ratio(0.0) => 0.0,
+            Damping::Ratio(ratio) => ratio * self.lowest_angular_frequency(dt, executor),
+        }
+    }
+
+    /// Sets the elasticity, from the next step on, and rebuilds the regions if their size changes. Positions,
+    /// velocities and momenta are unchanged.
+    ///
+    /// In a simulation, Young's modulus and the regions are fixed as if the body joined the simulation at the next
+    /// step.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_elasticity(&mut self, elasticity: Elasticity) -> Result<(), RangeError> {
+        let material = Material { elasticity, ..self.material };
+        material.validate()?;
+        self.material = material;
+        self.wake();
+        // The default of the damping depends on the elasticity.
+        self.update_elastic_damping();
+        self.youngs_modulus = None;
+        self.set_half_width(initial_half_width(&self.material, &self.lattice));
+        Ok(())
+    }
+
+    /// Sets the size of the regions, from the next step on: see [`Elasticity::with_region_size`].
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_region_size(&mut self, size: RegionSize) -> Result<(), RangeError> {
+        self.set_elasticity(self.material.elasticity.with_region_size(size))
+    }
+
+    /// Sets the stiffness of the regions, from the next step on: see [`Elasticity::with_stiffness`].
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), RangeError> {
+        self.set_elasticity(self.material.elasticity.with_stiffness(stiffness))
+    }
+
+    /// Sets the damping of the elastic modes, from the next step on. A damping of zero removes the stage. `None` is
+    /// the damping ratio of the preset, and without a preset 0.2.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_damping(&mut self, damping: Option<Damping>) -> Result<(), RangeError> {
+        let material = Material { damping, ..self.material };
+        material.validate()?;
+        self.material = material;
+        self.wake();
+        self.update_elastic_damping();
+        Ok(())
+    }
+
+    /// Creates or removes the elastic-damping stage.
+    pub(super) fn update_elastic_damping(&mut self) {
+        self.elastic_damping = self.material.is_damped().then(ElasticDamper::default);
+        if self.elastic_damping.is_none() {
+            self.state.supports.clear();
+        }
+    }
+
+    /// Sets the region damping, from the next step on. A damping of zero removes the stage.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_region_damping(&mut self, region_damping: RegionDamping) -> Result<(), RangeError> {
+        let material = Material { region_damping, ..self.material };
+        material.validate()?;
+        self.material = material;
+        self.wake();
+        self.region_damping = match self.region_damping.take() {
+            _ if !material.has_region_damping() => None,
+            Some(stage) => Some(stage),
+            None => Some(RegionDamper::new(&self.matching)),
+        };
+        Ok(())
+    }
+
+    /// Sets the density, > 0: the masses change in proportion. Young's modulus, positions and velocities are
+    /// unchanged.
+    ///
+    /// # Errors
+    ///
+    /// A number out of range.
+    pub fn set_density(&mut self, density: f64) -> Result<(), RangeError> {
+        let material = Material { density, ..self.material };
+        material.validate()?;
+        self.material = material;
+        self.wake();
+        Ok(())
+    }
+}
+
+/// Returns the half-width of the regions of a body outside a simulation, in cells: at most the extent of the lattice.
+pub(super) fn initial_half_width(material: &Material, lattice: &Lattice) -> usize {
+    let cells = match material.elasticity {
+        Elasticity::Regions { size: RegionSize::Cells(cells), .. } => cells,
+        Elasticity::Regions { size: RegionSize::Radius(radius), .. } => {
+            (radius / lattice.cell_size()).round() as usize
+        }
+        _ => DEFAULT_HALF_WIDTH,
+    };
+    cells.clamp(1, extent(lattice).max(1))
+}
+
+/// Returns the size L of a body: the cube root of the volume of the mesh, or of its bounding box if the mesh is open; of
+/// a bare lattice it is the cube root of the volume of its cells.
+pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>) -> f64 {
+    let Some(Surface { mesh, .. }) = surface else {
+        return lattice.cell_size() * (lattice.cells().len() as f64).cbrt();
+    };
+    let (low, high) = mesh.bounds();
+    let extents = high - low;
+    if mesh.is_closed() && mesh.volume() != 0.0 {
+        return mesh.volume().abs().cbrt();
+    }
+    extents.product().cbrt().max(LEAST_SIZE * extents.max())
+}

@@ -1,0 +1,140 @@
+//! Sleep: a body at rest is not stepped.
+//!
+//! A body falls asleep at the beginning of a frame, if during the last half second every vertex was slower than
+//! 1e-3 √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider, and no pin, handle
+//! or near collider moved. L is the size of the body and g the gravity: the limit is a thousandth of the speed after
+//! a fall by about the size of the body. Its velocities are then set to zero. A component that is exactly still needs
+//! no support.
+//!
+//! A sleeping body wakes up when something could move it: a handle or a near collider that moves, a pin or handle
+//! that begins or ends, a force, an assigned position or velocity, and every changed setting.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Body, StepContext};
+use crate::contact::Colliders;
+use crate::state::{Interval, Rest};
+
+/// Time in seconds for which a body must be at rest before it falls asleep.
+const REST_TIME: f64 = 0.5;
+
+/// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
+const REST_SPEED: f64 = 1e-3;
+
+/// Distance in cells below which a moving collider wakes a sleeping body.
+const NEAR: f64 = 2.0;
+
+impl Body {
+    /// Returns whether the body sleeps: it is at rest and is not stepped.
+    pub fn is_asleep(&self) -> bool {
+        self.state.rest.is_asleep
+    }
+
+    /// Wakes the body up. It falls asleep again after half a second of rest.
+    pub fn wake(&mut self) {
+        self.state.rest = Rest::default();
+    }
+
+    /// Decides at the beginning of a step whether the body sleeps during the step.
+    pub(super) fn sleeps(&mut self, context: &StepContext) -> bool {
+        let Rest { is_asleep, time } = self.state.rest;
+        if !context.sleep {
+            self.state.rest = Rest::default();
+            return false;
+        }
+        let disturbed = (is_asleep || time > 0.0) && self.is_disturbed(context);
+        if disturbed {
+            self.wake();
+        } else if !is_asleep && context.is_frame_start && time >= REST_TIME {
+            self.fall_asleep();
+        }
+        self.state.rest.is_asleep
+    }
+
+    /// Updates the time for which the body has been at rest, at the end of a step.
+    pub(super) fn track_rest(&mut self, context: &StepContext) {
+        if !context.sleep {
+            return;
+        }
+        let is_at_rest = self.is_slow(context.gravity.norm()) && self.is_supported();
+        let rest = &mut self.state.rest;
+        rest.time = if is_at_rest { rest.time + context.interval.dt } else { 0.0 };
+    }
+
+    fn fall_asleep(&mut self) {
+        let Self { matching, state, .. } = self;
+        state.set_origin_velocity(matching.layout.slots(), Vector3::zeros());
+        state.velocities.blocks_mut().iter_mut().flatten().for_each(|row| row.fill(0.0));
+        state.momenta.fill(None);
+        state.energy_limit = None;
+        state.rest.is_asleep = true;
+    }
+
+    /// Returns whether every vertex is slower than the limit.
+    ///
+    /// Most bodies in motion are recognized by one vertex, the first that was too fast in an earlier step.
+    fn is_slow(&mut self, gravity: f64) -> bool {
+        let Self { size, lattice, matching, state, fast_vertex, .. } = self;
+        let limit = REST_SPEED * (*size * gravity.max(8.0 * *size)).sqrt() / lattice.cell_size();
+        let slots = matching.layout.slots();
+        let origin = state.frame.velocity();
+        let is_fast = |&slot: &u32| {
+            let velocity = Vector3::from(state.velocities.get(slot).map(f64::from)) + origin;
+            // A velocity that is not a number is fast.
+            !(velocity.norm_squared() < limit * limit)
+        };
+        if is_fast(&slots[*fast_vertex]) {
+            return false;
+        }
+        match slots.iter().position(|slot| is_fast(slot)) {
+            Some(vertex) => {
+                *fast_vertex = vertex;
+                false
+            }
+            None => true,
+        }
+    }
+
+    /// Returns whether each component has a constrained vertex, rests on a collider, or is exactly still.
+    fn is_supported(&self) -> bool {
+        let Self { lattice, matching, momentum, state, .. } = self;
+        let is_held = |component: usize| {
+            momentum.is_constrained(component)
+                || state.supports.iter().any(|support| support.component as usize == component)
+        };
+        if (0..lattice.components().count).all(is_held) {
+            return true;
+        }
+        let is_still = |slot: u32| state.velocities.get(slot) == [0.0; 3];
+        state.frame.velocity() == Vector3::zeros()
+            && matching.layout.slots().iter().zip(&lattice.components().of_vertex).all(|(&slot, &component)| {
+                is_still(slot) || is_held(component as usize)
+            })
+    }
+
+    /// Returns whether something may move a body at rest in this step.
+    fn is_disturbed(&self, context: &StepContext) -> bool {
+        let Self { constraints, forces, .. } = self;
+        forces.as_ref().is_some_and(|forces| forces.acts_in_next_step())
+            || constraints.as_ref().is_some_and(|constraints| !constraints.is_static(context.interval))
+            || self.is_near_moving_collider(context.colliders, context.interval)
+    }
+
+    /// Returns whether a collider that moves during a step is near the body.
+    fn is_near_moving_collider(&self, colliders: &Colliders, interval: Interval) -> bool {
+        let state = &self.state;
+        if !colliders.any_moves() {
+            return false;
+        }
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for &slot in self.matching.layout.slots() {
+            let position = state.positions.get(slot);
+            low = std::array::from_fn(|c| low[c].min(position[c]));
+            high = std::array::from_fn(|c| high[c].max(position[c]));
+        }
+        let [low, high] = [low, high].map(|corner| Point3::from(corner.map(f64::from)));
+        let (center, radius) = (nalgebra::center(&low, &high), (high - low).norm() / 2.0);
+        colliders.moves_near(interval, state.frame.body_frame(), &center, radius + NEAR)
+    }
+}
+
