@@ -15,6 +15,9 @@ pub enum Error {
     /// A simulation without bodies.
     #[error("a simulation needs at least one body")]
     NoBody,
+    /// Automatic steps per frame without frames per second.
+    #[error("substeps = \"auto\" needs fps, the number of frames per second")]
+    AutoSubstepsWithoutFps,
     /// An invalid mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),

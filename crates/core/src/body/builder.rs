@@ -9,7 +9,7 @@ use crate::dynamics::{
     Stiffness,
 };
 use crate::error::Error;
-use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution};
+use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution, vertex_masses};
 use crate::matching::Matching;
 use crate::mesh::Mesh;
 use crate::skin::Skin;
@@ -262,9 +262,10 @@ impl BodyBuilder {
         };
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
         let half_width = initial_half_width(&self.material, &lattice);
-        let matching = Matching::new(&lattice, half_width);
+        let masses = vertex_masses(&lattice, surface.as_ref().map(|surface| &surface.mesh));
+        let matching = Matching::new(&lattice, &masses, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
-        state.set_initial_velocities(&lattice, &matching.layout, &self.placement);
+        state.set_initial_velocities(&masses, &matching.layout, &self.placement);
         let volume_surface = surface.as_ref().map(Surface::volume_surface);
         let mut body = Body {
             name: self.name,
@@ -275,7 +276,7 @@ impl BodyBuilder {
             model_to_world: self.placement.isometry(),
             state,
             workspace: matching.cascade.workspace(&matching.layout),
-            momentum: MomentumTracker::new(&lattice, &matching.layout, matching.cascade.tasks()),
+            momentum: MomentumTracker::new(&lattice, &masses, &matching.layout, matching.cascade.tasks()),
             energy: None,
             region_damping: self.material.has_region_damping().then(|| RegionDamper::new(&matching)),
             elastic_damping: self.material.is_damped().then(ElasticDamper::default),
@@ -288,6 +289,7 @@ impl BodyBuilder {
             fast_vertex: 0,
             unconverged: 0,
             lattice,
+            masses,
             surface,
             matching,
         };

@@ -23,12 +23,7 @@ impl Body {
     /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
     /// the elasticity of regions, nothing is fixed.
     pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
-        let Material { elasticity, density, .. } = self.material;
-        self.youngs_modulus = match elasticity {
-            Elasticity::Preset(preset) => Some(preset.youngs_modulus(density, self.size, gravity)),
-            Elasticity::YoungsModulus(modulus) => Some(modulus),
-            Elasticity::Regions { .. } => None,
-        };
+        self.youngs_modulus = self.modulus_to_reach(gravity);
         if let Some(modulus) = self.youngs_modulus {
             self.set_half_width(self.elastic_law(dt).least_half_width(modulus, extent(&self.lattice)));
         }
@@ -63,6 +58,31 @@ impl Body {
         self.elastic_law(dt).modulus(self.half_width(), self.alpha(dt))
     }
 
+    /// Returns Young's modulus that the body has in a simulation with this gravity, or `None` with the elasticity of
+    /// regions.
+    pub(crate) fn modulus_to_reach(&self, gravity: f64) -> Option<f64> {
+        let Material { elasticity, density, .. } = self.material;
+        match elasticity {
+            Elasticity::Preset(preset) => Some(preset.youngs_modulus(density, self.size, gravity)),
+            Elasticity::YoungsModulus(modulus) => Some(modulus),
+            Elasticity::Regions { .. } => None,
+        }
+    }
+
+    /// Returns the frequency of the stiffness in Hz, if it is set as one.
+    pub(crate) fn frequency(&self) -> Option<f64> {
+        match self.material.elasticity {
+            Elasticity::Regions { stiffness: Stiffness::Frequency(frequency), .. } => Some(frequency),
+            _ => None,
+        }
+    }
+
+    /// Returns the size L of the body in scene units: the cube root of the volume of the mesh, or of its bounding box if
+    /// the mesh is open. Of a bare lattice it is the cube root of the volume of its cells.
+    pub(crate) fn size(&self) -> f64 {
+        self.size
+    }
+
     /// Returns Young's modulus of the material, or `None` if the elasticity is that of regions, or if the body has a
     /// preset and is not in a simulation.
     pub(crate) fn material_modulus(&self) -> Option<f64> {
@@ -77,11 +97,11 @@ impl Body {
         if half_width == self.half_width() {
             return;
         }
-        self.matching.set_half_width(&self.lattice, half_width);
+        self.matching.set_half_width(&self.masses, half_width);
         let Matching { layout, cascade, .. } = &self.matching;
         self.workspace = cascade.workspace(layout);
         // The division of the sums into tasks depends on the half-width.
-        self.momentum = MomentumTracker::new(&self.lattice, layout, cascade.tasks());
+        self.momentum = MomentumTracker::new(&self.lattice, &self.masses, layout, cascade.tasks());
         self.state.fitted = false;
         (self.energy, self.state.energy_limit) = (None, None);
         self.region_damping = self.material.has_region_damping().then(|| RegionDamper::new(&self.matching));
@@ -92,10 +112,12 @@ impl Body {
     /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
     /// The first call computes the mode.
     pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
-        let Self { lattice, matching, .. } = self;
+        let Self { lattice, masses, matching, .. } = self;
         let eigenvalue = *self.lowest_eigenvalue.get_or_init(|| {
+            // Without the larger masses of constrained vertices.
+            let matching = &Matching::new(lattice, masses, matching.regions.half_width());
             let damper = RegionDamper::new(matching);
-            let mut tracker = MomentumTracker::new(lattice, &matching.layout, matching.cascade.tasks());
+            let mut tracker = MomentumTracker::new(lattice, masses, &matching.layout, matching.cascade.tasks());
             lowest_eigenvalue(lattice, matching, &damper, &mut tracker, executor)
         });
         (eigenvalue * self.alpha(dt)).sqrt() / dt

@@ -56,6 +56,8 @@ pub struct Body {
     name: String,
     material: Material,
     lattice: Lattice,
+    /// Mass of each vertex in units of a full cell's mass.
+    masses: Vec<f32>,
     surface: Option<Surface>,
     volume: VolumeOptions,
     correction: Option<Correction>,
@@ -142,6 +144,17 @@ impl Body {
         Ok(())
     }
 
+    /// Returns the corners of the bounding box of the positions, in world space.
+    pub(crate) fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
+        let far = Point3::from([f64::INFINITY; 3]);
+        let mut bounds = (far, -far);
+        for &slot in self.matching.layout.slots() {
+            let position = self.state.frame.to_world(self.state.local(slot));
+            bounds = (bounds.0.inf(&position), bounds.1.sup(&position));
+        }
+        bounds
+    }
+
     /// Returns the velocities in scene units per second, shape `(n, 3)`.
     pub fn velocities(&self) -> Vec<Vector3<f64>> {
         self.by_vertex(|slot| self.state.frame.velocity_to_world(self.state.velocities.get(slot)))
@@ -168,14 +181,20 @@ impl Body {
         })
     }
 
-    /// Returns the masses, one per vertex: density x cell_size³ x number of occupied cells that share the
-    /// vertex / 8.
+    /// Returns the masses, one per vertex: density x cell_size³ / 8 x the sum of the filled shares of the cells that
+    /// share the vertex. The filled share of a cell is the part of it inside the mesh, at least 0.05. With an open mesh
+    /// and for a bare lattice it is 1.
     pub fn masses(&self) -> Vec<f64> {
         (0..self.lattice.len() as u32).map(|vertex| self.mass(vertex)).collect()
     }
 
+    /// Returns the mass of a full cell.
+    fn cell_mass(&self) -> f64 {
+        self.material.density * self.lattice.cell_size().powi(3)
+    }
+
     fn mass(&self, vertex: u32) -> f64 {
-        mass(&self.material, &self.lattice, vertex)
+        self.cell_mass() * f64::from(self.masses[vertex as usize])
     }
 
     /// Creates the contact stage if there are colliders, and removes it if there are none.
@@ -192,8 +211,8 @@ impl Body {
     fn create_samples(&self) -> SampleCells {
         let slots = self.matching.layout.slots();
         match &self.surface {
-            Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots),
-            None => SampleCells::of_lattice(&self.lattice, slots),
+            Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots, &self.masses),
+            None => SampleCells::of_lattice(&self.lattice, slots, &self.masses),
         }
     }
 
@@ -252,12 +271,6 @@ impl Body {
         }
         Ok(())
     }
-}
-
-/// Returns the mass of a lattice vertex: see [`Body::masses`].
-fn mass(material: &Material, lattice: &Lattice, vertex: u32) -> f64 {
-    let cell_mass = material.density * lattice.cell_size().powi(3);
-    cell_mass * f64::from(lattice.occupied_cells()[vertex as usize]) / 8.0
 }
 
 /// The displayed mesh, and its embedding in the lattice.

@@ -18,7 +18,7 @@ impl Body {
     pub(crate) fn plan(&self) -> BodyPlan {
         let mut plan = BodyPlan {
             name: self.name.clone(),
-            lattice_bytes: self.lattice.memory(),
+            lattice_bytes: self.lattice.memory() + size_of_val(self.masses.as_slice()),
             state_bytes: self.state.bytes(),
             stages: Vec::new(),
             left_out: Vec::new(),

@@ -168,6 +168,11 @@ impl Colliders {
         self.0.is_empty()
     }
 
+    /// Returns the descriptions of the colliders.
+    pub(crate) fn list(&self) -> impl Iterator<Item = &Collider> {
+        self.0.iter().map(|collider| &collider.collider)
+    }
+
     /// Returns the shape of each collider at `time` (in seconds), in the frame of a body.
     pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape> {
         self.0.iter().map(move |ValidCollider { collider, motion }| {

@@ -107,8 +107,9 @@ impl SampleCells {
     /// Creates the samples of a mesh in its lattice: points of the surface that are at most one cell apart, or
     /// farther if that gives more than [`MAX_SAMPLES`].
     ///
-    /// Mesh and lattice are in the model frame. `slots` has the slot of each lattice vertex.
-    pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32]) -> Self {
+    /// Mesh and lattice are in the model frame. `slots` has the slot of each lattice vertex, and `masses` its mass in
+    /// units of a full cell's mass.
+    pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         let points = surface_points(
             mesh.vertices(),
             mesh.triangles(),
@@ -119,14 +120,14 @@ impl SampleCells {
         let embedding = Embedding::new(lattice, &points);
         let (cells, local): (Vec<_>, Vec<_>) =
             (0..embedding.len()).map(|i| (embedding.cell(i), embedding.local(i))).unzip();
-        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(lattice)
+        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(masses)
     }
 
     /// Creates the samples of a bare lattice (without a mesh): its vertices with fewer than eight occupied
     /// cells, which lie on the surface of the lattice.
     ///
-    /// `slots` has the slot of each lattice vertex.
-    pub fn of_lattice(lattice: &Lattice, slots: &[u32]) -> Self {
+    /// `slots` has the slot of each lattice vertex, and `masses` its mass in units of a full cell's mass.
+    pub fn of_lattice(lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         let (mut cells, mut local) = (Vec::new(), Vec::new());
         let boundary =
             lattice.occupied_cells().iter().zip(lattice.indices()).filter(|(count, _)| **count < 8);
@@ -142,12 +143,12 @@ impl SampleCells {
                 local.push(position);
             }
         }
-        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(lattice)
+        Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(masses)
     }
 
-    /// Sets the inverse masses. A vertex has an eighth of the mass of each of its occupied cells.
-    fn with_masses(mut self, lattice: &Lattice) -> Self {
-        let mobility = |&vertex: &u32| 8.0 / f32::from(lattice.occupied_cells()[vertex as usize]);
+    /// Sets the inverse masses.
+    fn with_masses(mut self, masses: &[f32]) -> Self {
+        let mobility = |&vertex: &u32| 1.0 / masses[vertex as usize];
         self.mobilities = self.vertices.iter().map(mobility).collect();
         self
     }

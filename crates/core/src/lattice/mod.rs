@@ -11,6 +11,7 @@
 //! * [`assemble`]: finds the vertices and links of a set of cells.
 //! * [`construct`]: the constructors of [`Lattice`].
 //! * [`layout`]: storage of the vertices in blocks of eight.
+//! * [`masses`]: the masses of the vertices.
 //! * [`embedding`], [`trilinear`]: points that move with the cells.
 
 mod assemble;
@@ -20,6 +21,7 @@ mod construct;
 mod embedding;
 mod error;
 mod layout;
+mod masses;
 mod memory;
 mod nearest;
 mod options;
@@ -34,6 +36,7 @@ pub use components::Components;
 pub use embedding::{CellPoints, Embedding};
 pub(crate) use embedding::{Locator, extrapolate};
 pub use error::LatticeError;
+pub(crate) use masses::vertex_masses;
 pub(crate) use layout::{AxisLinks, Layout, Neighbors};
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};
@@ -172,7 +175,7 @@ impl Lattice {
 
     /// Returns the number of occupied cells that have each vertex as a corner, 1 to 8, shape `(n,)`.
     ///
-    /// The mass of a vertex is `density * cell_size^3 * occupied_cells / 8`.
+    /// In a bare lattice, the mass of a vertex is `density * cell_size^3 * occupied_cells / 8`.
     pub fn occupied_cells(&self) -> &[u8] {
         &self.occupied_cells
     }

@@ -40,17 +40,24 @@ pub(crate) struct Matching {
 
 impl Matching {
     /// Creates the stage for regions of half-width `half_width` in cells, at least 1.
-    pub(crate) fn new(lattice: &Lattice, half_width: usize) -> Self {
-        Self::with_layout(lattice, Layout::new(lattice), half_width)
+    ///
+    /// `masses` has the mass of each vertex in units of a full cell's mass.
+    pub(crate) fn new(lattice: &Lattice, masses: &[f32], half_width: usize) -> Self {
+        Self::with_layout(masses, Layout::new(lattice), half_width)
     }
 
-    /// Changes the half-width of the regions, in cells. `lattice` must be the lattice of [`Matching::new`].
-    pub(crate) fn set_half_width(&mut self, lattice: &Lattice, half_width: usize) {
-        *self = Self::with_layout(lattice, self.layout.clone(), half_width);
+    /// Changes the half-width of the regions, in cells. `masses` must be those of [`Matching::new`].
+    pub(crate) fn set_half_width(&mut self, masses: &[f32], half_width: usize) {
+        *self = Self::with_layout(masses, self.layout.clone(), half_width);
     }
 
-    fn with_layout(lattice: &Lattice, layout: Layout, half_width: usize) -> Self {
-        let regions = Regions::new(lattice, &layout, half_width);
+    /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
+    pub(crate) fn set_masses(&mut self, masses: &[f32]) {
+        self.regions = Regions::new(masses, &self.layout, self.regions.half_width());
+    }
+
+    fn with_layout(masses: &[f32], layout: Layout, half_width: usize) -> Self {
+        let regions = Regions::new(masses, &layout, half_width);
         let cascade = Cascade::new(&layout, half_width);
         Self { layout, regions, cascade }
     }

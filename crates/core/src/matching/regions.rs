@@ -3,13 +3,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::lattice::{Lattice, Layout};
+use crate::lattice::Layout;
 use crate::simd::lanes::{LANES, Lanes};
 
 /// The regions of a lattice: one around each vertex, its center vertex. The module
 /// [`cascade`](super::cascade) defines which vertices a region contains.
 ///
-/// Masses are in units of a full cell's mass: m = (number of occupied cells of the vertex) / 8. A vertex of
+/// Masses are in units of a full cell's mass: m is an eighth of the filled shares of the cells of the vertex. A vertex of
 /// mass m has the region weight m/n in each region that contains it, where n is the number of these regions.
 /// So Σ m g = Σ m x for the positions x and the goal positions g, and shape matching conserves linear
 /// momentum.
@@ -28,11 +28,13 @@ pub(crate) struct Regions {
 
 impl Regions {
     /// Creates the regions of half-width `half_width`, in cells.
-    pub(crate) fn new(lattice: &Lattice, layout: &Layout, half_width: usize) -> Self {
+    ///
+    /// `masses` has the mass of each lattice vertex in units of a full cell's mass.
+    pub(crate) fn new(masses: &[f32], layout: &Layout, half_width: usize) -> Self {
         let windows = LineWindows::new(layout, half_width);
         let mut mass = vec![0.0; layout.blocks() * LANES];
-        for (&slot, &cells) in layout.slots().iter().zip(lattice.occupied_cells()) {
-            mass[slot as usize] = f64::from(cells) / 8.0;
+        for (&slot, &m) in layout.slots().iter().zip(masses) {
+            mass[slot as usize] = f64::from(m);
         }
         let region_counts = windows.region_counts(&mass);
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Clock, Simulation};
+use super::{Clock, Simulation, Substeps};
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
@@ -19,8 +19,9 @@ pub struct SimulationBuilder {
     bodies: Vec<Body>,
     gravity: [f64; 3],
     dt: f64,
+    fps: Option<f64>,
     colliders: Vec<Collider>,
-    substeps: u64,
+    substeps: Substeps,
     sleep: bool,
     threads: usize,
 }
@@ -31,8 +32,9 @@ impl Default for SimulationBuilder {
             bodies: Vec::new(),
             gravity: [0.0, -9.81, 0.0],
             dt: 1.0 / 60.0,
+            fps: None,
             colliders: Vec::new(),
-            substeps: 1,
+            substeps: Substeps::Fixed(1),
             sleep: false,
             threads: 0,
         }
@@ -69,10 +71,18 @@ impl SimulationBuilder {
         self
     }
 
-    /// Sets the number of steps per frame, at least 1; default 1. The volume correction of the displayed
-    /// surface uses the contacts and external forces of all steps since the frame began.
+    /// Sets the number of frames per second, > 0. The length of a step is then 1/(fps x steps per frame), and
+    /// [`dt`](Self::dt) has no effect.
     #[must_use]
-    pub fn substeps(mut self, substeps: u64) -> Self {
+    pub fn fps(mut self, fps: f64) -> Self {
+        self.fps = Some(fps);
+        self
+    }
+
+    /// Sets the number of steps per frame; default 1. [`Substeps::Auto`] needs [`fps`](Self::fps). The volume correction
+    /// of the displayed surface uses the contacts and external forces of all steps since the frame began.
+    #[must_use]
+    pub fn substeps(mut self, substeps: Substeps) -> Self {
         self.substeps = substeps;
         self
     }
@@ -102,21 +112,42 @@ impl SimulationBuilder {
         if self.bodies.is_empty() {
             return Err(Error::NoBody);
         }
-        let mut bodies = self.bodies;
         let gravity = Vector3::from(self.gravity);
+        let (dt, steps) = (self.step_length(), self.fixed_substeps());
+        let mut bodies = self.bodies;
         for body in &mut bodies {
             body.update_contact_stage(&colliders);
-            body.fix_elasticity(gravity.norm(), self.dt);
+            body.fix_elasticity(gravity.norm(), dt);
         }
-        Ok(Simulation {
+        let mut simulation = Simulation {
             bodies,
             gravity,
-            clock: Clock::new(self.dt),
+            clock: Clock::new(dt),
             colliders,
-            substeps: self.substeps,
+            fps: self.fps,
+            substeps: steps.into(),
+            chosen: None,
+            choose_at_next_step: self.substeps == Substeps::Auto,
             sleep: self.sleep,
             executor: Executor::new(self.threads),
-        })
+        };
+        if self.substeps == Substeps::Auto {
+            simulation.choose_substeps();
+        }
+        Ok(simulation)
+    }
+
+    /// Returns the number of steps per frame, or 1 if it is automatic.
+    fn fixed_substeps(&self) -> u32 {
+        match self.substeps {
+            Substeps::Fixed(steps) => steps,
+            Substeps::Auto => 1,
+        }
+    }
+
+    /// Returns the length of a step in seconds.
+    fn step_length(&self) -> f64 {
+        self.fps.map_or(self.dt, |fps| 1.0 / (fps * f64::from(self.fixed_substeps())))
     }
 
     /// Checks the settings and colliders, but not the bodies.
@@ -129,12 +160,26 @@ impl SimulationBuilder {
     }
 
     fn checked_colliders(&self) -> Result<Colliders, Error> {
-        check_dt(self.dt)?;
+        if let Some(fps) = self.fps {
+            in_range("fps", fps, fps > 0.0, "frames per second, > 0")?;
+        }
+        check_substeps(self.substeps, self.fps)?;
+        check_dt(self.step_length())?;
         check_threads(self.threads)?;
-        in_range("substeps", self.substeps as f64, self.substeps > 0, "at least 1")?;
         check_gravity(self.gravity)?;
         Ok(Colliders::new(&self.colliders)?)
     }
+}
+
+pub(super) fn check_substeps(substeps: Substeps, fps: Option<f64>) -> Result<(), Error> {
+    match substeps {
+        Substeps::Fixed(steps) => {
+            in_range("substeps", f64::from(steps), steps > 0, "at least 1")?;
+        }
+        Substeps::Auto if fps.is_none() => return Err(Error::AutoSubstepsWithoutFps),
+        Substeps::Auto => {}
+    }
+    Ok(())
 }
 
 pub(super) fn check_dt(dt: f64) -> Result<(), Error> {

@@ -3,9 +3,11 @@
 mod builder;
 mod clock;
 mod state;
+mod substeps;
 
 pub use builder::SimulationBuilder;
 pub use state::SimulationState;
+pub use substeps::{ChosenSubsteps, StepReason, Substeps};
 
 use nalgebra::Vector3;
 
@@ -15,7 +17,7 @@ use crate::error::Error;
 use crate::parallel::Executor;
 use crate::plan::Plan;
 use crate::range::in_range;
-use builder::{check_dt, check_gravity, check_threads};
+use builder::{check_dt, check_gravity, check_substeps, check_threads};
 use clock::Clock;
 
 /// Simulates bodies that collide with colliders. Contact between bodies is not simulated.
@@ -27,7 +29,14 @@ pub struct Simulation {
     gravity: Vector3<f64>,
     clock: Clock,
     colliders: Colliders,
+    /// Frames per second, if they were given in place of the step length.
+    fps: Option<f64>,
+    /// Number of steps per frame.
     substeps: u64,
+    /// The last choice of the number of steps per frame, if it is automatic.
+    chosen: Option<ChosenSubsteps>,
+    /// Whether the next step chooses the number of steps per frame.
+    choose_at_next_step: bool,
     sleep: bool,
     executor: Executor,
 }
@@ -48,6 +57,10 @@ impl Simulation {
 
     /// Advances all bodies by `count` steps of length `dt`.
     pub fn steps(&mut self, count: u64) {
+        if count > 0 && self.choose_at_next_step {
+            self.choose_substeps();
+            self.choose_at_next_step = false;
+        }
         // Entering the pool takes longer than a step of a body that is a single task (see `parallel`).
         let executor = match &self.bodies[..] {
             [body] if body.is_one_task() => Executor::sequential(),
@@ -121,9 +134,64 @@ impl Simulation {
         self.clock.steps()
     }
 
-    /// Returns the number of steps per frame.
+    /// Advances all bodies by `count` frames: by that many times the number of steps per frame.
+    pub fn advance(&mut self, count: u64) {
+        for _ in 0..count {
+            // The first step may choose the number of steps.
+            self.steps(1);
+            self.steps(self.substeps - 1);
+        }
+    }
+
+    /// Returns the number of steps per frame. If it is automatic, it may change until the first step, because bodies
+    /// can get handles.
     pub fn substeps(&self) -> u64 {
         self.substeps
+    }
+
+    /// Returns why the number of steps per frame was chosen, or `None` if it is fixed.
+    pub fn chosen_substeps(&self) -> Option<ChosenSubsteps> {
+        self.chosen
+    }
+
+    /// Returns the number of frames per second, or `None` if the step length was given.
+    pub fn fps(&self) -> Option<f64> {
+        self.fps
+    }
+
+    /// Sets the number of steps per frame, from the next step on. The step length is then 1/(fps x steps) if the frames
+    /// per second were given; otherwise it stays the same. Neither Young's modulus nor the regions of a body change.
+    ///
+    /// # Errors
+    ///
+    /// Zero steps, a step length out of range, or an automatic number without frames per second.
+    pub fn set_substeps(&mut self, substeps: Substeps) -> Result<(), Error> {
+        check_substeps(substeps, self.fps)?;
+        match substeps {
+            Substeps::Fixed(steps) => {
+                if let Some(fps) = self.fps {
+                    self.set_dt(1.0 / (fps * f64::from(steps)))?;
+                }
+                self.substeps = u64::from(steps);
+                self.chosen = None;
+                self.choose_at_next_step = false;
+            }
+            Substeps::Auto => self.choose_at_next_step = true,
+        }
+        Ok(())
+    }
+
+    /// Chooses the number of steps per frame, and fixes Young's moduli and regions for the step length that follows.
+    fn choose_substeps(&mut self) {
+        let Self { bodies, colliders, gravity, .. } = self;
+        let Some(fps) = self.fps else { return };
+        let chosen = substeps::choose(bodies, colliders, *gravity, fps);
+        let dt = 1.0 / (fps * f64::from(chosen.steps));
+        (self.chosen, self.substeps) = (Some(chosen), u64::from(chosen.steps));
+        if dt != self.clock.dt() {
+            self.clock.set_dt(dt);
+        }
+        self.bodies.iter_mut().for_each(|body| body.fix_elasticity(self.gravity.norm(), dt));
     }
 
     /// Returns the executor that runs the steps and evaluates displayed surfaces.

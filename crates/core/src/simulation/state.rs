@@ -12,6 +12,7 @@ use crate::error::Error;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
     clock: Clock,
+    substeps: u64,
     gravity: [f64; 3],
     bodies: Vec<BodySnapshot>,
 }
@@ -28,6 +29,7 @@ impl Simulation {
     pub fn state(&self) -> SimulationState {
         SimulationState {
             clock: self.clock,
+            substeps: self.substeps,
             gravity: self.gravity.into(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
         }
@@ -42,7 +44,7 @@ impl Simulation {
         if state.bodies.len() != self.bodies.len() {
             return Err(StateError::Bodies { bodies: self.bodies.len(), found: state.bodies.len() }.into());
         }
-        if !state.clock.is_valid() {
+        if !state.clock.is_valid() || state.substeps == 0 {
             return Err(StateError::Time.into());
         }
         for (body, snapshot) in self.bodies.iter().zip(&state.bodies) {
@@ -53,6 +55,9 @@ impl Simulation {
             body.apply_snapshot(snapshot)?;
         }
         self.clock = state.clock;
+        self.substeps = state.substeps;
+        // A simulation that was stepped has chosen its number of steps.
+        self.choose_at_next_step &= self.clock.steps() == 0;
         Ok(())
     }
 }

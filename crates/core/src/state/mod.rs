@@ -156,16 +156,17 @@ impl State {
         positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes()
     }
 
-    /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement.
+    /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement. `masses` has the
+    /// mass of each vertex.
     pub(crate) fn set_initial_velocities(
         &mut self,
-        lattice: &Lattice,
+        masses: &[f32],
         layout: &Layout,
         placement: &Placement,
     ) {
         let spin = Vector3::from(placement.spin);
         let velocity = Vector3::from(placement.velocity) / self.frame.cell_size;
-        let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells));
+        let masses = masses.iter().map(|&mass| f64::from(mass));
         let mass: f64 = masses.clone().sum();
         let center: Vector3<f64> =
             layout.slots().iter().zip(masses).map(|(&slot, m)| self.local(slot) * (m / mass)).sum();

@@ -126,6 +126,18 @@ impl GridSet {
         self.span(run).contains(&x).then(|| self.runs[run].first + (x - self.runs[run].x) as u32)
     }
 
+    /// Returns the first position of the row (z, y) with an x of at least `x`: its number and its x.
+    pub(crate) fn find_from(&self, row: (i32, i32), x: i32) -> Option<(u32, i32)> {
+        let runs = self.row_runs(self.find_row(row)?);
+        let before = self.runs[runs.clone()].partition_point(|run| run.x <= x);
+        if let Some(run) = before.checked_sub(1).map(|before| runs.start + before)
+            && self.span(run).contains(&x)
+        {
+            return Some((self.runs[run].first + (x - self.runs[run].x) as u32, x));
+        }
+        self.runs[runs].get(before).map(|run| (run.first, run.x))
+    }
+
     /// Returns the run of a position, given the position's number.
     pub(crate) fn run_of(&self, number: u32) -> usize {
         self.runs.partition_point(|run| run.first <= number) - 1

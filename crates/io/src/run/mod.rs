@@ -25,7 +25,6 @@ mod resume;
 mod settings;
 mod start;
 mod stats;
-pub mod substeps;
 
 pub use checkpoint::CHECKPOINT;
 pub use error::RunError;

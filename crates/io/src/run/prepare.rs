@@ -5,15 +5,11 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nalgebra::{Point3, Rotation3, Vector3};
-
 use super::error::RunError;
-use super::substeps::{Placed, substeps};
 use crate::frames::Source;
 use crate::obj::{Document, Part};
-use crate::scene::{BodyData, Scene, Substeps};
-use supple::euler_degrees;
-use supple::{Body, Placement, Simulation};
+use crate::scene::{BodyData, Scene};
+use supple::{Body, Simulation};
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
 #[derive(Debug)]
@@ -52,23 +48,17 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     let mut documents = HashMap::new();
     let mut bodies = Vec::new();
     let mut inputs = Vec::new();
-    let mut placed = Vec::new();
     for data in &scene.bodies {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
         let body = build(data, &part)?;
-        placed.push(placed_bounds(data, &body));
         bodies.push(body);
         inputs.push(Input { document, part });
     }
-    let substeps = match scene.simulation.substeps {
-        Substeps::Fixed(steps) => steps,
-        Substeps::Auto => substeps(scene, &placed),
-    };
     let mut builder = Simulation::builder()
         .gravity(scene.simulation.gravity)
-        .dt(1.0 / (scene.simulation.fps * f64::from(substeps)))
-        .substeps(u64::from(substeps))
+        .fps(scene.simulation.fps)
+        .substeps(scene.simulation.substeps.into())
         .threads(scene.simulation.threads);
     for body in bodies {
         builder = builder.body(body);
@@ -77,6 +67,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
         builder = builder.collider(collider.clone());
     }
     let simulation = builder.build().map_err(RunError::Simulation)?;
+    let substeps = simulation.substeps() as u32;
     Ok(Prepared { simulation, substeps, inputs })
 }
 
@@ -113,16 +104,4 @@ fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
         body.handle(handle).map_err(failed)?;
     }
     Ok(body)
-}
-
-/// Returns the cell size of a body and a bounding box of the body in world space. The box encloses the
-/// rotated and translated bounding box of the mesh.
-fn placed_bounds(data: &BodyData, body: &Body) -> Placed {
-    let Placement { rotate, translate, .. } = data.placement;
-    let rotation = Rotation3::from_matrix_unchecked(euler_degrees(rotate));
-    let (low, high) = body.mesh().map_or_else(Default::default, |mesh| mesh.bounds());
-    let half = (high - low) / 2.0;
-    let extent: Vector3<f64> = rotation.matrix().abs() * half;
-    let center: Point3<f64> = rotation * nalgebra::center(&low, &high) + Vector3::from(translate);
-    Placed { low: center - extent, high: center + extent, cell_size: body.lattice().cell_size() }
 }

@@ -65,7 +65,7 @@ pub struct SimulationData {
 pub enum Substeps {
     /// A fixed number of steps, at least 1.
     Fixed(u32),
-    /// The number of steps that the stiffest body and the fastest motion need; see `run::substeps`.
+    /// The number of steps that the stiffest body and the fastest motion need; see [`supple::Substeps`].
     Auto,
 }
 
@@ -104,8 +104,8 @@ pub struct BodyData {
     pub resolution: Resolution,
     /// Whether bridges of cells join separate parts of the lattice to the largest part; default true.
     pub join: bool,
-    /// Keys `half_width` or `stiffness_radius`, `stiffness` or `frequency`, `region_damping` or
-    /// `region_damping_rate`, and `density`.
+    /// Keys `material`, or `youngs_modulus`, or any of `half_width` or `stiffness_radius` and `stiffness` or
+    /// `frequency`; `damping_ratio` or `damping_rate`, `region_damping` or `region_damping_rate`, and `density`.
     #[serde(rename = "@material", with = "MaterialKeys")]
     pub material: Material,
     /// Volume preservation; by default the measure is chosen automatically.
@@ -159,6 +159,15 @@ impl Default for OutputData {
     }
 }
 
+impl From<Substeps> for supple::Substeps {
+    fn from(substeps: Substeps) -> Self {
+        match substeps {
+            Substeps::Fixed(steps) => Self::Fixed(steps),
+            Substeps::Auto => Self::Auto,
+        }
+    }
+}
+
 impl From<Substeps> for toml::Value {
     fn from(substeps: Substeps) -> Self {
         match substeps {
@@ -183,7 +192,8 @@ impl TryFrom<toml::Value> for Substeps {
 
 /// Returns the keys of `[[body]]`.
 pub fn body_keys() -> Vec<String> {
-    let body = BodyData { object: Some(String::new()), ..BodyData::default() };
+    let mut body = BodyData { object: Some(String::new()), ..BodyData::default() };
+    body.material.damping = Some(body.material.damping());
     let fields = toml::Table::try_from(body).unwrap_or_default();
     keys::expand(&fields.keys().map(String::as_str).collect::<Vec<_>>())
         .into_iter()

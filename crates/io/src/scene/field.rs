@@ -20,7 +20,7 @@ use serde::forward_to_deserialize_any;
 
 use super::error::{Place, SceneError};
 use super::fault::{Fault, resembles};
-use super::keys::{expand, hint_for};
+use super::keys::{ELASTICITY, expand, hint_for};
 use super::name::is_name;
 use super::value::{Data, Table, Value};
 
@@ -158,6 +158,18 @@ impl<'a> Field<'a> {
         })
     }
 
+    /// Returns an error if the table sets the elasticity in more than one way.
+    fn check_elasticity(&self, table: &Table) -> Result<(), Fault> {
+        let mut given = ELASTICITY.iter().filter_map(|way| way.iter().find(|&&key| table.contains_key(key)));
+        match (given.next(), given.next()) {
+            (Some(&other), Some(&key)) => {
+                let (place, key, other) = (self.place_of(key), self.key_of(key), other.to_owned());
+                Err(Fault::Known(SceneError::Exclusive { place, key, other }))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Returns the entries of this table for a struct with these fields. An unknown key is an error before
     /// any value is read.
     fn entries(&self, fields: &[&'static str]) -> Result<Entries<'a>, Fault> {
@@ -175,6 +187,9 @@ impl<'a> Field<'a> {
                 return Err(Fault::UnknownShape(key.clone(), shapes));
             }
             return Err(Fault::unknown_key(key, &known));
+        }
+        if fields.contains(&"@elasticity") {
+            self.check_elasticity(table)?;
         }
         let entry = |&field: &&'static str| match table.get(field) {
             Some(value) => Some((field, self.child(field, value))),

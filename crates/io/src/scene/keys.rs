@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::name::is_name;
 use supple::{
-    Collider, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, RegionDamping, RegionSize,
-    Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions, VolumeScope,
+    Collider, Damping, Elasticity, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, Preset, RegionDamping,
+    RegionSize, Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions, VolumeScope,
 };
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
@@ -21,12 +21,32 @@ const MAX_VERTICES: u32 = 2_000_000_000;
 const MAX_HALF_WIDTH: u32 = 1_000_000;
 
 /// Pairs of mutually exclusive keys of a body. The two keys of a pair set the same quantity.
-pub const ALTERNATIVES: [[&str; 2]; 4] = [
+const ALTERNATIVES: [[&str; 2]; 5] = [
     ["lattice_vertices", "cell_size"],
     ["half_width", "stiffness_radius"],
     ["stiffness", "frequency"],
+    ["damping_ratio", "damping_rate"],
     ["region_damping", "region_damping_rate"],
 ];
+
+/// The three ways to set the elasticity of a body. Keys of different ways exclude each other.
+pub(super) const ELASTICITY: [&[&str]; 3] =
+    [&["material"], &["youngs_modulus"], &["half_width", "stiffness_radius", "stiffness", "frequency"]];
+
+/// Returns the keys of a body that exclude `key`.
+pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
+    let alternatives = ALTERNATIVES.iter().filter(|pair| pair.contains(&key)).flatten().copied();
+    let is_elasticity = ELASTICITY.iter().any(|way| way.contains(&key));
+    let other_ways = ELASTICITY.iter().filter(|way| is_elasticity && !way.contains(&key));
+    alternatives.chain(other_ways.copied().flatten().copied()).filter(|other| *other != key).collect()
+}
+
+/// Returns the keys of a body that may be left out for another key, or that have no default value.
+pub fn optional_keys() -> Vec<&'static str> {
+    let mut keys: Vec<_> = ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
+    keys.push("object");
+    keys
+}
 
 /// Returns the scene keys of some fields: several keys for a field named `@...`, otherwise the name of the
 /// field.
@@ -34,11 +54,13 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
     let keys = |field: &&'a str| -> Vec<&'a str> {
         match *field {
             "@placement" => vec!["rotate", "translate", "velocity", "spin"],
-            "@material" => expand(&["@region_size", "@stiffness", "@region_damping", "density"]),
+            "@material" => expand(&["@elasticity", "@damping", "@region_damping", "density"]),
+            "@elasticity" => ELASTICITY.concat(),
             "@resolution" => ALTERNATIVES[0].to_vec(),
             "@region_size" => ALTERNATIVES[1].to_vec(),
             "@stiffness" => ALTERNATIVES[2].to_vec(),
-            "@region_damping" => ALTERNATIVES[3].to_vec(),
+            "@damping" => ALTERNATIVES[3].to_vec(),
+            "@region_damping" => ALTERNATIVES[4].to_vec(),
             "@selection" => vec!["box", "sphere", "plane", "vertices"],
             "@shape" => vec!["plane", "sphere", "box", "capsule"],
             "@window" => vec!["start", "end"],
@@ -88,14 +110,102 @@ pub(super) enum ResolutionKeys {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Material", default, bound = "")]
 pub(super) struct MaterialKeys {
-    #[serde(rename = "@region_size", with = "RegionSizeKeys")]
-    region_size: RegionSize,
-    #[serde(rename = "@stiffness", with = "StiffnessKeys")]
-    stiffness: Stiffness,
+    #[serde(rename = "@elasticity", with = "elasticity")]
+    elasticity: Elasticity,
+    #[serde(rename = "@damping", with = "damping", skip_serializing_if = "Option::is_none")]
+    damping: Option<Damping>,
     #[serde(rename = "@region_damping", with = "RegionDampingKeys")]
     region_damping: RegionDamping,
     #[serde(deserialize_with = "positive")]
     density: f64,
+}
+
+/// The keys of an [`Elasticity`]. [`Field`](super::field::Field) checks that they belong to one way to set it.
+mod elasticity {
+    use super::*;
+
+    #[derive(Default, Serialize, Deserialize)]
+    #[serde(default)]
+    struct Keys {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        material: Option<PresetName>,
+        #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "optional_positive")]
+        youngs_modulus: Option<f64>,
+        #[serde(rename = "@region_size", skip_serializing_if = "Option::is_none")]
+        size: Option<Size>,
+        #[serde(rename = "@stiffness", skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Alpha>,
+    }
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct PresetName(#[serde(with = "preset")] Preset);
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct Size(#[serde(with = "RegionSizeKeys")] RegionSize);
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct Alpha(#[serde(with = "StiffnessKeys")] Stiffness);
+
+    fn optional_positive<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
+        positive(value).map(Some)
+    }
+
+    pub(super) fn serialize<S: Serializer>(elasticity: &Elasticity, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut keys = Keys::default();
+        match *elasticity {
+            Elasticity::Preset(preset) => keys.material = Some(PresetName(preset)),
+            Elasticity::YoungsModulus(modulus) => keys.youngs_modulus = Some(modulus),
+            Elasticity::Regions { size, stiffness } => {
+                (keys.size, keys.stiffness) = (Some(Size(size)), Some(Alpha(stiffness)));
+            }
+        }
+        keys.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Elasticity, D::Error> {
+        let Keys { material, youngs_modulus, size, stiffness } = Keys::deserialize(value)?;
+        let mut elasticity = match (material, youngs_modulus) {
+            (Some(PresetName(preset)), _) => Elasticity::Preset(preset),
+            (None, Some(modulus)) => Elasticity::YoungsModulus(modulus),
+            (None, None) => Elasticity::REGIONS,
+        };
+        if let Some(Size(size)) = size {
+            elasticity = elasticity.with_region_size(size);
+        }
+        if let Some(Alpha(stiffness)) = stiffness {
+            elasticity = elasticity.with_stiffness(stiffness);
+        }
+        Ok(elasticity)
+    }
+}
+
+/// The keys of an optional [`Damping`].
+mod damping {
+    use super::*;
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct Item(#[serde(with = "DampingKeys")] Damping);
+
+    pub(super) fn serialize<S: Serializer>(damping: &Option<Damping>, serializer: S) -> Result<S::Ok, S::Error> {
+        damping.map(Item).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Damping>, D::Error> {
+        Item::deserialize(value).map(|Item(damping)| Some(damping))
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Damping")]
+enum DampingKeys {
+    #[serde(rename = "damping_ratio")]
+    Ratio(#[serde(deserialize_with = "fraction")] f64),
+    #[serde(rename = "damping_rate")]
+    Rate(#[serde(deserialize_with = "not_negative")] f64),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -305,6 +415,7 @@ words! {
     measure: Preservation;
     scope: VolumeScope;
     field: FieldKind;
+    preset: Preset;
 }
 
 /// Defines functions that deserialize a number, vector or string and check its range.

@@ -23,5 +23,5 @@ mod write;
 pub use data::{BodyData, OutputData, Scene, SimulationData, Substeps, body_keys};
 pub use error::{Place, SceneError};
 pub use fault::nearest;
-pub use keys::ALTERNATIVES;
+pub use keys::{exclusive_keys, optional_keys};
 pub use model::Up;

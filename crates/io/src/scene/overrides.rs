@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::error::{Place, SceneError};
 use super::fault::nearest;
-use super::keys::ALTERNATIVES;
+use super::keys::exclusive_keys;
 use super::name::name_from;
 use super::value::{Data, Table, Value, parse_value};
 use crate::escape::Excerpt;
@@ -57,14 +57,13 @@ fn set(node: &mut Value, path: &str, value: Value, place: &Place) -> Result<(), 
     }
 }
 
-/// Sets a key, and removes the key of the file that excludes it ([`ALTERNATIVES`]). A key that another
+/// Sets a key, and removes the keys of the file that exclude it ([`exclusive_keys`]). A key that another
 /// override set is not removed, so that two exclusive overrides are an error.
 fn replace(table: &mut Table, key: &str, value: Value, place: &Place) {
-    if let Some(pair) = ALTERNATIVES.iter().find(|pair| pair.contains(&key)) {
-        table.retain(|other, value| {
-            !pair.contains(&other.as_str()) || matches!(value.place, Place::Override(_))
-        });
-    }
+    let excluded = exclusive_keys(key);
+    table.retain(|other, value| {
+        !excluded.contains(&other.as_str()) || matches!(value.place, Place::Override(_))
+    });
     table.insert(key.to_owned(), Value { place: place.clone(), ..value });
 }
 

@@ -34,7 +34,7 @@ impl Scene {
     /// `KEY` is a path of keys, such as `simulation.frames`, `body.bust.half_width` or `collider.0.friction`.
     /// A list element is named by its name or by its index from 0. `VALUE` is TOML; text that is not TOML is
     /// read as a string. An override replaces the exclusive alternative of its key; see
-    /// [`ALTERNATIVES`](super::ALTERNATIVES).
+    /// [`exclusive_keys`](super::exclusive_keys).
     ///
     /// # Errors
     ///

@@ -60,12 +60,13 @@ pub(crate) struct MomentumTracker {
 }
 
 impl MomentumTracker {
-    /// Creates the tracker for a lattice in the storage order `layout`. A step has `tasks` tasks.
-    pub(crate) fn new(lattice: &Lattice, layout: &Layout, tasks: usize) -> Self {
+    /// Creates the tracker for a lattice in the storage order `layout`. A step has `tasks` tasks. `vertex_masses` has
+    /// the mass of each vertex in units of a full cell's mass.
+    pub(crate) fn new(lattice: &Lattice, vertex_masses: &[f32], layout: &Layout, tasks: usize) -> Self {
         let count = lattice.components().count;
         let mut masses = vec![0.0; count];
-        for (&component, &cells) in lattice.components().of_vertex.iter().zip(lattice.occupied_cells()) {
-            masses[component as usize] += f64::from(cells) / 8.0;
+        for (&component, &mass) in lattice.components().of_vertex.iter().zip(vertex_masses) {
+            masses[component as usize] += f64::from(mass);
         }
         let components = if count == 1 {
             Components::One
@@ -83,6 +84,14 @@ impl MomentumTracker {
             masses,
             corrections: vec![RigidVelocity::default(); count],
             constrained: vec![false; count],
+        }
+    }
+
+    /// Sets the masses of the components from the masses of the vertices in the fits of the regions.
+    pub(crate) fn set_masses(&mut self, slots: &[u32], vertex_masses: &[f32]) {
+        self.masses.fill(0.0);
+        for (&slot, &mass) in slots.iter().zip(vertex_masses) {
+            self.masses[self.components.of_slot(slot)] += f64::from(mass);
         }
     }
 

@@ -1,0 +1,202 @@
+//! Chooses the number of steps per frame for [`Substeps::Auto`].
+//!
+//! It is the least number, from 1 to 1000, that meets these conditions for each body, with h the edge of a cell, v the
+//! greatest speed that is expected, and L the size of the body:
+//!
+//! * [`StepReason::Material`]: a body with a Young's modulus reaches it (alpha <= 1) with regions of at most the length
+//!   max(2.45 h, 0.15 L), so half-width 2, or more where the cells are small. Larger regions would make the body stiffer
+//!   in bending and twist, as 1 + 0.6 R²/t² and 1 + 4 R²/t² where the thickness is t. A body with a `frequency` f has at
+//!   least six steps per period: alpha = 2 (1 - cos(2 π f dt)) is then at most 1.
+//! * [`StepReason::Motion`]: the fastest handle or collider crosses at most one cell in a step.
+//! * [`StepReason::Fall`]: the body crosses at most one cell in a step at the speed u after a fall to the farthest
+//!   collider below it: u² = v0² + 2 g d, with its greatest initial speed v0, and the depth d.
+//! * [`StepReason::Slip`]: a layer of vertices that is held, or rests on a collider, slips by at most half a cell under
+//!   the weight of the body: 2 w (w + 1)/3 ρ g L/E <= 1/2.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::body::Body;
+use crate::contact::{Collider, Colliders, Shape};
+use crate::dynamics::{ElasticLaw, Key};
+
+/// Greatest number of steps per frame that is chosen automatically.
+const MAX_STEPS: f64 = 1000.0;
+
+/// Number of steps per period at which alpha = 1.
+const STEPS_PER_PERIOD: f64 = 6.0;
+
+/// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size.
+const REGION_FRACTION: f64 = 0.15;
+
+/// Greatest slip of a held layer in cells.
+const MAX_SLIP: f64 = 0.5;
+
+/// The number of steps per frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Substeps {
+    /// A fixed number, at least 1.
+    Fixed(u32),
+    /// The least number that the bodies and motions need, from 1 to 1000. It is determined once, at the first step.
+    Auto,
+}
+
+/// What determines the number of steps per frame that [`Substeps::Auto`] chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StepReason {
+    /// One step is enough.
+    One,
+    /// The elasticity of a body.
+    Material,
+    /// The speed of a handle or a collider.
+    Motion,
+    /// The speed of a falling body.
+    Fall,
+    /// The slip of a layer of vertices that is held or rests on a collider.
+    Slip,
+}
+
+impl StepReason {
+    /// Returns a description, as in "12 per frame, for ...".
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::One => "one step is enough",
+            Self::Material => "for the stiffness of",
+            Self::Motion => "for the speed of the handles and colliders near",
+            Self::Fall => "for the speed of the fall of",
+            Self::Slip => "against slip at the pins and colliders of",
+        }
+    }
+}
+
+/// The number of steps per frame that was chosen, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChosenSubsteps {
+    /// The number of steps per frame.
+    pub steps: u32,
+    /// The condition that needs most steps.
+    pub reason: StepReason,
+    /// Index of the body that needs them.
+    pub body: usize,
+}
+
+/// Chooses the number of steps per frame.
+pub(super) fn choose(bodies: &[Body], colliders: &Colliders, gravity: Vector3<f64>, fps: f64) -> ChosenSubsteps {
+    let collider_speed = colliders.list().map(collider_speed).fold(0.0, f64::max);
+    let mut most = (1.0, StepReason::One, 0);
+    for (index, body) in bodies.iter().enumerate() {
+        let needs = Needs::of(body, colliders, gravity);
+        let speed = |speed: f64| (speed + collider_speed) / body.lattice().cell_size();
+        let rates = [
+            (needs.material, StepReason::Material),
+            (speed(needs.handle_speed), StepReason::Motion),
+            (speed(needs.fall_speed), StepReason::Fall),
+            (needs.slip, StepReason::Slip),
+        ];
+        for (rate, reason) in rates {
+            if rate / fps > most.0 {
+                most = (rate / fps, reason, index);
+            }
+        }
+    }
+    // The factor 1 - 1e-9 prevents a rounding error from increasing a whole number of steps by one.
+    let steps = (most.0 * (1.0 - 1e-9)).ceil().clamp(1.0, MAX_STEPS) as u32;
+    ChosenSubsteps { steps, reason: most.1, body: most.2 }
+}
+
+/// The steps per second that a body needs, and the speeds that follow from its surroundings.
+struct Needs {
+    material: f64,
+    slip: f64,
+    handle_speed: f64,
+    fall_speed: f64,
+}
+
+impl Needs {
+    fn of(body: &Body, colliders: &Colliders, gravity: Vector3<f64>) -> Self {
+        let (low, high) = body.bounds();
+        let radius = (high - low).norm() / 2.0;
+        let handles = || body.constraints().filter_map(|constraint| constraint.keys());
+        let handle_speed = handles().map(|keys| motion_speed(keys, radius)).fold(0.0, f64::max);
+        let lift = |key: &Key| -Vector3::from(key.translate).dot(&gravity) / gravity.norm();
+        let lifted = handles().flatten().map(lift).fold(0.0, f64::max);
+        let center = nalgebra::center(&low, &high);
+        let initial_speed = body.velocities().iter().map(|velocity| velocity.norm()).fold(0.0, f64::max);
+        let fall_speed = if gravity == Vector3::zeros() {
+            initial_speed
+        } else {
+            let depths = colliders.list().map(|collider| depth_below(&collider.shape, &center, &gravity.normalize()));
+            let fall = lifted + depths.fold(0.0, f64::max);
+            (initial_speed * initial_speed + 2.0 * gravity.norm() * fall).sqrt()
+        };
+        let rests = !colliders.is_empty() || body.constraints().next().is_some();
+        let [material, slip] = match body.modulus_to_reach(gravity.norm()) {
+            Some(modulus) => {
+                let slip = if rests { slip_rate(body, modulus, gravity.norm()) } else { 0.0 };
+                [material_rate(body, modulus), slip]
+            }
+            None => [body.frequency().map_or(0.0, |frequency| STEPS_PER_PERIOD * frequency), 0.0],
+        };
+        Self { material, slip, handle_speed, fall_speed }
+    }
+}
+
+/// Returns the steps per second at which a body reaches its Young's modulus with regions of limited length.
+fn material_rate(body: &Body, modulus: f64) -> f64 {
+    let cell_size = body.lattice().cell_size();
+    let cells = REGION_FRACTION * body.size() / cell_size;
+    // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
+    let half_width = ((cells * cells + 0.25).sqrt() - 0.5).floor().max(2.0);
+    rate(body, modulus, half_width as usize)
+}
+
+/// Returns the steps per second at which the least sufficient regions are so small that a held layer slips little.
+fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
+    let product = 1.5 * MAX_SLIP * modulus / (body.material().density * gravity * body.size());
+    let half_width = ((product + 0.25).sqrt() - 0.5).floor().max(1.0);
+    if half_width.is_finite() { rate(body, modulus, half_width as usize) } else { 0.0 }
+}
+
+/// Returns the steps per second at which alpha = 1 with regions of half-width `half_width`.
+fn rate(body: &Body, modulus: f64, half_width: usize) -> f64 {
+    let (density, cell_size) = (body.material().density, body.lattice().cell_size());
+    1.0 / ElasticLaw::longest_step(density, cell_size, half_width, modulus)
+}
+
+/// Returns the distance along `down` from a point to a plane, to the center of a sphere or box, or to the lower end of
+/// the axis of a capsule.
+fn depth_below(shape: &Shape, start: &Point3<f64>, down: &Vector3<f64>) -> f64 {
+    let depth_of = |point: [f64; 3]| (Point3::from(point) - start).dot(down);
+    match *shape {
+        Shape::Plane { point, normal } => {
+            let normal = Vector3::from(normal).normalize();
+            let cosine = normal.dot(down);
+            // A body does not fall onto a wall or a ceiling.
+            if cosine > -1e-6 { 0.0 } else { (Point3::from(point) - start).dot(&normal) / cosine }
+        }
+        Shape::Sphere { center, .. } | Shape::Box { center, .. } => depth_of(center),
+        Shape::Capsule { a, b, .. } => depth_of(a).max(depth_of(b)),
+    }
+}
+
+/// Returns the largest speed of a collider.
+fn collider_speed(collider: &Collider) -> f64 {
+    let radius = match collider.shape {
+        // A plane is infinite. Contacts are assumed to be near its center of rotation.
+        Shape::Plane { .. } => 0.0,
+        Shape::Sphere { radius, .. } => radius,
+        Shape::Box { half_extents, .. } => Vector3::from(half_extents).norm(),
+        Shape::Capsule { a, b, radius } => (Vector3::from(a) - Vector3::from(b)).norm() / 2.0 + radius,
+    };
+    motion_speed(&collider.keys, radius)
+}
+
+/// Returns the largest speed of a motion, for a point at distance `radius` from the center of rotation.
+fn motion_speed(keyframes: &[Key], radius: f64) -> f64 {
+    let speed = |pair: &[Key]| {
+        let translation = Vector3::from(pair[1].translate) - Vector3::from(pair[0].translate);
+        let degrees = Vector3::from(pair[1].rotate) - Vector3::from(pair[0].rotate);
+        (translation.norm() + degrees.norm().to_radians() * radius) / (pair[1].time - pair[0].time)
+    };
+    keyframes.windows(2).map(speed).fold(0.0, f64::max)
+}
