@@ -7,7 +7,7 @@ mod statue;
 use std::path::Path;
 
 use nalgebra::Point3;
-use supple::{Body, BodyBuilder, Lattice, Mesh, Preservation, Simulation};
+use supple::{Body, BodyBuilder, Lattice, Material, Mesh, Preservation, Simulation};
 
 pub use figures::Figure;
 pub use statue::Statue;
@@ -46,7 +46,7 @@ pub fn bust() -> Mesh {
 ///
 /// Panics if the file of the bust is missing.
 pub fn bust_lattice(vertices: usize) -> Lattice {
-    let body = Body::builder(bust()).lattice_vertices(vertices).build();
+    let body = Body::builder(bust()).material(Material::fast_lsm()).lattice_vertices(vertices).build();
     body.expect("the mesh and the body options are valid").lattice().clone()
 }
 
@@ -57,7 +57,10 @@ pub fn bust_lattice(vertices: usize) -> Lattice {
 ///
 /// Panics if `half_width` is 0.
 pub fn in_motion(lattice: &Lattice, half_width: usize, threads: usize) -> Simulation {
-    simulation([Body::from_lattice(lattice.clone()).half_width(half_width)], threads)
+    simulation(
+        [Body::from_lattice(lattice.clone()).material(Material::fast_lsm()).half_width(half_width)],
+        threads,
+    )
 }
 
 /// Builds a simulation of several deformed bodies without gravity and volume preservation.

@@ -2,7 +2,7 @@
 //! the field of the volume correction.
 
 use supple::internals::{Correction, Embedding, Surface};
-use supple::{Body, Lattice, LatticeOptions, Mesh, Preservation, Resolution, VolumeMeasure};
+use supple::{Body, Lattice, LatticeOptions, Material, Mesh, Preservation, Resolution, VolumeMeasure};
 use supple_benches::Target::{self, AtMost};
 use supple_benches::bodies::Statue;
 
@@ -25,8 +25,13 @@ pub(crate) fn bench(bench: &mut Bench) {
     row(bench, "lattice with a given number of vertices", samples, Some(AtMost(1.0)));
 
     let samples = bench.measure(["build", "body"], Sampling::Few, mesh, |mesh, n| {
-        let body =
-            || Body::builder(mesh.clone()).resolution(options.resolution).volume(Preservation::Off).build();
+        let body = || {
+            Body::builder(mesh.clone())
+                .material(Material::fast_lsm())
+                .resolution(options.resolution)
+                .volume(Preservation::Off)
+                .build()
+        };
         [timed(|| (0..n).for_each(|_| drop(body())))]
     });
     row(bench, "the whole body without a correction", samples, None);

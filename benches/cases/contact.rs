@@ -1,7 +1,7 @@
 //! Measures the cost of contact in a step: for a fine mesh at rest on a plane, and for a fine mesh that falls
 //! far above a plane. Each is compared with the same mesh in a simulation without a plane.
 
-use supple::{Body, Collider, Mesh, Preservation, Simulation};
+use supple::{Body, Collider, Material, Mesh, Preservation, Simulation};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
 
@@ -56,6 +56,7 @@ fn comparison(samples: &crate::measure::Samples<2>, label: &str) -> String {
 /// is the height of a horizontal plane, if there is one.
 fn simulate(mesh: &Mesh, gravity: f64, ground: Option<f64>) -> Simulation {
     let body = Body::builder(mesh.clone())
+        .material(Material::fast_lsm())
         .lattice_vertices(LATTICE_VERTICES)
         .region_damping_rate(4.0)
         .volume(Preservation::Off)

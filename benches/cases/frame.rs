@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use supple::{Body, Display, Preservation, Simulation, VolumeMeasure, VolumeOptions};
+use supple::{Body, Display, Material, Preservation, Simulation, VolumeMeasure, VolumeOptions};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Statue, deform};
 
@@ -66,7 +66,9 @@ pub(crate) fn bench(bench: &mut Bench) {
 impl DisplayedStatue {
     /// Builds the simulation of a deformed statue on two threads.
     pub(crate) fn new(volume: VolumeOptions, lattice_vertices: usize) -> Self {
-        let body = Body::builder(Statue::of_quads(QUADS).mesh()).lattice_vertices(lattice_vertices);
+        let body = Body::builder(Statue::of_quads(QUADS).mesh())
+            .material(Material::fast_lsm())
+            .lattice_vertices(lattice_vertices);
         let mut body = body.volume(volume).build().expect("the mesh and the body options are valid");
         deform(&mut body);
         let count = body.mesh().map_or(0, |mesh| mesh.vertices().len());

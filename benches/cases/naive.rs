@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use supple::reference::{self, Naive, Regions};
-use supple::{Body, Simulation};
+use supple::{Body, Material, Simulation};
 use supple_benches::Target::AtLeast;
 use supple_benches::bodies::{block, deform, in_motion};
 
@@ -14,7 +14,10 @@ const STEPS: u32 = 50;
 pub(crate) fn bench(bench: &mut Bench) {
     bench.section("against the naive explicit sums, 1,000 lattice vertices, one thread");
     let lattice = block([10, 10, 10]);
-    let mut body = Body::from_lattice(lattice.clone()).build().expect("the body options are valid");
+    let mut body = Body::from_lattice(lattice.clone())
+        .material(Material::fast_lsm())
+        .build()
+        .expect("the body options are valid");
     deform(&mut body);
     let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
     for (half_width, target) in [(1, None), (3, Some(AtLeast(100.0)))] {

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use supple::{Body, Display, Lattice, Simulation, When};
+use supple::{Body, Display, Lattice, Material, Simulation, When};
 use supple_benches::Target::{self, AtLeast, AtMost};
 use supple_benches::bodies::{self, block, bust_lattice, in_motion};
 
@@ -115,7 +115,10 @@ fn memory(
 
 /// Builds a simulation with volume preservation, makes one step, and evaluates the body once for display.
 fn stepped_and_evaluated(lattice: &Lattice) -> (Simulation, Display) {
-    let body = Body::from_lattice(lattice.clone()).build().expect("the body options are valid");
+    let body = Body::from_lattice(lattice.clone())
+        .material(Material::fast_lsm())
+        .build()
+        .expect("the body options are valid");
     let simulation = Simulation::builder().body(body).build();
     let mut simulation = simulation.expect("the simulation parameters are valid");
     simulation.step();
@@ -165,7 +168,11 @@ fn many(bench: &mut Bench) {
     bench.section("100 bodies of 1,000 lattice vertices, w = 2, full step");
     let lattice = block(SMALL);
     let bodies = |threads| {
-        bodies::simulation((0..BODIES).map(|_| Body::from_lattice(lattice.clone()).half_width(2)), threads)
+        bodies::simulation(
+            (0..BODIES)
+                .map(|_| Body::from_lattice(lattice.clone()).material(Material::fast_lsm()).half_width(2)),
+            threads,
+        )
     };
     let simulations = || [bodies(2), bodies(1)];
     let samples = bench.measure(["step 100 x 1,000", "w=2"], Sampling::Many, simulations, step_alternately);

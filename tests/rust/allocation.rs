@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use supple::{
-    Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Mesh, Pin, Preservation, Selection,
+    Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Material, Mesh, Pin, Preservation, Selection,
     Simulation, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
@@ -15,6 +15,7 @@ fn block(n: i32) -> BodyBuilder {
     let cells: Vec<_> =
         (0..n).flat_map(|z| (0..n).flat_map(move |y| (0..n).map(move |x| [x, y, z]))).collect();
     Body::from_lattice(Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap())
+        .material(Material::fast_lsm())
 }
 
 /// Returns the mesh of a cube of edge 1.
@@ -61,7 +62,10 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
 
     // Evaluation with each volume measure: the first one allocates all buffers.
     for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh] {
-        let body = Body::builder(cube()).lattice_vertices(500).volume(Preservation::By(measure));
+        let body = Body::builder(cube())
+            .material(Material::fast_lsm())
+            .lattice_vertices(500)
+            .volume(Preservation::By(measure));
         let mut sim = Simulation::builder()
             .body(body.spin([1.0, 2.0, 0.0]).build().unwrap())
             .threads(1)
@@ -82,8 +86,13 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
 
     // The regional correction beside colliders, once the body has come to rest.
     let volume = VolumeOptions { scope: VolumeScope::Regional, ..VolumeMeasure::Mesh.into() };
-    let body =
-        Body::builder(cube()).lattice_vertices(500).region_damping(0.2).volume(volume).build().unwrap();
+    let body = Body::builder(cube())
+        .material(Material::fast_lsm())
+        .lattice_vertices(500)
+        .region_damping(0.2)
+        .volume(volume)
+        .build()
+        .unwrap();
     let ball = Collider::sphere([0.5, -0.9, 0.5], 1.0);
     let ground = Collider::plane([0.0, 0.02, 0.0], [0.0, 1.0, 0.0]);
     let resting = Simulation::builder().body(body).collider(ball).collider(ground).substeps(2);

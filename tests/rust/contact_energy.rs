@@ -2,7 +2,7 @@
 
 use crate::common::{block, lattice, surface_of};
 use nalgebra::{Point3, Vector3};
-use supple::{Body, BodyBuilder, BodyRef, Collider, Mesh, Simulation, VolumeOptions};
+use supple::{Body, BodyBuilder, BodyRef, Collider, Material, Mesh, Simulation, VolumeOptions};
 
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
@@ -37,8 +37,8 @@ fn energy(body: &Body, level: f64) -> f64 {
 
 /// Returns bare blocks that fall on a face, on a corner and on an end.
 fn shapes() -> [(&'static str, BodyBuilder); 3] {
-    let cube = || Body::from_lattice(lattice(&block([3, 3, 3])));
-    let bar = Body::from_lattice(lattice(&block([8, 2, 2])));
+    let cube = || Body::from_lattice(lattice(&block([3, 3, 3]))).material(Material::fast_lsm());
+    let bar = Body::from_lattice(lattice(&block([8, 2, 2]))).material(Material::fast_lsm());
     [
         ("flat", cube()),
         ("on a corner", cube().rotate([25.0, 10.0, 40.0])),
@@ -95,7 +95,11 @@ fn ball(n: i32) -> Mesh {
 }
 
 fn ball_body() -> BodyBuilder {
-    Body::builder(ball(12)).lattice_vertices(300).half_width(2).volume(VolumeOptions::off())
+    Body::builder(ball(12))
+        .material(Material::fast_lsm())
+        .lattice_vertices(300)
+        .half_width(2)
+        .volume(VolumeOptions::off())
 }
 
 #[test]
@@ -160,7 +164,8 @@ fn a_symmetric_body_that_falls_flat_stays_symmetric() {
     let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let cube = Mesh::new(corners, &quads).unwrap();
-    let body = Body::builder(cube).cell_size(0.25).half_width(2).region_damping(0.05);
+    let body =
+        Body::builder(cube).material(Material::fast_lsm()).cell_size(0.25).half_width(2).region_damping(0.05);
     let mut sim = drop(body, Collider { restitution: 0.4, ..Collider::plane([0.0; 3], [1.0; 3]) }, 1.0);
     sim.steps(120);
     let positions = sim.body(0).positions();

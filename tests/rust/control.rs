@@ -10,7 +10,7 @@ use supple::{
 
 #[test]
 fn material_set_later_equals_material_of_the_builder() {
-    let build = || Body::from_lattice(half_cells());
+    let build = || Body::from_lattice(half_cells()).material(Material::fast_lsm());
     let mut later = build().build().unwrap();
     later.set_stiffness(Stiffness::Frequency(3.0)).unwrap();
     later.set_region_damping(RegionDamping::Rate(2.0)).unwrap();
@@ -30,7 +30,7 @@ fn material_set_later_equals_material_of_the_builder() {
 
 #[test]
 fn settings_out_of_range_are_errors_and_change_nothing() {
-    let mut body = Body::from_lattice(half_cells()).build().unwrap();
+    let mut body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
     let errors = [
         (body.set_stiffness(Stiffness::PerStep(1.5)), ("stiffness", 1.5)),
         (body.set_region_damping(RegionDamping::Rate(-1.0)), ("region_damping_rate", -1.0)),
@@ -50,8 +50,13 @@ fn settings_out_of_range_are_errors_and_change_nothing() {
 
 #[test]
 fn another_half_width_keeps_positions_velocities_and_momentum() {
-    let mut simulation =
-        without_gravity(Body::from_lattice(half_cells()).spin([0.0, 2.0, 1.0]).build().unwrap());
+    let mut simulation = without_gravity(
+        Body::from_lattice(half_cells())
+            .material(Material::fast_lsm())
+            .spin([0.0, 2.0, 1.0])
+            .build()
+            .unwrap(),
+    );
     simulation.body_mut(0).apply_force([300.0, 0.0, 0.0], &Selection::Vertices(vec![0])).unwrap();
     simulation.steps(20);
     let before = (simulation.body(0).positions(), simulation.body(0).velocities());
@@ -74,7 +79,15 @@ fn another_half_width_keeps_positions_velocities_and_momentum() {
 
 #[test]
 fn a_half_width_set_later_equals_one_of_the_builder_for_an_inverted_body() {
-    let build = |cells| without_gravity(Body::from_lattice(half_cells()).half_width(cells).build().unwrap());
+    let build = |cells| {
+        without_gravity(
+            Body::from_lattice(half_cells())
+                .material(Material::fast_lsm())
+                .half_width(cells)
+                .build()
+                .unwrap(),
+        )
+    };
     let mut changed = build(2);
     let inside_out: Vec<_> =
         changed.body(0).positions().iter().map(|p| Point3::from(p.coords * -0.3)).collect();
@@ -93,7 +106,9 @@ fn a_half_width_set_later_equals_one_of_the_builder_for_an_inverted_body() {
 
 #[test]
 fn volume_options_set_later_equal_options_of_the_builder() {
-    let build = |volume: VolumeOptions| Body::from_lattice(half_cells()).volume(volume).build().unwrap();
+    let build = |volume: VolumeOptions| {
+        Body::from_lattice(half_cells()).material(Material::fast_lsm()).volume(volume).build().unwrap()
+    };
     let cells = VolumeOptions { max_correction: 0.5, ..VolumeMeasure::Cells.into() };
     let mut changed = build(VolumeMeasure::Lattice.into());
     for options in [VolumeOptions::off(), cells, VolumeMeasure::Lattice.into()] {
@@ -112,7 +127,7 @@ fn volume_options_set_later_equal_options_of_the_builder() {
 
 #[test]
 fn handles_follow_new_keys_and_are_released() {
-    let mut body = Body::from_lattice(half_cells()).build().unwrap();
+    let mut body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
     body.handle(&Handle { selection: all, keys, window: TimeWindow::default() }).unwrap();
@@ -140,7 +155,15 @@ fn released_constraints_take_no_memory_and_keep_the_indices_of_the_others() {
         selection: Selection::Vertices(vec![vertex]),
         window: TimeWindow { start: 0.0, end: 0.05 },
     };
-    let build = || Body::from_lattice(half_cells()).pin(pin(0)).pin(pin(1)).pin(pin(2)).build().unwrap();
+    let build = || {
+        Body::from_lattice(half_cells())
+            .material(Material::fast_lsm())
+            .pin(pin(0))
+            .pin(pin(1))
+            .pin(pin(2))
+            .build()
+            .unwrap()
+    };
     let mut simulation = without_gravity(build());
     simulation.steps(2);
     let indices = |simulation: &Simulation| -> Vec<_> {
@@ -196,20 +219,26 @@ fn released_constraints_take_no_memory_and_keep_the_indices_of_the_others() {
 
 #[test]
 fn a_lattice_is_scaled_about_the_origin() {
-    let body = Body::from_lattice(half_cells()).scale(2.0).build().unwrap();
+    let body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).scale(2.0).build().unwrap();
     let unscaled = half_cells();
     for (vertex, position) in (0..60).zip(body.positions()) {
         assert!((position - unscaled.rest_position(vertex) * 2.0).norm() < 1e-6);
     }
-    let error = Body::from_lattice(half_cells()).scale(0.0).build().unwrap_err();
+    let error =
+        Body::from_lattice(half_cells()).material(Material::fast_lsm()).scale(0.0).build().unwrap_err();
     assert!(matches!(&error, Error::Lattice(LatticeError::CellSize(0.0))), "{error}");
 }
 
 #[test]
 fn threads_changed_between_steps_change_no_bit() {
     let run = |threads: [usize; 2]| {
-        let mut simulation =
-            without_gravity(Body::from_lattice(half_cells()).spin([0.0, 1.0, 2.0]).build().unwrap());
+        let mut simulation = without_gravity(
+            Body::from_lattice(half_cells())
+                .material(Material::fast_lsm())
+                .spin([0.0, 1.0, 2.0])
+                .build()
+                .unwrap(),
+        );
         for threads in threads {
             simulation.abandon_threads();
             simulation.set_threads(threads).unwrap();
@@ -228,7 +257,14 @@ fn a_state_with_an_active_pin_continues_in_a_body_whose_pin_was_never_active() {
         selection: Selection::Vertices(vec![0, 1, 20]),
         window: TimeWindow { start: 0.05, end },
     };
-    let build = || Body::from_lattice(half_cells()).spin([0.0, 1.0, 0.0]).pin(pin(0.25)).build().unwrap();
+    let build = || {
+        Body::from_lattice(half_cells())
+            .material(Material::fast_lsm())
+            .spin([0.0, 1.0, 0.0])
+            .pin(pin(0.25))
+            .build()
+            .unwrap()
+    };
     let (mut one, mut free) = (without_gravity(build()), without_gravity(build()));
     free.steps(3);
     let start = free.state();
@@ -252,7 +288,9 @@ fn a_state_with_an_active_pin_continues_in_a_body_whose_pin_was_never_active() {
 
 #[test]
 fn a_state_keeps_all_settings_that_changed_between_steps() {
-    let build = || Body::from_lattice(half_cells()).spin([0.0, 1.0, 0.0]).build().unwrap();
+    let build = || {
+        Body::from_lattice(half_cells()).material(Material::fast_lsm()).spin([0.0, 1.0, 0.0]).build().unwrap()
+    };
     let collider = || supple::Collider::sphere([2.0, 1.0, 3.5], 1.2);
     let world = |body| {
         Simulation::builder().body(body).gravity([0.0; 3]).dt(0.01).collider(collider()).build().unwrap()

@@ -2,10 +2,14 @@
 
 use crate::common::{block, lattice};
 use nalgebra::Point3;
-use supple::{Body, BodyRef, Collider, Display, RegionSize, Simulation, VolumeOptions};
+use supple::{Body, BodyRef, Collider, Display, Material, RegionSize, Simulation, VolumeOptions};
 
 fn cube(edge: i32) -> Body {
-    Body::from_lattice(lattice(&block([edge; 3]))).region_damping(0.2).build().unwrap()
+    Body::from_lattice(lattice(&block([edge; 3])))
+        .material(Material::fast_lsm())
+        .region_damping(0.2)
+        .build()
+        .unwrap()
 }
 
 fn falling(body: Body) -> Simulation {

@@ -3,7 +3,7 @@
 use crate::common::{Random, block, coordinates, lattice};
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Naive, Regions};
-use supple::{Body, Lattice, Simulation};
+use supple::{Body, Lattice, Material, Simulation};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -15,7 +15,11 @@ fn energy(naive: &Naive, body: &Body) -> f64 {
 
 /// Returns an undamped block whose vertex positions are shuffled.
 fn shuffled(lattice: &Lattice, half_width: usize, threads: usize) -> Simulation {
-    let mut body = Body::from_lattice(lattice.clone()).half_width(half_width).build().unwrap();
+    let mut body = Body::from_lattice(lattice.clone())
+        .material(Material::fast_lsm())
+        .half_width(half_width)
+        .build()
+        .unwrap();
     let mut random = Random(31);
     let mut positions = body.positions();
     for i in (1..positions.len()).rev() {

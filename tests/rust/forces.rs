@@ -2,7 +2,7 @@
 
 use crate::common::{half_cells, momentum, without_gravity};
 use nalgebra::Vector3;
-use supple::{Body, Error, Handle, Key, Selection, Simulation, TimeWindow};
+use supple::{Body, Error, Handle, Key, Material, Selection, Simulation, TimeWindow};
 
 #[test]
 fn a_force_on_any_selection_gives_its_impulse_once() {
@@ -11,8 +11,13 @@ fn a_force_on_any_selection_gives_its_impulse_once() {
         Selection::Plane { point: [1.6, 0.0, 0.0], normal: [1.0, 0.0, 0.0] },
     ];
     for selection in selections {
-        let mut simulation =
-            without_gravity(Body::from_lattice(half_cells()).region_damping(0.2).build().unwrap());
+        let mut simulation = without_gravity(
+            Body::from_lattice(half_cells())
+                .material(Material::fast_lsm())
+                .region_damping(0.2)
+                .build()
+                .unwrap(),
+        );
         let force = Vector3::new(300.0, -20.0, 50.0);
         simulation.body_mut(0).apply_force(force.into(), &selection).unwrap();
         for steps in [1, 100] {
@@ -25,7 +30,8 @@ fn a_force_on_any_selection_gives_its_impulse_once() {
 
 #[test]
 fn forces_on_one_vertex_add_up_and_an_invalid_list_applies_nothing() {
-    let mut simulation = without_gravity(Body::from_lattice(half_cells()).build().unwrap());
+    let mut simulation =
+        without_gravity(Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap());
     let body = simulation.body_mut(0);
     body.apply_forces(&[(3, [1.0, 0.0, 0.0]), (3, [0.0, 2.0, 0.0])]).unwrap();
     for wrong in [f64::NAN, f64::INFINITY] {
@@ -44,7 +50,8 @@ fn forces_on_one_vertex_add_up_and_an_invalid_list_applies_nothing() {
 #[test]
 fn forces_are_order_independent_and_act_for_one_step() {
     let run = |forces: &[(u32, [f64; 3])]| {
-        let mut simulation = without_gravity(Body::from_lattice(half_cells()).build().unwrap());
+        let mut simulation =
+            without_gravity(Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap());
         for force in [forces, &[]] {
             simulation.body_mut(0).apply_forces(force).unwrap();
             simulation.steps(3);
@@ -59,7 +66,7 @@ fn forces_are_order_independent_and_act_for_one_step() {
 
 #[test]
 fn a_force_on_a_vertex_out_of_range_is_an_error_and_applies_nothing() {
-    let mut body = Body::from_lattice(half_cells()).build().unwrap();
+    let mut body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
     let error = body.apply_forces(&[(0, [1.0; 3]), (60, [1.0; 3])]).unwrap_err();
     assert!(
         error.to_string().contains("vertex 60 is out of range: the lattice has 60 vertices, 0 to 59"),
@@ -70,12 +77,15 @@ fn a_force_on_a_vertex_out_of_range_is_an_error_and_applies_nothing() {
         simulation.step();
         simulation.body(0).velocities()
     };
-    assert_eq!(stepped(body), stepped(Body::from_lattice(half_cells()).build().unwrap()));
+    assert_eq!(
+        stepped(body),
+        stepped(Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap())
+    );
 }
 
 #[test]
 fn forces_and_keys_beyond_the_limits_are_errors_and_within_them_results_stay_finite() {
-    let mut body = Body::from_lattice(half_cells()).build().unwrap();
+    let mut body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
     // Cells of 0.5.
     let limit = 0.5e15 * body.masses()[0];
     body.apply_forces(&[(0, [limit, -limit, 0.0])]).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::common::{Random, bare, block, coordinates, lattice, points, rest, rigid_fit, worst};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
-use supple::{Body, Simulation};
+use supple::{Body, Material, Simulation};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -52,8 +52,13 @@ fn a_free_body_keeps_its_position_and_orientation_for_100_000_steps() {
     let (still, stretch) = (Vector3::repeat(1.0), Vector3::new(1.15, 0.95, 0.9));
     for (factors, damping) in [(still, 0.0), (still, 0.1), (stretch, 0.0), (stretch, 0.1)] {
         let lattice = lattice(&block([7, 4, 5]));
-        let mut body =
-            Body::from_lattice(lattice).half_width(2).stiffness(0.7).region_damping(damping).build().unwrap();
+        let mut body = Body::from_lattice(lattice)
+            .material(Material::fast_lsm())
+            .half_width(2)
+            .stiffness(0.7)
+            .region_damping(damping)
+            .build()
+            .unwrap();
         stretched(&mut body, factors);
         let mut sim = free(body);
         let before = pose(&sim);
@@ -72,7 +77,12 @@ fn momenta_are_conserved_while_a_body_spins_and_vibrates() {
     for damping in [0.0, 0.2] {
         let mut random = Random(22);
         let lattice = lattice(&block([9, 3, 4]));
-        let mut body = Body::from_lattice(lattice).half_width(1).region_damping(damping).build().unwrap();
+        let mut body = Body::from_lattice(lattice)
+            .material(Material::fast_lsm())
+            .half_width(1)
+            .region_damping(damping)
+            .build()
+            .unwrap();
         shaken(&mut body, 0.2);
         let x = coordinates(&body.positions());
         let spin = Vector3::new(0.3, 1.1, -0.4);
@@ -145,7 +155,12 @@ fn components_keep_their_own_momenta() {
     cells.extend(block([2, 2, 2]).into_iter().map(|[x, y, z]| [x + 8, y, z]));
     let lattice = lattice(&cells);
     assert_eq!(lattice.components().count, 2);
-    let mut body = Body::from_lattice(lattice.clone()).half_width(2).region_damping(0.3).build().unwrap();
+    let mut body = Body::from_lattice(lattice.clone())
+        .material(Material::fast_lsm())
+        .half_width(2)
+        .region_damping(0.3)
+        .build()
+        .unwrap();
     let of = lattice.components().of_vertex.clone();
     let velocity = [Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, -2.0)];
     let v: Vec<_> = of.iter().map(|&c| velocity[c as usize]).collect();
@@ -164,7 +179,12 @@ fn components_keep_their_own_momenta() {
 #[test]
 fn damping_keeps_a_rigid_motion_that_was_set() {
     let lattice = lattice(&block([6, 3, 4]));
-    let mut body = Body::from_lattice(lattice.clone()).half_width(2).region_damping(0.9).build().unwrap();
+    let mut body = Body::from_lattice(lattice.clone())
+        .material(Material::fast_lsm())
+        .half_width(2)
+        .region_damping(0.9)
+        .build()
+        .unwrap();
     let turn = Rotation3::new(Vector3::new(0.9, -1.7, 0.4));
     let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
     let center = x.iter().zip(body.masses()).map(|(x, m)| x * m).sum::<Vector3<f64>>()

@@ -3,7 +3,7 @@
 use crate::common::{Random, bare, block, coordinates, points, rest, rigid_fit, shapes, tolerance, worst};
 use nalgebra::{Matrix3, Vector3};
 use supple::reference::{self, Regions};
-use supple::{Body, Simulation};
+use supple::{Body, Material, Simulation};
 
 /// Returns a shape with a stretch, noise and a rotation.
 fn deformed(x: &[Vector3<f64>], random: &mut Random) -> Vec<Vector3<f64>> {
@@ -139,6 +139,7 @@ fn damping_equals_the_reference() {
             let x: Vec<_> = rest(&lattice).iter().map(|x| turn * x).collect();
             let v: Vec<_> = x.iter().map(|_| random.vector()).collect();
             let body = Body::from_lattice(lattice.clone())
+                .material(Material::fast_lsm())
                 .half_width(half_width)
                 .stiffness(1e-3)
                 .region_damping(0.6);

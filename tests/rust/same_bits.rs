@@ -4,7 +4,8 @@ use crate::common::{Random, block, coordinates, lattice, points, rest, tolerance
 use nalgebra::{Point3, Vector3};
 use supple::reference::{self, Regions};
 use supple::{
-    Body, Collider, Handle, Key, Lattice, Pin, Selection, Simulation, TimeWindow, VolumeOptions, VolumeScope,
+    Body, Collider, Handle, Key, Lattice, Material, Pin, Selection, Simulation, TimeWindow, VolumeOptions,
+    VolumeScope,
 };
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
@@ -20,6 +21,7 @@ fn full_simulation(threads: usize) -> Simulation {
     let side = |x: f64| Selection::Plane { point: [x, 0.0, 0.0], normal: [x - 16.0, 0.0, 0.0] };
     let key = |time, rotate| Key { time, translate: [0.0, time, 0.0], rotate: [rotate, 0.0, 0.0] };
     let mut body = Body::from_lattice(lattice)
+        .material(Material::fast_lsm())
         .half_width(2)
         .stiffness(0.8)
         .region_damping(0.1)
@@ -100,7 +102,11 @@ fn deformed() -> (Lattice, Vec<Vector3<f64>>) {
 fn level_results() -> LevelResults {
     let plain = |x: &[Vector3<f64>]| -> Vectors { x.iter().map(|&x| x.into()).collect() };
     let (lattice, x) = deformed();
-    let body = Body::from_lattice(lattice).half_width(LEVEL_HALF_WIDTH).stiffness(1.0).region_damping(0.05);
+    let body = Body::from_lattice(lattice)
+        .material(Material::fast_lsm())
+        .half_width(LEVEL_HALF_WIDTH)
+        .stiffness(1.0)
+        .region_damping(0.05);
     let mut body = body.build().unwrap();
     body.set_positions(&points(&x)).unwrap();
     let goals = plain(&coordinates(&body.goals()));

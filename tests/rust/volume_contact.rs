@@ -4,7 +4,7 @@
 use crate::common::{block, lattice};
 use nalgebra::{Point3, Rotation3, Vector3};
 use supple::internals::Motion;
-use supple::{Body, BodyBuilder, BodyRef, Collider, Key, Simulation, VolumeOptions, VolumeScope};
+use supple::{Body, BodyBuilder, BodyRef, Collider, Key, Material, Simulation, VolumeOptions, VolumeScope};
 
 const DT: f64 = 1.0 / 60.0;
 const SCOPES: [VolumeScope; 2] = [VolumeScope::Global, VolumeScope::Regional];
@@ -89,7 +89,7 @@ fn surface_points(body: BodyRef<'_>) -> Vec<Point3<f64>> {
 
 /// Returns a damped ball of radius 4.
 fn ball() -> BodyBuilder {
-    Body::builder(crate::shapes::ball(4.0)).cell_size(1.0).region_damping(0.1)
+    Body::builder(crate::shapes::ball(4.0)).material(Material::fast_lsm()).cell_size(1.0).region_damping(0.1)
 }
 
 /// Returns two plates at `height` above and below the origin that close by `distance` each, wait, and open
@@ -128,7 +128,12 @@ fn a_body_squeezed_between_plates_bulges_sideways_and_enters_neither() {
             let [corrected, uncorrected] = worst.widths;
             assert!(corrected > uncorrected + 0.5, "no bulge: {scope:?}, {half_width}: {worst:?}");
         }
-        let cube = || Body::from_lattice(lattice(&block([6, 6, 6]))).region_damping(0.1).translate([-3.0; 3]);
+        let cube = || {
+            Body::from_lattice(lattice(&block([6, 6, 6])))
+                .material(Material::fast_lsm())
+                .region_damping(0.1)
+                .translate([-3.0; 3])
+        };
         let worst = worst(&mut Pair::new(cube, scope, &plates(3.2, 1.2), 0.0), 180);
         assert!(worst.extra_depth < 1e-5 && worst.residual < 1e-12, "{scope:?}: {worst:?}");
         assert!(worst.jump < 0.05, "{scope:?}: {worst:?}");
@@ -147,7 +152,11 @@ fn pressed(
 ) -> [Vec<Vector3<f64>>; 2] {
     let turned = Rotation3::new(Vector3::z() * tilt.to_radians());
     let options = VolumeOptions { scope, ..VolumeOptions::default() };
-    let mut body = Body::from_lattice(lattice(&block([6, 6, 6]))).volume(options).build().unwrap();
+    let mut body = Body::from_lattice(lattice(&block([6, 6, 6])))
+        .material(Material::fast_lsm())
+        .volume(options)
+        .build()
+        .unwrap();
     let pose = |p: &Point3<f64>| turned * Point3::new(p.x, share * p.y, p.z);
     let posed: Vec<_> = body.positions().iter().map(pose).collect();
     body.set_positions(&posed).unwrap();

@@ -7,7 +7,8 @@ use crate::shapes::apply;
 use nalgebra::{Matrix3, Point3, Vector3};
 use supple::internals::Correction;
 use supple::{
-    Body, BodyBuilder, Lattice, Mesh, Preservation, Simulation, VolumeMeasure, VolumeOptions, VolumeScope,
+    Body, BodyBuilder, Lattice, Material, Mesh, Preservation, Simulation, VolumeMeasure, VolumeOptions,
+    VolumeScope,
 };
 
 /// Returns the rms error of the volumes of the cells, in units of the rest volume of a cell.
@@ -87,7 +88,12 @@ fn the_regional_scope_halves_the_cell_error_of_a_dumbbell_with_a_stretched_neck(
     let (vertices, quads) = surface_of(&cells);
     let mesh = Mesh::new(vertices, &quads).unwrap();
     let outcome = outcome(|volume| {
-        let mut body = Body::builder(mesh.clone()).cell_size(1.0).volume(volume).build().unwrap();
+        let mut body = Body::builder(mesh.clone())
+            .material(Material::fast_lsm())
+            .cell_size(1.0)
+            .volume(volume)
+            .build()
+            .unwrap();
         let longer = |x: f64| x + (x - 10.0).clamp(0.0, 10.0);
         let positions: Vec<_> = body.positions().iter().map(|p| Point3::new(longer(p.x), p.y, p.z)).collect();
         body.set_positions(&positions).unwrap();
@@ -113,7 +119,13 @@ fn the_regional_scope_reduces_the_cell_error_of_a_bust_with_a_raised_crown() {
     // The correction is limited beside pinned vertices, so the scope matters less on coarser lattices.
     for (vertices, factor, crease) in [(1000, 0.85, 1.0), (4000, 0.75, 2.0)] {
         let outcome = outcome(|volume| {
-            stretched(Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume), [low.y, high.y])
+            stretched(
+                Body::builder(mesh.clone())
+                    .material(Material::fast_lsm())
+                    .lattice_vertices(vertices)
+                    .volume(volume),
+                [low.y, high.y],
+            )
         });
         let [_, global, regional] = outcome.errors;
         assert!(regional < factor * global, "{:?}", outcome.errors);
@@ -131,7 +143,10 @@ fn the_regional_scope_halves_the_cell_error_of_a_bust_with_a_stretched_neck() {
     let height = high.y - low.y;
     for [from, to] in [[0.2, 0.9], [0.25, 0.6]] {
         let outcome = outcome(|volume| {
-            let body = Body::builder(mesh.clone()).lattice_vertices(1000).volume(volume);
+            let body = Body::builder(mesh.clone())
+                .material(Material::fast_lsm())
+                .lattice_vertices(1000)
+                .volume(volume);
             let mut body = body.build().unwrap();
             let share = |y: f64| ((y - low.y) / height - from).clamp(0.0, to - from) / (to - from);
             let positions = body.positions();
@@ -152,7 +167,10 @@ fn the_regional_scope_has_a_smaller_cell_error_on_bars_and_plates() {
         let (vertices, quads) = surface_of(&block(size));
         let mesh = Mesh::new(vertices, &quads).unwrap();
         let outcome = outcome(|volume| {
-            stretched(Body::builder(mesh.clone()).cell_size(1.0).volume(volume), [0.0, f64::from(size[1])])
+            stretched(
+                Body::builder(mesh.clone()).material(Material::fast_lsm()).cell_size(1.0).volume(volume),
+                [0.0, f64::from(size[1])],
+            )
         });
         let [_, global, regional] = outcome.errors;
         assert!(regional < global, "{size:?}: {:?}", outcome.errors);

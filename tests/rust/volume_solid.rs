@@ -5,7 +5,7 @@
 
 use crate::common::{block, pull_apart, rms, surface_of};
 use nalgebra::Point3;
-use supple::{Body, BodyBuilder, FieldKind, Mesh, Preservation, VolumeMeasure, VolumeOptions};
+use supple::{Body, BodyBuilder, FieldKind, Material, Mesh, Preservation, VolumeMeasure, VolumeOptions};
 
 /// Returns the rows of numbers of a reference solution.
 fn rows(name: &str) -> Vec<Vec<f64>> {
@@ -36,7 +36,8 @@ fn the_surface_field_brings_a_stretched_bar_closer_to_finite_elements() {
     let reference = rows("bar");
     for cell in [0.25, 0.125] {
         let errors = options().map(|volume| {
-            let body = Body::builder(mesh.clone()).cell_size(cell).volume(volume);
+            let body =
+                Body::builder(mesh.clone()).material(Material::fast_lsm()).cell_size(cell).volume(volume);
             let surface = stretched_surface(body, 0, [1e-6, 4.0 - 1e-6], 2.0);
             rms(reference.iter().map(|row| {
                 let rest = Point3::new(row[0], row[1], row[2]);
@@ -57,7 +58,10 @@ fn the_surface_field_brings_a_stretched_bust_closer_to_finite_elements() {
     let reference = rows("bust");
     for vertices in [1000, 4000] {
         let errors = options().map(|volume| {
-            let body = Body::builder(mesh.clone()).lattice_vertices(vertices).volume(volume);
+            let body = Body::builder(mesh.clone())
+                .material(Material::fast_lsm())
+                .lattice_vertices(vertices)
+                .volume(volume);
             let surface = stretched_surface(body, 1, [6.183, 8.751], 1.834);
             rms(reference
                 .iter()

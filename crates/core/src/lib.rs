@@ -133,8 +133,8 @@ pub use body::{
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{
-    Constraint, ConstraintError, Damping, Elasticity, Handle, Key, Material, MotionError, Pin, Preset, RegionDamping,
-    RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
+    Constraint, ConstraintError, Damping, Elasticity, Handle, Key, Material, MotionError, Pin, Preset,
+    RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
 };
 pub use error::Error;
 pub use lattice::{
@@ -146,7 +146,7 @@ pub use parallel::Executor;
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
 pub use range::RangeError;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
-pub use simulation::{ChosenSubsteps, StepReason, Substeps, Simulation, SimulationBuilder, SimulationState};
+pub use simulation::{ChosenSubsteps, Simulation, SimulationBuilder, SimulationState, StepReason, Substeps};
 pub use skin::{VertexNormals, vertex_normals};
 pub use state::{Placement, euler_degrees};
 pub use volume::{

@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "not every test program uses every item")]
 
 use nalgebra::{Point3, Rotation3, Vector3};
-use supple::{Body, BodyBuilder, Handle, Key, Lattice, Pin, Selection, Simulation, TimeWindow};
+use supple::{Body, BodyBuilder, Handle, Key, Lattice, Material, Pin, Selection, Simulation, TimeWindow};
 
 /// A seeded random number generator (Steele, Lea & Flood 2014: SplitMix64).
 pub struct Random(pub u64);
@@ -160,7 +160,7 @@ pub fn shapes() -> Vec<(&'static str, Lattice)> {
 
 /// Returns a body of a bare lattice with regions of half-width `half_width` and default settings.
 pub fn bare(lattice: &Lattice, half_width: usize) -> Body {
-    Body::from_lattice(lattice.clone()).half_width(half_width).build().unwrap()
+    Body::from_lattice(lattice.clone()).material(Material::fast_lsm()).half_width(half_width).build().unwrap()
 }
 
 /// Returns the rest positions of a lattice.

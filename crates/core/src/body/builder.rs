@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use super::elasticity::{initial_half_width, size_of};
 use super::{Body, MAX_CELLS, Surface};
 use crate::dynamics::{
-    Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper, RegionDamping, RegionSize,
-    Stiffness,
+    Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper,
+    RegionDamping, RegionSize, Stiffness,
 };
 use crate::error::Error;
 use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution, vertex_masses};

@@ -4,8 +4,8 @@
 use super::builder::extent;
 use super::{Body, Surface};
 use crate::dynamics::{
-    Damping, ElasticDamper, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionDamping, RegionSize,
-    Stiffness, lowest_eigenvalue,
+    Damping, ElasticDamper, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionDamping,
+    RegionSize, Stiffness, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
 use crate::matching::Matching;
@@ -117,7 +117,8 @@ impl Body {
             // Without the larger masses of constrained vertices.
             let matching = &Matching::new(lattice, masses, matching.regions.half_width());
             let damper = RegionDamper::new(matching);
-            let mut tracker = MomentumTracker::new(lattice, masses, &matching.layout, matching.cascade.tasks());
+            let mut tracker =
+                MomentumTracker::new(lattice, masses, &matching.layout, matching.cascade.tasks());
             lowest_eigenvalue(lattice, matching, &damper, &mut tracker, executor)
         });
         (eigenvalue * self.alpha(dt)).sqrt() / dt

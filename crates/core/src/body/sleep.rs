@@ -107,9 +107,12 @@ impl Body {
         }
         let is_still = |slot: u32| state.velocities.get(slot) == [0.0; 3];
         state.frame.velocity() == Vector3::zeros()
-            && matching.layout.slots().iter().zip(&lattice.components().of_vertex).all(|(&slot, &component)| {
-                is_still(slot) || is_held(component as usize)
-            })
+            && matching
+                .layout
+                .slots()
+                .iter()
+                .zip(&lattice.components().of_vertex)
+                .all(|(&slot, &component)| is_still(slot) || is_held(component as usize))
     }
 
     /// Returns whether something may move a body at rest in this step.
@@ -137,4 +140,3 @@ impl Body {
         colliders.moves_near(interval, state.frame.body_frame(), &center, radius + NEAR)
     }
 }
-

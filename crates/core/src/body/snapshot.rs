@@ -156,7 +156,12 @@ impl Body {
             in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
         }
         let (cells, limit) = (half_width as f64, extent(&self.lattice).max(1));
-        in_range("half_width", cells, (1..=limit).contains(&half_width), "at least 1 and at most the extent")?;
+        in_range(
+            "half_width",
+            cells,
+            (1..=limit).contains(&half_width),
+            "at least 1 and at most the extent",
+        )?;
         if volume != self.volume {
             Correction::new(&self.lattice, self.surface.as_ref().map(Surface::volume_surface), &volume)?;
         }

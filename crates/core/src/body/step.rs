@@ -177,9 +177,10 @@ impl Body {
         let Self { constraints, masses, matching, momentum, region_damping, .. } = self;
         let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
         let is_constrained = |vertex: usize| constrained.get(vertex).is_some_and(|constrained| *constrained);
-        let is_current = matching.layout.slots().iter().zip(&*masses).enumerate().all(|(vertex, (&slot, &mass))| {
-            matching.regions.weights.get(slot)[0] == mass * fit_factor(is_constrained(vertex))
-        });
+        let is_current =
+            matching.layout.slots().iter().zip(&*masses).enumerate().all(|(vertex, (&slot, &mass))| {
+                matching.regions.weights.get(slot)[0] == mass * fit_factor(is_constrained(vertex))
+            });
         if is_current {
             return;
         }
@@ -262,7 +263,9 @@ impl Body {
 
     /// Reads the motion of the constrained vertices before the step.
     fn begin_elastic_damping(&mut self) {
-        let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else { return };
+        let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else {
+            return;
+        };
         damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum);
     }
 
@@ -364,10 +367,12 @@ impl Body {
             state.invalidate_momentum(lattice, vertex);
         }
         if self.elastic_damping.is_some() || context.sleep {
-            state.set_supports(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(|pressure| {
-                let component = lattice.components().of_vertex[pressure.vertex as usize];
-                pressure.support_of(component)
-            }));
+            state.set_supports(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(
+                |pressure| {
+                    let component = lattice.components().of_vertex[pressure.vertex as usize];
+                    pressure.support_of(component)
+                },
+            ));
         }
     }
 

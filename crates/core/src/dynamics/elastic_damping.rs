@@ -39,7 +39,11 @@ impl ElasticDamper {
         for &vertex in active.flat_map(|constraint| constraint.vertices()) {
             let slot = slots[vertex as usize];
             let (sums, count) = &mut self.constrained[tracker.component_of(slot)];
-            sums.add_vertex(1.0, state.positions.get(slot).map(f64::from), state.velocities.get(slot).map(f64::from));
+            sums.add_vertex(
+                1.0,
+                state.positions.get(slot).map(f64::from),
+                state.velocities.get(slot).map(f64::from),
+            );
             *count += 1.0;
         }
     }

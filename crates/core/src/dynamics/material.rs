@@ -115,7 +115,7 @@ pub enum Damping {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
-    /// Elasticity; default: regions of 2 cells, alpha = 1 per step.
+    /// Elasticity; default [`Preset::Rubber`].
     pub elasticity: Elasticity,
     /// Damping; `None`, the default, is the damping ratio of the preset, and without a preset 0.2.
     pub damping: Option<Damping>,
@@ -128,11 +128,17 @@ pub struct Material {
 impl Default for Material {
     fn default() -> Self {
         Self {
-            elasticity: Elasticity::Regions { size: RegionSize::Cells(2), stiffness: Stiffness::PerStep(1.0) },
-            damping: Some(Damping::Rate(0.0)),
+            elasticity: Elasticity::default(),
+            damping: None,
             region_damping: RegionDamping::PerStep(0.0),
             density: 1000.0,
         }
+    }
+}
+
+impl Default for Elasticity {
+    fn default() -> Self {
+        Self::Preset(Preset::default())
     }
 }
 
@@ -201,6 +207,11 @@ impl Stiffness {
 }
 
 impl Material {
+    /// Returns the material of Rivers & James 2007 without damping: regions of half-width 2, alpha = 1 per step.
+    pub fn fast_lsm() -> Self {
+        Self { elasticity: Elasticity::REGIONS, damping: Some(Damping::Ratio(0.0)), ..Self::default() }
+    }
+
     /// Checks the ranges of all values.
     ///
     /// # Errors

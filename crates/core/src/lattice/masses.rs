@@ -38,7 +38,8 @@ pub(crate) fn vertex_masses(lattice: &Lattice, mesh: Option<&Mesh>) -> Vec<f32> 
 fn filled_shares(lattice: &Lattice, mesh: &Mesh) -> Vec<f64> {
     let to_cells = |p: &Point3<f64>| <[f64; 3]>::from((p - lattice.origin) / lattice.cell_size);
     let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(to_cells).collect();
-    let triangles = || mesh.triangles().iter().map(|corners| corners.map(|corner| positions[corner as usize]));
+    let triangles =
+        || mesh.triangles().iter().map(|corners| corners.map(|corner| positions[corner as usize]));
     let tests = |lines: i32| triangles().map(|corners| Lines::of(&corners, lines).count()).sum::<f64>();
     let coarsest = LINES_PER_CELL[LINES_PER_CELL.len() - 1];
     let lines = LINES_PER_CELL.into_iter().find(|&lines| tests(lines) <= MAX_TESTS).unwrap_or(coarsest);
@@ -169,7 +170,8 @@ mod tests {
     }
 
     fn lattice_of(mesh: &Mesh, cell_size: f64) -> Lattice {
-        let options = LatticeOptions { resolution: Resolution::CellSize(cell_size), ..LatticeOptions::default() };
+        let options =
+            LatticeOptions { resolution: Resolution::CellSize(cell_size), ..LatticeOptions::default() };
         Lattice::from_mesh(mesh, &options).unwrap()
     }
 
@@ -188,7 +190,10 @@ mod tests {
             let ((y_low, y_high), (z_low, z_high)) = (sampled(1), sampled(2));
             let x = overlap(0, cell[0]);
             let (low, high) = (x * y_low * z_low, x * y_high * z_high);
-            assert!((low.max(LEAST_SHARE) - 1e-9..=high.min(1.0).max(LEAST_SHARE) + 1e-9).contains(share), "{cell:?}: {share}");
+            assert!(
+                (low.max(LEAST_SHARE) - 1e-9..=high.min(1.0).max(LEAST_SHARE) + 1e-9).contains(share),
+                "{cell:?}: {share}"
+            );
         }
     }
 

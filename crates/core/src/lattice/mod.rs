@@ -36,8 +36,8 @@ pub use components::Components;
 pub use embedding::{CellPoints, Embedding};
 pub(crate) use embedding::{Locator, extrapolate};
 pub use error::LatticeError;
-pub(crate) use masses::vertex_masses;
 pub(crate) use layout::{AxisLinks, Layout, Neighbors};
+pub(crate) use masses::vertex_masses;
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};
 

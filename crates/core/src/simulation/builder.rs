@@ -35,7 +35,7 @@ impl Default for SimulationBuilder {
             fps: None,
             colliders: Vec::new(),
             substeps: Substeps::Fixed(1),
-            sleep: false,
+            sleep: true,
             threads: 0,
         }
     }

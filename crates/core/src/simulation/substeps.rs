@@ -81,7 +81,12 @@ pub struct ChosenSubsteps {
 }
 
 /// Chooses the number of steps per frame.
-pub(super) fn choose(bodies: &[Body], colliders: &Colliders, gravity: Vector3<f64>, fps: f64) -> ChosenSubsteps {
+pub(super) fn choose(
+    bodies: &[Body],
+    colliders: &Colliders,
+    gravity: Vector3<f64>,
+    fps: f64,
+) -> ChosenSubsteps {
     let collider_speed = colliders.list().map(collider_speed).fold(0.0, f64::max);
     let mut most = (1.0, StepReason::One, 0);
     for (index, body) in bodies.iter().enumerate() {
@@ -125,7 +130,8 @@ impl Needs {
         let fall_speed = if gravity == Vector3::zeros() {
             initial_speed
         } else {
-            let depths = colliders.list().map(|collider| depth_below(&collider.shape, &center, &gravity.normalize()));
+            let depths =
+                colliders.list().map(|collider| depth_below(&collider.shape, &center, &gravity.normalize()));
             let fall = lifted + depths.fold(0.0, f64::max);
             (initial_speed * initial_speed + 2.0 * gravity.norm() * fall).sqrt()
         };

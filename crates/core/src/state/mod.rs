@@ -147,7 +147,10 @@ impl State {
         let supports_match = self.supports.iter().all(|support| (support.component as usize) < components);
         let vectors_match =
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
-        vectors_match && supports_match && rotations.blocks().len() == blocks && self.momenta.len() == components
+        vectors_match
+            && supports_match
+            && rotations.blocks().len() == blocks
+            && self.momenta.len() == components
     }
 
     /// Returns the memory in bytes.
@@ -158,12 +161,7 @@ impl State {
 
     /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement. `masses` has the
     /// mass of each vertex.
-    pub(crate) fn set_initial_velocities(
-        &mut self,
-        masses: &[f32],
-        layout: &Layout,
-        placement: &Placement,
-    ) {
+    pub(crate) fn set_initial_velocities(&mut self, masses: &[f32], layout: &Layout, placement: &Placement) {
         let spin = Vector3::from(placement.spin);
         let velocity = Vector3::from(placement.velocity) / self.frame.cell_size;
         let masses = masses.iter().map(|&mass| f64::from(mass));

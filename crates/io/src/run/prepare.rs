@@ -59,7 +59,8 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
         .gravity(scene.simulation.gravity)
         .fps(scene.simulation.fps)
         .substeps(scene.simulation.substeps.into())
-        .threads(scene.simulation.threads);
+        .threads(scene.simulation.threads)
+        .sleep(scene.simulation.sleep);
     for body in bodies {
         builder = builder.body(body);
     }

@@ -50,13 +50,15 @@ pub struct SimulationData {
     /// Frames per second, above 0; default 30.
     #[serde(deserialize_with = "keys::positive")]
     pub fps: f64,
-    /// Number of steps per frame; default 2.
+    /// Number of steps per frame; default automatic.
     pub substeps: Substeps,
     /// Gravitational acceleration, length/s^2; default `[0, -9.81, 0]`.
     pub gravity: [f64; 3],
     /// Number of threads; 0, the default, uses all processors.
     #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_THREADS>")]
     pub threads: usize,
+    /// Whether bodies at rest fall asleep: they are not stepped until something moves them; default true.
+    pub sleep: bool,
 }
 
 /// Number of steps per frame.
@@ -149,7 +151,14 @@ impl Default for BodyData {
 
 impl Default for SimulationData {
     fn default() -> Self {
-        Self { frames: 240, fps: 30.0, substeps: Substeps::Fixed(2), gravity: [0.0, -9.81, 0.0], threads: 0 }
+        Self {
+            frames: 240,
+            fps: 30.0,
+            substeps: Substeps::Auto,
+            gravity: [0.0, -9.81, 0.0],
+            threads: 0,
+            sleep: true,
+        }
     }
 }
 

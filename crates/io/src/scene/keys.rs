@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use super::name::is_name;
 use supple::{
-    Collider, Damping, Elasticity, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, Preset, RegionDamping,
-    RegionSize, Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions, VolumeScope,
+    Collider, Damping, Elasticity, FieldKind, Handle, Key, Material, Pin, Placement, Preservation, Preset,
+    RegionDamping, RegionSize, Resolution, Selection, Shape, Stiffness, TimeWindow, VolumeOptions,
+    VolumeScope,
 };
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
@@ -43,7 +44,8 @@ pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
 
 /// Returns the keys of a body that may be left out for another key, or that have no default value.
 pub fn optional_keys() -> Vec<&'static str> {
-    let mut keys: Vec<_> = ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
+    let mut keys: Vec<_> =
+        ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
     keys.push("object");
     keys
 }
@@ -153,7 +155,10 @@ mod elasticity {
         positive(value).map(Some)
     }
 
-    pub(super) fn serialize<S: Serializer>(elasticity: &Elasticity, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(
+        elasticity: &Elasticity,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         let mut keys = Keys::default();
         match *elasticity {
             Elasticity::Preset(preset) => keys.material = Some(PresetName(preset)),
@@ -190,7 +195,10 @@ mod damping {
     #[serde(transparent)]
     struct Item(#[serde(with = "DampingKeys")] Damping);
 
-    pub(super) fn serialize<S: Serializer>(damping: &Option<Damping>, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(
+        damping: &Option<Damping>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         damping.map(Item).serialize(serializer)
     }
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::data::{BodyData, OutputData, Scene, SimulationData, Substeps};
+use super::data::{BodyData, OutputData, Scene, SimulationData};
 use super::error::SceneError;
 use super::name::name_from;
-use supple::{Collider, RegionDamping};
+use supple::Collider;
 
 /// Axis of a model that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,18 +68,11 @@ impl Scene {
         let mut point = [0.0; 3];
         point[axis] = rounded(low[axis] - GAP * height, height);
 
-        let mut body = BodyData::new(name_from(path), path);
-        body.material.region_damping = RegionDamping::PerStep(0.3);
         Self {
             base: Default::default(),
-            simulation: SimulationData {
-                frames: 90,
-                substeps: Substeps::Fixed(4),
-                gravity,
-                ..Default::default()
-            },
+            simulation: SimulationData { frames: 90, gravity, ..Default::default() },
             output: OutputData::default(),
-            bodies: vec![body],
+            bodies: vec![BodyData::new(name_from(path), path)],
             colliders: vec![Collider::plane(point, normal)],
         }
     }

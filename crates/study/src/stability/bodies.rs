@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::reference::{Mass, Momenta};
-use supple::{Body, BodyBuilder, Collider, Error, Key, Lattice, Selection, Simulation};
+use supple::{Body, BodyBuilder, Collider, Error, Key, Lattice, Material, Selection, Simulation};
 
 /// Returns the cells of a block with `size` cells along x, y and z.
 pub(super) fn block(size: [i32; 3]) -> Vec<[i32; 3]> {
@@ -28,7 +28,7 @@ pub(super) fn of_sized_cells(
     half_width: usize,
 ) -> Result<BodyBuilder, Error> {
     let lattice = Lattice::from_cells(cells, cell_size, Point3::origin(), false)?;
-    Ok(Body::from_lattice(lattice).half_width(half_width))
+    Ok(Body::from_lattice(lattice).material(Material::fast_lsm()).half_width(half_width))
 }
 
 /// Builds a simulation of one body without gravity and colliders, on one thread.

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Lattice, Simulation};
+use supple::{Body, Lattice, Material, Simulation};
 
 use crate::error::{Halt, StudyError};
 use crate::machine::Machine;
@@ -132,7 +132,10 @@ fn measure_library(block: &Block, meter: &mut Meter<'_>) -> Result<SumsRow, Halt
     let mut row = SumsRow::new(block, "supple, f32".to_owned());
     for distance in DISTANCES {
         let shift = Vector3::repeat(distance);
-        let mut body = Body::from_lattice(lattice.clone()).half_width(block.half_width).build()?;
+        let mut body = Body::from_lattice(lattice.clone())
+            .material(Material::fast_lsm())
+            .half_width(block.half_width)
+            .build()?;
         let placed: Vec<Point3<f64>> = block.deformed().iter().map(|x| (x + shift).into()).collect();
         body.set_positions(&placed).map_err(supple::Error::from)?;
         let from_corner: Vec<_> = body.positions().iter().map(|x| x.coords - shift).collect();

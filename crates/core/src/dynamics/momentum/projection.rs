@@ -147,6 +147,8 @@ pub(super) fn principal_axes(inertia: &Matrix3<f64>) -> impl Iterator<Item = (f6
     let eigen = is_valid.then(|| (inertia / scale).symmetric_eigen());
     eigen.into_iter().flat_map(move |eigen| {
         let axes = [0, 1, 2].map(|k| (eigen.eigenvalues[k], eigen.eigenvectors.column(k).into_owned()));
-        axes.into_iter().filter(|(value, _)| *value > LEAST_INERTIA).map(move |(value, axis)| (value * scale, axis))
+        axes.into_iter()
+            .filter(|(value, _)| *value > LEAST_INERTIA)
+            .map(move |(value, axis)| (value * scale, axis))
     })
 }

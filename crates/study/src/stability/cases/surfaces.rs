@@ -2,7 +2,7 @@
 //! be finite.
 
 use nalgebra::Vector3;
-use supple::{Body, Collider, Error, Mesh, Simulation};
+use supple::{Body, Collider, Error, Material, Mesh, Simulation};
 
 use crate::stability::bodies::{block, deform, plate};
 use crate::stability::case::{Case, Figures, Measure};
@@ -36,8 +36,12 @@ fn run(
     state: impl Fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>,
     gravity: f64,
 ) -> Result<Figures, Error> {
-    let mut body =
-        Body::builder(ball(16)?).lattice_vertices(300).half_width(2).region_damping(0.1).build()?;
+    let mut body = Body::builder(ball(16)?)
+        .material(Material::fast_lsm())
+        .lattice_vertices(300)
+        .half_width(2)
+        .region_damping(0.1)
+        .build()?;
     deform(&mut body, state)?;
     let simulation = Simulation::builder().body(body).gravity([0.0, gravity, 0.0]).threads(1);
     let simulation = colliders.iter().cloned().fold(simulation, |all, collider| all.collider(collider));
