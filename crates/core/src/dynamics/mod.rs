@@ -5,6 +5,7 @@
 //! | `material` | region size, stiffness, damping and density |
 //! | `selection` | the part of a body that a pin, a handle or a force acts on |
 //! | `motion` | keyframed rigid motion of handles and colliders |
+//! | `drive` | motion of a driven collider to a target pose |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
 //! | `constraints` | all pins and handles of a body |
 //! | `forces` | external forces, applied for one step |
@@ -16,6 +17,7 @@
 mod constraint;
 mod constraints;
 mod damping;
+mod drive;
 mod energy;
 mod forces;
 mod integration;
@@ -27,11 +29,13 @@ mod selection;
 pub use constraint::{Constraint, ConstraintError, Handle, Pin, TimeWindow};
 pub use constraints::Constraints;
 pub(crate) use damping::RegionDamper;
+pub(crate) use drive::Drive;
 pub(crate) use energy::EnergyLimiter;
 pub(crate) use forces::Forces;
 pub(crate) use integration::{Accelerate, Advance};
 pub use material::{Material, RegionDamping, RegionSize, Stiffness};
 pub(crate) use momentum::MomentumTracker;
+pub(crate) use motion::EulerPose;
 pub use motion::{Key, Motion, MotionError, Pose};
 pub(crate) use selection::direction;
 pub use selection::{Selection, SelectionError};
