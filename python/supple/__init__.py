@@ -21,7 +21,7 @@ Contents:
     Body                                    positions, velocities, rotations, masses: numpy arrays, one row per vertex;
                                             edit; pin, handle, holds, apply_force; goals, surface, volume_report
     Simulation                              step(n); dt, time, gravity, colliders can be set between steps
-    Plane, Sphere, Box, Capsule             colliders
+    Plane, Sphere, Box, Capsule             colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view

@@ -14,6 +14,7 @@ from .reports import Progress, RunReport, VolumeReport
 
 __all__ = [
     "Body",
+    "ColliderMotion",
     "Hold",
     "Lattice",
     "Mesh",
@@ -251,6 +252,18 @@ class Hold:
     def _of(body: Body, index: bytes) -> Hold: ...
 
 @final
+class ColliderMotion:
+    def move_to(self, translate: ArrayLike, rotate: ArrayLike, duration: float | None) -> None: ...
+    @property
+    def translation(self) -> NDArray[np.float64]: ...
+    @property
+    def rotation(self) -> NDArray[np.float64]: ...
+    @property
+    def velocity(self) -> NDArray[np.float64]: ...
+    @property
+    def spin(self) -> NDArray[np.float64]: ...
+
+@final
 class Simulation:
     def __init__(
         self,
@@ -258,7 +271,7 @@ class Simulation:
         *,
         dt: float = 0.016666666666666666,
         gravity: ArrayLike = (0, -9.81, 0),
-        colliders: Iterable[Collider] = (),
+        colliders: Iterable[Collider] | Collider = (),
         threads: int = 0,
         substeps: int = 1,
     ) -> None: ...
@@ -279,7 +292,7 @@ class Simulation:
     @property
     def colliders(self) -> tuple[Collider, ...]: ...
     @colliders.setter
-    def colliders(self, value: Iterable[Collider]) -> None: ...
+    def colliders(self, value: Iterable[Collider] | Collider) -> None: ...
     @property
     def steps_per_frame(self) -> int: ...
     @property

@@ -1,12 +1,14 @@
-"""Defines colliders: shapes that bodies cannot penetrate, static or moved along keyframes."""
+"""Defines colliders: shapes that bodies cannot penetrate, static, moved along keyframes, or driven step by step."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias, TypeVar
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 
@@ -16,6 +18,8 @@ __all__ = ["Box", "Capsule", "Collider", "Key", "Plane", "Sphere"]
 Key: TypeAlias = Sequence[Any] | Mapping[str, Any]
 
 _NO_ROTATION = (0.0, 0.0, 0.0)
+
+_Self = TypeVar("_Self", bound="Collider")
 
 
 class Collider:
@@ -32,9 +36,14 @@ class Collider:
         linearly.
 
     Raises ValueError for an invalid number.
+
+    The items of `Simulation.colliders` are the colliders of the simulation: move_to moves them, and translation,
+    rotation, velocity and spin are their current motion. On any other collider, and after `Simulation.colliders` was
+    set, these raise RuntimeError. A pickle or a copy of a collider has only the fields that were given.
     """
 
     shape: ClassVar[str]
+    _motion: ClassVar[_core.ColliderMotion | None] = None
     friction: float
     restitution: float
     keys: Sequence[Key]
@@ -43,6 +52,68 @@ class Collider:
         """Check the numbers and replace them by plain copies."""
         for name, value in _core.check_collider(self).items():
             object.__setattr__(self, name, value)
+
+    def move_to(self, translate: ArrayLike, rotate: ArrayLike = _NO_ROTATION, duration: float | None = None) -> None:
+        """Move the collider of a simulation linearly from its current pose to another one, from the next step on.
+
+        translate : (3,) float, each at most 1e15 in magnitude
+            Displacement from the given position, as in a keyframe.
+        rotate : (3,) float, default 0, each at most 1e15 in magnitude
+            Rotation from the given orientation in degrees about the fixed axes x, then y, then z through the center.
+            The angles are interpolated: from 350 to 370 the collider turns forward by 20 degrees, from 350 to 10 back
+            by 340. A turn of 180 degrees or more needs a duration of several steps, because contacts see the
+            displacement of a point during a step.
+        duration : float, > 0, default one step
+            Duration of the motion in seconds, rounded up to whole steps. `step(n)` without a duration moves the
+            collider in the first of the n steps.
+
+        Bodies in contact feel velocity and spin of the motion, so that friction carries what lies on the collider.
+        After the motion the collider stays at rest. Another call replaces a motion that has not ended. The first call
+        replaces the keyframes of the collider for good. To put a collider elsewhere without a velocity, set
+        `Simulation.colliders`.
+
+        Raises ValueError for an invalid number or shape, TypeError for another type, and RuntimeError for a collider
+        that is not an item of `Simulation.colliders`.
+        """
+        self._in_simulation().move_to(translate, rotate, duration)
+
+    @property
+    def translation(self) -> NDArray[np.float64]:
+        """Current displacement from the given position: (3,) float64, read-only."""
+        return self._in_simulation().translation
+
+    @property
+    def rotation(self) -> NDArray[np.float64]:
+        """Current rotation in degrees about the fixed axes x, y, z, as for move_to: (3,) float64, read-only."""
+        return self._in_simulation().rotation
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Velocity of the center in the next step, in length/s, zero at rest: (3,) float64, read-only."""
+        return self._in_simulation().velocity
+
+    @property
+    def spin(self) -> NDArray[np.float64]:
+        """Angular velocity in the next step, in rad/s, zero at rest: (3,) float64, read-only."""
+        return self._in_simulation().spin
+
+    def _in_simulation(self) -> _core.ColliderMotion:
+        """Return the motion of this collider in its simulation."""
+        if self._motion is None:
+            raise RuntimeError(
+                f"this {type(self).__name__} is not a collider of a simulation; use an item of sim.colliders"
+            )
+        return self._motion
+
+    def _attached(self: _Self, motion: _core.ColliderMotion) -> _Self:
+        """Return a copy that moves a collider of a simulation."""
+        attached = copy.copy(self)
+        object.__setattr__(attached, "_motion", motion)
+        return attached
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields, for pickles and copies."""
+        return {name: value for name, value in vars(self).items() if name != "_motion"}
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def run(
         Called with a Progress after each frame, from frame 0 on. Its `simulation` is live: the callback can change
         settings, apply forces and evaluate surfaces. If the callback returns False, the run stops and can be resumed.
         If the callback raises an exception, the run stops and raises this exception. A resumed run keeps the changes
-        that the callback made, except changes of colliders.
+        that the callback made, also by Collider.move_to, but not new values of Simulation.colliders.
     every : int, default 1
         Interval between written frames, at least 1: every k-th frame is written.
     start_frame : int, default 0

@@ -27,7 +27,11 @@ def _simulation(**settings):
         ({"dt": 0}, ValueError, "dt = 0 is out of range: it must be a time in seconds, from 1e-12 to 1e6"),
         ({"gravity": None}, TypeError, r"gravity must be numbers of shape \(3,\), not NoneType"),
         ({"gravity": (0, np.inf, 0)}, ValueError, r"gravity\[1\] = inf is not finite"),
-        ({"colliders": None}, TypeError, "colliders must be a list of Plane, Sphere, Box or Capsule, not None"),
+        (
+            {"colliders": None},
+            TypeError,
+            "colliders must be a list of Plane, Sphere, Box or Capsule, or one of them, not None",
+        ),
         (
             {"colliders": [supple.Collider()]},
             TypeError,

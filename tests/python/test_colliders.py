@@ -1,6 +1,7 @@
 """Colliders: rest, motion, friction, and errors."""
 
 import copy
+import dataclasses
 import pickle
 
 import numpy as np
@@ -100,3 +101,146 @@ def test_other_objects_are_not_accepted_as_colliders(block):
     for given, message in [([3], r"colliders\[0\] must be a Plane"), (3, "colliders must be a list")]:
         with pytest.raises(TypeError, match=message):
             supple.Simulation([supple.Body(block)], colliders=given)
+
+
+def _platform(**options):
+    """Returns a simulation of a block of 4 x 2 x 4 cells of edge 0.5 that rests on a box whose top is at y = 2."""
+    body = supple.Body(supple.Lattice.from_cells(np.ones((4, 2, 4)), 0.5, (1, 2, 3)), region_damping=0.3, half_width=4)
+    platform = supple.Box((2, 1, 4), (9, 1, 9), **options)
+    sim = supple.Simulation([body], dt=1 / 240, gravity=(0, -10, 0), colliders=platform)
+    sim.step(240)
+    return sim, body
+
+
+def test_a_control_loop_moves_a_platform_and_friction_carries_the_body():
+    sim, body = _platform(friction=0.5)
+    (platform,) = sim.colliders
+    start = body.positions.mean(axis=0)
+    for tick in range(1, 61):
+        platform.move_to((0, 0, tick / 60), duration=1 / 60)
+        assert platform.velocity == pytest.approx([0, 0, 1])
+        sim.step(4)
+        assert platform.translation.tolist() == [0, 0, tick / 60]
+    assert platform.velocity.tolist() == platform.spin.tolist() == [0, 0, 0]
+    # The platform starts at the speed v = 1. Friction accelerates the body by mu g; it slips by v^2 / (2 mu g). The sum
+    # over steps differs by at most v dt from this; 0.01 cells are for the deformation of the body.
+    moved = body.positions.mean(axis=0) - start
+    assert moved == pytest.approx([0, 0, 1 - 1 / (2 * 0.5 * 10)], abs=1 / 240 + 0.01 * 0.5)
+
+
+def test_move_to_without_a_duration_takes_one_step():
+    sim, _ = _platform(keys=[(0,), (4, (2, 0, 0))])
+    (platform,) = sim.colliders
+    assert platform.translation == pytest.approx([0.5, 0, 0])
+    assert platform.velocity == pytest.approx([0.5, 0, 0])
+    platform.move_to((9, 9, 9), (90, 90, 90), 5)
+    platform.move_to([0.5, 0.1, 0], rotate=np.array([0, 1, 0]))
+    assert platform.velocity == pytest.approx([0, 24, 0])
+    assert platform.spin == pytest.approx([0, np.radians(240), 0])
+    sim.step(3)
+    assert platform.translation.tolist() == [0.5, 0.1, 0]
+    assert platform.rotation.tolist() == [0, 1, 0]
+    assert platform.velocity.tolist() == platform.spin.tolist() == [0, 0, 0]
+    assert not platform.velocity.flags.writeable
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda sim: pickle.loads(pickle.dumps(sim))])
+def test_a_copy_in_mid_motion_continues_bit_for_bit(again):
+    sim, body = _platform()
+    sim.colliders[0].move_to((1, 0.2, 0), (0, 200, 0), duration=0.5)
+    sim.step(50)
+    other = again(sim)
+    twin = other.bodies[0]
+    for _ in range(4):
+        assert other.colliders == sim.colliders
+        for name in ("translation", "rotation", "velocity", "spin"):
+            assert getattr(other.colliders[0], name).tobytes() == getattr(sim.colliders[0], name).tobytes()
+        assert twin.positions.tobytes() == body.positions.tobytes()
+        assert twin.velocities.tobytes() == body.velocities.tobytes()
+        sim.step(30)
+        other.step(30)
+    other.colliders[0].move_to((0, 0, 0))
+    other.step()
+    assert sim.colliders[0].translation.tolist() == [1, 0.2, 0]
+
+
+def test_colliders_of_a_simulation_are_equal_to_those_that_were_given():
+    given = supple.Plane((0, 0, 0), (0, 1, 0), friction=0.3)
+    sim = supple.Simulation([supple.Body(supple.Lattice.from_cells(np.ones((2, 2, 2))))], colliders=given)
+    (plane,) = sim.colliders
+    assert isinstance(plane, supple.Plane)
+    assert plane is sim.colliders[0]
+    assert (plane, hash(plane), repr(plane)) == (given, hash(given), repr(given))
+    assert (plane.point, plane.normal, plane.friction) == ((0, 0, 0), (0, 1, 0), 0.3)
+    assert dataclasses.asdict(plane) == dataclasses.asdict(given)
+    for other in (given, copy.copy(plane), copy.deepcopy(plane), pickle.loads(pickle.dumps(plane))):
+        assert other == plane
+        with pytest.raises(RuntimeError, match=r"this Plane is not a collider of a simulation; use an item of sim\."):
+            other.move_to((0, 0, 0))
+
+
+def test_replaced_colliders_cannot_be_moved():
+    sim, _ = _platform()
+    (old,) = sim.colliders
+    old.move_to((0, -1, 0))
+    sim.step()
+    sim.colliders = [*sim.colliders, supple.Sphere((0, 0, 0), 1)]
+    message = r"this collider was replaced when sim\.colliders was set; use sim\.colliders\[0\] again"
+    with pytest.raises(RuntimeError, match=message):
+        old.move_to((0, 0, 0))
+    for name in ("translation", "rotation", "velocity", "spin"):
+        with pytest.raises(RuntimeError, match=message):
+            getattr(old, name)
+    new, sphere = sim.colliders
+    assert (new, new.translation.tolist()) == (old, [0, 0, 0])
+    sphere.move_to((1, 0, 0))
+    with pytest.raises(ValueError, match="Plane: the plane's normal is zero"):
+        sim.colliders = supple.Plane((0, 0, 0), (0, 0, 0))
+    assert sphere.velocity[0] == pytest.approx(240)
+    sim.colliders = supple.Plane((0, 0, 0), (0, 1, 0))
+    assert sim.colliders == (supple.Plane((0, 0, 0), (0, 1, 0)),)
+
+
+def test_a_collider_outlives_the_python_object_of_its_simulation():
+    sim, body = _platform()
+    platform = sim.colliders[0]
+    del sim
+    platform.move_to((0, 1, 0))
+    body.simulation.step()
+    assert platform.translation.tolist() == [0, 1, 0]
+
+
+def test_a_collider_of_a_scene_is_driven(bust):
+    sim = supple.load_scene(bust, overrides={"body.bust.lattice_vertices": 100})
+    (ground,) = sim.colliders
+    rise = (0, 2 * np.ptp(sim.bodies[0].positions[:, 1]), 0)
+    ground.move_to(rise, duration=1)
+    sim.step(round(2 / sim.dt))
+    assert ground.translation.tolist() == list(rise)
+    # The lattice may extend below the mesh.
+    assert sim.bodies[0].surface()[:, 1].min() > ground.point[1] + 0.95 * rise[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        (((0, np.nan, 0),), ValueError, r"translate\[1\] = NaN is not finite"),
+        (((0, 0),), ValueError, r"translate has the shape \(2,\); it must be \(3,\)"),
+        (("up",), TypeError, "translate must be"),
+        ((None,), TypeError, "translate must be"),
+        (((2e15, 0, 0),), ValueError, "translate = 2e15 is out of range: it must be finite and at most 1e15"),
+        (((0, 0, 0), (0, 0, np.inf)), ValueError, r"rotate\[2\] = inf is not finite"),
+        (((0, 0, 0), 90), ValueError, r"rotate has the shape \(\); it must be \(3,\)"),
+        (((0, 0, 0), (0, -2e15, 0)), ValueError, "rotate = -2e15 is out of range"),
+        (((0, 0, 0), (0, 0, 0), 0), ValueError, "duration = 0 is out of range: it must be a time in seconds"),
+        (((0, 0, 0), (0, 0, 0), np.nan), ValueError, "duration = NaN is out of range"),
+        (((0, 0, 0), (0, 0, 0), "1"), TypeError, "duration must be a number, not str"),
+    ],
+)
+def test_invalid_targets_are_errors(arguments, error, message):
+    sim, _ = _platform()
+    with pytest.raises(error, match=message):
+        sim.colliders[0].move_to(*arguments)
+    assert sim.colliders[0].velocity.tolist() == [0, 0, 0]
+    with pytest.raises(IndexError):
+        sim.colliders[1].move_to((0, 0, 0))

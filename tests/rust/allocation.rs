@@ -54,6 +54,16 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     free.steps(3);
     assert_eq!(thread_allocations(|| free.steps(200)), 0, "a free body");
 
+    let mut driven = full_simulation(6, 1);
+    driven.collider_mut(0).move_to([0.0; 3], [0.0; 3]).unwrap();
+    driven.steps(300);
+    let drive = |step| {
+        let along = [1e-3 * f64::from(step), 0.0, 0.0];
+        driven.collider_mut(0).move_to(along, [0.0, f64::from(step), 0.0]).unwrap();
+        driven.step();
+    };
+    assert_eq!(thread_allocations(|| (0..200).for_each(drive)), 0, "a driven collider");
+
     // With several threads, the queue of the pool allocates a block now and then. 16 is a regression bound.
     let mut large = full_simulation(18, 2);
     large.steps(100);

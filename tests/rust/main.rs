@@ -10,6 +10,7 @@ mod contact_samples;
 mod control;
 mod cubic;
 mod display;
+mod driven_collider;
 mod embedding;
 mod energy;
 mod forces;

@@ -107,6 +107,11 @@ impl Observer for Driver {
             simulation.set_gravity([0.0, 2.0, 0.0]).unwrap();
             simulation.body_mut(0).set_region_size(RegionSize::Cells(1)).unwrap();
             simulation.body_mut(0).set_volume(VolumeMeasure::Lattice).unwrap();
+            // Until frame 8, after the frame of the stop.
+            simulation.collider_mut(0).move_to_in([0.0, 0.2, 0.0], [0.0; 3], 0.2).unwrap();
+        }
+        if progress.frame >= 8 {
+            assert_eq!(simulation.collider(0).translation(), [0.0, 0.2, 0.0]);
         }
         let top = Selection::Plane { point: [0.0, 0.9, 0.0], normal: [0.0, 1.0, 0.0] };
         simulation.body_mut(0).apply_force([4e3, 1e4, 0.0], &top).unwrap();

@@ -10,8 +10,8 @@ use supple::{
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
 
-/// A body of several chunks with every stage: damping, a pin, a handle, a plane, a sphere, the regional
-/// correction.
+/// A body of several chunks with every stage: damping, a pin, a handle, a plane, a sphere, a
+/// driven collider, the regional correction.
 fn full_simulation(threads: usize) -> Simulation {
     let lattice = lattice(&block([33, 17, 19]));
     assert!(lattice.len() > 8_192, "more than two chunks of 4,096 lattice vertices");
@@ -33,7 +33,10 @@ fn full_simulation(threads: usize) -> Simulation {
     body.set_positions(&points(&x)).unwrap();
     let ground = Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]);
     let sphere = Collider::sphere([16.0, -2.0, 9.0], 4.0);
-    Simulation::builder().body(body).collider(ground).collider(sphere).threads(threads).build().unwrap()
+    let world = Simulation::builder().body(body).collider(ground).collider(sphere).threads(threads);
+    let mut simulation = world.build().unwrap();
+    simulation.collider_mut(1).move_to_in([2.0, 1.0, 0.5], [0.0, 400.0, 90.0], 0.7).unwrap();
+    simulation
 }
 
 fn run(threads: usize) -> Outcome {

@@ -146,7 +146,10 @@ pub use parallel::Executor;
 pub use plan::{BodyPlan, Plan, PlannedStage, When};
 pub use range::RangeError;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
-pub use simulation::{ChosenSubsteps, Simulation, SimulationBuilder, SimulationState, StepReason, Substeps};
+pub use simulation::{
+    ChosenSubsteps, ColliderMut, ColliderRef, Simulation, SimulationBuilder, SimulationState, StepReason,
+    Substeps,
+};
 pub use skin::{VertexNormals, vertex_normals};
 pub use state::{Placement, euler_degrees};
 pub use volume::{

@@ -1,18 +1,26 @@
-//! Converts colliders between the dataclasses of `supple.colliders` and the core.
+//! Converts colliders between the dataclasses of `supple.colliders` and the core, and moves the colliders of a
+//! simulation.
 
-use pyo3::exceptions::PyValueError;
+use std::sync::Arc;
+
+use numpy::PyArray1;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::{Collider, Key, Shape};
+use supple::{Collider, ColliderRef, Key, Shape};
 
 use crate::argument::{conversion_error, number, wrong_type};
-use crate::arrays::vector;
-use crate::constraint;
+use crate::arrays::{self, vector};
+use crate::body::SharedSimulation;
+use crate::{constraint, error};
 
-/// Reads the `colliders` argument, and returns the Python objects as a tuple.
+/// Reads the `colliders` argument, a list or one collider, and returns the Python objects as a tuple.
 pub(crate) fn as_tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
-    let expected = "a list of Plane, Sphere, Box or Capsule";
+    if is_collider(colliders)? {
+        return PyTuple::new(colliders.py(), [colliders]);
+    }
+    let expected = "a list of Plane, Sphere, Box or Capsule, or one of them";
     let items =
         colliders.try_iter().map_err(|error| conversion_error(error, colliders, "colliders", expected))?;
     PyTuple::new(colliders.py(), items.collect::<PyResult<Vec<_>>>()?)
@@ -32,11 +40,15 @@ pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Boun
     Ok(fields(collider.py(), &read)?.1)
 }
 
+/// Returns whether an object is an instance of `supple.Collider`.
+fn is_collider(object: &Bound<'_, PyAny>) -> PyResult<bool> {
+    static BASE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    object.is_instance(BASE.import(object.py(), "supple.colliders", "Collider")?)
+}
+
 /// Converts a collider to the core, without checking ranges.
 fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
-    static BASE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    let base = BASE.import(collider.py(), "supple.colliders", "Collider")?;
-    if !collider.is_instance(base)? {
+    if !is_collider(collider)? {
         return Err(wrong_type(collider, name, "a Plane, Sphere, Box or Capsule"));
     }
     let read_vector = |key| vector(&collider.getattr(key)?, key);
@@ -92,4 +104,107 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     fields.set_item("friction", collider.friction)?;
     fields.set_item("restitution", collider.restitution)?;
     Ok((class, fields))
+}
+
+/// Returns copies of colliders that can move the colliders of a simulation while the simulation has the given
+/// [generation](SharedSimulation::generation) of colliders.
+pub(crate) fn attach<'py>(
+    colliders: &Bound<'py, PyTuple>,
+    simulation: &Arc<SharedSimulation>,
+    generation: u64,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let attached = colliders.iter().enumerate().map(|(index, collider)| {
+        let motion = ColliderMotion { simulation: simulation.clone(), index, generation };
+        collider.call_method1("_attached", (motion,))
+    });
+    PyTuple::new(colliders.py(), attached.collect::<PyResult<Vec<_>>>()?)
+}
+
+/// The motion of a collider of a simulation. The methods of supple.Collider call its methods.
+#[pyclass(frozen, module = "supple._core")]
+pub(crate) struct ColliderMotion {
+    simulation: Arc<SharedSimulation>,
+    index: usize,
+    /// See [`SharedSimulation::generation`].
+    generation: u64,
+}
+
+impl ColliderMotion {
+    /// Calls `work` with the simulation, without the GIL.
+    ///
+    /// # Errors
+    ///
+    /// `RuntimeError` if the colliders of the simulation were replaced.
+    fn with<R: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut supple::Simulation) -> R + Send,
+    ) -> PyResult<R> {
+        let result = self.simulation.with(py, |simulation| {
+            (self.simulation.generation() == self.generation).then(|| work(simulation))
+        })?;
+        result.ok_or_else(|| {
+            PyRuntimeError::new_err(format!(
+                "this collider was replaced when sim.colliders was set; use sim.colliders[{}] again",
+                self.index
+            ))
+        })
+    }
+
+    /// Reads a vector of the collider: (3,) float64, read-only.
+    fn vector<'py>(
+        &self,
+        py: Python<'py>,
+        read: impl FnOnce(ColliderRef<'_>) -> [f64; 3] + Send,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let vector = self.with(py, |simulation| read(simulation.collider(self.index)))?;
+        Ok(arrays::frozen(PyArray1::from_slice(py, &vector)))
+    }
+}
+
+#[pymethods]
+impl ColliderMotion {
+    /// See supple.Collider.move_to.
+    fn move_to(
+        &self,
+        py: Python<'_>,
+        translate: &Bound<'_, PyAny>,
+        rotate: &Bound<'_, PyAny>,
+        duration: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let (translate, rotate) = (vector(translate, "translate")?, vector(rotate, "rotate")?);
+        let duration = if duration.is_none() { None } else { Some(number(duration, "duration")?) };
+        let moved = self.with(py, |simulation| {
+            let mut collider = simulation.collider_mut(self.index);
+            match duration {
+                Some(seconds) => collider.move_to_in(translate, rotate, seconds),
+                None => collider.move_to(translate, rotate),
+            }
+        })?;
+        moved.map_err(error::from_core)
+    }
+
+    /// See supple.Collider.translation.
+    #[getter]
+    fn translation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.vector(py, |collider| collider.translation())
+    }
+
+    /// See supple.Collider.rotation.
+    #[getter]
+    fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.vector(py, |collider| collider.rotation())
+    }
+
+    /// See supple.Collider.velocity.
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.vector(py, |collider| collider.velocity())
+    }
+
+    /// See supple.Collider.spin.
+    #[getter]
+    fn spin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.vector(py, |collider| collider.spin())
+    }
 }

@@ -8,7 +8,8 @@
 //! | `error` | converts Rust errors to the exceptions of `supple.errors` |
 //! | `forked` | locks mutexes without a deadlock after a fork |
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
-//! | `constraint`, `collider` | read the descriptions of pins, handles and colliders |
+//! | `constraint` | reads the descriptions of pins and handles |
+//! | `collider` | reads the descriptions of colliders, and moves the colliders of a simulation |
 //! | `scene` | loads and runs scenes |
 //! | `pickle` | encodes the data of pickles, with a checksum |
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
@@ -44,7 +45,7 @@ mod _core {
     #[pymodule_export]
     use crate::body::{Body, Hold, body_keys};
     #[pymodule_export]
-    use crate::collider::check_collider;
+    use crate::collider::{ColliderMotion, check_collider};
     #[pymodule_export]
     use crate::functions::{reference_goals, rotations};
     #[pymodule_export]

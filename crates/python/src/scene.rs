@@ -46,7 +46,7 @@ fn to_python<'py>(
     let bodies = bodies.collect::<PyResult<_>>()?;
     let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));
     let colliders = PyTuple::new(py, colliders.collect::<PyResult<Vec<_>>>()?)?;
-    Bound::new(py, Simulation::from_parts(shared, bodies, &colliders))
+    Bound::new(py, Simulation::from_parts(shared, bodies, &colliders)?)
 }
 
 /// Converts the scene keys of a body to keyword arguments of `Body`.

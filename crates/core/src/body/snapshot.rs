@@ -40,6 +40,20 @@ pub enum StateError {
     /// An invalid time or step length.
     #[error("the state has an invalid time or step length")]
     Time,
+    /// A driven collider that the simulation does not have.
+    #[error("the simulation has {colliders} colliders, but in the state collider {index} is driven")]
+    Collider {
+        /// Number of colliders in the simulation.
+        colliders: usize,
+        /// Index of the driven collider in the state, from 0.
+        index: usize,
+    },
+    /// A driven collider with an invalid pose.
+    #[error("collider {index} has an invalid pose in the state")]
+    Drive {
+        /// Index of the collider, from 0.
+        index: usize,
+    },
     /// A different cell size.
     #[error("body {body:?} has the cell size {cell_size}, but the state has {found}")]
     CellSize {

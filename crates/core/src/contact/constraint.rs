@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::Point3;
 
 use super::SKIN;
-use super::collider::PosedCollider;
+use super::colliders::PosedCollider;
 use super::vec4::{Vec4, dot, narrow, wide};
 
 /// Contact point of a patch during a step.

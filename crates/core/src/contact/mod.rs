@@ -7,7 +7,8 @@
 //! | file | content |
 //! |---|---|
 //! | `shape` | collider shapes and their signed distances, in world space and in the frame of a body |
-//! | `collider` | colliders: shape, friction, restitution, motion; the validated set of a scene |
+//! | `collider` | description of a collider: shape, friction, restitution, keyframes |
+//! | `colliders` | the validated colliders of a simulation, at rest, along keyframes or driven |
 //! | `surface_points` | points of a mesh that are samples |
 //! | `samples` | the samples, grouped by lattice cell |
 //! | `field` | distances of the samples of a cell from a shape, and lower bounds of these distances |
@@ -40,6 +41,7 @@
 //!   it. The tolerance therefore determines the residual motion of a resting body.
 
 mod collider;
+mod colliders;
 mod constraint;
 mod detection;
 mod field;
@@ -52,7 +54,9 @@ mod stage;
 mod surface_points;
 mod vec4;
 
-pub use self::collider::{Collider, ColliderError, ColliderFault, Colliders};
+pub use self::collider::{Collider, ColliderError, ColliderFault};
+pub use self::colliders::Colliders;
+pub(crate) use self::colliders::DrivenCollider;
 #[cfg(feature = "internals")]
 pub use self::detection::ContactReport;
 pub(crate) use self::field::{Field, ShapeField, may_touch, monomials};

@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use super::SKIN;
-use super::collider::Colliders;
+use super::colliders::Colliders;
 use super::constraint::{Contact, SurfacePoint, mean, mean_position};
 use super::detection::{ContactReport, Detection};
 use super::rows::buffer_bytes;

@@ -5,6 +5,7 @@
 //! | `material` | region size, stiffness, damping and density |
 //! | `selection` | the part of a body that a pin, a handle or a force acts on |
 //! | `motion` | keyframed rigid motion of handles and colliders |
+//! | `drive` | motion of a driven collider to a target pose |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
 //! | `constraints` | all pins and handles of a body |
 //! | `forces` | external forces, applied for one step |
@@ -19,6 +20,7 @@
 mod constraint;
 mod constraints;
 mod damping;
+mod drive;
 mod elastic_damping;
 mod elastic_law;
 mod energy;
@@ -33,6 +35,7 @@ mod selection;
 pub use constraint::{Constraint, ConstraintError, Handle, Pin, TimeWindow};
 pub use constraints::Constraints;
 pub(crate) use damping::RegionDamper;
+pub(crate) use drive::Drive;
 pub(crate) use elastic_damping::ElasticDamper;
 pub(crate) use elastic_law::ElasticLaw;
 pub(crate) use energy::EnergyLimiter;
@@ -41,6 +44,7 @@ pub(crate) use integration::{Accelerate, Advance};
 pub(crate) use lowest_mode::lowest_eigenvalue;
 pub use material::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
 pub(crate) use momentum::MomentumTracker;
+pub(crate) use motion::EulerPose;
 pub use motion::{Key, Motion, MotionError, Pose};
 pub(crate) use selection::direction;
 pub use selection::{Selection, SelectionError};

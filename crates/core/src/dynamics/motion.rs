@@ -28,6 +28,16 @@ pub struct Motion {
     keys: Vec<Key>,
 }
 
+/// Displacement and Euler angles relative to a given pose: a keyframe without its time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct EulerPose {
+    /// Displacement in scene units.
+    pub(crate) translate: [f64; 3],
+    /// Euler angles in degrees about the fixed axes x, then y, then z.
+    pub(crate) rotate: [f64; 3],
+}
+
 /// A pose of a motion. It moves a point `p` to `center + rotation * (p - center) + translate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
@@ -117,16 +127,42 @@ impl Motion {
 
     /// Returns the pose at `time`, in seconds.
     pub fn pose(&self, time: f64) -> Pose {
+        self.euler_pose(time).pose()
+    }
+
+    /// Returns the displacement and the interpolated Euler angles at `time`, in seconds.
+    pub(crate) fn euler_pose(&self, time: f64) -> EulerPose {
         let after = self.keys.partition_point(|key| key.time <= time);
-        let (translate, rotate) = match (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) {
+        match (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) {
             (Some(previous), Some(next)) => {
                 let s = (time - previous.time) / (next.time - previous.time);
-                (lerp(previous.translate, next.translate, s), lerp(previous.rotate, next.rotate, s))
+                previous.pose().lerp(&next.pose(), s)
             }
-            (Some(only), None) | (None, Some(only)) => (only.translate, only.rotate),
-            (None, None) => ([0.0; 3], [0.0; 3]),
-        };
-        Pose { rotation: euler_degrees(rotate), translate: Vector3::from(translate) }
+            (Some(only), None) | (None, Some(only)) => only.pose(),
+            (None, None) => EulerPose::default(),
+        }
+    }
+}
+
+impl Key {
+    /// Returns the keyframe without its time.
+    fn pose(&self) -> EulerPose {
+        EulerPose { translate: self.translate, rotate: self.rotate }
+    }
+}
+
+impl EulerPose {
+    /// Returns the displacement and the rotation matrix.
+    pub(crate) fn pose(&self) -> Pose {
+        Pose { rotation: euler_degrees(self.rotate), translate: Vector3::from(self.translate) }
+    }
+
+    /// Interpolates displacement and angles linearly, from this pose at s = 0 to `other` at s = 1.
+    pub(super) fn lerp(&self, other: &Self, s: f64) -> Self {
+        Self {
+            translate: lerp(self.translate, other.translate, s),
+            rotate: lerp(self.rotate, other.rotate, s),
+        }
     }
 }
 

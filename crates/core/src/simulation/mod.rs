@@ -2,10 +2,12 @@
 
 mod builder;
 mod clock;
+mod collider;
 mod state;
 mod substeps;
 
 pub use builder::SimulationBuilder;
+pub use collider::{ColliderMut, ColliderRef};
 pub use state::SimulationState;
 pub use substeps::{ChosenSubsteps, StepReason, Substeps};
 
@@ -73,7 +75,7 @@ impl Simulation {
         });
     }
 
-    /// Advances each body by one step ([`Body::step`]), then the clock.
+    /// Advances each body by one step ([`Body::step`]), then the driven colliders and the clock.
     fn step_bodies(&mut self, executor: &Executor) {
         let context = StepContext {
             gravity: self.gravity,
@@ -83,6 +85,7 @@ impl Simulation {
             sleep: self.sleep,
         };
         executor.for_each_mut(&mut self.bodies, |body| body.step(&context, executor));
+        self.colliders.advance(self.clock.dt());
         self.clock.tick();
     }
 
@@ -117,7 +120,7 @@ impl Simulation {
     }
 
     /// Sets the time in seconds. The time windows of pins and handles and the keyframes of handles and
-    /// colliders refer to this time.
+    /// colliders refer to this time. The motion of driven colliders does not.
     ///
     /// # Errors
     ///
@@ -223,7 +226,9 @@ impl Simulation {
         self.executor.abandon();
     }
 
-    /// Replaces all colliders, from the next step and the next evaluation of a displayed surface on.
+    /// Replaces all colliders, from the next step and the next evaluation of a displayed surface on. The new
+    /// colliders are not driven. Contacts see no velocity if a collider is thereby in another place; to move a
+    /// collider, use [`collider_mut`](Self::collider_mut).
     ///
     /// # Errors
     ///
@@ -233,6 +238,29 @@ impl Simulation {
         self.bodies.iter_mut().for_each(|body| body.update_contact_stage(&self.colliders));
         self.wake();
         Ok(())
+    }
+
+    /// Returns the number of colliders.
+    pub fn collider_count(&self) -> usize {
+        self.colliders.len()
+    }
+
+    /// Returns a collider: its description, current pose and velocity.
+    ///
+    /// # Panics
+    ///
+    /// Panics if `index` is not the index of a collider.
+    pub fn collider(&self, index: usize) -> ColliderRef<'_> {
+        ColliderRef::new(&self.colliders, index, self.clock.interval())
+    }
+
+    /// Returns a collider to drive it: [`ColliderMut::move_to`].
+    ///
+    /// # Panics
+    ///
+    /// Panics if `index` is not the index of a collider.
+    pub fn collider_mut(&mut self, index: usize) -> ColliderMut<'_> {
+        ColliderMut::new(&mut self.colliders, index, &self.clock)
     }
 
     /// Returns gravity in scene units per second squared.

@@ -2,12 +2,13 @@
 
 use super::{Clock, Simulation};
 use crate::body::{BodySnapshot, StateError};
+use crate::contact::DrivenCollider;
 use crate::error::Error;
 
-/// The saved state of a simulation: time, step length, gravity and, for each body, a [`BodySnapshot`] with
+/// The saved state of a simulation: time, step length, gravity, the motions of driven colliders and, for each body, a [`BodySnapshot`] with
 /// positions, velocities, rotations, origin, momenta, forces, pins and handles with their captured poses, and
-/// the settings that can change between steps. Colliders are not included. A state can be restored in any
-/// simulation that was built with the same bodies.
+/// the settings that can change between steps. Descriptions of colliders are not included. A state can be
+/// restored in any simulation that was built with the same bodies and colliders.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
@@ -15,6 +16,7 @@ pub struct SimulationState {
     substeps: u64,
     gravity: [f64; 3],
     bodies: Vec<BodySnapshot>,
+    driven: Vec<DrivenCollider>,
 }
 
 impl SimulationState {
@@ -32,14 +34,16 @@ impl Simulation {
             substeps: self.substeps,
             gravity: self.gravity.into(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
+            driven: self.colliders.driven(),
         }
     }
 
-    /// Restores a state of a simulation that was built with the same bodies.
+    /// Restores a state of a simulation that was built with the same bodies and colliders. Colliders that were
+    /// not driven when the state was saved follow their keyframes again.
     ///
     /// # Errors
     ///
-    /// A state that does not match the bodies. The simulation is then unchanged.
+    /// A state that does not match the bodies or the number of colliders. The simulation is then unchanged.
     pub fn restore(&mut self, state: &SimulationState) -> Result<(), Error> {
         if state.bodies.len() != self.bodies.len() {
             return Err(StateError::Bodies { bodies: self.bodies.len(), found: state.bodies.len() }.into());
@@ -50,10 +54,20 @@ impl Simulation {
         for (body, snapshot) in self.bodies.iter().zip(&state.bodies) {
             body.check_snapshot(snapshot)?;
         }
+        for driven in &state.driven {
+            let (colliders, index) = (self.colliders.len(), driven.collider as usize);
+            if index >= colliders {
+                return Err(StateError::Collider { colliders, index }.into());
+            }
+            if !driven.drive.is_valid() {
+                return Err(StateError::Drive { index }.into());
+            }
+        }
         self.set_gravity(state.gravity)?;
         for (body, snapshot) in self.bodies.iter_mut().zip(&state.bodies) {
             body.apply_snapshot(snapshot)?;
         }
+        self.colliders.set_driven(&state.driven);
         self.clock = state.clock;
         self.substeps = state.substeps;
         // A simulation that was stepped has chosen its number of steps.

@@ -5,13 +5,16 @@
 //! and a simulation is freed as soon as neither it nor one of its bodies is used.
 
 use std::ops::Deref;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
+use supple::Collider;
 
 use super::{Body, BuildArguments};
+use crate::error;
 use crate::forked::{Forked, Owner};
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
@@ -37,18 +40,38 @@ pub(crate) struct SharedSimulation {
     simulation: Arc<Mutex<supple::Simulation>>,
     /// The requested number of threads; 0 = one per processor.
     threads: usize,
+    /// See [`generation`](Self::generation). It changes only while `simulation` is locked.
+    generation: AtomicU64,
     /// Process that last locked `simulation`.
     owner: Owner,
 }
 
 impl SharedSimulation {
     pub(crate) fn new(simulation: Arc<Mutex<supple::Simulation>>, threads: usize) -> Self {
-        Self { simulation, threads, owner: Owner::new() }
+        Self { simulation, threads, generation: AtomicU64::new(0), owner: Owner::new() }
     }
 
     /// Returns the requested number of threads; 0 = one per processor.
     pub(crate) fn threads(&self) -> usize {
         self.threads
+    }
+
+    /// Returns how often the colliders were replaced. It does not change while the simulation is locked.
+    pub(crate) fn generation(&self) -> u64 {
+        self.generation.load(Ordering::Relaxed)
+    }
+
+    /// Replaces the colliders, and returns the new [generation](Self::generation).
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`with`](Self::with), and an invalid collider.
+    pub(crate) fn set_colliders(&self, py: Python<'_>, colliders: &[Collider]) -> PyResult<u64> {
+        let generation = self.with(py, |simulation| {
+            simulation.set_colliders(colliders)?;
+            Ok(self.generation.fetch_add(1, Ordering::Relaxed) + 1)
+        })?;
+        generation.map_err(|error: supple::Error| error::from_core(error))
     }
 
     /// Locks the simulation. Call it without the GIL.

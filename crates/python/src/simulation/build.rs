@@ -35,7 +35,7 @@ pub(super) fn simulation(
     let references: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
     let parts = bodies.iter().map(Body::share).collect::<PyResult<_>>()?;
     let shared = py.detach(|| move_in(&references, builder, threads))?;
-    Ok(Simulation::from_parts(shared, parts, colliders))
+    Simulation::from_parts(shared, parts, colliders)
 }
 
 /// Moves the bodies from their storages to a shared simulation. If there is an error, no body moves.

@@ -27,7 +27,7 @@ const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
 ///     Length of a step in seconds, from 1e-12 to 1e6.
 /// gravity : (3,) float, default (0, -9.81, 0)
 ///     In scene units per second squared, each component at most 1e12 in magnitude.
-/// colliders : list of Plane, Sphere, Box, Capsule
+/// colliders : list of Plane, Sphere, Box, Capsule, or one of them
 ///     Default: no colliders.
 /// threads : int, default 0
 ///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
@@ -41,8 +41,8 @@ const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
 pub(crate) struct Simulation {
     shared: Arc<SharedSimulation>,
     bodies: Vec<Arc<SharedBody>>,
-    /// The colliders as Python objects.
-    colliders: Mutex<Py<PyTuple>>,
+    /// The colliders as Python objects, and their [generation](SharedSimulation::generation).
+    colliders: Mutex<(u64, Py<PyTuple>)>,
 }
 
 impl Simulation {
@@ -50,8 +50,10 @@ impl Simulation {
         shared: Arc<SharedSimulation>,
         bodies: Vec<Arc<SharedBody>>,
         colliders: &Bound<'_, PyTuple>,
-    ) -> Self {
-        Self { shared, bodies, colliders: Mutex::new(colliders.clone().unbind()) }
+    ) -> PyResult<Self> {
+        let generation = shared.generation();
+        let colliders = collider::attach(colliders, &shared, generation)?.unbind();
+        Ok(Self { shared, bodies, colliders: Mutex::new((generation, colliders)) })
     }
 }
 
@@ -109,7 +111,8 @@ impl Simulation {
 
     /// Time in seconds. Settable.
     ///
-    /// The time windows of pins and handles and the keyframes of handles and colliders refer to this time.
+    /// The time windows of pins and handles and the keyframes of handles and colliders refer to this time. The
+    /// motion of Collider.move_to does not.
     #[getter]
     fn time(&self, py: Python<'_>) -> PyResult<f64> {
         self.shared.with(py, |simulation| simulation.time())
@@ -133,18 +136,27 @@ impl Simulation {
         self.shared.with(py, |simulation| simulation.set_gravity(gravity))?.map_err(error::from_core)
     }
 
-    /// Colliders: tuple of Plane, Sphere, Box, Capsule. Settable; effective from the next step on.
+    /// Colliders: tuple of Plane, Sphere, Box, Capsule. Move one with colliders[i].move_to(translate, rotate).
+    ///
+    /// The colliders are copies of those that were given, equal to them, and have a pose and a velocity.
+    /// Settable, to a list or one collider; effective from the next step on. Setting replaces all colliders:
+    /// the new ones have their given poses, and the motion of the old ones ends.
     #[getter]
     fn colliders(&self, py: Python<'_>) -> Py<PyTuple> {
-        self.colliders.lock().unwrap_or_else(PoisonError::into_inner).clone_ref(py)
+        self.colliders.lock().unwrap_or_else(PoisonError::into_inner).1.clone_ref(py)
     }
 
     #[setter]
     fn set_colliders(&self, py: Python<'_>, colliders: &Bound<'_, PyAny>) -> PyResult<()> {
         let colliders = collider::as_tuple(colliders)?;
         let converted = collider::read_all(&colliders)?;
-        self.shared.with(py, |simulation| simulation.set_colliders(&converted))?.map_err(error::from_core)?;
-        *self.colliders.lock().unwrap_or_else(PoisonError::into_inner) = colliders.unbind();
+        let generation = self.shared.set_colliders(py, &converted)?;
+        let attached = collider::attach(&colliders, &self.shared, generation)?;
+        let mut current = self.colliders.lock().unwrap_or_else(PoisonError::into_inner);
+        // Another thread may have set later colliders in the meantime.
+        if generation > current.0 {
+            *current = (generation, attached.unbind());
+        }
         Ok(())
     }
 

@@ -1,0 +1,286 @@
+//! The validated colliders of a simulation, and their poses: at rest, along keyframes, or driven.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use super::collider::{Collider, ColliderError, ColliderFault};
+use super::shape::PosedShape;
+use crate::dynamics::{Drive, EulerPose, Motion, Pose};
+use crate::range::RangeError;
+use crate::state::{BodyFrame, Interval};
+
+/// Validated colliders of a scene, for all of its bodies. Without colliders there are no contacts.
+#[derive(Clone, Debug, Default)]
+pub struct Colliders(Vec<ValidCollider>);
+
+/// Validated collider and its motion.
+#[derive(Clone, Debug)]
+struct ValidCollider {
+    collider: Collider,
+    motion: ColliderMotion,
+}
+
+/// Motion of a collider.
+#[derive(Clone, Debug)]
+enum ColliderMotion {
+    Rest,
+    Keys(Motion),
+    /// Driven to a pose. In a box, so that the other colliders are not larger.
+    Driven(Box<Drive>),
+}
+
+/// The motion of a driven collider, as it is saved in a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct DrivenCollider {
+    /// Index of the collider.
+    pub(crate) collider: u32,
+    pub(crate) drive: Drive,
+}
+
+impl ValidCollider {
+    fn new(collider: &Collider) -> Result<Self, ColliderFault> {
+        let motion = ColliderMotion::from_keys(collider.validated_motion()?);
+        Ok(Self { collider: collider.clone(), motion })
+    }
+}
+
+impl ColliderMotion {
+    fn driven(drive: Drive) -> Self {
+        Self::Driven(Box::new(drive))
+    }
+
+    fn from_keys(motion: Option<Motion>) -> Self {
+        motion.map_or(Self::Rest, Self::Keys)
+    }
+
+    /// Returns the poses before and after a step.
+    fn euler_poses(&self, step: Interval) -> [EulerPose; 2] {
+        match self {
+            Self::Rest => [EulerPose::default(); 2],
+            Self::Keys(motion) => [step.start, step.end].map(|time| motion.euler_pose(time)),
+            Self::Driven(drive) => [drive.current(), drive.after(step.dt)],
+        }
+    }
+
+    /// Returns the pose at `time` in seconds, which is the current time.
+    fn pose(&self, time: f64) -> Pose {
+        match self {
+            Self::Rest => Pose::identity(),
+            Self::Keys(motion) => motion.pose(time),
+            Self::Driven(drive) => drive.current().pose(),
+        }
+    }
+
+    /// Returns the poses before and after a step, and whether the collider moves. Keyframes always count as
+    /// motion.
+    fn poses(&self, step: Interval) -> ([Pose; 2], bool) {
+        match self {
+            Self::Rest => ([Pose::identity(); 2], false),
+            Self::Keys(_) => (self.euler_poses(step).map(|pose| pose.pose()), true),
+            Self::Driven(_) => {
+                let [start, end] = self.euler_poses(step);
+                ([start.pose(), end.pose()], start != end)
+            }
+        }
+    }
+}
+
+impl Colliders {
+    /// Validates colliders. Their order changes results at rounding level where they overlap.
+    ///
+    /// # Errors
+    /// Returns the fault of the first invalid collider.
+    pub fn new(colliders: &[Collider]) -> Result<Self, ColliderError> {
+        let validate =
+            |(collider, input)| ValidCollider::new(input).map_err(|fault| ColliderError { collider, fault });
+        colliders.iter().enumerate().map(validate).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// Returns whether the set is empty.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Returns the number of colliders.
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Returns the description of a collider.
+    pub(crate) fn description(&self, index: usize) -> &Collider {
+        &self.0[index].collider
+    }
+
+    /// Returns the descriptions of the colliders.
+    pub(crate) fn list(&self) -> impl Iterator<Item = &Collider> {
+        self.0.iter().map(|collider| &collider.collider)
+    }
+
+    /// Returns whether any collider may move.
+    pub(crate) fn any_moves(&self) -> bool {
+        self.0.iter().any(|collider| !matches!(collider.motion, ColliderMotion::Rest))
+    }
+
+    /// Returns whether a collider that moves during a step comes within `distance` of a point in the frame of a body,
+    /// in cells.
+    pub(crate) fn moves_near(
+        &self,
+        step: Interval,
+        frame: BodyFrame,
+        point: &Point3<f64>,
+        distance: f64,
+    ) -> bool {
+        self.during(step, frame).any(|PosedCollider { shape_before, shape, .. }| {
+            shape != shape_before
+                && [shape_before, shape].iter().any(|shape| shape.signed_distance(point).distance <= distance)
+        })
+    }
+
+    /// Returns the poses of a collider before and after a step.
+    pub(crate) fn poses(&self, index: usize, step: Interval) -> [EulerPose; 2] {
+        self.0[index].motion.euler_poses(step)
+    }
+
+    /// Drives a collider from its pose at `time`, the current time, to `target` in `duration` seconds; `None`:
+    /// in one step. This replaces its keyframes and a motion that has not ended.
+    ///
+    /// # Errors
+    /// The errors of [`Drive::new`]. The collider is then unchanged.
+    pub(crate) fn drive(
+        &mut self,
+        index: usize,
+        time: f64,
+        target: EulerPose,
+        duration: Option<f64>,
+    ) -> Result<(), RangeError> {
+        let motion = &mut self.0[index].motion;
+        match motion {
+            ColliderMotion::Rest => {
+                *motion = ColliderMotion::driven(Drive::new(EulerPose::default(), target, duration)?);
+            }
+            ColliderMotion::Keys(keys) => {
+                *motion = ColliderMotion::driven(Drive::new(keys.euler_pose(time), target, duration)?);
+            }
+            ColliderMotion::Driven(drive) => **drive = Drive::new(drive.current(), target, duration)?,
+        }
+        Ok(())
+    }
+
+    /// Advances the driven colliders by a step of `dt` seconds.
+    pub(crate) fn advance(&mut self, dt: f64) {
+        for ValidCollider { motion, .. } in &mut self.0 {
+            if let ColliderMotion::Driven(drive) = motion {
+                drive.advance(dt);
+            }
+        }
+    }
+
+    /// Returns the motions of the driven colliders, in the order of the colliders.
+    pub(crate) fn driven(&self) -> Vec<DrivenCollider> {
+        let drive = |(index, ValidCollider { motion, .. }): (usize, &ValidCollider)| match motion {
+            ColliderMotion::Driven(drive) => Some(DrivenCollider { collider: index as u32, drive: **drive }),
+            _ => None,
+        };
+        self.0.iter().enumerate().filter_map(drive).collect()
+    }
+
+    /// Replaces the motions of the driven colliders. All other colliders follow their keyframes again.
+    /// The indices must be less than [`len`](Self::len).
+    pub(crate) fn set_driven(&mut self, driven: &[DrivenCollider]) {
+        for ValidCollider { collider, motion } in &mut self.0 {
+            if let ColliderMotion::Driven(_) = motion {
+                let keys = collider.validated_motion().expect("the collider was validated");
+                *motion = ColliderMotion::from_keys(keys);
+            }
+        }
+        for &DrivenCollider { collider, drive } in driven {
+            self.0[collider as usize].motion = ColliderMotion::driven(drive);
+        }
+    }
+
+    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body.
+    pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape> {
+        self.0
+            .iter()
+            .map(move |ValidCollider { collider, motion }| collider.shape.posed(&motion.pose(time), frame))
+    }
+
+    /// Returns each collider during one step, in the frame of a body.
+    pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider> {
+        self.0.iter().map(move |ValidCollider { collider, motion }| {
+            let ([start, end], is_moving) = motion.poses(step);
+            PosedCollider {
+                shape_before: collider.shape.posed(&start, frame),
+                shape: collider.shape.posed(&end, frame),
+                friction: collider.friction,
+                restitution: collider.restitution,
+                motion: is_moving.then(|| SurfaceMotion {
+                    center: Point3::from((collider.shape.center() - frame.origin) / frame.cell_size),
+                    rotation_to_start: start.rotation * end.rotation.transpose(),
+                    translation_at_start: start.translate / frame.cell_size,
+                    translation_at_end: end.translate / frame.cell_size,
+                    rate: 1.0 / step.dt,
+                }),
+            }
+        })
+    }
+}
+
+/// Collider during a step, in the local frame of a body. Lengths are in cells.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PosedCollider {
+    /// The shape at the start of the step.
+    pub(super) shape_before: PosedShape,
+    /// The shape at the end of the step.
+    pub(super) shape: PosedShape,
+    pub(super) friction: f64,
+    pub(super) restitution: f64,
+    /// Motion during the step; `None` for a collider at rest.
+    motion: Option<SurfaceMotion>,
+}
+
+/// Rigid motion of a collider during a step.
+#[derive(Clone, Copy, Debug)]
+struct SurfaceMotion {
+    /// Center of the shape at time 0, in cells.
+    center: Point3<f64>,
+    /// Rotation from the orientation at the end of the step to the orientation at its start.
+    rotation_to_start: Matrix3<f64>,
+    /// Translation from time 0 to the start of the step, in cells.
+    translation_at_start: Vector3<f64>,
+    /// Translation from time 0 to the end of the step, in cells.
+    translation_at_end: Vector3<f64>,
+    /// `1 / dt`, in 1/s.
+    rate: f64,
+}
+
+impl PosedCollider {
+    /// Returns the velocity of the point of the collider that is at `p` at the end of the step, averaged over
+    /// the step, in cells per second.
+    pub(super) fn velocity_at(&self, p: &Point3<f64>) -> Vector3<f64> {
+        self.motion.as_ref().map_or_else(Vector3::zeros, |motion| {
+            let end = p - motion.center;
+            let rotated = motion.rotation_to_start * (end - motion.translation_at_end);
+            let start = rotated + motion.translation_at_start;
+            (end - start) * motion.rate
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colliders_that_are_not_driven_store_nothing_for_it() {
+        assert_eq!(size_of::<ColliderMotion>(), size_of::<Motion>());
+        let mut colliders = Colliders::new(&[Collider::plane([0.0; 3], [0.0, 1.0, 0.0])]).unwrap();
+        assert!(colliders.driven().is_empty());
+        assert!(!colliders.0[0].motion.poses(Interval::of_step(0, 0.1)).1);
+        colliders.drive(0, 0.0, EulerPose { translate: [1.0; 3], rotate: [0.0; 3] }, None).unwrap();
+        assert!(colliders.0[0].motion.poses(Interval::of_step(0, 0.1)).1);
+        colliders.advance(0.1);
+        assert!(!colliders.0[0].motion.poses(Interval::of_step(1, 0.1)).1);
+        assert_eq!(colliders.driven().len(), 1);
+    }
+}
