@@ -304,6 +304,12 @@ impl Displayed<'_> {
         }
     }
 
+    /// Returns the results of the volume correction, one per component of the lattice; empty if the volume is
+    /// not preserved.
+    pub fn corrections(&self) -> &[ComponentReport] {
+        if self.body.correction.is_some() { &self.display.components } else { &[] }
+    }
+
     /// Returns the run times of the volume correction and of the last mesh update of this evaluation.
     pub fn times(&self) -> DisplayTimes {
         self.display.times

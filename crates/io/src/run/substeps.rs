@@ -21,6 +21,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+pub(super) use crate::scene::MAX_SUBSTEPS;
 use crate::scene::{BodyData, Scene};
 use supple::{Collider, Key, Shape, Stiffness};
 
@@ -28,6 +29,24 @@ use supple::{Collider, Key, Shape, Stiffness};
 const MAX_STEPS: f64 = 1000.0;
 /// Number of steps per period at alpha = 1.
 const STEPS_PER_PERIOD: f64 = 6.0;
+
+/// Returns the largest frequency, in Hz, that steps of `dt` seconds represent: a sixth of the step rate. A body
+/// with a higher `frequency` is softer than specified.
+pub fn largest_frequency(dt: f64) -> f64 {
+    1.0 / (STEPS_PER_PERIOD * dt)
+}
+
+/// Returns the number of steps per frame that represent a frequency, at least 1. `frame` is the duration of a
+/// frame in seconds.
+pub(super) fn steps_for(frequency: f64, frame: f64) -> f64 {
+    whole_steps(STEPS_PER_PERIOD * frequency * frame)
+}
+
+/// Rounds up a number of steps, to at least 1.
+fn whole_steps(needed: f64) -> f64 {
+    // The factor 1 - 1e-9 prevents a rounding error from increasing a whole number of steps by one.
+    (needed * (1.0 - 1e-9)).ceil().max(1.0)
+}
 
 /// Bounding box and cell size of a placed body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,9 +71,7 @@ pub fn substeps(scene: &Scene, placed: &[Placed]) -> u32 {
         let speed = collider_speed + fall_speed(scene, body, placed).max(handle_speed(body, placed));
         (STEPS_PER_PERIOD * frequency / fps).max(speed / (fps * placed.cell_size))
     });
-    // The factor 1 - 1e-9 prevents a rounding error from increasing a whole number of steps by one.
-    let steps = (needed.fold(1.0, f64::max) * (1.0 - 1e-9)).ceil();
-    steps.clamp(1.0, MAX_STEPS) as u32
+    whole_steps(needed.fold(1.0, f64::max)).min(MAX_STEPS) as u32
 }
 
 /// Returns half the diagonal of the bounding box of a body.
