@@ -12,7 +12,7 @@ Then, in Blender:
    Mode: Frame, Play Mode: Scene. Leave the axes at Y forward and Z up.
 4. Rotate the object by 90 degrees about x (R X 90): y is up in the scene, and z is up in Blender.
 5. Play. The file has one sample per written frame, and the modifier plays them from frame 0. For a run with
-   start_frame=N (--start-frame N) set Frame Start of the modifier to N, and for a run with every=K (--every K) set Frame
+   start_frame=N (--start-frame N) set Frame Start of the modifier to N. For a run with every=K (--every K) set Frame
    Scale to 1/K.
 """
 

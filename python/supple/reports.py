@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from ._core import Simulation
 
-__all__ = ["BodyReport", "ComponentReport", "Progress", "RunReport", "VolumeReport"]
+__all__ = [
+    "BodyReport",
+    "ComponentReport",
+    "Progress",
+    "RunReport",
+    "Softened",
+    "UnkeptVolume",
+    "VolumeReport",
+]
 
 
 @dataclass(frozen=True)
@@ -80,6 +88,39 @@ class Progress:
 
 
 @dataclass(frozen=True)
+class UnkeptVolume:
+    """Written frames of a run in which the displayed volume of a body was not kept.
+
+    The volume of a frame is not kept if its relative error after the correction exceeds 0.001 in a component of the
+    lattice. The reason is a correction at its limit `max_correction`, or pins, handles and colliders that leave too
+    little space.
+    """
+
+    #: Number of frames in which the volume was not kept, at least 1.
+    frames: int
+    #: Number of frames that the run wrote with the volume correction.
+    written: int
+    #: Number of the frame with the largest error, as in its file name.
+    worst_frame: int
+    #: Largest relative error, `(after - rest) / rest`; negative if volume was lost.
+    worst_error: float
+
+
+@dataclass(frozen=True)
+class Softened:
+    """A body whose `frequency` exceeds a sixth of the step rate, so that it is softer than specified."""
+
+    #: Specified frequency in Hz.
+    frequency: float
+    #: Frequency in effect in Hz.
+    effective: float
+    #: Number of steps per frame of the run.
+    substeps: int
+    #: Number of steps per frame that the specified frequency needs; None if it exceeds 100,000.
+    needed_substeps: int | None
+
+
+@dataclass(frozen=True)
 class BodyReport:
     """Result of a run for one body."""
 
@@ -89,6 +130,10 @@ class BodyReport:
     lattice_vertices: int
     #: Report on the volume at the last frame.
     volume: VolumeReport
+    #: The frames of this run in which the volume was not kept; None if it was kept in all, or is not preserved.
+    unkept_volume: UnkeptVolume | None
+    #: Specified and effective frequency, if the steps are too long for the `frequency` of the body; otherwise None.
+    softened: Softened | None
 
 
 @dataclass(frozen=True)
@@ -106,7 +151,7 @@ class RunReport:
     last: int
     #: Number of frames that this run simulated, including frame 0.
     simulated: int
-    #: Number of frames that this run wrote, summed over all bodies.
+    #: Number of frames that this run wrote; a frame of all bodies counts once.
     written: int
     #: Number of steps per frame.
     substeps: int
