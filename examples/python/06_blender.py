@@ -11,8 +11,9 @@ Then, in Blender:
 3. With the model selected: Modifiers > Add Modifier > Deform > Mesh Cache. Format: PC2. File Path: DIR/bust.pc2. Time
    Mode: Frame, Play Mode: Scene. Leave the axes at Y forward and Z up.
 4. Rotate the object by 90 degrees about x (R X 90): y is up in the scene, and z is up in Blender.
-5. Play. The file has one sample per frame, starting with frame 0. For a run with start_frame=N set Frame Start of the
-   modifier to N, and for a run with every=K set Frame Scale to 1/K.
+5. Play. The file has one sample per written frame, and the modifier plays them from frame 0. For a run with
+   start_frame=N (--start-frame N) set Frame Start of the modifier to N. For a run with every=K (--every K) set Frame
+   Scale to 1/K.
 """
 
 from __future__ import annotations
@@ -32,9 +33,7 @@ def main(scene: str = "examples/scenes/twist.toml", output: str = "frames/blende
         with path.open("rb") as file:
             magic, _, vertices, start, rate, samples = struct.unpack("<12siiffi", file.read(32))
         assert magic == b"POINTCACHE2\0"
-        print(
-            f"{path}: {samples} samples of {vertices} vertices, from frame {start:.0f}, one every {rate:.0f} frame(s)"
-        )
+        print(f"{path}: samples {samples}, vertices {vertices}, first frame {start:.0f}, frame interval {rate:.0f}")
 
 
 if __name__ == "__main__":

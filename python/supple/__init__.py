@@ -46,7 +46,7 @@ from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj,
 from .colliders import Box, Capsule, Collider, Plane, Sphere
 from .errors import LatticeError, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
-from .reports import BodyReport, ComponentReport, Progress, RunReport, VolumeReport
+from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
 from .sweeps import SweepResult, sweep
 from .viewer import view
@@ -69,9 +69,11 @@ __all__ = [
     "RunReport",
     "SceneError",
     "Simulation",
+    "Softened",
     "Sphere",
     "SuppleError",
     "SweepResult",
+    "UnkeptVolume",
     "VolumeReport",
     "__version__",
     "edits",

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from ._core import Simulation
 
-__all__ = ["BodyReport", "ComponentReport", "Progress", "RunReport", "VolumeReport"]
+__all__ = [
+    "BodyReport",
+    "ComponentReport",
+    "Progress",
+    "RunReport",
+    "Softened",
+    "UnkeptVolume",
+    "VolumeReport",
+]
 
 
 @dataclass(frozen=True)
@@ -80,6 +88,41 @@ class Progress:
 
 
 @dataclass(frozen=True)
+class UnkeptVolume:
+    """Written frames of a run in which the displayed volume of a body was not kept.
+
+    The volume of a frame is not kept if its relative error after the correction exceeds 0.001 in a component of the
+    lattice. The reason is a correction at its limit `max_correction`, or pins, handles and colliders that leave too
+    little space.
+    """
+
+    #: Number of frames in which the volume was not kept, at least 1.
+    frames: int
+    #: Number of frames that the run wrote with the volume correction.
+    written: int
+    #: Number of the frame with the largest error, as in its file name.
+    worst_frame: int
+    #: Largest relative error, `(after - rest) / rest`; negative if volume was lost.
+    worst_error: float
+
+
+@dataclass(frozen=True)
+class Softened:
+    """A body that is softer than its material, because its steps are too long."""
+
+    #: The quantity: "youngs_modulus" (also of a `material`) or "frequency".
+    key: str
+    #: Specified value: force per area in scene units, or Hz.
+    specified: float
+    #: Value in force.
+    in_force: float
+    #: Number of steps per frame of the run.
+    substeps: int
+    #: Number of steps per frame that reach the specified value; None if it exceeds 100,000.
+    needed_substeps: int | None
+
+
+@dataclass(frozen=True)
 class BodyReport:
     """Result of a run for one body."""
 
@@ -89,6 +132,10 @@ class BodyReport:
     lattice_vertices: int
     #: Report on the volume at the last frame.
     volume: VolumeReport
+    #: The frames of this run in which the volume was not kept; None if it was kept in all, or is not preserved.
+    unkept_volume: UnkeptVolume | None
+    #: Specified value and value in force, if the steps are too long for the material of the body; otherwise None.
+    softened: Softened | None
 
 
 @dataclass(frozen=True)
@@ -106,7 +153,7 @@ class RunReport:
     last: int
     #: Number of frames that this run simulated, including frame 0.
     simulated: int
-    #: Number of frames that this run wrote, summed over all bodies.
+    #: Number of frames that this run wrote; a frame of all bodies counts once.
     written: int
     #: Number of steps per frame.
     substeps: int

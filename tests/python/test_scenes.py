@@ -110,6 +110,36 @@ def test_run_writes_the_evaluated_surface(scene, tmp_path):
     assert pickle.loads(pickle.dumps(report)) == report
 
 
+def test_reports_name_frames_without_the_volume_and_frequencies_that_are_too_high(scene, tmp_path):
+    (kept,) = supple.run(scene, tmp_path / "kept", "pc2").bodies
+    assert (kept.unkept_volume, kept.softened) == (None, None)
+    overrides = {"body.cube.volume": {"max_correction": 1e-9}, "body.cube.frequency": 25}
+    report = supple.run(scene, tmp_path / "out", "pc2", start_frame=1001, overrides=overrides)
+    (body,) = report.bodies
+    assert body.softened == supple.Softened(25.0, pytest.approx(10.0), 2, 5)
+    unkept = body.unkept_volume
+    assert 1 <= unkept.frames < unkept.written == report.written
+    assert 1001 < unkept.worst_frame <= 1001 + report.last
+    assert 1e-3 < abs(unkept.worst_error) < 1
+    assert pickle.loads(pickle.dumps(report)) == report
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files cannot have control characters")
+def test_messages_escape_control_characters_of_paths(scene, tmp_path):
+    name = "a\n\x1b[2J\u202e"
+    (tmp_path / name).write_text("")
+    for options, error in [
+        ({"output": tmp_path / name}, supple.OutputError),
+        ({"output": tmp_path / name / "out"}, supple.OutputError),
+        ({"stats": tmp_path / name}, supple.SceneError),
+    ]:
+        with pytest.raises(error) as caught:
+            supple.run(scene, **({"output": tmp_path / "out"} | options))
+        message = str(caught.value)
+        assert message.isprintable(), message
+        assert r"a\n\u{1b}[2J\u{202e}" in message
+
+
 def test_run_uses_the_output_settings_of_the_scene(scene, tmp_path):
     report = supple.run(scene, every=4, start_frame=100, stats=tmp_path / "stats.csv")
     names = sorted(os.listdir(tmp_path / "frames"))

@@ -180,7 +180,7 @@ fn a_point_cache_resumes_at_the_given_frame() {
     assert_eq!(read_pc2(&done).0.4, 8);
 
     let error = FrameWriter::resume(cached.clone(), source, 12).unwrap_err().to_string();
-    assert!(error.contains(": it has 8 of the 12 frames to keep; "), "{error}");
+    assert!(error.contains(": it has 8 of 12 frames to keep; "), "{error}");
     let (other, other_part) = open("tests/data/seams.obj", None);
     let error = FrameWriter::resume(cached, Source::Document(&other, &other_part), 2).unwrap_err();
     let OutputError::Cache { path, .. } = &error else { panic!("{error}") };

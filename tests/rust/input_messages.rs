@@ -92,6 +92,87 @@ fn messages_contain_no_control_characters() {
     }
 }
 
+/// Errors and notes of runs escape names themselves, so that Python and Rust programs show them escaped.
+#[cfg(unix)]
+#[test]
+fn messages_of_runs_contain_no_control_characters() {
+    use std::path::PathBuf;
+    use supple_io::frames::OutputError;
+    use supple_io::run::{Job, Note, RunError};
+
+    let bad = "a\n\u{1b}[2J\u{202e}";
+    let path = || PathBuf::from(bad);
+    let folder = tempfile::tempdir().unwrap();
+    let source = || std::io::Error::other("failed");
+    // Errors of real runs: no permission is needed for a missing mesh, an output that is a file, and
+    // statistics with another extension or in a missing folder.
+    let toml = bad.replace('\n', "\\n").replace('\u{1b}', "\\u001b").replace('\u{202e}', "\\u202e");
+    let text = format!("[simulation]\nframes = 1\n[[body]]\nname = \"x\"\nmesh = \"{toml}\"\n");
+    let scene = Scene::parse(&text, "x.toml", folder.path(), &[]).unwrap();
+    let mut job = Job::new(scene, folder.path().join("out"));
+    let run = |job: &Job| job.run(&mut ()).unwrap_err().to_string();
+    let mut messages = vec![run(&job)];
+    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nf 1 2 3 4\nf 1 2 6 5\n";
+    std::fs::write(folder.path().join(bad), cube).unwrap();
+    job.stats = Some(folder.path().join(bad));
+    messages.push(run(&job));
+    job.stats = Some(folder.path().join(bad).join("s.csv"));
+    messages.push(run(&job));
+    job.stats = None;
+    job.directory = folder.path().join(bad);
+    messages.push(run(&job));
+    job.directory = folder.path().join(bad).join("out");
+    messages.push(run(&job));
+    // The other errors.
+    let no_faces = supple::MeshError::NoFaces { faces: 0, vertices: 0 }.into();
+    messages.extend(
+        [
+            RunError::Body { key: bad.into(), source: no_faces },
+            RunError::StatsIsInput { path: path(), input: path() },
+            RunError::StatsLost { path: path(), problem: "lost".into(), first: 0, last: 1 },
+            RunError::NotWritable { path: path(), source: source() },
+            RunError::Locked { path: path() },
+            RunError::Checkpoint { path: path(), what: bad.into() },
+            RunError::Differs { path: path(), difference: bad.into() },
+            RunError::Io { action: "write", path: path(), source: source() },
+            OutputError::Io { action: "write", path: path(), source: source() }.into(),
+            OutputError::OverwritesInput { path: path() }.into(),
+            OutputError::NameTooLong { name: bad.into(), length: 300, max: 255 }.into(),
+            OutputError::Link { path: path() }.into(),
+            OutputError::Cache { path: path(), reason: bad.into() }.into(),
+        ]
+        .map(|error: RunError| error.to_string()),
+    );
+    messages.push(Note::Restarted { reason: bad.into() }.to_string());
+    for message in messages {
+        assert!(!message.contains(|c: char| c.is_control() || c == '\u{202e}'), "{message:?}");
+        assert!(message.contains("a\\n\\u{1b}[2J\\u{202e}"), "{message}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn paths_that_a_scene_cannot_contain_are_errors() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join(OsStr::from_bytes(b"\xff"));
+    std::fs::create_dir(&directory).unwrap();
+    std::fs::write(directory.join("a.obj"), TRIANGLE).unwrap();
+    let message = Scene::open(directory.join("a.obj"), Up::Y, &[]).unwrap_err().to_string();
+    assert!(
+        message.ends_with("a scene cannot contain this path, because it is not UTF-8; rename it"),
+        "{message}"
+    );
+    // A relative path can be read, but not be made absolute.
+    std::fs::write(directory.join("a.toml"), BODY).unwrap();
+    let scene = Scene::open(directory.join("a.toml"), Up::Y, &[]).unwrap();
+    assert!(scene.relocated(None).unwrap_err().to_string().contains("not UTF-8"));
+    let moved = scene.relocated(Some(&directory)).unwrap();
+    assert_eq!((moved.bodies[0].mesh.to_str(), moved.base), (Some("a.obj"), directory));
+}
+
 #[test]
 fn body_names_have_letters_of_any_language() {
     for name in [

@@ -32,24 +32,24 @@ pub(crate) struct RunArgs {
     /// Scenes (.toml) or models (.obj); several inputs run one after another
     #[arg(value_name = "INPUT", required = true)]
     pub(crate) inputs: Vec<PathBuf>,
-    /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each
+    /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each; with --print-scene, the scene file (.toml) to write
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Format of the frames [default: the scene's output.format]
     #[arg(long, value_enum)]
     pub(crate) format: Option<Format>,
     /// Number of frames after frame 0 [default: the scene's simulation.frames]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=10_000_000))]
+    #[arg(long, value_name = "N", value_parser = count::<0, 10_000_000>, allow_negative_numbers = true)]
     pub(crate) frames: Option<u32>,
     /// Write only every K-th frame; frames keep their numbers
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = count::<1, { u32::MAX }>, allow_negative_numbers = true)]
     pub(crate) every: u32,
     /// Number of the first frame (the rest pose) in file names, statistics and PC2 headers
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count::<0, { u32::MAX }>, allow_negative_numbers = true)]
     pub(crate) start_frame: u32,
     /// Number of threads; 0 uses all processors [default: the scene's simulation.threads]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
-    pub(crate) threads: Option<u16>,
+    #[arg(long, value_name = "N", value_parser = count::<0, 1024>, allow_negative_numbers = true)]
+    pub(crate) threads: Option<u32>,
     /// Write statistics to a .csv or .json file, one row per frame and body; with several inputs, FILE.csv becomes FILE_INPUT.csv for each
     #[arg(long, value_name = "FILE")]
     pub(crate) stats: Option<PathBuf>,
@@ -60,12 +60,12 @@ pub(crate) struct RunArgs {
     #[arg(long, requires = "resume")]
     pub(crate) verify: bool,
     /// Seconds between checkpoints, from which --resume continues
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) checkpoint: Duration,
     /// Print no progress; errors and the summary are still printed
     #[arg(short, long)]
     pub(crate) quiet: bool,
-    /// Print the complete scene with all defaults and overrides, without running it
+    /// Print the complete scene with all defaults and overrides, without running it; paths are absolute, or with -o FILE.toml relative to FILE.toml
     #[arg(long)]
     pub(crate) print_scene: bool,
     #[command(flatten)]
@@ -123,16 +123,42 @@ pub(crate) struct SceneArgs {
     /// Override a scene key, e.g. body.bust.half_width=3 or simulation.frames=60; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// Up axis of an input that is a model (.obj); scenes are not affected
-    #[arg(long, value_enum, default_value_t = Up::Y)]
-    pub(crate) up: Up,
+    /// Up axis of an input that is a model (.obj) [default: y]; not for scenes
+    #[arg(long, value_enum)]
+    pub(crate) up: Option<Up>,
 }
 
 impl SceneArgs {
     /// Reads a scene file, or builds the default scene of a model, and applies the overrides.
     pub(crate) fn open(&self, input: &Path) -> Result<Scene, SceneError> {
-        Scene::open(input, self.up.into(), &self.overrides)
+        Scene::open(input, self.up.unwrap_or(Up::Y).into(), &self.overrides)
     }
+}
+
+impl Command {
+    /// Checks arguments that depend on each other. Returns a message if `--up` is given for a scene.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let (scene, inputs) = match self {
+            Self::Run(args) => (&args.scene, args.inputs.as_slice()),
+            Self::Inspect(args) => (&args.scene, std::slice::from_ref(&args.input)),
+            Self::Study(args) => (&args.scene, args.input.as_slice()),
+        };
+        let input = inputs.iter().find(|input| has_extension(input, &["toml"]));
+        match (scene.up, input) {
+            (Some(_), Some(input)) => Err(format!(
+                "--up is for models (.obj) only, and {} is a scene; leave --up out, and set simulation.gravity and \
+                 the rotate of each body",
+                input.display()
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Returns whether a path has one of the extensions, in upper or lower case.
+pub(crate) fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    let found = path.extension().unwrap_or_default();
+    extensions.iter().any(|extension| found.eq_ignore_ascii_case(extension))
 }
 
 /// Frame formats.
@@ -172,6 +198,12 @@ impl From<Up> for scene::Up {
             Up::Z => Self::Z,
         }
     }
+}
+
+/// Parses a whole number from `LOW` to `HIGH`.
+fn count<const LOW: u32, const HIGH: u32>(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|number| (LOW..=HIGH).contains(number));
+    number.ok_or_else(|| format!("it must be a whole number from {LOW} to {HIGH}"))
 }
 
 /// Parses a non-negative number of seconds.

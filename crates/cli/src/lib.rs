@@ -17,19 +17,31 @@ mod run;
 mod study;
 mod terminal;
 
+use std::fmt::Display;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+use supple_io::scene::SceneError;
 
-use args::{Cli, Command};
+use args::{Cli, Command, has_extension};
 use exit::Exit;
 
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
-    let command = Cli::parse().command;
+    let command = match Cli::try_parse() {
+        Ok(Cli { command }) => command,
+        Err(error) => match input_without_command(&error) {
+            Some(message) => return refused(message),
+            None => error.exit(),
+        },
+    };
     if let Err(error) = supple::check_simd_request() {
-        terminal::print_error(error);
-        return Exit::Input.into();
+        return refused(error);
+    }
+    if let Err(message) = command.check() {
+        return refused(message);
     }
     let exit = match command {
         Command::Run(args) => run::run(&args),
@@ -37,4 +49,21 @@ pub fn main() -> ExitCode {
         Command::Study(args) => study::study(&args),
     };
     exit.into()
+}
+
+/// Prints an error of the arguments.
+fn refused(error: impl Display) -> ExitCode {
+    terminal::print_error(error);
+    Exit::Input.into()
+}
+
+/// Returns a message if the command is missing, and the name of a file is in its place.
+fn input_without_command(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return None };
+    let path = Path::new(word);
+    if has_extension(path, &["toml", "obj"]) {
+        let quoted = terminal::quoted(word);
+        return Some(format!("{word} is a file, not a command; to simulate it, write: supple run {quoted}"));
+    }
+    path.extension().map(|_| SceneError::Kind { path: path.to_owned() }.to_string())
 }

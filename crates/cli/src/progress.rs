@@ -19,6 +19,8 @@ pub(crate) struct Reporter {
     start: Instant,
     /// First frame of this run of a job, from 0.
     first: u32,
+    /// Number of frame 0 of a job in file names.
+    start_frame: u32,
 }
 
 /// Form of the progress output.
@@ -42,7 +44,12 @@ impl Reporter {
             (false, true) => Output::Bar(bar(&name)),
             (false, false) => Output::Lines(0),
         };
-        Self { name, output, start: Instant::now(), first: 0 }
+        Self { name, output, start: Instant::now(), first: 0, start_frame: 0 }
+    }
+
+    /// Sets the number of frame 0 of the job, from which the printed numbers of frames count.
+    pub(crate) fn starting_at(self, start_frame: u32) -> Self {
+        Self { start_frame, ..self }
     }
 
     /// Removes the bar from the terminal.
@@ -89,11 +96,12 @@ impl run::Observer for Reporter {
     fn frame(&mut self, progress: &run::Progress) -> Flow {
         let run::Progress { frame, last, elapsed, .. } = *progress;
         let done = f64::from(frame - self.first + 1) / f64::from(last - self.first + 1);
+        let [frame, last] = [frame, last].map(|frame| u64::from(self.start_frame) + u64::from(frame));
         self.update(done, elapsed, &format!("frame {frame} of {last}"))
     }
 
     fn note(&mut self, note: &Note) {
-        let line = format!("{}: {note}", self.name);
+        let line = format!("{}: {}", self.name, note.message(self.start_frame));
         match &self.output {
             Output::Bar(bar) => bar.suspend(|| terminal::print_to_stderr(line)),
             Output::Nothing if matches!(note, Note::Resumed { .. }) => {}

@@ -1,11 +1,14 @@
 //! `supple run`: simulates one or several inputs, one after another, and writes their frames.
 
+use std::fmt::Display;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use supple_io::run::{Job, Outcome, RunError, RunReport};
 use supple_io::scene::Scene;
+use supple_io::{counted, write_atomically};
 
-use crate::args::RunArgs;
+use crate::args::{RunArgs, has_extension};
 use crate::exit::Exit;
 use crate::progress::Reporter;
 use crate::{interrupt, terminal};
@@ -22,9 +25,13 @@ pub(crate) fn run(args: &RunArgs) -> Exit {
     }
 }
 
+/// Prints the scene of each input with absolute paths, or writes it to the file `-o`.
 fn print_scenes(args: &RunArgs) -> Exit {
+    if let Some(file) = &args.output {
+        return write_scene(args, file);
+    }
     for input in &args.inputs {
-        match changed_scene(args, input) {
+        match changed_scene(args, input).and_then(|scene| Ok(scene.relocated(None)?)) {
             Ok(scene) => terminal::print_data(scene.to_toml().trim_end()),
             Err(error) => {
                 terminal::print_error(&error);
@@ -35,6 +42,46 @@ fn print_scenes(args: &RunArgs) -> Exit {
     Exit::Done
 }
 
+/// Writes the scene of the only input to a new file, with paths relative to the file.
+fn write_scene(args: &RunArgs, file: &Path) -> Exit {
+    let name = file.display();
+    let refused = |message: String| {
+        terminal::print_error(message);
+        Exit::Input
+    };
+    let [input] = args.inputs.as_slice() else {
+        let inputs = args.inputs.len();
+        return refused(format!("--print-scene -o {name} writes one scene, not {inputs}; give one input"));
+    };
+    if !has_extension(file, &["toml"]) {
+        return refused(format!(
+            "-o {name}: with --print-scene, -o is the scene file to write; it must end in .toml"
+        ));
+    }
+    if file.symlink_metadata().is_ok() {
+        return refused(format!(
+            "-o {name}: the file exists, and is not replaced; choose another name, or remove it"
+        ));
+    }
+    let directory = file.parent().unwrap_or(Path::new(""));
+    match changed_scene(args, input).and_then(|scene| Ok(scene.relocated(Some(directory))?)) {
+        Err(error) => {
+            terminal::print_error(&error);
+            Exit::Input
+        }
+        Ok(scene) => match write_atomically(file, |open| open.write_all(scene.to_toml().as_bytes())) {
+            Ok(()) => {
+                terminal::print(format_args!("scene written to {name}"));
+                Exit::Done
+            }
+            Err(error) => {
+                terminal::print_error(format_args!("cannot write {name}: {error}"));
+                Exit::Failed
+            }
+        },
+    }
+}
+
 /// Reads the scene of an input and applies the command-line options that change the scene.
 fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
     let mut scene = args.scene.open(input)?;
@@ -42,7 +89,7 @@ fn changed_scene(args: &RunArgs, input: &Path) -> Result<Scene, RunError> {
         scene.simulation.frames = frames;
     }
     if let Some(threads) = args.threads {
-        scene.simulation.threads = threads.into();
+        scene.simulation.threads = threads as usize;
     }
     if let Some(format) = args.format {
         scene.output.format = format.into();
@@ -54,7 +101,8 @@ fn run_single(args: &RunArgs, input: &Path) -> Exit {
     let name = input_name(input);
     match run_one(args, input, &name, false) {
         Ok(report) => {
-            terminal::print(summary_line(&name, &report));
+            terminal::print(summary_line(&name, &report, args.start_frame));
+            print_warnings(&name, &report);
             if report.outcome == Outcome::Stopped {
                 terminal::print(format_args!("resume with: {}", terminal::resume_command()));
                 return Exit::Interrupted;
@@ -89,7 +137,10 @@ fn run_several(args: &RunArgs, inputs: &[PathBuf]) -> Exit {
         let name = input_name(input);
         let result = run_one(args, input, &name, true);
         match &result {
-            Ok(report) => terminal::print(summary_line(&name, report)),
+            Ok(report) => {
+                terminal::print(summary_line(&name, report, args.start_frame));
+                print_warnings(&name, report);
+            }
             Err(error) => terminal::print_error(format_args!("{name}: {error}")),
         }
         results.push((name, result));
@@ -127,7 +178,7 @@ fn run_one(args: &RunArgs, input: &Path, name: &str, several: bool) -> Result<Ru
     job.scene_file = Some(input.to_owned());
     job.stats = stats;
     job.checkpoint_interval = args.checkpoint;
-    let mut reporter = Reporter::new(name, args.quiet);
+    let mut reporter = Reporter::new(name, args.quiet).starting_at(args.start_frame);
     let result = job.run(&mut reporter);
     reporter.finish();
     result
@@ -154,19 +205,30 @@ fn stats_path(path: &Path, input_name: &str) -> PathBuf {
     path.with_file_name(format!("{name}_{input_name}.{extension}"))
 }
 
-/// Formats the summary line of a job.
-fn summary_line(name: &str, report: &RunReport) -> String {
+/// Prints a line for each body whose volume was not kept or that is softer than specified.
+fn print_warnings(name: &str, report: &RunReport) {
+    for body in &report.bodies {
+        let warn = |warning: &dyn Display| {
+            terminal::print_to_stderr(format_args!("warning: {name}: body {}: {warning}", body.name));
+        };
+        body.unkept_volume.iter().for_each(|volume| warn(volume));
+        body.softened.iter().for_each(|softened| warn(softened));
+    }
+}
+
+/// Formats the summary line of a job. `start_frame` is the number of its first frame.
+fn summary_line(name: &str, report: &RunReport, start_frame: u32) -> String {
     let directory = report.directory.display();
+    let last = u64::from(start_frame) + u64::from(report.last);
     match report.outcome {
         Outcome::AlreadyFinished => {
-            format!("{name}: already finished at frame {} in {directory}; nothing written", report.last)
+            format!("{name}: already finished at frame {last} in {directory}; nothing written")
         }
         Outcome::Finished | Outcome::Stopped => {
             let outcome = if report.outcome == Outcome::Stopped { "stopped after" } else { "finished at" };
             format!(
-                "{name}: {outcome} frame {}, {} written to {directory} in {}",
-                report.last,
-                terminal::counted(report.written as usize, "frame"),
+                "{name}: {outcome} frame {last}, {} written to {directory} in {}",
+                counted(report.written as usize, "frame"),
                 terminal::duration(report.elapsed.as_secs_f64())
             )
         }
@@ -197,7 +259,7 @@ fn table(results: &[(String, Result<RunReport, RunError>)], inputs: usize) -> St
         });
     }
     if results.len() < inputs {
-        lines.push(format!("{} of {inputs} inputs not started", inputs - results.len()));
+        lines.push(format!("{} of {} not started", inputs - results.len(), counted(inputs, "input")));
     }
     lines.join("\n")
 }

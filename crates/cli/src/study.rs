@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use supple_io::counted;
 use supple_io::run::RunError;
 use supple_study::stability::StabilityStudy;
 use supple_study::{Outcome, Study, StudyError, SumsStudy};
@@ -49,7 +50,7 @@ fn scene(args: &StudyArgs, input: &Path, reporter: &mut Reporter) -> Result<Exit
             terminal::print(format_args!("already finished in {directory}; nothing written"));
         }
         Outcome::Stopped => {
-            let points = terminal::counted(report.points.len(), "point");
+            let points = counted(report.points.len(), "point");
             let command = terminal::resume_command();
             terminal::print(format_args!("stopped after {points}; resume with: {command}"));
             return Ok(Exit::Interrupted);
@@ -76,7 +77,11 @@ fn stability(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyErr
     let passed = report.rows.iter().filter(|row| row.passed).count();
     let (cases, path) = (report.requested, study.path());
     terminal::print(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));
-    terminal::print(format_args!("{passed} of {cases} cases passed; written to {}", path.display()));
+    terminal::print(format_args!(
+        "{passed} of {} passed; written to {}",
+        counted(cases, "case"),
+        path.display()
+    ));
     Ok(match (report.complete, report.passed) {
         (false, _) => Exit::Interrupted,
         (true, false) => Exit::Failed,

@@ -1,4 +1,4 @@
-//! Prints lines, and formats counts, sizes, durations and commands.
+//! Prints lines, and formats numbers, sizes, durations and commands.
 //!
 //! The printing functions ignore all write errors. The usual cause is a closed pipe, as in
 //! `supple ... | head`, which is not a failure of the command.
@@ -33,9 +33,15 @@ pub(crate) fn print_error(error: impl Display) {
     print_to_stderr(format_args!("error: {error}"));
 }
 
-/// Formats a count and its noun: `1 frame`, `2 frames`.
-pub(crate) fn counted(count: usize, singular: &str) -> String {
-    if count == 1 { format!("1 {singular}") } else { format!("{count} {singular}s") }
+/// Formats a number with at least four significant digits: in scientific notation from 1e5 and below 1e-3,
+/// otherwise with up to six decimals and all digits before the decimal point.
+pub(crate) fn number(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        let digits = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.3e}")
+    }
 }
 
 /// Formats a number of bytes with a decimal unit: `1.2 MB` is 1.2 million bytes.
@@ -69,7 +75,7 @@ pub(crate) fn resume_command() -> String {
 }
 
 /// Quotes a word for a shell.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()
@@ -81,11 +87,6 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn counts_of_one_have_a_singular_noun() {
-        assert_eq!([0, 1, 2].map(|count| counted(count, "cell")), ["0 cells", "1 cell", "2 cells"]);
-    }
 
     #[test]
     fn control_characters_other_than_line_ends_are_escaped() {

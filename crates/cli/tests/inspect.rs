@@ -76,3 +76,157 @@ fn inspecting_a_model_uses_its_default_scene() {
     let value: serde_json::Value = serde_json::from_str(&output.out).unwrap();
     assert_eq!(value["bodies"][0]["lattice"]["cells"], 4 * 6 * 2);
 }
+
+/// Returns the JSON of `supple inspect scene.toml` with options.
+fn inspect(workspace: &Workspace, options: &[&str]) -> serde_json::Value {
+    let mut arguments = vec!["inspect", "scene.toml", "--json"];
+    arguments.extend(options);
+    let output = workspace.supple(&arguments);
+    output.expect(0, &[]);
+    serde_json::from_str(&output.out).unwrap()
+}
+
+fn point(value: &serde_json::Value) -> [f64; 3] {
+    serde_json::from_value(value.clone()).unwrap()
+}
+
+#[track_caller]
+fn assert_near(found: &serde_json::Value, expected: [f64; 3]) {
+    let found = point(found);
+    let is_near = (0..3).all(|axis| (found[axis] - expected[axis]).abs() < 1e-6);
+    assert!(is_near, "{found:?} {expected:?}");
+}
+
+#[test]
+fn bounds_are_in_the_world() {
+    let workspace = Workspace::new();
+    let options = ["--set", "body.block.scale=2", "--set", "body.block.rotate=[0, 0, 90]"];
+    let no_pin = ["--set", "body.block.pin=[]"];
+    let value = inspect(&workspace, &[options.as_slice(), &no_pin].concat());
+    let mesh = &value["bodies"][0]["mesh"];
+    // The block from (-1, 0, -0.5) to (1, 3, 0.5), scaled.
+    assert_near(&mesh["low"], [-2.0, 0.0, -1.0]);
+    assert_near(&mesh["high"], [2.0, 6.0, 1.0]);
+    // Rotated by 90 degrees about z, and moved by 1 along y.
+    assert_near(&mesh["world_low"], [-6.0, -1.0, -1.0]);
+    assert_near(&mesh["world_high"], [0.0, 3.0, 1.0]);
+    let text = workspace.supple(&["inspect", "scene.toml"]);
+    let expected = "in the world from (-1.000, 1.000, -0.5000) to (1.000, 4.000, 0.5000)";
+    assert!(text.out.contains(expected), "{}", text.out);
+}
+
+#[test]
+fn pins_and_handles_list_what_they_select() {
+    let second = "\n[[body.pin]]\nvertices = [0]\n\n[[body.handle]]\nplane = { point = [0, 3.9, 0], normal = [0, 1, 0] }\n\
+                  keys = [{ time = 0 }]\n\n[[collider]]";
+    let workspace = Workspace::with_scene(&SCENE.replace("\n[[collider]]", second));
+    let value = inspect(&workspace, &[]);
+    let body = &value["bodies"][0];
+    let (pins, handles) = (body["pins"].as_array().unwrap(), body["handles"].as_array().unwrap());
+    assert_eq!((pins.len(), handles.len()), (2, 1));
+    // The box takes the four corners of the side x = -1.
+    assert_eq!(pins[0]["mesh_vertices"], 4);
+    assert_near(&pins[0]["low"], [-1.0, 1.0, -0.5]);
+    assert_near(&pins[0]["high"], [-1.0, 4.0, 0.5]);
+    // Each mesh vertex takes the 8 corners of its cell, and some share corners.
+    let held = pins[0]["lattice_vertices"].as_u64().unwrap();
+    assert!((8..=32).contains(&held), "{held}");
+    assert_eq!(
+        (&pins[1]["mesh_vertices"], &pins[1]["lattice_vertices"]),
+        (&serde_json::Value::Null, &1.into())
+    );
+    assert_eq!(point(&pins[1]["low"]), point(&pins[1]["high"]));
+    // The plane takes the six vertices of the upper side.
+    assert_eq!(handles[0]["mesh_vertices"], 6);
+    assert_near(&handles[0]["low"], [-1.0, 4.0, -0.5]);
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    let line = format!(
+        "  pin 0       4 mesh vertices from (-1.000, 1.000, -0.5000) to (-1.000, 4.000, 0.5000), {held} lattice \
+         vertices"
+    );
+    assert!(text.contains(&line) && text.contains("  pin 1       1 lattice vertex from"), "{text}");
+    assert!(text.contains("  handle 0    6 mesh vertices from"), "{text}");
+}
+
+#[test]
+fn separate_parts_are_counted() {
+    // Eight cubes of size 1 in a row, of which the first two share cells and the others are 9 apart.
+    let mut mesh = String::new();
+    for (cube, x) in [0.0, 1.1, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0].into_iter().enumerate() {
+        for corner in [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+        {
+            mesh += &format!("v {} {} {}\n", f64::from(corner[0]) + x, corner[1], corner[2]);
+        }
+        for face in [[4, 3, 2, 1], [5, 6, 7, 8], [1, 2, 6, 5], [2, 3, 7, 6], [3, 4, 8, 7], [4, 1, 5, 8]] {
+            let [a, b, c, d] = face.map(|vertex| vertex + 8 * cube);
+            mesh += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    let scene = "[[body]]\nname = \"row\"\nmesh = \"row.obj\"\ncell_size = 0.7\nvolume = \"off\"\n";
+    let workspace = Workspace::with_scene(scene);
+    workspace.write("row.obj", mesh);
+    let value = inspect(&workspace, &[]);
+    let lattice = &value["bodies"][0]["lattice"];
+    let floating = lattice["floating"].as_array().unwrap().len();
+    assert_eq!((floating, &lattice["joined_parts"], &lattice["separate_parts"]), (6, &6.into(), &0.into()));
+    assert_eq!(lattice["glued_components"], 2);
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    assert!(text.contains("6 floating parts, separate from the largest part; joined"), "{text}");
+    assert!(text.contains("2 mesh components in 1 group are connected in the lattice"), "{text}");
+    let text = workspace.supple(&["inspect", "scene.toml", "--set", "body.row.join=false"]).out;
+    assert!(text.contains("6 floating parts, separate from the largest part; not joined"), "{text}");
+}
+
+#[test]
+fn bodies_inside_colliders_or_beyond_the_precision_of_frames_are_warned_about() {
+    let warnings = |scene: &str, options: &[&str]| -> Vec<String> {
+        let workspace = Workspace::with_scene(scene);
+        let no_pin = ["--set", "body.block.pin=[]"];
+        let value = inspect(&workspace, &[options, &no_pin].concat());
+        serde_json::from_value(value["warnings"].clone()).unwrap()
+    };
+    let moved = |translate: &str| warnings(SCENE, &["--set", &format!("body.block.translate={translate}")]);
+    // The block is 3 high. It may stand on the ground.
+    assert!(moved("[0, 1, 0]").is_empty() && moved("[0, 0, 0]").is_empty());
+    for (translate, words) in [
+        ("[0, -0.5, 0]", "begins partly inside collider.0, up to 0.5000 deep"),
+        ("[0, -9, 0]", "begins under collider.0, up to 9.000 deep"),
+    ] {
+        let found = moved(translate);
+        assert!(found.len() == 1 && found[0].contains(words), "{found:?}");
+    }
+    let ball = SCENE.replace(
+        "plane = { point = [0, 0, 0], normal = [0, 1, 0] }",
+        "sphere = { center = [0, 2, 0], radius = 9 }",
+    );
+    assert!(warnings(&ball, &[])[0].contains("begins inside collider.0"), "{ball}");
+    // The ball lies inside the upper side of the block, at the center of a face.
+    let small = ball.replace("[0, 2, 0], radius = 9", "[0.5, 4, 0], radius = 0.2");
+    assert!(warnings(&small, &[])[0].contains("begins partly inside collider.0, up to 0.2"), "{small}");
+    // A moving collider counts with its pose at time 0.
+    let below = SCENE.replace(
+        "normal = [0, 1, 0] }",
+        "normal = [0, 1, 0] }\nkeys = [{ time = 0, translate = [0, 2, 0] }]",
+    );
+    assert!(warnings(&below, &[])[0].contains("up to 1.000 deep"), "{below}");
+
+    // Cells have a size of about 0.4, and 32-bit numbers a spacing of 0.00024 at 4000 and 0.0005 at 8000.
+    assert!(moved("[4000, 1, 0]").is_empty());
+    let far = moved("[8000, 1, 0]");
+    assert!(far.len() == 1 && far[0].contains("move it nearer to the origin with `translate`"), "{far:?}");
+    assert!(far[0].contains("4.883e-4 apart at the coordinate 8001, and a cell has the size 0."), "{far:?}");
+    let lost = moved("[1e7, 1, 0]");
+    assert!(
+        lost.len() == 1 && lost[0].contains("times its extent; check `translate` and the unit"),
+        "{lost:?}"
+    );
+    // 30,000 cells in a row.
+    let long = support::BLOCK.replace("v 1 ", "v 30000 ").replace("v 0 ", "v 15000 ");
+    let workspace = Workspace::with_scene(&SCENE.replace("lattice_vertices = 200", "cell_size = 1"));
+    workspace.write("block.obj", long);
+    let value = inspect(&workspace, &["--set", "body.block.pin=[]"]);
+    let found = value["warnings"][0].as_str().unwrap();
+    assert!(found.contains("its cells are too small for its size; choose a larger `cell_size`"), "{found}");
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    assert!(text.contains(&format!("\nwarning: {found}\n")), "{text}");
+}

@@ -129,7 +129,7 @@ mod voxel;
 
 pub use body::{
     ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface,
-    StateError,
+    Softened, StateError,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{

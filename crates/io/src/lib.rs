@@ -7,12 +7,15 @@
 //!
 //! Each module may use only the modules above it in this list.
 
+mod count;
 mod escape;
 mod file;
 pub mod frames;
 pub mod obj;
+mod path;
 pub mod run;
 pub mod scene;
 
+pub use count::counted;
 pub use escape::Escaped;
 pub use file::write_atomically;

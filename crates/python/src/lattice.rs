@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{LatticeOptions, Resolution};
+use supple_io::counted;
 
 use crate::argument::{self, Given, Settings};
 use crate::arrays::{self, Axis};
@@ -159,9 +160,9 @@ impl Lattice {
 
     fn __repr__(&self) -> String {
         format!(
-            "<supple.Lattice: {} vertices, {} cells of {:.4}, {} kB>",
+            "<supple.Lattice: {} vertices, {} of {:.4}, {} kB>",
             self.lattice.len(),
-            self.lattice.cells().len(),
+            counted(self.lattice.cells().len(), "cell"),
             self.lattice.cell_size(),
             self.lattice.memory().div_ceil(1000)
         )

@@ -7,6 +7,7 @@ use pyo3::exceptions::{PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyTuple, PyType};
+use supple_io::counted;
 
 use crate::argument::{self, is_from_python, wrong_type};
 use crate::arrays::{self, Axis};
@@ -82,9 +83,9 @@ impl Mesh {
     fn __repr__(&self, py: Python<'_>) -> String {
         let closed = if self.is_closed(py) { "closed" } else { "open" };
         format!(
-            "<supple.Mesh: {} vertices, {} faces, {closed}>",
-            self.mesh.vertices().len(),
-            self.mesh.face_count()
+            "<supple.Mesh: {}, {}, {closed}>",
+            counted(self.mesh.vertices().len(), "vertex"),
+            counted(self.mesh.face_count(), "face")
         )
     }
 

@@ -7,7 +7,8 @@ use pyo3::types::{IntoPyDict, PyDict, PyTuple};
 use supple::{Placement, RegionDamping, RegionSize, Resolution, Stiffness};
 use supple_io::frames::Format;
 use supple_io::run::{
-    BodyReport, Flow, Input, Job, Observer, Outcome, Progress, RunError, RunReport, prepare,
+    BodyReport, Flow, Input, Job, Observer, Outcome, Progress, RunError, RunReport, Softened, UnkeptVolume,
+    prepare,
 };
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
 
@@ -169,7 +170,16 @@ impl Observer for CallbackObserver<'_> {
 fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAny>> {
     let body = |body: &BodyReport| {
         let volume = report::volume_report(py, &body.volume)?;
-        report::new_report(py, "BodyReport", (&body.name, body.lattice_vertices, volume))
+        let unkept = body.unkept_volume.map(|unkept| {
+            let UnkeptVolume { frames, written, worst_frame, worst_error, .. } = unkept;
+            report::new_report(py, "UnkeptVolume", (frames, written, worst_frame, worst_error))
+        });
+        let softened = body.softened.map(|softened| {
+            let Softened { key, specified, in_force, substeps, needed_substeps, .. } = softened;
+            report::new_report(py, "Softened", (key, specified, in_force, substeps, needed_substeps))
+        });
+        let fields = (&body.name, body.lattice_vertices, volume, unkept.transpose()?, softened.transpose()?);
+        report::new_report(py, "BodyReport", fields)
     };
     let bodies = run.bodies.iter().map(body).collect::<PyResult<Vec<_>>>()?;
     let outcome = match run.outcome {

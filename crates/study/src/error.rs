@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use supple::Error;
+use supple_io::Escaped;
 use supple_io::run::RunError;
 
 /// A reason why a study cannot be run or written.
@@ -19,7 +20,10 @@ pub enum StudyError {
     #[error(transparent)]
     Point(#[from] Error),
     /// The scene can be built, but not with the parameters of a point of the study.
-    #[error("a point of the study cannot be built: {source}; the points before it are in {}", path.display())]
+    #[error(
+        "a point of the study cannot be built: {source}; the points before it are in {}",
+        Escaped(path.display())
+    )]
     AfterStart {
         /// The file of the unfinished study.
         path: PathBuf,
@@ -27,7 +31,11 @@ pub enum StudyError {
         source: Box<RunError>,
     },
     /// The earlier study differs from this one in its scene, options or machine.
-    #[error("{} cannot be continued: {what}; run it without --resume, or write to another directory", path.display())]
+    #[error(
+        "{} cannot be continued: {}; run it without --resume, or write to another directory",
+        Escaped(path.display()),
+        Escaped(what)
+    )]
     Resume {
         /// The file of the earlier study.
         path: PathBuf,
@@ -35,7 +43,7 @@ pub enum StudyError {
         what: String,
     },
     /// A file or directory cannot be read or written.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}: {source}", Escaped(path.display()))]
     File {
         /// The verb of the failed operation, e.g. `write`.
         action: &'static str,
@@ -45,7 +53,7 @@ pub enum StudyError {
         source: io::Error,
     },
     /// A plot cannot be drawn.
-    #[error("cannot draw {}: {what}", path.display())]
+    #[error("cannot draw {}: {what}", Escaped(path.display()))]
     Plot {
         /// The file.
         path: PathBuf,

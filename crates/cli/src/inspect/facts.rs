@@ -1,10 +1,14 @@
 //! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
-use supple::{Body, Lattice, Plan, Preservation};
+use supple::{Body, Lattice, Plan, Preservation, Selection};
+use supple_io::counted;
 use supple_io::frames::{Format, count_shared_normals};
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, Scene, Substeps};
+
+use super::placed::{Placed, SelectionFacts};
+use super::warnings::warnings;
 
 /// Facts about a scene.
 #[derive(Debug, Serialize)]
@@ -28,6 +32,8 @@ pub(super) struct Facts {
     pub(super) plan: String,
     /// Limitations that affect the scene.
     pub(super) notes: Vec<String>,
+    /// Probable mistakes in the scene.
+    pub(super) warnings: Vec<String>,
 }
 
 /// Facts about a body.
@@ -36,6 +42,10 @@ pub(super) struct BodyFacts {
     pub(super) name: String,
     pub(super) mesh: MeshFacts,
     pub(super) lattice: LatticeFacts,
+    /// One entry per pin, in the order of the scene.
+    pub(super) pins: Vec<SelectionFacts>,
+    /// One entry per handle, in the order of the scene.
+    pub(super) handles: Vec<SelectionFacts>,
     /// Half-width of the regions, in cells.
     pub(super) half_width: usize,
     /// Size of a frame on disk, in bytes.
@@ -63,6 +73,10 @@ pub(super) struct MeshFacts {
     pub(super) low: [f64; 3],
     /// Largest coordinates, after `scale` and before `rotate` and `translate`.
     pub(super) high: [f64; 3],
+    /// Smallest coordinates in world space at frame 0, after `scale`, `rotate` and `translate`.
+    pub(super) world_low: [f64; 3],
+    /// Largest coordinates in world space at frame 0, after `scale`, `rotate` and `translate`.
+    pub(super) world_high: [f64; 3],
     /// Number of used vertices at the position of an earlier vertex.
     pub(super) welded_seam_vertices: usize,
     pub(super) unused_vertices: usize,
@@ -96,9 +110,15 @@ pub(super) struct LatticeFacts {
     pub(super) bridge_cells: usize,
     /// Connected parts of the cells that are separate from the largest part before joining.
     pub(super) floating: Vec<FloatingFacts>,
+    /// Number of entries of `floating` that a bridge of cells joins to another part.
+    pub(super) joined_parts: usize,
+    /// Number of entries of `floating` that are not joined.
+    pub(super) separate_parts: usize,
     /// Groups of mesh components (indices from 0) that are connected in the lattice without a bridge: they
     /// share cells, their cells touch, or one encloses another.
     pub(super) glued: Vec<Vec<u32>>,
+    /// Number of mesh components in all groups of `glued`.
+    pub(super) glued_components: usize,
     /// Memory of the lattice, in bytes.
     pub(super) bytes: usize,
     /// Each available volume measure, and the rest volume by this measure.
@@ -141,6 +161,7 @@ impl Facts {
             colliders: scene.colliders.len(),
             plan: plan.to_string(),
             notes: notes(scene),
+            warnings: warnings(scene, prepared),
         }
     }
 }
@@ -159,9 +180,15 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
     let (data, input) = (&scene.bodies[index], &prepared.inputs[index]);
     let body = prepared.simulation.body(index);
     let source = input.source();
+    let placed = Placed::new(data, &body);
+    let selections = |first: usize, selections: &mut dyn Iterator<Item = &Selection>| {
+        (first..).zip(selections).map(|(index, selection)| placed.selection(index, selection)).collect()
+    };
     BodyFacts {
         name: data.name.clone(),
-        mesh: mesh(scene, data, input, &body),
+        mesh: mesh(scene, data, input, &placed),
+        pins: selections(0, &mut data.pins.iter().map(|pin| &pin.selection)),
+        handles: selections(data.pins.len(), &mut data.handles.iter().map(|handle| &handle.selection)),
         lattice: lattice(body.lattice(), &body),
         half_width: body.half_width(),
         frame_bytes: source.frame_bytes(scene.output.format),
@@ -170,9 +197,10 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
     }
 }
 
-fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts {
-    // `body.mesh()` is scaled by `scale`; `part.mesh()` is as in the file.
-    let mesh = body.mesh().unwrap_or_else(|| input.part.mesh());
+fn mesh(scene: &Scene, data: &BodyData, input: &Input, placed: &Placed<'_>) -> MeshFacts {
+    // The mesh of the body is scaled by `scale`; `part.mesh()` is as in the file.
+    let mesh = placed.body().mesh().unwrap_or_else(|| input.part.mesh());
+    let (world_low, world_high) = placed.bounds();
     let (topology, (low, high)) = (mesh.topology(), mesh.bounds());
     let document = &input.document;
     let libraries = document.libraries();
@@ -194,6 +222,8 @@ fn mesh(scene: &Scene, data: &BodyData, input: &Input, body: &Body) -> MeshFacts
         volume: mesh.volume(),
         low: low.into(),
         high: high.into(),
+        world_low,
+        world_high,
         welded_seam_vertices: topology.seam_vertices,
         unused_vertices: topology.unused_vertices,
         boundary_edges: topology.boundary_edges,
@@ -228,7 +258,10 @@ fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
         filled_cells: report.filled_cells,
         bridge_cells: report.bridge_cells,
         floating: report.floating.iter().map(floating).collect(),
+        joined_parts: report.floating.iter().filter(|part| part.joined).count(),
+        separate_parts: report.floating.iter().filter(|part| !part.joined).count(),
         glued: report.glued.clone(),
+        glued_components: report.glued.iter().map(Vec::len).sum(),
         bytes: lattice.memory(),
         volumes: volumes.volumes.iter().map(|(measure, v)| (measure.to_string(), v.rest)).collect(),
         measure: (body.volume_options().measure != Preservation::Off).then(|| volumes.measure.to_string()),
@@ -240,8 +273,9 @@ fn lattice(lattice: &Lattice, body: &Body) -> LatticeFacts {
 fn pc2(points: usize, scene: &Scene, input: &Input) -> Vec<String> {
     let mut facts = vec![
         format!(
-            "{points} points, all `v` lines of {} in file order: import that file without merging, splitting \
+            "{}, all `v` lines of {} in file order: import that file without merging, splitting \
              or reordering vertices",
+            counted(points, "point"),
             input.document.path().display()
         ),
         "positions are in world space, in the axes of the scene; do not transform the mesh".to_owned(),
@@ -251,7 +285,7 @@ fn pc2(points: usize, scene: &Scene, input: &Input) -> Vec<String> {
     }
     let samples = u64::from(scene.simulation.frames) + 1;
     facts.push(format!(
-        "samples in the file: {samples}, at {} samples per second; file size: {} bytes",
+        "samples in the file: {samples}, at {} per second; file size: {} bytes",
         scene.simulation.fps,
         32 + samples * input.source().frame_bytes(Format::Pc2)
     ));

@@ -1,7 +1,9 @@
 //! `supple inspect`: prints facts about a scene without running it.
 
 mod facts;
+mod placed;
 mod text;
+mod warnings;
 
 use supple_io::run::{RunError, prepare};
 

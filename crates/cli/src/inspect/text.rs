@@ -2,15 +2,18 @@
 
 use std::fmt::Write;
 
+use supple_io::counted;
+
 use super::facts::{BodyFacts, Facts, LatticeFacts, MeshFacts};
-use crate::terminal;
+use super::placed::SelectionFacts;
+use crate::terminal::{self, number};
 
 /// Formats the facts as lines with two columns, a key and a value. If `plan` is set, adds the stages of the
 /// simulation and the memory of each.
 pub(super) fn format(facts: &Facts, plan: bool) -> String {
     let mut page = Page(String::new());
     let auto = if facts.substeps_auto { " (auto)" } else { "" };
-    let frames = terminal::counted(facts.frames as usize, "frame");
+    let frames = counted(facts.frames as usize, "frame");
     page.line(&facts.input);
     page.entry("duration", &format!("{frames} at {} frames/s = {:.2} s", facts.fps, facts.seconds));
     page.entry("steps", &format!("{} per frame{auto}", facts.substeps));
@@ -31,9 +34,10 @@ pub(super) fn format(facts: &Facts, plan: bool) -> String {
             page.line(&format!("  {line}"));
         }
     }
-    for note in &facts.notes {
+    let notes = facts.notes.iter().map(|note| format!("note: {note}"));
+    for line in notes.chain(facts.warnings.iter().map(|warning| format!("warning: {warning}"))) {
         page.line("");
-        page.line(&format!("note: {note}"));
+        page.line(&line);
     }
     page.0
 }
@@ -65,12 +69,30 @@ impl Page {
         self.line(&format!("body {}", body.name));
         self.mesh(&body.mesh);
         self.lattice(&body.lattice);
-        self.entry("half-width", &terminal::counted(body.half_width, "cell"));
+        for (kind, selections) in [("pin", &body.pins), ("handle", &body.handles)] {
+            for (index, selection) in selections.iter().enumerate() {
+                self.selection(&format!("{kind} {index}"), selection);
+            }
+        }
+        self.entry("half-width", &counted(body.half_width, "cell"));
         self.entry("memory", &terminal::bytes(body.memory_bytes as u64));
         self.entry("frame size", &terminal::bytes(body.frame_bytes));
         for (index, fact) in body.pc2.iter().enumerate() {
             self.entry(if index == 0 { "PC2" } else { "" }, fact);
         }
+    }
+
+    fn selection(&mut self, key: &str, selection: &SelectionFacts) {
+        let lattice_vertices = counted(selection.lattice_vertices, "lattice vertex");
+        let (low, high) = (point(selection.low), point(selection.high));
+        let text = match selection.mesh_vertices {
+            Some(count) => {
+                let mesh_vertices = counted(count, "mesh vertex");
+                format!("{mesh_vertices} from {low} to {high}, {lattice_vertices}")
+            }
+            None => format!("{lattice_vertices} from {low} to {high}"),
+        };
+        self.entry(key, &text);
     }
 
     fn mesh(&mut self, mesh: &MeshFacts) {
@@ -79,20 +101,20 @@ impl Page {
         self.entry(
             "mesh",
             &format!(
-                "{}{object}: {} vertices, {}, {closed}",
+                "{}{object}: {}, {}, {closed}",
                 mesh.file,
-                mesh.vertices,
-                terminal::counted(mesh.faces, "face")
+                counted(mesh.vertices, "vertex"),
+                counted(mesh.faces, "face")
             ),
         );
         self.entry(
             "",
             &format!(
-                "from {} to {}, volume {}, {}",
-                point(mesh.low),
-                point(mesh.high),
+                "in the world from {} to {}, volume {}, {}",
+                point(mesh.world_low),
+                point(mesh.world_high),
                 number(mesh.volume),
-                terminal::counted(mesh.components, "component")
+                counted(mesh.components, "component")
             ),
         );
         if mesh.flipped {
@@ -126,11 +148,11 @@ impl Page {
         self.entry(
             "lattice",
             &format!(
-                "{} vertices, {} of size {}, {}, {}",
-                lattice.vertices,
-                terminal::counted(lattice.cells, "cell"),
+                "{}, {} of size {}, {}, {}",
+                counted(lattice.vertices, "vertex"),
+                counted(lattice.cells, "cell"),
                 number(lattice.cell_size),
-                terminal::counted(lattice.components, "component"),
+                counted(lattice.components, "component"),
                 terminal::bytes(lattice.bytes as u64)
             ),
         );
@@ -141,28 +163,23 @@ impl Page {
                  not its interior",
             );
         }
-        for part in &lattice.floating {
-            let state = if part.joined {
-                "joined to another part by a bridge of cells"
-            } else {
-                "not joined: `join` is false"
-            };
-            self.entry(
-                "",
-                &format!(
-                    "{}: a part of {}, separate from the largest part; {state}",
-                    components(&part.mesh_components),
-                    terminal::counted(part.cells, "cell")
-                ),
-            );
+        for (count, state) in [
+            (lattice.joined_parts, "joined to another part by a bridge of cells"),
+            (lattice.separate_parts, "not joined: `join` is false"),
+        ] {
+            if count > 0 {
+                let parts = counted(count, "floating part");
+                self.entry("", &format!("{parts}, separate from the largest part; {state}"));
+            }
         }
-        for group in &lattice.glued {
+        if !lattice.glued.is_empty() {
             self.entry(
                 "",
                 &format!(
-                    "{} are connected in the lattice: they share cells, their cells touch, or one encloses \
+                    "{} in {} are connected in the lattice: they share cells, their cells touch, or one encloses \
                      another",
-                    components(group)
+                    counted(lattice.glued_components, "mesh component"),
+                    counted(lattice.glued.len(), "group")
                 ),
             );
         }
@@ -174,25 +191,7 @@ impl Page {
     }
 }
 
-/// Formats a number with at least four significant digits: in scientific notation from 1e5 and below 1e-3,
-/// otherwise with up to six decimals and all digits before the decimal point.
-fn number(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
-        let digits = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
 fn point(value: [f64; 3]) -> String {
     let [x, y, z] = value.map(number);
     format!("({x}, {y}, {z})")
-}
-
-/// Formats the indices of mesh components: `mesh component 3`, `mesh components 1, 2`.
-fn components(indices: &[u32]) -> String {
-    let noun = if indices.len() == 1 { "component" } else { "components" };
-    let list = indices.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
-    format!("mesh {noun} {list}")
 }

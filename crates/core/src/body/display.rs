@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
 
+use super::elasticity::Softened;
 use super::{Body, Surface};
 use crate::contact::{Colliders, Contacts};
 use crate::lattice::Lattice;
@@ -100,6 +101,20 @@ impl<'a> BodyRef<'a> {
             Some(context) => Some(self.body.modulus_in_force(context.dt)),
             None => self.body.material_modulus(),
         }
+    }
+
+    /// Returns whether and how the body is softer than its material, because its steps are too long. `None` outside
+    /// a simulation.
+    pub fn softened(self) -> Option<Softened> {
+        self.context.and_then(|context| self.body.softened(context.dt))
+    }
+
+    /// Returns the frequency of the lowest elastic mode of the body without pins, handles and colliders, in Hz, to 2 %.
+    /// The first call computes the mode. `None` outside a simulation.
+    pub fn lowest_frequency(self) -> Option<f64> {
+        let angular =
+            self.context.map(|context| self.body.lowest_angular_frequency(context.dt, context.executor));
+        angular.map(|angular| angular / std::f64::consts::TAU)
     }
 
     /// Returns the volume after the correction, in cubed scene units, by the measure of the correction.
@@ -312,6 +327,12 @@ impl Displayed<'_> {
             None => measures.report(deformed),
             Some(correction) => measures.report_corrected(correction, components, deformed, corrected),
         }
+    }
+
+    /// Returns the results of the volume correction, one per component of the lattice; empty if the volume is
+    /// not preserved.
+    pub fn corrections(&self) -> &[ComponentReport] {
+        if self.body.correction.is_some() { &self.display.components } else { &[] }
     }
 
     /// Returns the run times of the volume correction and of the last mesh update of this evaluation.

@@ -18,6 +18,20 @@ pub(super) const DEFAULT_HALF_WIDTH: usize = 2;
 /// Least size L of a body with an open mesh, as a fraction of its largest extent: a flat sheet has no volume.
 const LEAST_SIZE: f64 = 0.1;
 
+/// A body that is softer than its material, because its steps are too long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Softened {
+    /// The key of the quantity, as in a scene: `youngs_modulus` for a preset or a Young's modulus, or `frequency`.
+    pub key: &'static str,
+    /// Specified value: Young's modulus in scene units of force per area, or a frequency in Hz.
+    pub specified: f64,
+    /// Value in force.
+    pub in_force: f64,
+    /// Number of steps per second that reach the specified value.
+    pub needed_rate: f64,
+}
+
 impl Body {
     /// Fixes Young's modulus and the half-width of the regions, for a simulation with this gravity, in scene units
     /// per second squared, and this step length. Later changes of gravity or the step length change neither. With
@@ -50,6 +64,24 @@ impl Body {
             (_, Some(modulus)) => self.elastic_law(dt).alpha(self.half_width(), modulus).min(1.0),
             (_, None) => 1.0,
         }
+    }
+
+    /// Returns whether and how the body is softer than its material in steps of `dt` seconds.
+    pub(crate) fn softened(&self, dt: f64) -> Option<Softened> {
+        // Rounding errors do not count.
+        const MARGIN: f64 = 1.0 + 1e-9;
+        if let Some(frequency) = self.frequency() {
+            // alpha = 2 (1 - cos(2 pi f dt)) is 1 at a sixth of the step rate.
+            let in_force = 1.0 / (6.0 * dt);
+            let softened =
+                Softened { key: "frequency", specified: frequency, in_force, needed_rate: 6.0 * frequency };
+            return (frequency > MARGIN * in_force).then_some(softened);
+        }
+        let (specified, in_force) = (self.youngs_modulus?, self.modulus_in_force(dt));
+        let (density, cell_size) = (self.material.density, self.lattice.cell_size());
+        let needed_rate = 1.0 / ElasticLaw::longest_step(density, cell_size, self.half_width(), specified);
+        let softened = Softened { key: "youngs_modulus", specified, in_force, needed_rate };
+        (specified > MARGIN * in_force).then_some(softened)
     }
 
     /// Returns Young's modulus in force in steps of `dt` seconds, in scene units of force per area. It is less than

@@ -23,6 +23,7 @@ mod step;
 pub use builder::BodyBuilder;
 pub(crate) use display::DisplayContext;
 pub use display::{BodyRef, Display, DisplayTimes, Displayed, DisplayedSurface};
+pub use elasticity::Softened;
 pub use snapshot::{BodySnapshot, StateError};
 pub(crate) use step::StepContext;
 

@@ -30,7 +30,7 @@ pub struct BodySnapshot {
 #[non_exhaustive]
 pub enum StateError {
     /// A different number of bodies.
-    #[error("the simulation has {bodies} bodies, but the state has {found}")]
+    #[error("the number of bodies is {bodies} in the simulation and {found} in the state")]
     Bodies {
         /// Number of bodies in the simulation.
         bodies: usize,

@@ -3,12 +3,14 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::escape::Escaped;
+
 /// Error of writing the frames of a body.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// A file operation failed, for example because of missing space, permission or directories.
-    #[error("cannot {action} {}: {source}", .path.display())]
+    #[error("cannot {action} {}: {source}", Escaped(.path.display()))]
     Io {
         /// Attempted operation, for example `"write"` or `"rename to"`.
         action: &'static str,
@@ -20,7 +22,7 @@ pub enum OutputError {
     /// A frame, checkpoint or lock would replace an input file.
     #[error(
         "{} is an input, and the output would replace it: choose another output directory or body name",
-        .path.display()
+        Escaped(.path.display())
     )]
     OverwritesInput {
         /// Input file.
@@ -28,8 +30,9 @@ pub enum OutputError {
     },
     /// The names of the files of a body would be too long.
     #[error(
-        "body `{name}`: the names of its files would have up to {length} bytes, and at most {max} are \
-         possible; give the body a shorter name"
+        "body `{}`: the names of its files would have up to {length} bytes, and at most {max} are \
+         possible; give the body a shorter name",
+        Escaped(.name)
     )]
     NameTooLong {
         /// Name of the body.
@@ -43,7 +46,7 @@ pub enum OutputError {
     #[error(
         "{} is a symbolic link, and links are not followed for writing: remove it, or replace it by the file \
          that it leads to",
-        .path.display()
+        Escaped(.path.display())
     )]
     Link {
         /// The link.
@@ -61,7 +64,11 @@ pub enum OutputError {
         vertex: usize,
     },
     /// A point cache cannot be continued.
-    #[error("cannot continue {}: {reason}; write the sequence again from its first frame", .path.display())]
+    #[error(
+        "cannot continue {}: {}; write the sequence again from its first frame",
+        Escaped(.path.display()),
+        Escaped(.reason)
+    )]
     Cache {
         /// Point cache file.
         path: PathBuf,

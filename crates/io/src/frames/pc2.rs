@@ -20,6 +20,7 @@ use std::path::PathBuf;
 
 use super::record::{Compare, Record};
 use super::{Format, OutputError, Sequence};
+use crate::count::counted;
 use crate::file::{create_part, is_link, part_path};
 
 const SIGNATURE: &[u8; 12] = b"POINTCACHE2\0";
@@ -145,12 +146,14 @@ fn problem(sequence: &Sequence, points: u32, samples: u64) -> Result<Option<Stri
     if found[..COUNT_AT as usize] != header(sequence, points)[..COUNT_AT as usize] {
         let Sequence { first, every, .. } = sequence;
         return Ok(Some(format!(
-            "its header must have {points} points, first frame {first} and frame interval {every}"
+            "its header must have {}, first frame {first} and frame interval {every}",
+            counted(points as usize, "point")
         )));
     }
     let length = file.metadata().map_err(failed)?.len();
     let complete = (length - HEADER) / sample_size(points);
-    Ok((complete < samples).then(|| format!("it has {complete} of the {samples} frames to keep")))
+    Ok((complete < samples)
+        .then(|| format!("it has {complete} of {} to keep", counted(samples as usize, "frame"))))
 }
 
 /// Compares a cache with the records of its samples. Returns the problem if they differ.

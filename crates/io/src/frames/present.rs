@@ -117,7 +117,7 @@ fn check_file(path: &Path, record: &Record, compare: Compare) -> Result<Option<S
     };
     let path_text = path.display();
     if found != record.bytes {
-        return Ok(Some(format!("{path_text} has {found} bytes instead of {}", record.bytes)));
+        return Ok(Some(format!("{path_text} has {found} instead of {} bytes", record.bytes)));
     }
     if compare == Compare::Contents {
         let found = Record::of_range(path, 0, record.bytes).map_err(OutputError::io("read", path))?;

@@ -25,7 +25,7 @@ pub enum ObjProblem {
     #[error("cannot be read: {0}")]
     Read(#[source] std::io::Error),
     /// The file has another format.
-    #[error("is not an OBJ file: {0}; export the model as Wavefront OBJ")]
+    #[error("is not an OBJ file: {0}; export the model as Wavefront OBJ, the only mesh format that is read")]
     NotObj(String),
     /// No face has three corners or more.
     #[error("no faces: no `f` with three corners among {faces} `f` and {vertices} `v`; export polygons")]

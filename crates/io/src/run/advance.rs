@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::checkpoint::Checkpoint;
+use super::deviation::{Softened, VolumeRecord};
 use super::error::RunError;
 use super::job::Job;
 use super::observer::{Flow, Observer, Progress};
@@ -33,6 +34,8 @@ pub(super) struct Running<'a> {
     step_time: Duration,
     /// Number of frames written so far; a frame of all bodies counts once.
     written: u32,
+    /// Volume errors of the frames written so far, one record per body.
+    volumes: Vec<VolumeRecord>,
     /// Evaluated surfaces, one per body.
     displays: Vec<Display>,
     /// Positions of the body that is being written, one per mesh vertex.
@@ -63,6 +66,7 @@ impl<'a> Running<'a> {
             resumed_after,
             step_time: Duration::ZERO,
             written: 0,
+            volumes: Vec::new(),
             displays: Vec::new(),
             positions: Vec::new(),
             normals: Vec::new(),
@@ -121,6 +125,7 @@ impl<'a> Running<'a> {
         let number = self.job.number(frame);
         let mut rows = Vec::new();
         self.displays.resize_with(simulation.bodies().len(), Display::new);
+        self.volumes.resize_with(simulation.bodies().len(), VolumeRecord::default);
         for (index, display) in self.displays.iter_mut().enumerate() {
             let body = simulation.body(index);
             let vertices = body.mesh().map_or(0, |mesh| mesh.vertices().len());
@@ -133,6 +138,7 @@ impl<'a> Running<'a> {
             let write_start = Instant::now();
             let record = self.writers[index].write_recorded(number, &self.positions, &self.normals)?;
             self.checkpoint.frames[index].push(record);
+            self.volumes[index].add(number, evaluated.corrections());
             if self.stats.is_some() {
                 let write = write_start.elapsed();
                 let step = step_time.div_f64(simulation.bodies().len() as f64);
@@ -167,6 +173,15 @@ impl<'a> Running<'a> {
         self.checkpoint.write(directory, &simulation.state())
     }
 
+    /// Returns the report of the body with the given index.
+    fn body_report(&self, simulation: &Simulation, index: usize) -> BodyReport {
+        let body = simulation.body(index);
+        // Empty if this run wrote no frame.
+        let unkept = self.volumes.get(index).and_then(VolumeRecord::unkept);
+        let softened = Softened::of(body, self.substeps, simulation.dt());
+        BodyReport::new(body, unkept, softened)
+    }
+
     /// Returns the report of a run from frame `first` to frame `last`.
     fn report(
         &self,
@@ -185,9 +200,7 @@ impl<'a> Running<'a> {
             written: self.written,
             substeps: self.substeps,
             elapsed: job_start.elapsed(),
-            bodies: (0..simulation.bodies().len())
-                .map(|body| BodyReport::new(simulation.body(body)))
-                .collect(),
+            bodies: (0..simulation.bodies().len()).map(|index| self.body_report(simulation, index)).collect(),
         }
     }
 }

@@ -149,7 +149,7 @@ fn read(path: &Path) -> Result<Option<Vec<u8>>, RunError> {
     let payload = &bytes[HEADER..];
     if payload.len() as u64 != number(12..20) {
         let expected = number(12..20);
-        return Err(damaged(&format!("its data has {} bytes instead of {expected}", payload.len())));
+        return Err(damaged(&format!("its data has {} instead of {expected} bytes", payload.len())));
     }
     if Record::of(payload).hash != number(20..28) {
         return Err(damaged("its checksum does not match"));

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::escape::Escaped;
 use crate::frames::OutputError;
 use crate::obj::ObjError;
 use crate::scene::SceneError;
@@ -15,7 +16,11 @@ pub enum RunError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The mesh file of a body cannot be read.
-    #[error("`{key}`: cannot read {}: {source}; the path is relative to the scene file", path.display())]
+    #[error(
+        "`{}`: cannot read {}: {source}; the path is relative to the scene file",
+        Escaped(key),
+        Escaped(path.display())
+    )]
     MeshFile {
         /// Key of the file in the scene, such as `body.bust.mesh`.
         key: String,
@@ -28,7 +33,7 @@ pub enum RunError {
     #[error(transparent)]
     Mesh(#[from] ObjError),
     /// A body cannot be built, or one of its pins or handles selects no vertices.
-    #[error("{key}: {source}")]
+    #[error("{}: {source}", Escaped(key))]
     Body {
         /// Key of the body, pin or handle in the scene: `body.bust`, `body.bust.pin.0`.
         key: String,
@@ -52,7 +57,7 @@ pub enum RunError {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// The extension of the statistics file is neither `.csv` nor `.json`.
-    #[error("the name of the statistics file {} must end in .csv or .json", path.display())]
+    #[error("the name of the statistics file {} must end in .csv or .json", Escaped(path.display()))]
     StatsName {
         /// Statistics file.
         path: PathBuf,
@@ -60,8 +65,8 @@ pub enum RunError {
     /// The statistics file is an input, which it would replace.
     #[error(
         "the statistics file {} is the input {}, which would be lost; choose another name",
-        path.display(),
-        input.display()
+        Escaped(path.display()),
+        Escaped(input.display())
     )]
     StatsIsInput {
         /// Statistics file.
@@ -73,7 +78,7 @@ pub enum RunError {
     #[error(
         "cannot continue the statistics in {}: {problem}, so that the rows of frames {first} to {last} would be \
          missing; restore the file, or run without resuming to start again",
-        path.display()
+        Escaped(path.display())
     )]
     StatsLost {
         /// Statistics file.
@@ -86,16 +91,27 @@ pub enum RunError {
         last: u64,
     },
     /// The output directory is a file.
-    #[error("the output directory {} is a file; choose a directory", path.display())]
+    #[error("the output directory {} is a file; choose a directory", Escaped(path.display()))]
     OutputIsAFile {
         /// The file.
         path: PathBuf,
+    },
+    /// No file can be created in the output directory.
+    #[error(
+        "cannot write to the output directory {}: {source}; choose another directory, or make it writable",
+        Escaped(path.display())
+    )]
+    NotWritable {
+        /// The directory.
+        path: PathBuf,
+        /// Cause.
+        source: io::Error,
     },
     /// Another run writes to the output directory.
     #[error(
         "another run has locked {}; wait until it ends, or choose another output directory (a killed run \
          releases its lock)",
-        path.display()
+        Escaped(path.display())
     )]
     Locked {
         /// Lock file.
@@ -103,8 +119,9 @@ pub enum RunError {
     },
     /// The checkpoint cannot be used.
     #[error(
-        "cannot resume from {}: {what}; run without resuming to start again",
-        path.display()
+        "cannot resume from {}: {}; run without resuming to start again",
+        Escaped(path.display()),
+        Escaped(what)
     )]
     Checkpoint {
         /// Checkpoint file.
@@ -114,8 +131,9 @@ pub enum RunError {
     },
     /// The checkpoint belongs to a run with another motion, other files or another version of the program.
     #[error(
-        "cannot resume from {}: {difference}; undo the change, or run without resuming to start again",
-        path.display()
+        "cannot resume from {}: {}; undo the change, or run without resuming to start again",
+        Escaped(path.display()),
+        Escaped(difference)
     )]
     Differs {
         /// Checkpoint file.
@@ -124,7 +142,7 @@ pub enum RunError {
         difference: String,
     },
     /// A file operation failed while the job ran.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}: {source}", Escaped(path.display()))]
     Io {
         /// Attempted operation, for example `"write"` or `"create"`.
         action: &'static str,
@@ -141,7 +159,7 @@ impl RunError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Output(error) => error.is_input(),
-            other => !matches!(other, Self::Io { .. } | Self::Locked { .. }),
+            other => !matches!(other, Self::Io { .. } | Self::Locked { .. } | Self::NotWritable { .. }),
         }
     }
 

@@ -37,7 +37,9 @@ impl Lock {
                         file => file.map_err(failed)?,
                     }
                 }
-                file => file.map_err(failed)?,
+                // The first file that a run creates: the cause is the directory.
+                Err(source) => return Err(RunError::NotWritable { path: directory.to_owned(), source }),
+                Ok(file) => file,
             };
             match file.try_lock() {
                 Ok(()) if is_at(&file, &path) => return Ok(Self { _file: file, path }),

@@ -14,6 +14,7 @@
 
 mod advance;
 mod checkpoint;
+mod deviation;
 mod error;
 mod fingerprint;
 mod job;
@@ -27,6 +28,7 @@ mod start;
 mod stats;
 
 pub use checkpoint::CHECKPOINT;
+pub use deviation::{Softened, UnkeptVolume, VOLUME_THRESHOLD};
 pub use error::RunError;
 pub use fingerprint::{difference, fingerprint};
 pub use job::Job;

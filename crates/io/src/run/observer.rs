@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use super::prepare::Input;
+use crate::escape::Escaped;
 use supple::Simulation;
 
 /// Receives the events of a running job and can stop it. `()` ignores all events.
@@ -77,16 +78,28 @@ pub enum Note {
     },
 }
 
-impl fmt::Display for Note {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Note {
+    /// Returns the message of a job with this [`Job::start_frame`](super::Job::start_frame). Its frames have
+    /// the numbers of the file names.
+    pub fn message(&self, start_frame: u32) -> String {
         match self {
-            Self::Resumed { frame } => write!(f, "resuming after frame {frame}"),
-            Self::Restarted { reason } => write!(f, "{reason}; starting again from frame 0"),
-            Self::SimdLevelDiffers { before, now } => write!(
-                f,
+            Self::Resumed { frame } => {
+                format!("resuming after frame {}", u64::from(start_frame) + u64::from(*frame))
+            }
+            Self::Restarted { reason } => {
+                format!("{}; starting again from frame {start_frame}", Escaped(reason))
+            }
+            Self::SimdLevelDiffers { before, now } => format!(
                 "the checkpoint was written with {before}, and this run uses {now}: \
                  frames may differ in their last bits from an uninterrupted run"
             ),
         }
+    }
+}
+
+/// The message of a job that starts with number 0.
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message(0))
     }
 }

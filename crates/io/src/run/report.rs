@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::deviation::{Softened, UnkeptVolume};
 use supple::{BodyRef, VolumeReport};
 
 /// Report of a job.
@@ -48,14 +49,26 @@ pub struct BodyReport {
     pub lattice_vertices: usize,
     /// Volume after the last completed frame.
     pub volume: VolumeReport,
+    /// The frames of this run in which the volume was not kept; `None` if it was kept in all frames, or is not
+    /// preserved.
+    pub unkept_volume: Option<UnkeptVolume>,
+    /// Specified and effective frequency, if the steps are too long for the `frequency` of the body;
+    /// otherwise `None`.
+    pub softened: Option<Softened>,
 }
 
 impl BodyReport {
-    pub(super) fn new(body: BodyRef<'_>) -> Self {
+    pub(super) fn new(
+        body: BodyRef<'_>,
+        unkept_volume: Option<UnkeptVolume>,
+        softened: Option<Softened>,
+    ) -> Self {
         Self {
             name: body.name().to_owned(),
             lattice_vertices: body.lattice().len(),
             volume: body.volume_report(),
+            unkept_volume,
+            softened,
         }
     }
 }

@@ -61,7 +61,7 @@ impl Job {
     /// Creates the output directory and acquires its lock.
     fn create_directory(&self) -> Result<Lock, RunError> {
         std::fs::create_dir_all(&self.directory)
-            .map_err(|source| RunError::io("create the directory", &self.directory, source))?;
+            .map_err(|source| RunError::io("create the output directory", &self.directory, source))?;
         Lock::acquire(&self.directory)
     }
 

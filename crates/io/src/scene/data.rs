@@ -13,7 +13,7 @@ use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolut
 /// Largest number of frames: almost four days at 30 frames per second.
 const MAX_FRAMES: u32 = 10_000_000;
 /// Largest number of steps per frame.
-const MAX_SUBSTEPS: u32 = 100_000;
+pub const MAX_SUBSTEPS: u32 = 100_000;
 /// Largest number of threads. Most machines have fewer processors, and operating systems can start as many
 /// threads.
 const MAX_THREADS: u32 = 1024;

@@ -49,6 +49,12 @@ pub enum SceneError {
         /// Input file.
         path: PathBuf,
     },
+    /// A path is not UTF-8, so that the text of a scene cannot contain it.
+    #[error("{}: a scene cannot contain this path, because it is not UTF-8; rename it", Escaped(path.display()))]
+    PathNotUtf8 {
+        /// The path.
+        path: PathBuf,
+    },
     /// An OBJ file that is used without a scene cannot be read.
     #[error(transparent)]
     Mesh(#[from] ObjError),

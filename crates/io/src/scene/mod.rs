@@ -20,7 +20,7 @@ mod read;
 mod value;
 mod write;
 
-pub use data::{BodyData, OutputData, Scene, SimulationData, Substeps, body_keys};
+pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys};
 pub use error::{Place, SceneError};
 pub use fault::nearest;
 pub use keys::{exclusive_keys, optional_keys};

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::data::{BodyData, OutputData, Scene, SimulationData};
 use super::error::SceneError;
 use super::name::name_from;
+use super::write::check_utf8;
 use supple::Collider;
 
 /// Axis of a model that points up.
@@ -37,6 +38,7 @@ impl Scene {
             "toml" => Self::read_with(path, overrides),
             "obj" => {
                 let (low, high) = crate::obj::read(path)?.bounds();
+                check_utf8(path)?;
                 let scene = Self::of_model(path, low.into(), high.into(), up);
                 let name = format!("scene of {}", path.display());
                 Self::parse(&scene.to_toml(), &name, &scene.base, overrides)

@@ -1,21 +1,55 @@
 //! Writes a scene as TOML that [`Scene::parse`] reads back as the same scene.
 
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
 use super::data::Scene;
+use super::error::SceneError;
+use crate::path::{relative, resolve, resolve_directory};
 
 impl Scene {
     /// Returns the scene as TOML. It contains every key that has a value, including defaults, but not
     /// [`Scene::base`].
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
-        // This cannot fail, because TOML can represent every type in a scene.
+        // Fails only if a path is not UTF-8; see `check_utf8`.
         let table = Table::try_from(self).unwrap_or_default();
         write_table(&mut text, "", &table);
         text
     }
+
+    /// Returns the scene with paths that resolve when its text is saved elsewhere. If `directory` is given, relative
+    /// paths are relative to it; otherwise all paths are absolute. Links in the paths are resolved.
+    ///
+    /// # Errors
+    ///
+    /// If a path is not UTF-8, which TOML cannot represent.
+    pub fn relocated(&self, directory: Option<&Path>) -> Result<Self, SceneError> {
+        let moved = |path: &Path| {
+            let target = resolve(&self.resolve(path));
+            let moved = match directory.filter(|_| path.is_relative()) {
+                Some(directory) => PathBuf::from(relative(&target, &resolve_directory(directory))),
+                None => target,
+            };
+            // The relative path of a directory to itself is empty.
+            let moved = if moved.as_os_str().is_empty() { PathBuf::from(".") } else { moved };
+            check_utf8(&moved).map(|()| moved)
+        };
+        let mut scene = self.clone();
+        scene.base = directory.unwrap_or(Path::new("")).to_owned();
+        scene.output.directory = moved(&self.output.directory)?;
+        for body in &mut scene.bodies {
+            body.mesh = moved(&body.mesh)?;
+        }
+        Ok(scene)
+    }
+}
+
+/// Returns an error if a path is not UTF-8, which TOML cannot represent.
+pub(super) fn check_utf8(path: &Path) -> Result<(), SceneError> {
+    path.to_str().map(drop).ok_or_else(|| SceneError::PathNotUtf8 { path: path.to_owned() })
 }
 
 /// Writes the keys of a table. `path` is its full key. The keys of an entry `@...` are written as keys of the

@@ -15,6 +15,7 @@ use std::sync::{Arc, OnceLock};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use supple::BodySnapshot;
+use supple_io::counted;
 
 use crate::argument::Settings;
 use crate::error;
@@ -139,13 +140,13 @@ impl Body {
             let lattice = body.lattice();
             let mesh = body.mesh().map_or_else(
                 || "no mesh".to_owned(),
-                |mesh| format!("mesh of {} vertices", mesh.vertices().len()),
+                |mesh| format!("mesh of {}", counted(mesh.vertices().len(), "vertex")),
             );
             format!(
-                "<supple.Body {:?}: {} lattice vertices, {} cells of {:.4}, half-width {}, {mesh}, {:.1} MB>",
+                "<supple.Body {:?}: {} lattice vertices, {} of {:.4}, half-width {}, {mesh}, {:.1} MB>",
                 body.name(),
                 lattice.len(),
-                lattice.cells().len(),
+                counted(lattice.cells().len(), "cell"),
                 lattice.cell_size(),
                 body.half_width(),
                 body.memory() as f64 / 1e6

@@ -4,6 +4,8 @@ use supple::{
     Body, Material, Preservation, RegionDamping, RegionSize, Resolution, Stiffness, VolumeMeasure,
     VolumeOptions,
 };
+use supple_io::counted;
+use supple_io::run::substeps::largest_frequency;
 use supple_io::run::{Prepared, RunError, prepare};
 use supple_io::scene::{Scene, Substeps};
 
@@ -86,7 +88,7 @@ impl Physical {
             cells.truncate(1);
         }
         let (method, cells) = (setting.method.name(), cells.join(" and "));
-        let mut name = format!("{method}, {cells} x the cells, {substeps} steps");
+        let mut name = format!("{method}, {cells} x the cells, {}", counted(substeps as usize, "step"));
         if region_factor != 1.0 {
             name += &format!(", {region_factor} x the radius");
         }
@@ -130,7 +132,7 @@ impl Physical {
     /// body is softer than specified.
     pub(super) fn softened(&self, dt: f64) -> bool {
         let too_fast = |stiffness| match stiffness {
-            Stiffness::Frequency(frequency) => frequency * dt > (1.0 + 1e-9) / 6.0,
+            Stiffness::Frequency(frequency) => frequency > (1.0 + 1e-9) * largest_frequency(dt),
             Stiffness::PerStep(_) => false,
         };
         self.scene.bodies.iter().any(|body| too_fast(body.material.stiffness))

@@ -6,6 +6,7 @@ use plotters::chart::ChartBuilder;
 use plotters::coord::combinators::{BindKeyPoints, IntoLogRange};
 use plotters::prelude::PathElement;
 use plotters::style::{BLACK, Color};
+use supple_io::counted;
 
 use super::axis::{Axis, number};
 use super::mark::{Area, Drawn, FRONT, METHODS, Mark, RADIUS, color, text};
@@ -116,7 +117,7 @@ impl Panel<'_> {
         for Placed { point, at } in placed.iter().filter(|placed| placed.point.front.contains(&self.front)) {
             let mut label = point.lattice_vertices.to_string();
             if usual != Some(point.substeps) {
-                label += &format!(", {} steps", point.substeps);
+                label += &format!(", {}", counted(point.substeps as usize, "step"));
             }
             labels.draw(page, *at, &label)?;
         }

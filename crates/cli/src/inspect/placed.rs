@@ -1,0 +1,84 @@
+//! Places the surface of a body in the world as at frame 0: its bounds, and the vertices that its pins and
+//! handles select.
+
+use serde::Serialize;
+use supple::{Body, Selection};
+use supple_io::scene::BodyData;
+
+/// Surface of a body in world space at frame 0.
+pub(super) struct Placed<'a> {
+    body: &'a Body,
+    /// Positions of the mesh vertices.
+    vertices: Vec<[f64; 3]>,
+}
+
+/// Facts about a pin or handle.
+#[derive(Debug, Serialize)]
+pub(super) struct SelectionFacts {
+    /// Number of mesh vertices inside the shape; `None` for a list of lattice vertices.
+    pub(super) mesh_vertices: Option<usize>,
+    /// Number of lattice vertices that are held.
+    pub(super) lattice_vertices: usize,
+    /// Smallest coordinates of the selected mesh vertices, or of the listed lattice vertices.
+    pub(super) low: [f64; 3],
+    /// Largest coordinates of the selected mesh vertices, or of the listed lattice vertices.
+    pub(super) high: [f64; 3],
+}
+
+impl<'a> Placed<'a> {
+    /// Places the mesh of `body`, which is scaled, by `rotate` and `translate` of `data`.
+    pub(super) fn new(data: &BodyData, body: &'a Body) -> Self {
+        let to_world = data.placement.isometry();
+        let vertices = body.mesh().map_or(&[][..], |mesh| mesh.vertices());
+        Self { body, vertices: vertices.iter().map(|vertex| (to_world * vertex).into()).collect() }
+    }
+
+    /// Returns the body.
+    pub(super) fn body(&self) -> &'a Body {
+        self.body
+    }
+
+    /// Returns the smallest and the largest coordinates of the vertices that the faces use.
+    pub(super) fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let faces = self.body.mesh().into_iter().flat_map(|mesh| mesh.faces());
+        bounds(faces.flatten().map(|&vertex| self.vertices[vertex as usize]))
+    }
+
+    /// Returns the vertices that the faces use, and the centers of the faces. A vertex is repeated for each of
+    /// its faces.
+    pub(super) fn surface_points(&self) -> impl Iterator<Item = [f64; 3]> {
+        let faces = self.body.mesh().into_iter().flat_map(|mesh| mesh.faces());
+        faces.flat_map(|face| {
+            let corners = face.iter().map(|&vertex| self.vertices[vertex as usize]);
+            let sum = corners.clone().fold([0.0; 3], |[x, y, z], [a, b, c]| [x + a, y + b, z + c]);
+            corners.chain([sum.map(|coordinate| coordinate / face.len() as f64)])
+        })
+    }
+
+    /// Returns facts about the pin or handle with the given index, counted over the pins and then the
+    /// handles.
+    pub(super) fn selection(&self, index: usize, selection: &Selection) -> SelectionFacts {
+        let held = self.body.constraint(index).map_or(&[][..], |constraint| constraint.vertices());
+        let is_list = matches!(selection, Selection::Vertices(_));
+        let selected: Vec<[f64; 3]> = if is_list {
+            let positions = self.body.positions();
+            held.iter().map(|&vertex| positions[vertex as usize].into()).collect()
+        } else {
+            let inside = |point: &&[f64; 3]| selection.distance(&(**point).into()) <= 0.0;
+            self.vertices.iter().filter(inside).copied().collect()
+        };
+        let (low, high) = bounds(selected.iter().copied());
+        let mesh_vertices = (!is_list).then_some(selected.len());
+        SelectionFacts { mesh_vertices, lattice_vertices: held.len(), low, high }
+    }
+}
+
+/// Returns the smallest and the largest coordinates of points; zeros without points.
+fn bounds(points: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], [f64; 3]) {
+    let each = |a: [f64; 3], b: [f64; 3], choose: fn(f64, f64) -> f64| {
+        [choose(a[0], b[0]), choose(a[1], b[1]), choose(a[2], b[2])]
+    };
+    let mut pairs = points.map(|point| (point, point));
+    let first = pairs.next().unwrap_or_default();
+    pairs.fold(first, |(low, high), (point, _)| (each(low, point, f64::min), each(high, point, f64::max)))
+}

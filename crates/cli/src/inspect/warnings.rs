@@ -1,0 +1,161 @@
+//! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that positions in `f32`
+//! cannot represent, and bodies that are softer than specified.
+
+use supple::{Body, Collider, Key, Shape, euler_degrees};
+use supple_io::run::{Prepared, Softened};
+use supple_io::scene::Scene;
+
+use super::placed::Placed;
+use crate::terminal::number;
+
+/// Length below which positions are equal, in cells: the spacing of `f32` at the coordinates of a body, and
+/// its depth in a collider.
+///
+/// A position that is off by this length strains a cell by 0.1 %, the relative error from which on `run`
+/// reports a volume as not kept.
+const TOLERANCE: f64 = 1e-3;
+
+/// Distance from the origin, in extents of the body, beyond which its position is reported as a mistake. The
+/// spacing of `f32` is then more than a twentieth of the body.
+const FAR: f64 = 1e6;
+
+/// Returns the warnings about a scene, one per body and kind.
+pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
+    let simulation = &prepared.simulation;
+    let mut warnings = Vec::new();
+    for (index, data) in scene.bodies.iter().enumerate() {
+        let body = simulation.body(index);
+        let placed = Placed::new(data, &body);
+        warnings.extend(precision(&placed, &body));
+        let colliders = scene.colliders.iter().enumerate();
+        warnings.extend(colliders.filter_map(|(index, collider)| overlap(&placed, &body, index, collider)));
+        let softened = Softened::of(body, prepared.substeps, simulation.dt());
+        warnings.extend(softened.map(|softened| format!("body {}: {softened}", data.name)));
+    }
+    warnings
+}
+
+/// Returns a warning if the spacing of `f32` at the greatest coordinate of a body exceeds [`TOLERANCE`]
+/// cells.
+fn precision(placed: &Placed<'_>, body: &Body) -> Option<String> {
+    let (low, high) = placed.bounds();
+    let greatest = low.iter().chain(&high).fold(0.0, |greatest: f64, x| greatest.max(x.abs()));
+    let (spacing, cell_size) = (spacing(greatest), body.lattice().cell_size());
+    if spacing <= TOLERANCE * cell_size {
+        return None;
+    }
+    let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    let from_origin = (0..3).map(|axis| low[axis].max(-high[axis]).max(0.0).powi(2)).sum::<f64>().sqrt();
+    let problem = if from_origin > FAR * extent {
+        format!(
+            "it is {} from the origin, {} times its extent; check `translate` and the unit of the mesh",
+            number(from_origin),
+            number(from_origin / extent)
+        )
+    } else if from_origin > extent {
+        "move it nearer to the origin with `translate`".to_owned()
+    } else {
+        "its cells are too small for its size; choose a larger `cell_size` or fewer `lattice_vertices`"
+            .to_owned()
+    };
+    Some(format!(
+        "body {}: frames have 32-bit numbers, which are {} apart at the coordinate {}, and a cell has the size {}: \
+         {problem}",
+        body.name(),
+        number(spacing),
+        number(greatest),
+        number(cell_size)
+    ))
+}
+
+/// Returns the distance of the magnitude `value` to the next greater `f32`.
+fn spacing(value: f64) -> f64 {
+    let value = (value as f32).min(f32::MAX / 2.0);
+    f64::from(f32::from_bits(value.to_bits() + 1) - value)
+}
+
+/// Returns a warning if vertices or face centers of a body are more than [`TOLERANCE`] cells inside a
+/// collider at the start.
+fn overlap(placed: &Placed<'_>, body: &Body, index: usize, collider: &Collider) -> Option<String> {
+    let (mut inside, mut count, mut depth) = (0_usize, 0_usize, 0.0_f64);
+    for point in placed.surface_points() {
+        let point_depth = -distance_at_start(collider, point);
+        count += 1;
+        if point_depth > TOLERANCE * body.lattice().cell_size() {
+            inside += 1;
+            depth = depth.max(point_depth);
+        }
+    }
+    let place = match (inside, &collider.shape) {
+        (0, _) => return None,
+        (_, Shape::Plane { .. }) if inside == count => "under",
+        _ if inside == count => "inside",
+        _ => "partly inside",
+    };
+    Some(format!(
+        "body {}: it begins {place} collider.{index}, up to {} deep; the first steps push it out; \
+         change its `translate`, or move the collider",
+        body.name(),
+        number(depth)
+    ))
+}
+
+/// Returns the signed distance of a point from a collider at time 0.
+fn distance_at_start(collider: &Collider, point: [f64; 3]) -> f64 {
+    let Key { translate, rotate, .. } = pose_at_start(&collider.keys);
+    let center = collider.shape.center();
+    let mut moved = center;
+    for axis in 0..3 {
+        moved[axis] = point[axis] - translate[axis];
+    }
+    let local = center + euler_degrees(rotate).transpose() * (moved - center);
+    collider.shape.signed_distance(local.into()).distance
+}
+
+/// Returns the pose of keyframes at time 0: linear between two keyframes, constant before the first and after
+/// the last.
+fn pose_at_start(keys: &[Key]) -> Key {
+    match keys.iter().position(|key| key.time > 0.0) {
+        None => keys.last().copied().unwrap_or_default(),
+        Some(0) => keys[0],
+        Some(after) => {
+            let (a, b) = (keys[after - 1], keys[after]);
+            let share = -a.time / (b.time - a.time);
+            let between =
+                |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|axis| a[axis] + share * (b[axis] - a[axis]));
+            Key {
+                time: 0.0,
+                translate: between(a.translate, b.translate),
+                rotate: between(a.rotate, b.rotate),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spacing_of_f32_is_a_power_of_two() {
+        assert_eq!([1.0, 1.9, 1000.0, 1e6].map(spacing), [-23, -23, -14, -4].map(|power| 2_f64.powi(power)));
+        assert!(spacing(1e300).is_finite() && spacing(0.0) > 0.0);
+    }
+
+    #[test]
+    fn moving_colliders_have_their_pose_at_time_0() {
+        let plane = Collider::plane([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        assert_eq!(distance_at_start(&plane, [5.0, 2.0, 0.0]), 2.0);
+        let key = |time, y, angle| Key { time, translate: [0.0, y, 0.0], rotate: [0.0, 0.0, angle] };
+        for (keys, expected) in [
+            (vec![key(1.0, 0.5, 0.0), key(2.0, 9.0, 0.0)], 1.5),
+            (vec![key(-1.0, 0.0, 0.0), key(1.0, 1.0, 0.0)], 1.5),
+            (vec![key(-2.0, 7.0, 0.0), key(-1.0, 1.0, 0.0)], 1.0),
+            // A rotation by 90 degrees about z turns the normal to -x.
+            (vec![key(0.0, 0.0, 90.0)], -5.0),
+        ] {
+            let moving = Collider { keys, ..plane.clone() };
+            assert!((distance_at_start(&moving, [5.0, 2.0, 0.0]) - expected).abs() < 1e-12, "{moving:?}");
+        }
+    }
+}
