@@ -202,6 +202,7 @@ impl Body {
     pub(crate) fn update_contact_stage(&mut self, colliders: &Colliders) {
         if colliders.is_empty() {
             self.contacts = None;
+            self.state.supports.clear();
         } else if self.contacts.is_none() {
             self.contacts = Some(Contacts::new(self.create_samples()));
         }

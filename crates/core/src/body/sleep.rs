@@ -100,7 +100,7 @@ impl Body {
         let Self { lattice, matching, momentum, state, .. } = self;
         let is_held = |component: usize| {
             momentum.is_constrained(component)
-                || state.supports.iter().any(|support| support.component as usize == component)
+                || state.supports.list().iter().any(|support| support.component as usize == component)
         };
         if (0..lattice.components().count).all(is_held) {
             return true;

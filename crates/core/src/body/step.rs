@@ -337,11 +337,13 @@ impl Body {
     fn integrate(&mut self, context: &StepContext, executor: &Executor) {
         let dt = context.interval.dt;
         let decay_rate = self.elastic_damping.as_ref().map(|_| self.decay_rate(dt, executor));
+        let size = (self.size / self.lattice.cell_size(), dt);
         let Self { matching, momentum, elastic_damping, state, .. } = self;
         let keep = decay_rate.map_or(1.0, |rate| (-2.0 * rate * dt).exp());
         let (components, corrections) = match elastic_damping {
             Some(damping) => momentum.damped_corrections(&state.momenta, keep, |component, rigid, motion| {
-                damping.reference((component, rigid), motion, &state.supports)
+                let supports = state.supports.list_mut();
+                damping.reference((component, rigid), motion, supports, size)
             }),
             None => momentum.corrections(&state.momenta),
         };
@@ -367,7 +369,7 @@ impl Body {
             state.invalidate_momentum(lattice, vertex);
         }
         if self.elastic_damping.is_some() || context.sleep {
-            state.set_supports(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(
+            state.supports.set(contacts.pressures().iter().filter(|pressure| pressure.impulse > 0.0).map(
                 |pressure| {
                     let component = lattice.components().of_vertex[pressure.vertex as usize];
                     pressure.support_of(component)

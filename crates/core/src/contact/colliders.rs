@@ -255,6 +255,15 @@ struct SurfaceMotion {
 }
 
 impl PosedCollider {
+    /// Returns the angular velocity of the collider in rad/s, averaged over the step.
+    pub(super) fn spin(&self) -> Vector3<f64> {
+        self.motion.as_ref().map_or_else(Vector3::zeros, |motion| {
+            // The skew part of the rotation from the end to the start is minus the sine of the angle times the axis.
+            let r = &motion.rotation_to_start;
+            Vector3::new(r.m23 - r.m32, r.m31 - r.m13, r.m12 - r.m21) * (0.5 * motion.rate)
+        })
+    }
+
     /// Returns the velocity of the point of the collider that is at `p` at the end of the step, averaged over
     /// the step, in cells per second.
     pub(super) fn velocity_at(&self, p: &Point3<f64>) -> Vector3<f64> {

@@ -50,15 +50,18 @@ pub(crate) struct Pressure {
     pub(crate) point: Vector3<f64>,
     /// Normal of the collider, a unit vector.
     pub(crate) normal: Vector3<f64>,
-    /// Speed of the surface of the collider along the normal, in cells/s.
-    pub(crate) speed: f64,
+    /// Velocity of the surface of the collider, in cells/s.
+    pub(crate) velocity: Vector3<f64>,
+    /// Angular velocity of the collider in rad/s.
+    pub(crate) spin: Vector3<f64>,
 }
 
 impl Pressure {
     /// Returns the contact as a support of a component.
     pub(crate) fn support_of(&self, component: u32) -> Support {
-        let Self { collider, impulse, point, normal, speed, .. } = *self;
-        Support { component, collider, impulse, point: point.into(), normal: normal.into(), speed }
+        let Self { collider, impulse, point, normal, velocity, spin, .. } = *self;
+        let [point, normal, velocity, spin] = [point, normal, velocity, spin].map(Into::into);
+        Support { component, collider, impulse, point, normal, velocity, spin, ..Support::default() }
     }
 }
 
@@ -155,7 +158,8 @@ impl Contacts {
                     impulse: 0.0,
                     point: position.coords,
                     normal,
-                    speed: normal.dot(&collider.velocity_at(&position)),
+                    velocity: collider.velocity_at(&position),
+                    spin: collider.spin(),
                 });
                 solver.add(contact, patch.vertices(), &samples.mobilities);
             }

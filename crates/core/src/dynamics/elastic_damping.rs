@@ -1,15 +1,36 @@
 //! Damps the elastic modes of a body: moves the velocity of each vertex towards the reference motion of its component.
 //!
 //! The reference motion is a rigid motion, the one that is closest to the velocities in the metric of the mass, among
-//! those that the surroundings of the component allow: it moves like the constrained vertices do, and does not move
+//! those that the surroundings of the component allow: it moves like the constrained vertices do, and it does not move
 //! into or out of a collider that presses on it. Each step multiplies the difference of the velocities to the
 //! reference motion by exp(-2 c dt), so that the amplitude of a mode with an angular frequency above c decays as
 //! exp(-c t). A free component keeps its momenta: its reference motion is that of the rigid body with its momenta, so
 //! that flight and spin are undamped.
+//!
+//! A body that rests on a collider also sways on it: its base stays, and most of it moves like a rigid body. Such a
+//! motion is elastic, but it cannot be told from rolling or sliding by the velocities of one step. It can be told by the
+//! way: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the motion last
+//! reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the reference
+//! motion does not take part; at the limit it does, in the direction of the deflection. So a body that rolls or slides
+//! is damped only at the start, over an angle of [`LEAST_LIMIT`] or that part of its size, and one that sways is damped
+//! after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`], and a long way in one direction lowers it
+//! again, so that oscillations over short ways are damped most.
+
+use nalgebra::Vector3;
 
 use super::constraints::Constraints;
 use super::momentum::{MomentumTracker, Projection, RigidMotion, RigidState, Sums};
-use crate::state::{State, Support};
+use crate::state::{Deflection, State, Support};
+
+/// Least limit of a deflection: an angle in rad, or a length as a fraction of the size of the body. A body that sways
+/// loses up to 4 c times the limit of its angular velocity between two reversals.
+const LEAST_LIMIT: f64 = 5e-4;
+
+/// Greatest limit of a deflection.
+const GREATEST_LIMIT: f64 = 0.02;
+
+/// Way beyond the limit after which the limit is divided by e.
+const MEMORY: f64 = 0.2;
 
 /// The elastic-damping stage. What it damps with is computed at the beginning of a step, and the integration applies
 /// it.
@@ -48,17 +69,19 @@ impl ElasticDamper {
         }
     }
 
-    /// Returns the reference motion of a component. `motion` is the rigid motion with its momenta, and `supports` are
-    /// the contacts that pressed on the body in the last step.
+    /// Returns the reference motion of a component, and advances the deflections of its supports by a step of `dt`
+    /// seconds. `motion` is the rigid motion with the momenta of the component, and `size` the size of the body in
+    /// cells.
     pub(crate) fn reference(
         &self,
         (component, rigid): (usize, &RigidState),
         motion: RigidMotion,
-        supports: &[Support],
+        supports: &mut [Support],
+        (size, dt): (f64, f64),
     ) -> RigidMotion {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
         let mut supports =
-            supports.iter().filter(|support| support.component as usize == component).peekable();
+            supports.iter_mut().filter(|support| support.component as usize == component).peekable();
         if constrained.is_none() && supports.peek().is_none() {
             return motion;
         }
@@ -67,8 +90,69 @@ impl ElasticDamper {
             projection.fix_vertices(&sums.rigid_state(*count));
         }
         for support in supports {
-            projection.fix_velocity(support.point.into(), support.normal.into(), support.speed);
+            rest_on(&mut projection, support, (size, dt), motion, rigid.center);
         }
         projection.motion()
     }
+}
+
+/// Adds the conditions of a support, and advances its deflections.
+fn rest_on(
+    projection: &mut Projection,
+    support: &mut Support,
+    (size, dt): (f64, f64),
+    motion: RigidMotion,
+    center: Vector3<f64>,
+) {
+    let [point, normal, surface, spin] =
+        [support.point, support.normal, support.velocity, support.spin].map(Vector3::from);
+    projection.fix_velocity(point, normal, normal.dot(&surface));
+
+    let turning = motion.angular - spin;
+    let free = deflect(&mut support.rotation, turning * dt);
+    for axis in axes_without(free) {
+        projection.fix_spin(axis, axis.dot(&spin));
+    }
+
+    let slip = motion.linear + motion.angular.cross(&(point - center)) - surface;
+    let free = deflect(&mut support.sliding, (slip - normal * normal.dot(&slip)) * (dt / size));
+    for axis in axes_without(free) {
+        projection.fix_velocity(point, axis, axis.dot(&surface));
+    }
+}
+
+/// Adds `change` to a deflection. Returns its direction if it is at the limit and grows.
+fn deflect(deflection: &mut Deflection, change: Vector3<f64>) -> Option<Vector3<f64>> {
+    let Deflection { vector, limit, is_at_limit } = deflection;
+    if *is_at_limit && change.dot(&Vector3::from(*vector)) < 0.0 {
+        (*limit, *is_at_limit) = ((2.0 * *limit).min(GREATEST_LIMIT), false);
+    }
+    *limit = limit.max(LEAST_LIMIT);
+    let moved = Vector3::from(*vector) + change;
+    let length = moved.norm();
+    if !length.is_finite() {
+        return None;
+    }
+    if length < *limit {
+        *vector = moved.into();
+        return None;
+    }
+    let direction = moved / length;
+    *limit = (*limit * (-(length - *limit) / MEMORY).exp()).max(LEAST_LIMIT);
+    (*vector, *is_at_limit) = ((direction * *limit).into(), true);
+    (change.dot(&direction) > 0.0).then_some(direction)
+}
+
+/// Returns three perpendicular unit vectors, or the two that are perpendicular to `free`.
+fn axes_without(free: Option<Vector3<f64>>) -> impl Iterator<Item = Vector3<f64>> {
+    let axes = match free {
+        None => [Vector3::x(), Vector3::y(), Vector3::z()],
+        Some(direction) => {
+            let helper = Vector3::ith(direction.iamin(), 1.0);
+            let first = direction.cross(&helper).normalize();
+            [first, direction.cross(&first), Vector3::zeros()]
+        }
+    };
+    // A condition on the zero vector is none.
+    axes.into_iter().filter(|axis| *axis != Vector3::zeros())
 }

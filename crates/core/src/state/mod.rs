@@ -5,16 +5,19 @@
 //! | `angles` | rotation matrices from Euler angles in degrees, bit-identical on every machine |
 //! | `placement` | initial position, orientation and velocity of a body |
 //! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
+//! | `supports` | the contacts that pressed on the body in the last step |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
 
 mod angles;
 mod frame;
 mod placement;
+mod supports;
 
 pub use angles::{euler_degrees, sin_cos_degrees};
 pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
 pub use placement::Placement;
+pub(crate) use supports::{Deflection, Support, Supports};
 
 use nalgebra::{Point3, Vector3};
 
@@ -47,8 +50,7 @@ pub(crate) struct State {
     /// which Newton's method fails to converge for the rotation of a region. The energy can grow only in such
     /// steps (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
-    /// The contacts that pressed on the body in the last step.
-    pub(crate) supports: Vec<Support>,
+    pub(crate) supports: Supports,
     pub(crate) rest: Rest,
 }
 
@@ -60,47 +62,6 @@ pub(crate) struct Rest {
     pub(crate) time: f64,
     /// Whether the body sleeps: it is not stepped.
     pub(crate) is_asleep: bool,
-}
-
-/// The contacts of one component with one collider that pressed on the body in a step, as one contact at their center
-/// of pressure.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Support {
-    /// Index of the connected component.
-    pub(crate) component: u32,
-    /// Index of the collider.
-    pub(crate) collider: u32,
-    /// Sum of the normal impulses.
-    pub(crate) impulse: f64,
-    /// Center of pressure, in cells from the body's origin.
-    pub(crate) point: [f64; 3],
-    /// Mean normal, a unit vector.
-    pub(crate) normal: [f64; 3],
-    /// Mean speed of the surface of the collider along the normals, in cells/s.
-    pub(crate) speed: f64,
-}
-
-impl Support {
-    /// Adds a contact to the sums of impulses, and of points, normals and speeds times the impulses.
-    fn add(&mut self, contact: &Self) {
-        self.impulse += contact.impulse;
-        for c in 0..3 {
-            self.point[c] += contact.impulse * contact.point[c];
-            self.normal[c] += contact.impulse * contact.normal[c];
-        }
-        self.speed += contact.impulse * contact.speed;
-    }
-
-    /// Converts the sums to means.
-    fn normalize(&mut self) {
-        let scale = 1.0 / self.impulse;
-        self.point = self.point.map(|sum| sum * scale);
-        self.speed *= scale;
-        // Normals that cancel each other, all around a ball, have no mean.
-        let normal = Vector3::from(self.normal) * scale;
-        self.normal = normal.try_normalize(1e-3).unwrap_or_default().into();
-    }
 }
 
 /// Eight identity quaternions.
@@ -128,7 +89,7 @@ impl State {
             fitted: true,
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
-            supports: Vec::new(),
+            supports: Supports::default(),
             rest: Rest::default(),
         };
         let quaternion = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
@@ -144,7 +105,8 @@ impl State {
     /// momenta have `components` entries.
     pub(crate) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let Self { positions, compensation, velocities, rotations, .. } = self;
-        let supports_match = self.supports.iter().all(|support| (support.component as usize) < components);
+        let supports_match =
+            self.supports.list().iter().all(|support| (support.component as usize) < components);
         let vectors_match =
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
         vectors_match
@@ -239,26 +201,6 @@ impl State {
         self.momenta.fill(None);
     }
 
-    /// Replaces the supports. `contacts` are single contacts by collider, which are combined to one support of each
-    /// component by each collider.
-    pub(crate) fn set_supports(&mut self, contacts: impl Iterator<Item = Support>) {
-        self.supports.clear();
-        for contact in contacts {
-            let mut of_collider =
-                self.supports.iter_mut().rev().take_while(|support| support.collider == contact.collider);
-            match of_collider.find(|support| support.component == contact.component) {
-                Some(support) => support.add(&contact),
-                None => {
-                    let (component, collider) = (contact.component, contact.collider);
-                    let mut support = Support { component, collider, ..Support::default() };
-                    support.add(&contact);
-                    self.supports.push(support);
-                }
-            }
-        }
-        self.supports.iter_mut().for_each(Support::normalize);
-    }
-
     /// Invalidates the momenta of the connected component that contains a lattice vertex.
     pub(crate) fn invalidate_momentum(&mut self, lattice: &Lattice, vertex: u32) {
         self.momenta[lattice.components().of_vertex[vertex as usize] as usize] = None;
@@ -284,9 +226,7 @@ impl State {
         for &slot in slots {
             self.set_local(slot, self.local(slot) - offset);
         }
-        for support in &mut self.supports {
-            support.point = (Vector3::from(support.point) - offset).into();
-        }
+        self.supports.shift(-offset);
     }
 }
 

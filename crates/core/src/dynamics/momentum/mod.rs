@@ -258,7 +258,7 @@ impl MomentumTracker {
         &mut self,
         momenta: &[Option<Momentum>],
         keep: f64,
-        reference: impl Fn(usize, &RigidState, RigidMotion) -> RigidMotion,
+        mut reference: impl FnMut(usize, &RigidState, RigidMotion) -> RigidMotion,
     ) -> (&Components, &[RigidVelocity]) {
         let components = self.states.iter().zip(momenta).zip(&mut self.corrections).enumerate();
         for (component, ((state, momentum), correction)) in components {
