@@ -11,8 +11,10 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::builder::extent;
 use super::{Body, StepContext};
 use crate::contact::Colliders;
+use crate::parallel::Executor;
 use crate::state::{Interval, Rest};
 
 /// Time in seconds for which a body must be at rest before it falls asleep.
@@ -20,6 +22,13 @@ const REST_TIME: f64 = 0.5;
 
 /// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
 const REST_SPEED: f64 = 1e-3;
+
+/// Largest velocity of a vertex by rounding errors, in standard deviations: 5 for the largest of 10^6 numbers, times 3 for
+/// the rounding errors of the sums over the regions.
+const NOISE: f64 = 15.0;
+
+/// Greatest limit of the speed for noise, as a multiple of the limit without noise.
+const GREATEST_NOISE: f64 = 10.0;
 
 /// Distance in cells below which a moving collider wakes a sleeping body.
 const NEAR: f64 = 2.0;
@@ -52,11 +61,12 @@ impl Body {
     }
 
     /// Updates the time for which the body has been at rest, at the end of a step.
-    pub(super) fn track_rest(&mut self, context: &StepContext) {
+    pub(super) fn track_rest(&mut self, context: &StepContext, executor: &Executor) {
         if !context.sleep {
             return;
         }
-        let is_at_rest = self.is_slow(context.gravity.norm()) && self.is_supported();
+        let limit = self.rest_speed(context, executor);
+        let is_at_rest = self.is_slow(limit) && self.is_supported();
         let rest = &mut self.state.rest;
         rest.time = if is_at_rest { rest.time + context.interval.dt } else { 0.0 };
     }
@@ -70,12 +80,26 @@ impl Body {
         state.rest.is_asleep = true;
     }
 
-    /// Returns whether every vertex is slower than the limit.
+    /// Returns the limit of the speeds of a body at rest, in cells/s.
+    ///
+    /// Each step adds the rounding error of the f32 positions times alpha/dt to the velocities, and damping lets the sum
+    /// decay: the noise of a body at rest is this velocity over √(1 - keep²), where `keep` is the fraction that damping
+    /// keeps. On fine lattices it exceeds the limit of the speed, so a damped body may be as fast as its noise.
+    fn rest_speed(&self, context: &StepContext, executor: &Executor) -> f64 {
+        let (gravity, dt) = (context.gravity.norm(), context.interval.dt);
+        let (size, cell_size) = (self.size, self.lattice.cell_size());
+        let speed = REST_SPEED * (size * gravity.max(8.0 * size)).sqrt() / cell_size;
+        let keep = (-2.0 * self.decay_rate(dt, executor) * dt).exp();
+        let rounding = f64::from(f32::EPSILON) * extent(&self.lattice) as f64 / 2.0;
+        let noise = NOISE * self.alpha(dt) / dt * rounding / (1.0 - keep * keep).sqrt();
+        speed.max(noise.min(GREATEST_NOISE * speed))
+    }
+
+    /// Returns whether every vertex is slower than `limit`, in cells/s.
     ///
     /// Most bodies in motion are recognized by one vertex, the first that was too fast in an earlier step.
-    fn is_slow(&mut self, gravity: f64) -> bool {
-        let Self { size, lattice, matching, state, fast_vertex, .. } = self;
-        let limit = REST_SPEED * (*size * gravity.max(8.0 * *size)).sqrt() / lattice.cell_size();
+    fn is_slow(&mut self, limit: f64) -> bool {
+        let Self { matching, state, fast_vertex, .. } = self;
         let slots = matching.layout.slots();
         let origin = state.frame.velocity();
         let is_fast = |&slot: &u32| {

@@ -86,7 +86,7 @@ impl Body {
                 self.run(stage, context, executor);
             }
         }
-        self.track_rest(context);
+        self.track_rest(context, executor);
     }
 
     /// Returns whether a stage of the body exists. A missing stage takes no time and no memory.
