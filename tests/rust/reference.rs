@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix4, Point3, Rotation3, Vector3};
 use proptest::prelude::*;
-use supple::Lattice;
 use supple::reference::{Naive, Regions, damped_velocities, goals, region, rotation, weights};
+use supple::{Body, Lattice, Material, Mesh, Pin, Selection, Simulation, TimeWindow};
 
 const KINDS: [Regions; 2] = [Regions::Staircase, Regions::BreadthFirst];
 
@@ -203,6 +203,47 @@ fn check_rotation(a: &Matrix3<f64>) {
     assert!((s - s.transpose()).amax() < 1e-14 * 3.0, "not symmetric: {a} {r}");
     let largest = largest_trace(&a.map(|x| x / a.amax().max(f64::MIN_POSITIVE)));
     assert!(s.trace() >= largest - 1e-13, "{a}: {} of {largest}", s.trace());
+}
+
+#[test]
+fn the_fits_of_a_body_use_its_fit_masses() {
+    // The corners of a box, which fills its outer cells partly.
+    let corners =
+        (0..8).map(|k| [2.3 * f64::from(k & 1), 1.7 * f64::from(k >> 1 & 1), 2.6 * f64::from(k >> 2)]);
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mesh = Mesh::new(corners.collect(), &quads).unwrap();
+    let pin = Pin { selection: Selection::Vertices(vec![0, 1]), window: TimeWindow { start: 0.0, end: 0.1 } };
+    let body =
+        Body::builder(mesh).cell_size(0.5).density(7.0).material(Material::fast_lsm()).pin(pin).build();
+    let mut simulation = Simulation::builder().body(body.unwrap()).dt(0.05).sleep(false).build().unwrap();
+    for (steps, factor) in [(1, 100.0), (3, 1.0)] {
+        simulation.steps(steps);
+        let body = simulation.body(0);
+        let full_cell = body.material().density * body.lattice().cell_size().powi(3);
+        let masses = body.fit_masses();
+        for (vertex, (fit, mass)) in masses.iter().zip(body.masses()).enumerate() {
+            let expected = mass / full_cell * if vertex < 2 { factor } else { 1.0 };
+            assert!((fit / expected - 1.0).abs() < 1e-6, "{vertex}: {fit}, {expected}");
+        }
+        let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
+        let distance = |naive: &Naive<'_>| {
+            let goals = naive.goals(&naive.motions(&positions));
+            let pairs = goals.iter().zip(body.goals());
+            pairs.map(|(a, b)| (a - b.coords).norm()).fold(0.0, f64::max) / body.lattice().cell_size()
+        };
+        let bare = Naive::new(body.lattice(), body.half_width(), Regions::Staircase);
+        assert!(distance(&bare) > 1e-4, "{}", distance(&bare));
+        // Coordinates of up to 8 cells are rounded to 2^-21 cells in f32.
+        let with_masses = bare.with_masses(masses);
+        assert!(distance(&with_masses) < 2e-6, "{}", distance(&with_masses));
+    }
+}
+
+#[test]
+#[should_panic(expected = "`masses` must match the lattice vertices")]
+fn masses_of_the_reference_match_the_lattice() {
+    let lattice = lattice(&block([1; 3]));
+    let _ = Naive::new(&lattice, 1, Regions::Staircase).with_masses(vec![1.0; 7]);
 }
 
 #[test]

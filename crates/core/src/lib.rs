@@ -133,8 +133,8 @@ pub use body::{
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{
-    Constraint, ConstraintError, Damping, Elasticity, Handle, Key, Material, MotionError, Pin, Preset,
-    RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
+    Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, Key, Material, MotionError, Pin,
+    Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
 };
 pub use error::Error;
 pub use lattice::{
@@ -161,6 +161,7 @@ pub use volume::{
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
+    pub use crate::body::CONSTRAINED_FIT_FACTOR;
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
     pub use crate::dynamics::{Constraint, Constraints, Motion, Pose};
     pub use crate::lattice::{CellPoints, Embedding};

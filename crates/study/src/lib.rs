@@ -9,6 +9,7 @@
 //!
 //! The library prints nothing; it reports progress to an [`Observer`].
 
+mod elasticity;
 mod error;
 mod machine;
 mod observer;

@@ -25,6 +25,7 @@ pub(crate) use display::DisplayContext;
 pub use display::{BodyRef, Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
 pub use snapshot::{BodySnapshot, StateError};
+pub use step::CONSTRAINED_FIT_FACTOR;
 pub(crate) use step::StepContext;
 
 use std::sync::OnceLock;
@@ -187,6 +188,13 @@ impl Body {
     /// and for a bare lattice it is 1.
     pub fn masses(&self) -> Vec<f64> {
         (0..self.lattice.len() as u32).map(|vertex| self.mass(vertex)).collect()
+    }
+
+    /// Returns the masses of the vertices in the fits of the regions, one per vertex, in units of a full cell's mass.
+    /// While a vertex is constrained by a pin or handle, it weighs 100 times its mass in the fits: nothing moves it, so
+    /// the rigid motions of its regions follow it. Only the fits use these masses; [`Body::masses`] returns the others.
+    pub fn fit_masses(&self) -> Vec<f64> {
+        self.by_vertex(|slot| self.matching.regions.weights.get(slot)[0].into())
     }
 
     /// Returns the mass of a full cell.

@@ -29,7 +29,7 @@ use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
 /// Factor of the mass of a constrained vertex in the fits of the regions.
-const CONSTRAINED_FIT_FACTOR: f32 = 100.0;
+pub const CONSTRAINED_FIT_FACTOR: f32 = 100.0;
 
 /// Inputs of a step that all bodies share.
 pub(crate) struct StepContext<'a> {

@@ -12,26 +12,41 @@
 //! derivative of the deformation. The length R = h √(w (w + 1)) is the radius of the regions. E is the product of
 //! ρ/(3 dt²), alpha and R², so that alpha <= 1 is possible only if R >= dt √(3 E/ρ), for cells of any size.
 
-/// The parameters of the elastic law that do not depend on the regions.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ElasticLaw {
-    /// Density ρ.
-    pub(crate) density: f64,
-    /// Edge of a cell, h.
-    pub(crate) cell_size: f64,
+/// The elastic law of shape matching: E = ρ (alpha/dt²) h² w (w + 1)/3.
+///
+/// It relates Young's modulus E of a body to the half-width w of its regions in cells and to alpha, the fraction of the
+/// distance to its goal position that a vertex covers in a step ([`Stiffness::PerStep`](crate::Stiffness::PerStep)). The
+/// fields are the parameters that do not depend on the regions. All of them must be > 0.
+///
+/// ```
+/// use supple::ElasticLaw;
+///
+/// let law = ElasticLaw { density: 1000.0, cell_size: 0.1, dt: 0.01 };
+/// // 1000 (1/0.01²) 0.1² 2 (2 + 1)/3 = 200,000.
+/// assert!((law.modulus(2, 1.0) - 2e5).abs() < 1e-6);
+/// assert!((law.alpha(2, 1e5) - 0.5).abs() < 1e-12);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElasticLaw {
+    /// Density ρ: mass per volume in scene units.
+    pub density: f64,
+    /// Edge of a cell, h, in scene units.
+    pub cell_size: f64,
     /// Length of a step in seconds.
-    pub(crate) dt: f64,
+    pub dt: f64,
 }
 
 impl ElasticLaw {
-    /// Computes Young's modulus of regions of half-width `half_width` with the stiffness `alpha` per step.
-    pub(crate) fn modulus(&self, half_width: usize, alpha: f64) -> f64 {
+    /// Computes Young's modulus, in scene units of force per area, of regions of half-width `half_width` >= 1 in cells
+    /// with the stiffness `alpha` per step, in (0, 1].
+    pub fn modulus(&self, half_width: usize, alpha: f64) -> f64 {
         alpha * self.greatest_modulus(half_width)
     }
 
-    /// Computes alpha for Young's modulus `modulus` and regions of half-width `half_width`. It exceeds 1 if the
-    /// regions are too small.
-    pub(crate) fn alpha(&self, half_width: usize, modulus: f64) -> f64 {
+    /// Computes alpha for Young's modulus `modulus` > 0, in scene units of force per area, and regions of half-width
+    /// `half_width` >= 1 in cells. It exceeds 1, which no body can have, if the regions are too small or the step is too
+    /// long.
+    pub fn alpha(&self, half_width: usize, modulus: f64) -> f64 {
         modulus / self.greatest_modulus(half_width)
     }
 

@@ -37,7 +37,7 @@ pub use constraints::Constraints;
 pub(crate) use damping::RegionDamper;
 pub(crate) use drive::Drive;
 pub(crate) use elastic_damping::ElasticDamper;
-pub(crate) use elastic_law::ElasticLaw;
+pub use elastic_law::ElasticLaw;
 pub(crate) use energy::EnergyLimiter;
 pub(crate) use forces::Forces;
 pub(crate) use integration::{Accelerate, Advance};

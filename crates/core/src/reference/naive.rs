@@ -47,10 +47,33 @@ impl RegionMotion {
 impl<'a> Naive<'a> {
     /// Prepares the method for regions of half-width `half_width`, in cells.
     ///
-    /// The regions are found again at each use, unless [`Naive::listed`] stores them.
+    /// The regions are found again at each use, unless [`Naive::listed`] stores them. The masses are those of a bare
+    /// lattice, unless [`Naive::with_masses`] sets them.
     pub fn new(lattice: &'a Lattice, half_width: usize, regions: Regions) -> Self {
         let weights = weights(lattice, half_width, regions);
         Self { lattice, half_width, regions, weights, listed: None }
+    }
+
+    /// Uses other masses than those of a bare lattice: `masses` has the mass of each vertex in masses of a full cell,
+    /// for example [`Body::fit_masses`](crate::Body::fit_masses).
+    ///
+    /// # Panics
+    ///
+    /// If the number of masses is not the number of lattice vertices.
+    #[must_use]
+    pub fn with_masses(mut self, masses: Vec<f64>) -> Self {
+        self.set_masses(masses);
+        self
+    }
+
+    /// Changes the masses: see [`Naive::with_masses`].
+    ///
+    /// # Panics
+    ///
+    /// If the number of masses is not the number of lattice vertices.
+    pub fn set_masses(&mut self, masses: Vec<f64>) {
+        assert_eq!(masses.len(), self.lattice.len(), "`masses` must match the lattice vertices");
+        self.weights.masses = masses;
     }
 
     /// Stores the regions. This takes up to `4 (2 w + 1)^3` bytes per lattice vertex for the half-width w.

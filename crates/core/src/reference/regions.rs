@@ -81,7 +81,8 @@ fn cell_neighbors(lattice: &Lattice, vertex: u32) -> Vec<u32> {
 /// Weights of the lattice vertices in the regions that contain them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
-    /// Mass m_i of each vertex, in masses of a full cell: number of its occupied cells / 8. Shape `(n,)`.
+    /// Mass m_i of each vertex, in masses of a full cell; of a bare lattice it is the number of its occupied cells / 8.
+    /// Shape `(n,)`.
     pub masses: Vec<f64>,
     /// Number n_i of regions that contain each vertex, at least 1. Shape `(n,)`.
     pub counts: Vec<usize>,
@@ -94,7 +95,7 @@ impl Weights {
     }
 }
 
-/// Computes the mass of each vertex and the number of regions that contain it.
+/// Computes the mass of each vertex of a bare lattice and the number of regions that contain it.
 pub fn weights(lattice: &Lattice, half_width: usize, regions: Regions) -> Weights {
     let masses = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
     let mut counts = vec![0; lattice.len()];

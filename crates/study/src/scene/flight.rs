@@ -8,6 +8,7 @@ use supple::{Body, Simulation};
 use super::motion::{is_sampled, visits};
 use super::physical::Physical;
 use super::setting::Dynamics;
+use crate::elasticity::alpha;
 use crate::error::Halt;
 use crate::observer::Meter;
 
@@ -144,10 +145,11 @@ fn energies(simulation: &Simulation, before: &[State], dt: f64) -> [f64; 2] {
         let masses = body.masses();
         let products = velocities.iter().zip(body.velocities()).map(|(before, after)| before.dot(&after));
         sums[0] += masses.iter().zip(products).map(|(m, product)| m * product / 2.0).sum::<f64>();
-        let naive = Naive::new(body.lattice(), body.half_width(), Regions::Staircase);
+        let naive =
+            Naive::new(body.lattice(), body.half_width(), Regions::Staircase).with_masses(body.fit_masses());
         let positions: Vec<_> = positions.iter().map(|x| x.coords).collect();
         let full_cell = body.material().density * body.lattice().cell_size().powi(3);
-        let alpha_over_dt_squared = body.material().alpha(dt) / (dt * dt);
+        let alpha_over_dt_squared = alpha(body, dt) / (dt * dt);
         sums[1] +=
             full_cell * alpha_over_dt_squared * naive.matching_energy(&naive.motions(&positions), &positions);
     }

@@ -2,7 +2,7 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `physical` | the scene with materials in lengths and seconds |
+//! | `physical`, `grid` | the scene with materials in lengths and seconds; regions and stiffness of a body |
 //! | `setting`, `matrix` | the parameters of a point; the list of all points |
 //! | `points` | measures all points, with the following modules |
 //! | `display`, `surface` | run times, volumes, and the distance from the surface of the finest lattice |
@@ -12,6 +12,7 @@
 
 mod display;
 mod flight;
+mod grid;
 mod matrix;
 mod motion;
 mod motion_errors;

@@ -82,6 +82,11 @@ impl<'a> Motion<'a> {
         }
     }
 
+    /// Returns the masses of the vertices of a body in the fits of its regions, in masses of a full cell.
+    pub(super) fn fit_masses(&self, body: usize) -> Vec<f64> {
+        self.simulation.body(body).fit_masses()
+    }
+
     /// Returns the goal positions at the current positions.
     pub(super) fn goals(&self, body: usize) -> Vec<Vector3<f64>> {
         match self.naive.get(body) {

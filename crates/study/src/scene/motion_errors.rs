@@ -90,7 +90,8 @@ impl ErrorEvaluator {
                     path_sums.add(&positions(body), &at[body], cell_size);
                 }
                 if is_sampled(frame, frames, GOAL_SAMPLES) && visits <= budget.goals {
-                    let naive = Naive::new(model.lattice(), model.half_width(), Regions::Staircase);
+                    let naive = Naive::new(model.lattice(), model.half_width(), Regions::Staircase)
+                        .with_masses(motion.fit_masses(body));
                     let motions = naive.motions(&positions(body));
                     goals.add(&motion.goals(body), &naive.goals(&motions), cell_size);
                 }

@@ -4,15 +4,20 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::internals::{
-    BodyFrame, BodyState, Colliders, Constraint, Constraints, Contacts, Interval, Lanes, SampleCells,
+    BodyFrame, BodyState, CONSTRAINED_FIT_FACTOR, Colliders, Constraint, Constraints, Contacts, Interval,
+    Lanes, SampleCells,
 };
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
 use supple::{Body, Error};
 use supple_io::scene::{BodyData, Scene};
 
+use crate::elasticity::{alpha, relative_masses};
+
 /// A body stepped by the naive method.
 pub(super) struct NaiveBody<'a> {
     naive: Naive<'a>,
+    /// Masses of the vertices in masses of a full cell. Constrained vertices have other masses in the fits.
+    masses: Vec<f64>,
     /// Connected components of the lattice.
     components: &'a supple::Components,
     /// Region motions of the previous step. Region damping uses their rotations, as in the library.
@@ -43,16 +48,19 @@ impl<'a> NaiveBody<'a> {
         dt: f64,
         regions: Regions,
     ) -> Result<Self, Error> {
-        let naive = Naive::new(body.lattice(), body.half_width(), regions).listed();
+        let masses = relative_masses(body);
+        let naive =
+            Naive::new(body.lattice(), body.half_width(), regions).with_masses(masses.clone()).listed();
         let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();
         let material = body.material();
         Ok(Self {
             motions: naive.motions(&positions),
             components: body.lattice().components(),
             naive,
+            masses,
             positions,
             velocities: body.velocities(),
-            stiffness_rate: material.alpha(dt) / dt,
+            stiffness_rate: alpha(body, dt) / dt,
             damping: material.region_damping_fraction(dt),
             gravity: scene.simulation.gravity.into(),
             dt,
@@ -70,7 +78,9 @@ impl<'a> NaiveBody<'a> {
     pub(super) fn step(&mut self) {
         let interval = Interval::of_step(self.steps, self.dt);
         if let Some(stages) = &mut self.stages {
-            stages.begin(interval, &self.positions, &self.velocities);
+            if stages.begin(interval, &self.positions, &self.velocities) {
+                self.update_fit_masses();
+            }
         }
         let before = self.momenta();
         if self.damping > 0.0 {
@@ -94,11 +104,26 @@ impl<'a> NaiveBody<'a> {
         self.steps += 1;
     }
 
+    /// Gives the constrained vertices more mass in the fits, as the library does. Region damping uses the masses of this
+    /// step with the rotations of the previous step.
+    fn update_fit_masses(&mut self) {
+        let Some(stages) = &self.stages else { return };
+        let factor =
+            |vertex| if stages.is_constrained(vertex) { f64::from(CONSTRAINED_FIT_FACTOR) } else { 1.0 };
+        // The library rounds to f32.
+        let mass = |(vertex, mass): (usize, &f64)| f64::from((mass * factor(vertex)) as f32);
+        self.naive.set_masses(self.masses.iter().enumerate().map(mass).collect());
+        let motions = self.naive.motions(&self.positions);
+        for (motion, new) in self.motions.iter_mut().zip(motions) {
+            *motion = RegionMotion { rotation: motion.rotation, ..new };
+        }
+    }
+
     /// Returns the vertices of a connected component of the lattice as point masses.
-    fn masses(&self, component: usize) -> impl Iterator<Item = Mass> + Clone {
+    fn point_masses(&self, component: usize) -> impl Iterator<Item = Mass> + Clone {
         let vertices = self.components.of_vertex.iter().enumerate();
         vertices.filter(move |(_, other)| **other as usize == component).map(|(v, _)| Mass {
-            mass: self.naive.weights().masses[v],
+            mass: self.masses[v],
             position: self.positions[v],
             velocity: self.velocities[v],
         })
@@ -113,7 +138,7 @@ impl<'a> NaiveBody<'a> {
         }
         (0..)
             .zip(is_constrained)
-            .map(|(component, constrained)| (!constrained).then(|| Momenta::of(self.masses(component))))
+            .map(|(component, constrained)| (!constrained).then(|| Momenta::of(self.point_masses(component))))
             .collect()
     }
 
@@ -125,8 +150,8 @@ impl<'a> NaiveBody<'a> {
             let Some(before) = before else { continue };
             let target =
                 Momenta { linear: before.linear + self.gravity * (self.dt * before.mass), ..*before };
-            let now = Momenta::of(self.masses(component));
-            let (velocity, spin) = now.missing(&target, self.masses(component));
+            let now = Momenta::of(self.point_masses(component));
+            let (velocity, spin) = now.missing(&target, self.point_masses(component));
             for (vertex, v) in self.velocities.iter_mut().enumerate() {
                 if self.components.of_vertex[vertex] as usize == component {
                     *v += velocity + spin.cross(&(self.positions[vertex] - now.center));
@@ -208,9 +233,10 @@ impl Stages {
             return Ok(None);
         }
         let slots: Vec<u32> = (0..lattice.len() as u32).collect();
+        let masses: Vec<f32> = relative_masses(body).iter().map(|&mass| mass as f32).collect();
         let samples = || match body.mesh() {
-            Some(mesh) => SampleCells::of_mesh(mesh, lattice, &slots),
-            None => SampleCells::of_lattice(lattice, &slots),
+            Some(mesh) => SampleCells::of_mesh(mesh, lattice, &slots, &masses),
+            None => SampleCells::of_lattice(lattice, &slots, &masses),
         };
         Ok(Some(Self {
             constraints: Constraints::new(lattice.len(), constraints),
@@ -220,9 +246,9 @@ impl Stages {
         }))
     }
 
-    /// Begins the constraints of a step.
-    fn begin(&mut self, interval: Interval, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) {
-        self.constraints.begin(interval, &self.state.set(positions, velocities), &self.slots);
+    /// Begins the constraints of a step. Returns whether a constraint began or ended.
+    fn begin(&mut self, interval: Interval, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> bool {
+        self.constraints.begin(interval, &self.state.set(positions, velocities), &self.slots)
     }
 
     /// Returns whether a vertex is constrained in the current step.

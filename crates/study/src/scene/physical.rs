@@ -1,53 +1,27 @@
 //! Converts the materials of a scene to physical units, which do not depend on the lattice and the steps.
 
 use supple::{
-    Body, Material, Preservation, RegionDamping, RegionSize, Resolution, Stiffness, VolumeMeasure,
+    Body, Damping, Elasticity, Material, Preservation, RegionDamping, RegionSize, Resolution, VolumeMeasure,
     VolumeOptions,
 };
 use supple_io::counted;
-use supple_io::run::substeps::largest_frequency;
 use supple_io::run::{Prepared, RunError, prepare};
 use supple_io::scene::{Scene, Substeps};
 
+use super::grid::Grid;
 use super::setting::{Dynamics, Method, Setting, Sums};
 
-/// A scene whose materials are given in lengths and seconds.
+/// Relative margin of rounding errors in comparisons of stiffnesses.
+const ROUNDING: f64 = 1e-9;
+
+/// A scene whose materials are given in lengths and seconds. Its bodies have no elastic damping and do not sleep.
 #[derive(Clone, Debug)]
 pub(super) struct Physical {
     scene: Scene,
-    /// Regions and lattice of each body in the original scene.
+    /// Regions, lattice and stiffness of each body in the original scene.
     grids: Vec<Grid>,
     /// Steps per frame in the original scene.
     pub(super) substeps: u32,
-}
-
-/// The regions and the lattice of a body.
-#[derive(Clone, Copy, Debug)]
-struct Grid {
-    /// Half-width in cells.
-    half_width: usize,
-    cell_size: f64,
-    /// Number of lattice vertices.
-    vertices: usize,
-}
-
-impl Grid {
-    fn of(body: &Body) -> Self {
-        let lattice = body.lattice();
-        Self { half_width: body.half_width(), cell_size: lattice.cell_size(), vertices: lattice.len() }
-    }
-
-    /// Returns the half-width that gives the same radius of the regions on a lattice with `refinement` times
-    /// as many cells per length.
-    fn refined(self, refinement: f64) -> usize {
-        ((self.half_width as f64 * refinement).round() as usize).max(1)
-    }
-
-    /// Returns the refinement closest to `refinement` for which the radius of the regions is a whole number
-    /// of cells.
-    fn effective_refinement(self, refinement: f64) -> f64 {
-        self.refined(refinement) as f64 / self.half_width as f64
-    }
 }
 
 impl Physical {
@@ -59,10 +33,12 @@ impl Physical {
     pub(super) fn new(mut scene: Scene) -> Result<Self, RunError> {
         let Prepared { simulation, substeps, .. } = prepare(&scene)?;
         let dt = simulation.dt();
+        scene.simulation.sleep = false;
         for data in &mut scene.bodies {
             data.material = physical(data.material, dt);
         }
-        Ok(Self { scene, grids: simulation.bodies().iter().map(Grid::of).collect(), substeps })
+        let grids = (0..scene.bodies.len()).map(|body| Grid::of(simulation.body(body), dt)).collect();
+        Ok(Self { scene, grids, substeps })
     }
 
     /// Returns the half-widths of all bodies, in cells.
@@ -128,14 +104,10 @@ impl Physical {
         })
     }
 
-    /// Returns whether steps of `dt` seconds are longer than a sixth of the period of a body, so that the
-    /// body is softer than specified.
-    pub(super) fn softened(&self, dt: f64) -> bool {
-        let too_fast = |stiffness| match stiffness {
-            Stiffness::Frequency(frequency) => frequency > (1.0 + 1e-9) * largest_frequency(dt),
-            Stiffness::PerStep(_) => false,
-        };
-        self.scene.bodies.iter().any(|body| too_fast(body.material.stiffness))
+    /// Returns whether steps of `dt` seconds are too long for the stiffness of a body, so that the body is softer than
+    /// specified: alpha would exceed 1.
+    pub(super) fn softened(&self, dynamics: Dynamics, dt: f64) -> bool {
+        self.grids.iter().any(|grid| grid.alpha(dynamics.refinement, dt) > 1.0 + ROUNDING)
     }
 
     /// Builds a point of the study.
@@ -147,16 +119,16 @@ impl Physical {
         let Setting { dynamics, method } = *setting;
         let mut scene = self.scene.clone();
         scene.simulation.substeps = Substeps::Fixed(dynamics.substeps);
+        let dt = 1.0 / (scene.simulation.fps * f64::from(dynamics.substeps));
         let widths = self.half_widths(dynamics.refinement, dynamics.region_factor);
         for ((data, grid), width) in scene.bodies.iter_mut().zip(&self.grids).zip(widths) {
-            let refined = grid.refined(dynamics.refinement);
-            if refined != grid.half_width {
+            if grid.refined(dynamics.refinement) != grid.half_width {
                 // The radius is a whole number of cells on every lattice, so rounding does not change the
                 // material.
-                let cell_size = grid.cell_size * grid.half_width as f64 / refined as f64;
-                data.resolution = Resolution::CellSize(cell_size);
+                data.resolution = Resolution::CellSize(grid.refined_cell_size(dynamics.refinement));
             }
-            data.material.region_size = RegionSize::Cells(width);
+            let stiffness = grid.stiffness(dynamics.refinement, dt);
+            data.material.elasticity = Elasticity::Regions { size: RegionSize::Cells(width), stiffness };
             data.volume = VolumeOptions { measure: method.measure, scope: method.scope, ..data.volume };
         }
         prepare(&scene)
@@ -180,43 +152,84 @@ impl Physical {
     }
 }
 
-/// Converts a material to units that do not depend on the step.
+/// Converts the damping of a material to units that do not depend on the step, and removes its elastic damping. The
+/// elasticity is unchanged.
 fn physical(material: Material, dt: f64) -> Material {
-    let stiffness = match material.stiffness {
-        // A frequency f in Hz gives alpha = 4 sin²(pi f dt).
-        Stiffness::PerStep(alpha) => {
-            Stiffness::Frequency((alpha.sqrt() / 2.0).asin() / (std::f64::consts::PI * dt))
-        }
-        frequency @ Stiffness::Frequency(_) => frequency,
-    };
     let region_damping = match material.region_damping {
         // Complete damping in one step has no finite rate, so it stays per step.
         RegionDamping::PerStep(fraction) if fraction < 1.0 => RegionDamping::Rate(-(-fraction).ln_1p() / dt),
         region_damping => region_damping,
     };
-    Material { stiffness, region_damping, ..material }
+    Material { damping: Some(Damping::Ratio(0.0)), region_damping, ..material }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elasticity::alpha;
+    use crate::scene::setting::Sums;
+    use crate::scene::tests as block;
 
     #[test]
     fn conversion_preserves_the_material_at_the_original_step() {
-        for (alpha, fraction) in [(1.0, 0.0), (0.25, 0.5), (1e-6, 1e-9), (0.9, 1.0)] {
-            let before = Material {
-                stiffness: Stiffness::PerStep(alpha),
-                region_damping: RegionDamping::PerStep(fraction),
-                ..Material::default()
-            };
+        for fraction in [0.0, 0.5, 1e-9, 1.0] {
+            let before = Material { region_damping: RegionDamping::PerStep(fraction), ..Material::default() };
             let after = physical(before, 0.01);
-            assert!((after.alpha(0.01) / alpha - 1.0).abs() < 1e-12, "{alpha}: {}", after.alpha(0.01));
             let error = (after.region_damping_fraction(0.01) - fraction).abs();
             assert!(error <= 1e-12 * fraction, "{fraction}");
             assert!(after.validate().is_ok());
+            assert_eq!((after.elasticity, after.damping()), (before.elasticity, Damping::Ratio(0.0)));
         }
-        let half = physical(Material::default(), 0.01).alpha(0.005);
-        // 4 sin²(pi / 12) = 2 - sqrt(3).
-        assert!((half - (2.0 - 3.0_f64.sqrt())).abs() < 1e-12, "{half}");
+    }
+
+    #[test]
+    fn every_point_has_the_youngs_modulus_of_the_scene_unless_it_is_softened() {
+        for elasticity in ["", "material = \"jelly\"", "youngs_modulus = 3e7"] {
+            let (_directory, physical) = block::physical_with("", 4, &[elasticity]);
+            let base = prepare(physical.scene()).unwrap().simulation;
+            let specified = base
+                .body(0)
+                .softened()
+                .map_or_else(|| base.body(0).youngs_modulus().unwrap(), |softened| softened.specified);
+            let half_width = base.body(0).half_width();
+            let mut softened_points = 0;
+            for (refinement, region_factor, factor) in
+                [(1.0, 1.0, 1), (1.0, 1.0, 3), (1.5, 1.0, 1), (1.5, 1.0, 4), (0.5, 1.0, 2), (1.0, 2.0, 2)]
+            {
+                let dynamics = Dynamics {
+                    refinement,
+                    region_factor,
+                    substeps: factor * physical.substeps,
+                    sums: Sums::Fast,
+                };
+                let simulation =
+                    physical.prepare(&Setting { dynamics, method: Method::off() }).unwrap().simulation;
+                let (body, dt) = (simulation.body(0), simulation.dt());
+                let softened = physical.softened(dynamics, dt);
+                softened_points += u32::from(softened);
+                if region_factor == 1.0 {
+                    let modulus = body.youngs_modulus().unwrap() / specified;
+                    match softened {
+                        true => assert!(modulus < 1.0 - 1e-9 && alpha(&body, dt) == 1.0, "{modulus}"),
+                        false => assert!((modulus - 1.0).abs() < 1e-9, "{elasticity}: {modulus}"),
+                    }
+                } else {
+                    let same = Dynamics { region_factor: 1.0, ..dynamics };
+                    let same = physical.prepare(&Setting { dynamics: same, method: Method::off() }).unwrap();
+                    assert_eq!(alpha(&body, dt), alpha(&same.simulation.body(0), dt));
+                    assert!(body.half_width() > half_width);
+                }
+            }
+            assert!(softened_points < 3, "{elasticity}: {softened_points}");
+        }
+    }
+
+    #[test]
+    fn too_few_steps_soften_a_point() {
+        let (_directory, physical) = block::physical_with("", 4, &["youngs_modulus = 3e7"]);
+        let dynamics = |substeps| Dynamics { substeps, ..block::FAST };
+        let dt = |substeps: u32| 1.0 / (30.0 * f64::from(substeps));
+        assert!(!physical.softened(dynamics(physical.substeps), dt(physical.substeps)));
+        assert!(physical.softened(dynamics(1), dt(1)), "{}", physical.substeps);
     }
 }

@@ -12,6 +12,7 @@ use super::physical::Physical;
 use super::point::{Errors, Point};
 use super::report::Report;
 use super::setting::{Axis, Dynamics, Method, Setting, Sums};
+use crate::elasticity::alpha;
 use crate::error::Halt;
 use crate::observer::{Meter, Observer};
 use crate::timing::Timing;
@@ -165,8 +166,8 @@ impl Points {
             half_width: first.half_width(),
             region_factor: setting.dynamics.region_factor,
             substeps: setting.dynamics.substeps,
-            alpha: first.material().alpha(dt),
-            softened: self.physical.softened(dt),
+            alpha: alpha(&first, dt),
+            softened: self.physical.softened(setting.dynamics, dt),
             finest: *setting == self.matrix.finest,
             timing,
             errors: Errors {

@@ -21,13 +21,20 @@ pub(super) const NAIVE: Dynamics = Dynamics { sums: Sums::Naive(Regions::Stairca
 /// Creates a scene with one block for each half-width. Also returns the temporary directory of its mesh,
 /// which must be kept.
 pub(super) fn physical(frames: u32, half_widths: &[usize]) -> (TempDir, Physical) {
+    let half_widths: Vec<String> = half_widths.iter().map(|w| format!("half_width = {w}")).collect();
+    let keys: Vec<&str> = half_widths.iter().map(String::as_str).collect();
+    physical_with("substeps = 2", frames, &keys)
+}
+
+/// Creates a scene with one block for each string, the keys of its material. `simulation` has keys of the simulation.
+/// Also returns the temporary directory of its mesh, which must be kept.
+pub(super) fn physical_with(simulation: &str, frames: u32, materials: &[&str]) -> (TempDir, Physical) {
     let directory = tempfile::tempdir().unwrap();
     fs::write(directory.path().join("block.obj"), BLOCK).unwrap();
-    let mut text = format!("[simulation]\nframes = {frames}\nfps = 30\nsubsteps = 2\n");
-    for (index, half_width) in half_widths.iter().enumerate() {
+    let mut text = format!("[simulation]\nframes = {frames}\nfps = 30\n{simulation}\n");
+    for (index, material) in materials.iter().enumerate() {
         text += &format!(
-            "[[body]]\nname = \"block{index}\"\nmesh = \"block.obj\"\nlattice_vertices = 100\n\
-             half_width = {half_width}\n\
+            "[[body]]\nname = \"block{index}\"\nmesh = \"block.obj\"\nlattice_vertices = 100\n{material}\n\
              [[body.pin]]\nbox = {{ min = [-9, -9, -9], max = [-0.7, 9, 9] }}\n"
         );
     }

@@ -33,7 +33,7 @@ pub(super) fn of_sized_cells(
 
 /// Builds a simulation of one body without gravity and colliders, on one thread.
 pub(super) fn alone(body: Body) -> Result<Simulation, Error> {
-    Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()
+    Simulation::builder().sleep(false).body(body).gravity([0.0; 3]).threads(1).build()
 }
 
 /// Sets random velocities with components of up to `size` cells per step of 1/60 s, and subtracts the rigid

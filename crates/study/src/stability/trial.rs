@@ -5,6 +5,7 @@ use supple::reference::{self, Naive, Regions};
 use supple::{Body, BodyRef, Lattice, Simulation};
 
 use super::case::{Figures, Measure, largest};
+use crate::elasticity::{alpha, relative_masses};
 
 /// Maximum number of entries in the region lists of a body. For bodies with more entries, the energy is not
 /// measured, because run time and memory would be too large.
@@ -102,8 +103,10 @@ impl Snapshot {
 
 impl<'a> Energy<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Snapshot) -> Self {
-        let naive = Naive::new(lattice, body.half_width(), Regions::Staircase).listed();
-        let alpha = body.material().alpha(dt);
+        let naive = Naive::new(lattice, body.half_width(), Regions::Staircase)
+            .with_masses(body.fit_masses())
+            .listed();
+        let alpha = alpha(body, dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
         energy.start = energy.at(now);
         energy
@@ -120,7 +123,7 @@ impl<'a> Energy<'a> {
 impl<'a> Initial<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, system: System) -> Self {
         let now = Snapshot::new(body, dt);
-        let masses: Vec<f64> = lattice.occupied_cells().iter().map(|&cells| f64::from(cells) / 8.0).collect();
+        let masses = relative_masses(body);
         let rest: Vec<_> =
             lattice.indices().iter().map(|index| Vector3::from(index.map(f64::from))).collect();
         let (momenta, magnitudes) = now.momenta(&masses);

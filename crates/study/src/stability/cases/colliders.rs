@@ -14,7 +14,7 @@ fn drop_on(colliders: &[Collider], height: f64, damping: f64) -> Result<Figures,
     let body = of_cells(&block([6; 3]), 2)?.region_damping(damping);
     let body = body.translate([-HALF, height - HALF, -HALF]).build()?;
     let rough = |collider: &Collider| Collider { friction: 0.5, ..collider.clone() };
-    let simulation = Simulation::builder().body(body).threads(1);
+    let simulation = Simulation::builder().sleep(false).body(body).threads(1);
     let simulation = colliders.iter().map(rough).fold(simulation, |all, collider| all.collider(collider));
     Ok(measure(simulation.build()?, System::Driven, |trial| trial.run(3_000, 20)))
 }
@@ -22,7 +22,7 @@ fn drop_on(colliders: &[Collider], height: f64, damping: f64) -> Result<Figures,
 /// Compresses a block between two plates to a tenth of a cell within 1 s, and releases it 1 s later.
 fn squeeze() -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(0.1).build()?;
-    let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(1);
+    let simulation = Simulation::builder().sleep(false).body(body).gravity([0.0; 3]).threads(1);
     let rough = |plate| Collider { friction: 0.5, ..plate };
     let simulation = simulation.collider(rough(plate(-0.5, 1.0, 3.45)));
     let simulation = simulation.collider(rough(plate(6.5, -1.0, -3.45)));
@@ -35,7 +35,7 @@ fn on_a_slope(damping: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(damping).build()?;
     let slope = Collider { friction: 1.0, ..Collider::plane([0.0; 3], [0.0, 1.0, 0.0]) };
     let (sine, cosine) = 20.0_f64.to_radians().sin_cos();
-    let simulation = Simulation::builder().body(body).collider(slope).threads(1);
+    let simulation = Simulation::builder().sleep(false).body(body).collider(slope).threads(1);
     let simulation = simulation.gravity([9.81 * sine, -9.81 * cosine, 0.0]).build()?;
     Ok(measure(simulation, System::Driven, |trial| {
         trial.run(600, 20);

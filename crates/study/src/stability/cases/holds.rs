@@ -35,7 +35,7 @@ fn move_ends(motion: EndMotion) -> Result<Figures, Error> {
         Some(moves) => body.handle(Handle { selection: near, keys: keys(moves), window }),
     };
     let body = body.handle(Handle { selection: far, keys: keys(motion.far), window }).build()?;
-    let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(1).build()?;
+    let simulation = Simulation::builder().sleep(false).body(body).gravity([0.0; 3]).threads(1).build()?;
     Ok(measure(simulation, System::Driven, |trial| {
         trial.run((RELEASE * 60.0) as u64, 10);
         trial.run(3_000, 20);

@@ -19,8 +19,11 @@ fn run(simulation: SimulationBuilder) -> Result<Figures, Error> {
 
 /// Lets a bar fall in steps of 10^6 s, with or without a ground.
 fn strong_gravity(ground: bool) -> Result<Figures, Error> {
-    let simulation =
-        Simulation::builder().body(bar()?.region_damping(0.1).build()?).gravity([1e12, -1e12, 0.0]).dt(1e6);
+    let simulation = Simulation::builder()
+        .sleep(false)
+        .body(bar()?.region_damping(0.1).build()?)
+        .gravity([1e12, -1e12, 0.0])
+        .dt(1e6);
     let plane = Collider { friction: 0.5, ..Collider::plane([0.0, -1.0, 0.0], [0.0, 1.0, 0.0]) };
     run(if ground { simulation.collider(plane) } else { simulation })
 }
@@ -32,7 +35,7 @@ fn strong_forces() -> Result<Figures, Error> {
     let alternating =
         |(vertex, force): (usize, &f64)| (vertex as u32, [if vertex % 2 == 0 { *force } else { -force }; 3]);
     body.apply_forces(&magnitudes.iter().enumerate().map(alternating).collect::<Vec<_>>())?;
-    run(Simulation::builder().body(body).gravity([0.0; 3]))
+    run(Simulation::builder().sleep(false).body(body).gravity([0.0; 3]))
 }
 
 /// Scales a bar by 10^14 and moves its vertices at 10^15 cells/s, alternately in opposite directions.
@@ -43,18 +46,18 @@ fn far_apart(dt: f64) -> Result<Figures, Error> {
         .map(|vertex| Vector3::repeat(if vertex % 2 == 0 { 1e15 } else { -1e15 }))
         .collect();
     body.set_velocities(&velocities)?;
-    run(Simulation::builder().body(body).gravity([0.0; 3]).dt(dt))
+    run(Simulation::builder().sleep(false).body(body).gravity([0.0; 3]).dt(dt))
 }
 
 /// Spins a bar at 10^12 rad/s around each axis.
 fn fast_spin() -> Result<Figures, Error> {
-    run(Simulation::builder().body(bar()?.spin([1e12, -1e12, 1e12]).build()?).gravity([0.0; 3]))
+    run(Simulation::builder().sleep(false).body(bar()?.spin([1e12, -1e12, 1e12]).build()?).gravity([0.0; 3]))
 }
 
 /// Lets a bar of cells of edge 10^-30 fall in steps of 10^-12 s.
 fn tiny_cells() -> Result<Figures, Error> {
     let body = of_sized_cells(&block([5, 3, 3]), 1e-30, 2)?.region_damping(0.1).build()?;
-    run(Simulation::builder().body(body).gravity([0.0, -1e-3, 0.0]).dt(1e-12))
+    run(Simulation::builder().sleep(false).body(body).gravity([0.0, -1e-3, 0.0]).dt(1e-12))
 }
 
 /// Returns the cases of this family.

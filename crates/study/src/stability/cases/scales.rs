@@ -13,7 +13,8 @@ fn falling_scene(cell: f64, origin: [f64; 3], ground: bool) -> Result<Simulation
     let body = of_sized_cells(&block([5, 3, 4]), cell, 2)?.region_damping(0.05);
     let mut body = body.translate(origin).rotate([20.0, 0.0, 10.0]).build()?;
     deform(&mut body, |x| x.iter().map(|x| x.component_mul(&Vector3::new(1.3, 0.8, 1.0))).collect())?;
-    let simulation = Simulation::builder().body(body).gravity([0.0, -9.81 * cell, 0.0]).threads(1);
+    let simulation =
+        Simulation::builder().sleep(false).body(body).gravity([0.0, -9.81 * cell, 0.0]).threads(1);
     let point = [origin[0], origin[1] - 3.0 * cell, origin[2]];
     let plane = Collider { friction: 0.5, ..Collider::plane(point, [0.0, 1.0, 0.0]) };
     if ground { simulation.collider(plane).build() } else { simulation.build() }

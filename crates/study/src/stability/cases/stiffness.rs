@@ -30,7 +30,8 @@ fn end_pin() -> Pin {
 /// Lets a bar hang from one end, in steps of `dt` seconds. Gravity is along the bar.
 fn hung(dt: f64) -> Result<Figures, Error> {
     let body = of_cells(&block(BAR), 3)?.region_damping(0.1).pin(end_pin()).build()?;
-    let simulation = Simulation::builder().body(body).gravity([9.81, 0.0, 0.0]).dt(dt).threads(1).build()?;
+    let simulation =
+        Simulation::builder().sleep(false).body(body).gravity([9.81, 0.0, 0.0]).dt(dt).threads(1).build()?;
     Ok(measure(simulation, System::Driven, |trial| trial.run(10_000, 100)))
 }
 
@@ -38,7 +39,8 @@ fn hung(dt: f64) -> Result<Figures, Error> {
 fn dropped(g: f64) -> Result<Figures, Error> {
     let body = of_cells(&block([6; 3]), 2)?.region_damping(0.1).build()?;
     let ground = Collider { friction: 0.5, ..Collider::plane([0.0, -2.0, 0.0], [0.0, 1.0, 0.0]) };
-    let simulation = Simulation::builder().body(body).collider(ground).gravity([0.0, -g, 0.0]).threads(1);
+    let simulation =
+        Simulation::builder().sleep(false).body(body).collider(ground).gravity([0.0, -g, 0.0]).threads(1);
     Ok(measure(simulation.build()?, System::Driven, |trial| {
         trial.run(3_000, 50);
         trial.depth(|p| -2.0 - p.y);
@@ -56,7 +58,8 @@ fn densities(ratio: f64) -> Result<Figures, Error> {
         body.apply_force([0.0, 0.0, weight], &layer(BAR, 12))?;
         Ok::<_, Error>(body)
     };
-    let simulation = Simulation::builder().body(bar(1e-3)?).body(bar(1e-3 * ratio)?).threads(1).build()?;
+    let simulation =
+        Simulation::builder().sleep(false).body(bar(1e-3)?).body(bar(1e-3 * ratio)?).threads(1).build()?;
     Ok(measure(simulation, System::Driven, |trial| {
         trial.run(3_000, 50);
         let [light, heavy] = [0, 1].map(|body| trial.simulation.body(body).positions());

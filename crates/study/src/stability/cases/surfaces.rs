@@ -43,7 +43,7 @@ fn run(
         .region_damping(0.1)
         .build()?;
     deform(&mut body, state)?;
-    let simulation = Simulation::builder().body(body).gravity([0.0, gravity, 0.0]).threads(1);
+    let simulation = Simulation::builder().sleep(false).body(body).gravity([0.0, gravity, 0.0]).threads(1);
     let simulation = colliders.iter().cloned().fold(simulation, |all, collider| all.collider(collider));
     Ok(measure(simulation.build()?, System::Driven, |trial| trial.run(2_000, 20)))
 }
