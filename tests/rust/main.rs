@@ -27,6 +27,7 @@ mod matching;
 mod mesh;
 mod obj;
 mod obj_frames;
+mod quantities;
 mod random_triangles;
 mod reference;
 mod resolution;

@@ -7,7 +7,7 @@
 use std::ops::Deref;
 use std::time::{Duration, Instant};
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::elasticity::Softened;
 use super::{Body, Surface};
@@ -24,8 +24,8 @@ use crate::volume::{
     ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Obstacles, VolumeMeasures, VolumeReport,
 };
 
-/// A reference to a body, with the data of its simulation that evaluating the displayed surface needs:
-/// colliders, time, step length and threads.
+/// A reference to a body, with the data of its simulation that the displayed surface, the elasticity in force and the
+/// energies depend on: colliders, time, step length, gravity and threads.
 ///
 /// [`Simulation::body`](crate::Simulation::body) returns a `BodyRef` of a body in a simulation, and
 /// [`Body::alone`] one of a body outside a simulation. A `BodyRef` dereferences to [`Body`]. [`BodyRef::get`]
@@ -37,7 +37,7 @@ pub struct BodyRef<'a> {
     context: Option<DisplayContext<'a>>,
 }
 
-/// The data of a simulation that evaluating the displayed surface needs.
+/// The data of a simulation that a [`BodyRef`] needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DisplayContext<'a> {
     pub(crate) colliders: &'a Colliders,
@@ -45,6 +45,8 @@ pub(crate) struct DisplayContext<'a> {
     pub(crate) time: f64,
     /// Length of a step in seconds.
     pub(crate) dt: f64,
+    /// Gravity in scene units per second squared.
+    pub(crate) gravity: Vector3<f64>,
     pub(crate) executor: &'a Executor,
 }
 
@@ -59,6 +61,11 @@ impl Deref for BodyRef<'_> {
 impl<'a> BodyRef<'a> {
     pub(crate) fn new(body: &'a Body, context: DisplayContext<'a>) -> Self {
         Self { body, context: Some(context) }
+    }
+
+    /// Returns the data of the simulation, or `None` outside a simulation.
+    pub(super) fn context(self) -> Option<DisplayContext<'a>> {
+        self.context
     }
 
     /// Returns the body, with the lifetime of the simulation's borrow.

@@ -7,6 +7,7 @@
 //! | `plan` | describes the stages and their memory |
 //! | `elasticity` | the material in force, and its changes between steps |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
+//! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | saves and restores the state |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
@@ -15,6 +16,7 @@ mod builder;
 mod display;
 mod elasticity;
 mod plan;
+mod quantities;
 mod settings;
 mod sleep;
 mod snapshot;
@@ -187,7 +189,7 @@ impl Body {
     /// share the vertex. The filled share of a cell is the part of it inside the mesh, at least 0.05. With an open mesh
     /// and for a bare lattice it is 1.
     pub fn masses(&self) -> Vec<f64> {
-        (0..self.lattice.len() as u32).map(|vertex| self.mass(vertex)).collect()
+        (0..self.lattice.len() as u32).map(|vertex| self.mass_of(vertex)).collect()
     }
 
     /// Returns the masses of the vertices in the fits of the regions, one per vertex, in units of a full cell's mass.
@@ -202,7 +204,8 @@ impl Body {
         self.material.density * self.lattice.cell_size().powi(3)
     }
 
-    fn mass(&self, vertex: u32) -> f64 {
+    /// Returns the mass of a vertex.
+    fn mass_of(&self, vertex: u32) -> f64 {
         self.cell_mass() * f64::from(self.masses[vertex as usize])
     }
 

@@ -157,8 +157,8 @@ impl Body {
     /// A force that is not finite or accelerates by more than 10^15 cells/s^2, or an empty selection.
     pub fn apply_force(&mut self, force: [f64; 3], selection: &Selection) -> Result<(), Error> {
         let vertices = self.select(selection)?;
-        let total: f64 = vertices.iter().map(|&vertex| self.mass(vertex)).sum();
-        let force_on = |vertex: u32| force.map(|f| f * (self.mass(vertex) / total));
+        let total: f64 = vertices.iter().map(|&vertex| self.mass_of(vertex)).sum();
+        let force_on = |vertex: u32| force.map(|f| f * (self.mass_of(vertex) / total));
         let forces: Vec<_> = vertices.iter().map(|&vertex| (vertex, force_on(vertex))).collect();
         self.apply_forces(&forces)
     }
@@ -176,7 +176,7 @@ impl Body {
             if vertex as usize >= count {
                 return Err(SelectionError::VertexOutOfRange { vertex, count }.into());
             }
-            let limit = self.coordinate_limit() * self.mass(vertex);
+            let limit = self.coordinate_limit() * self.mass_of(vertex);
             for f in force {
                 in_range("force", f, f.abs() <= limit, "finite, and accelerate by at most 1e15 cells/s^2")?;
             }

@@ -1,7 +1,7 @@
 //! Computes the constants of the regions: the region weight m/n of each vertex, and the mass, rest centroid
 //! and rest inertia of each region.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::lattice::Layout;
 use crate::simd::lanes::{LANES, Lanes};
@@ -78,15 +78,60 @@ impl Regions {
         spread.sum()
     }
 
+    /// Computes the sum, over all regions and the vertices of each region, of m/n |R y + c - x|², in f64. x is the
+    /// position of a vertex, y its rest offset from the rest centroid of the region, c the center of mass of the
+    /// region, and R its rotation, all in cells.
+    ///
+    /// `position` returns x of a slot, and `rotation` the quaternion (x, y, z, w) of R of the region around a slot. An
+    /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough.
+    pub(crate) fn misfit(
+        &self,
+        layout: &Layout,
+        position: impl Fn(u32) -> Vector3<f64>,
+        rotation: impl Fn(u32) -> [f32; 4],
+    ) -> f64 {
+        let m_over_n = self.region_weights(layout);
+        let weighted = |value: &dyn Fn(Vector3<f64>) -> f64| {
+            let mut field = vec![0.0; m_over_n.len()];
+            for &slot in layout.slots() {
+                field[slot as usize] = m_over_n[slot as usize] * value(position(slot));
+            }
+            field
+        };
+        let windows = LineWindows::new(layout, self.half_width);
+        let [mass, rest @ ..] = windows.first_moments(&m_over_n);
+        let [yy0, yy1, yy2, ..] = windows.second_moments(&m_over_n);
+        let [x, y, z] = [0, 1, 2].map(|c| windows.first_moments(&weighted(&|x| x[c])));
+        let xx = windows.sums(&weighted(&|x| x.norm_squared()));
+        let misfit_of = |&slot: &u32| {
+            let i = slot as usize;
+            let moment = |k: usize| Vector3::new(x[k][i], y[k][i], z[k][i]);
+            let (sum, d) = (moment(0), Vector3::new(rest[0][i], rest[1][i], rest[2][i]) / mass[i]);
+            let rest_spread = yy0[i] + yy1[i] + yy2[i] - mass[i] * d.norm_squared();
+            let spread = xx[i] - sum.norm_squared() / mass[i];
+            let [qx, qy, qz, qw] = rotation(slot).map(f64::from);
+            let r = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)).to_rotation_matrix();
+            // Σ m/n (x - c) · R y, the trace of Rᵀ Σ m/n (x - c) yᵀ.
+            let product: f64 = (0..3).map(|k| r.matrix().column(k).dot(&(moment(k + 1) - sum * d[k]))).sum();
+            spread + rest_spread - 2.0 * product
+        };
+        layout.slots().iter().map(misfit_of).sum()
+    }
+
     /// Computes the second moments of each region, by slot of its center vertex: Σ m/n times xx, yy, zz, xy,
     /// xz and yz, where (x, y, z) is the rest offset of a vertex from the center vertex.
     fn second_moments(&self, layout: &Layout) -> [Vec<f64>; 6] {
+        LineWindows::new(layout, self.half_width).second_moments(&self.region_weights(layout))
+    }
+
+    /// Returns the region weight m/n of the vertex in each slot.
+    fn region_weights(&self, layout: &Layout) -> Vec<f64> {
         let mut m_over_n = vec![0.0; layout.blocks() * LANES];
         for &slot in layout.slots() {
             let [m, inverse_count] = self.weights.get(slot);
             m_over_n[slot as usize] = f64::from(m * inverse_count);
         }
-        LineWindows::new(layout, self.half_width).second_moments(&m_over_n)
+        m_over_n
     }
 
     /// Computes, for each region, the inverse of M⁻¹ Σ m/n ((y·y) I - y yᵀ): the rest inertia divided by the
@@ -138,6 +183,11 @@ impl LineWindows {
     fn region_counts(&self, mass: &[f64]) -> Vec<f64> {
         let ones: Vec<f64> = mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect();
         (0..3).rev().fold(ones, |field, axis| self.moment(axis, 0, &field))
+    }
+
+    /// Computes Σ f of each region, where f is the value of `field` at a vertex.
+    fn sums(&self, field: &[f64]) -> Vec<f64> {
+        (0..3).fold(field.to_vec(), |field, axis| self.moment(axis, 0, &field))
     }
 
     /// Computes Σ f, Σ i f, Σ j f and Σ k f of each region, where f is the value of `field` at a vertex and

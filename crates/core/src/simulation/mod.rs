@@ -152,6 +152,11 @@ impl Simulation {
         self.substeps
     }
 
+    /// Returns whether the number of steps per frame is automatic: as it was last set.
+    pub fn has_automatic_substeps(&self) -> bool {
+        self.chosen.is_some() || self.choose_at_next_step
+    }
+
     /// Returns why the number of steps per frame was chosen, or `None` if it is fixed.
     pub fn chosen_substeps(&self) -> Option<ChosenSubsteps> {
         self.chosen
@@ -179,6 +184,7 @@ impl Simulation {
                 self.chosen = None;
                 self.choose_at_next_step = false;
             }
+            // Positions and motions may have changed, so that bodies may need other steps.
             Substeps::Auto => self.choose_at_next_step = true,
         }
         Ok(())
@@ -319,7 +325,7 @@ impl Simulation {
 
     fn display_context(&self) -> DisplayContext<'_> {
         let Self { colliders, executor, .. } = self;
-        DisplayContext { colliders, time: self.time(), dt: self.dt(), executor }
+        DisplayContext { colliders, time: self.time(), dt: self.dt(), gravity: self.gravity, executor }
     }
 
     /// Returns a body for modification.

@@ -5,15 +5,17 @@ use crate::body::{BodySnapshot, StateError};
 use crate::contact::DrivenCollider;
 use crate::error::Error;
 
-/// The saved state of a simulation: time, step length, gravity, the motions of driven colliders and, for each body, a [`BodySnapshot`] with
-/// positions, velocities, rotations, origin, momenta, forces, pins and handles with their captured poses, and
-/// the settings that can change between steps. Descriptions of colliders are not included. A state can be
-/// restored in any simulation that was built with the same bodies and colliders.
+/// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders and, for
+/// each body, a [`BodySnapshot`] with positions, velocities, rotations, origin, momenta, forces, pins and handles with
+/// their captured poses, and the settings that can change between steps. Descriptions of colliders are not included. A
+/// state can be restored in any simulation that was built with the same bodies and colliders.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SimulationState {
     clock: Clock,
     substeps: u64,
+    /// Whether the next step chooses the number of steps per frame.
+    choose_at_next_step: bool,
     gravity: [f64; 3],
     bodies: Vec<BodySnapshot>,
     driven: Vec<DrivenCollider>,
@@ -32,6 +34,7 @@ impl Simulation {
         SimulationState {
             clock: self.clock,
             substeps: self.substeps,
+            choose_at_next_step: self.choose_at_next_step,
             gravity: self.gravity.into(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
             driven: self.colliders.driven(),
@@ -70,8 +73,7 @@ impl Simulation {
         self.colliders.set_driven(&state.driven);
         self.clock = state.clock;
         self.substeps = state.substeps;
-        // A simulation that was stepped has chosen its number of steps.
-        self.choose_at_next_step &= self.clock.steps() == 0;
+        self.choose_at_next_step = state.choose_at_next_step && self.fps.is_some();
         Ok(())
     }
 }

@@ -1,0 +1,82 @@
+//! Physical quantities of a body: mass, momenta and energies, in f64 and scene units.
+//!
+//! The time integration is a leapfrog scheme: positions are those at the end of a step, and velocities the mean
+//! velocities of the step, half a step earlier. So the sum of kinetic and potential energy of an undamped body
+//! oscillates by the fraction h ω/2, with the step length h and the greatest angular frequency ω of the motion.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Body, BodyRef};
+use crate::matching::{Purpose, Workspace};
+
+impl Body {
+    /// Returns the mass: the sum of [`Body::masses`].
+    pub fn mass(&self) -> f64 {
+        self.masses().iter().sum()
+    }
+
+    /// Returns the center of mass in world space.
+    pub fn center_of_mass(&self) -> Point3<f64> {
+        let origin = self.state.frame.to_world(Vector3::zeros());
+        // Sums relative to the origin of the body keep the accuracy far from the world origin.
+        let moment = self.sum(|mass, position, _| (position - origin) * mass);
+        origin + moment / self.mass()
+    }
+
+    /// Returns the linear momentum Σ m v, in kg x length / s.
+    pub fn linear_momentum(&self) -> Vector3<f64> {
+        self.sum(|mass, _, velocity| velocity * mass)
+    }
+
+    /// Returns the angular momentum about the center of mass, Σ m (x - x̄) × v, in kg x length^2 / s.
+    pub fn angular_momentum(&self) -> Vector3<f64> {
+        let (center, mean) = (self.center_of_mass(), self.linear_momentum() / self.mass());
+        // Without the mean velocity, whose part is zero, the cross products are small.
+        self.sum(|mass, position, velocity| (position - center).cross(&(velocity - mean)) * mass)
+    }
+
+    /// Returns the kinetic energy Σ m |v|²/2, in kg x length^2 / s^2.
+    pub fn kinetic_energy(&self) -> f64 {
+        self.sum(|mass, _, velocity| Vector3::new(velocity.norm_squared() * mass / 2.0, 0.0, 0.0)).x
+    }
+
+    /// Sums a quantity over the vertices, of their mass, position and velocity.
+    fn sum(&self, quantity: impl Fn(f64, Point3<f64>, Vector3<f64>) -> Vector3<f64>) -> Vector3<f64> {
+        let vertices = (0..).zip(self.matching.layout.slots());
+        let quantities = vertices.map(|(vertex, &slot)| {
+            let position = self.state.frame.to_world(self.state.local(slot));
+            let velocity = self.state.frame.velocity_to_world(self.state.velocities.get(slot));
+            quantity(self.mass_of(vertex), position, velocity)
+        });
+        quantities.sum()
+    }
+}
+
+impl BodyRef<'_> {
+    /// Returns the elastic energy, in kg x length^2 / s^2, or `None` outside a simulation.
+    ///
+    /// It is the potential of the accelerations towards the goal positions: alpha/(2 dt²) Σ Σ m/n |R y + c - x|², over
+    /// the regions and the vertices of each region. R y + c is the position to which the rigid motion of the region
+    /// moves a vertex. Vertices that a pin or handle holds count with the mass that they have in the fits of the regions.
+    pub fn elastic_energy(self) -> Option<f64> {
+        let context = self.context()?;
+        let body = self.get();
+        let Body { matching, state, .. } = body;
+        let mut rotations = state.rotations.clone();
+        let positions_rotations = (&state.positions, &mut rotations);
+        let mut workspace = Workspace::default();
+        matching.fit(&mut workspace, context.executor, positions_rotations, None, Purpose::Regions);
+        let misfit =
+            matching.regions.misfit(&matching.layout, |slot| state.local(slot), |slot| rotations.get(slot));
+        let rate = body.lattice().cell_size() / context.dt;
+        // A body at rest may be below zero by rounding errors.
+        Some((0.5 * body.alpha(context.dt) * rate * rate * body.cell_mass() * misfit).max(0.0))
+    }
+
+    /// Returns the energy in the gravity field, -m g·x̄ with the center of mass x̄, in kg x length^2 / s^2, or `None`
+    /// outside a simulation. It is zero if the center of mass is the world origin.
+    pub fn gravity_energy(self) -> Option<f64> {
+        let gravity = self.context()?.gravity;
+        Some(-self.mass() * gravity.dot(&self.center_of_mass().coords))
+    }
+}
