@@ -19,7 +19,7 @@
 use nalgebra::Vector3;
 
 use super::constraints::Constraints;
-use super::momentum::{MomentumTracker, Projection, RigidMotion, RigidState, Sums};
+use super::momentum::{MomentumTracker, Projection, RigidMotion, RigidState, Sums, Weight};
 use crate::state::{Deflection, State, Support};
 
 /// Least limit of a deflection: an angle in rad, or a length as a fraction of the size of the body. A body that sways
@@ -89,10 +89,15 @@ impl ElasticDamper {
         if let Some((sums, count)) = constrained {
             projection.fix_vertices(&sums.rigid_state(*count));
         }
+        // Colliders at rest add no energy: the damped velocities lie between the velocities and the reference motion.
+        let mut limit = rigid.energy_of(motion);
         for support in supports {
             rest_on(&mut projection, support, (size, dt), motion, rigid.center);
+            limit += 0.5 * rigid.mass * Vector3::from(support.velocity).norm_squared();
         }
-        projection.motion()
+        let reference = projection.motion();
+        let energy = rigid.energy_of(reference);
+        if constrained.is_none() && energy > limit { reference * (limit / energy).sqrt() } else { reference }
     }
 }
 
@@ -106,18 +111,18 @@ fn rest_on(
 ) {
     let [point, normal, surface, spin] =
         [support.point, support.normal, support.velocity, support.spin].map(Vector3::from);
-    projection.fix_velocity(point, normal, normal.dot(&surface));
+    projection.fix_velocity(point, normal, normal.dot(&surface), Weight::Soft);
 
     let turning = motion.angular - spin;
     let free = deflect(&mut support.rotation, turning * dt);
     for axis in axes_without(free) {
-        projection.fix_spin(axis, axis.dot(&spin));
+        projection.fix_spin(axis, axis.dot(&spin), Weight::Soft);
     }
 
     let slip = motion.linear + motion.angular.cross(&(point - center)) - surface;
     let free = deflect(&mut support.sliding, (slip - normal * normal.dot(&slip)) * (dt / size));
     for axis in axes_without(free) {
-        projection.fix_velocity(point, axis, axis.dot(&surface));
+        projection.fix_velocity(point, axis, axis.dot(&surface), Weight::Soft);
     }
 }
 

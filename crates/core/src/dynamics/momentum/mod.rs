@@ -11,7 +11,7 @@
 mod projection;
 mod sums;
 
-pub(crate) use projection::{Projection, RigidMotion};
+pub(crate) use projection::{Projection, RigidMotion, Weight};
 pub(crate) use sums::{Fields, RigidState, RigidVelocity, Sums, add};
 
 use fearless_simd::dispatch;

@@ -14,6 +14,20 @@ const DETERMINED: f64 = 1e-9;
 /// on a line.
 const LEAST_INERTIA: f64 = 1e-9;
 
+/// Variance of a soft condition, as a fraction of the mobility of the unconstrained component. Soft conditions that
+/// contradict each other, as those of two plates that press on a body do, give a compromise. The speeds of the compromise
+/// are at most 1/(2 √`SOFTNESS`) = 2.2 times those in the conditions, however small the lever between them is.
+const SOFTNESS: f64 = 0.05;
+
+/// How strictly a condition is met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Weight {
+    /// Exactly.
+    Exact,
+    /// With the variance [`SOFTNESS`].
+    Soft,
+}
+
 /// A rigid motion v + ω × (x - c), where c is the center of mass of a component, in cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RigidMotion {
@@ -94,14 +108,20 @@ impl Projection {
 
     /// Adds the condition that the velocity of the component at `point`, in cells from the body's origin, has the
     /// component `speed` along the unit vector `direction`.
-    pub(crate) fn fix_velocity(&mut self, point: Vector3<f64>, direction: Vector3<f64>, speed: f64) {
+    pub(crate) fn fix_velocity(
+        &mut self,
+        point: Vector3<f64>,
+        direction: Vector3<f64>,
+        speed: f64,
+        weight: Weight,
+    ) {
         let moment = (point - self.center).cross(&direction);
-        self.fix(stack(direction, moment), speed, 0.0);
+        self.fix(stack(direction, moment), speed, weight);
     }
 
     /// Adds the condition that the angular velocity has the component `speed` along the unit vector `axis`.
-    pub(crate) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64) {
-        self.fix(stack(Vector3::zeros(), axis), speed, 0.0);
+    pub(crate) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64, weight: Weight) {
+        self.fix(stack(Vector3::zeros(), axis), speed, weight);
     }
 
     /// Adds the conditions that the component moves like some of its vertices: `vertices` is the rigid state of these
@@ -110,20 +130,24 @@ impl Projection {
     pub(crate) fn fix_vertices(&mut self, vertices: &RigidState) {
         let RigidMotion { linear, angular } = vertices.motion(vertices.momentum);
         for c in 0..3 {
-            self.fix_velocity(vertices.center, Vector3::ith(c, 1.0), linear[c]);
+            self.fix_velocity(vertices.center, Vector3::ith(c, 1.0), linear[c], Weight::Exact);
         }
         for (_, axis) in principal_axes(vertices.inertia()) {
-            self.fix_spin(axis, axis.dot(&angular));
+            self.fix_spin(axis, axis.dot(&angular), Weight::Exact);
         }
     }
 
-    /// Adds the condition `row` · (v, ω) = `value`, with the variance `softness` in the unit of the mobility.
-    fn fix(&mut self, row: Vector6<f64>, value: f64, softness: f64) {
+    /// Adds the condition `row` · (v, ω) = `value`.
+    fn fix(&mut self, row: Vector6<f64>, value: f64, weight: Weight) {
         let response = self.mobility * row;
         let (left, free) = (row.dot(&response), row.dot(&(self.free * row)));
         if left.is_nan() || left <= DETERMINED * free {
             return;
         }
+        let softness = match weight {
+            Weight::Exact => 0.0,
+            Weight::Soft => SOFTNESS * free,
+        };
         let gain = response / (left + softness);
         self.motion += gain * (value - row.dot(&self.motion));
         self.mobility -= gain * response.transpose();

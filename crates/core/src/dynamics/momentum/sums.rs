@@ -178,6 +178,12 @@ impl RigidState {
         }
     }
 
+    /// Computes the kinetic energy of a rigid motion.
+    pub(crate) fn energy_of(&self, motion: RigidMotion) -> f64 {
+        let RigidMotion { linear, angular } = motion;
+        0.5 * (self.mass * linear.norm_squared() + angular.dot(&(self.inertia * angular)))
+    }
+
     /// Returns the inertia tensor about the center of mass.
     pub(crate) fn inertia(&self) -> &Matrix3<f64> {
         &self.inertia
