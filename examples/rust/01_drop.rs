@@ -6,12 +6,11 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use supple::{Body, Collider, Display, Simulation};
+use supple::{Body, Collider, Display, Preset, Simulation, Substeps};
 use supple_io::frames::{Format, FrameWriter, Sequence, Source};
 use supple_io::obj::Document;
 
-const FPS: u32 = 30;
-const SUBSTEPS: u32 = 4;
+const FPS: f64 = 30.0;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args_os().skip(1);
@@ -29,15 +28,14 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let body = Body::builder(part.mesh().clone())
         .lattice_vertices(1000)
-        .half_width(2)
-        .region_damping_rate(4.0)
+        .preset(Preset::Flesh)
         .spin([0.0, 0.0, 1.0])
         .build()?;
     let mut simulation = Simulation::builder()
         .body(body)
         .collider(Collider::plane([0.0, ground, 0.0], [0.0, 1.0, 0.0]))
-        .dt(1.0 / f64::from(FPS * SUBSTEPS))
-        .substeps(SUBSTEPS.into())
+        .fps(FPS)
+        .substeps(Substeps::Auto)
         .build()?;
 
     let sequence =
@@ -47,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut points = vec![[0.0; 3]; part.mesh().vertices().len()];
     for frame in 0..=last {
         if frame > 0 {
-            simulation.steps(SUBSTEPS.into());
+            simulation.advance(1);
         }
         display.evaluate(simulation.body(0)).surface_into(&mut points, None);
         writer.write(frame, &points, &[])?;

@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use supple::{Body, Handle, Key, Pin, Selection, Simulation, TimeWindow};
+use supple::{Body, Handle, Key, Pin, Selection, Simulation, Substeps, TimeWindow};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bust = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/bust.obj");
@@ -22,12 +22,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let body = Body::builder(mesh)
         .lattice_vertices(1000)
-        .half_width(2)
-        .region_damping_rate(6.0)
         .pin(Pin { selection: base, window: TimeWindow::default() })
         .handle(Handle { selection: crown, keys: vec![Key::default(), up], window: TimeWindow::default() })
         .build()?;
-    let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 120.0).build()?;
+    let builder = Simulation::builder().body(body).gravity([0.0; 3]);
+    let mut simulation = builder.fps(30.0).substeps(Substeps::Auto).build()?;
 
     println!("  time   volume before correction      after       lambda");
     for _ in 0..=5 {
@@ -35,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let report = simulation.body(0).volume_report();
         let (before, after) = (report.before / report.rest, report.after / report.rest);
         println!("{:>5.2}s {before:>26.4} {after:>10.6} {:>12.4}", simulation.time(), report.lambda);
-        simulation.steps(24);
+        simulation.advance(6);
     }
     Ok(())
 }

@@ -7,7 +7,7 @@
 use std::error::Error;
 
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Lattice, Simulation};
+use supple::{Body, Lattice, Simulation, Substeps};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // A horseshoe, one cell thick. Its tips are close to each other, but not linked.
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} cells, {} lattice vertices", lattice.cells().len(), lattice.len());
 
     // Lift one tip. The goals are the positions towards which shape matching moves the vertices.
-    let mut body = Body::from_lattice(lattice).half_width(2).build()?;
+    let mut body = Body::from_lattice(lattice).build()?;
     let mut positions = body.positions();
     for (position, &[x, y, _]) in positions.iter_mut().zip(body.lattice().indices()) {
         if x >= 4 && y >= 5 {
@@ -32,9 +32,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("greatest distance of a vertex from its goal: {:.4}", distances.fold(0.0, f64::max));
 
     // Shape matching conserves momentum: without external forces the center of mass stays in place.
-    let mut simulation = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 60.0).build()?;
+    let builder = Simulation::builder().body(body).gravity([0.0; 3]);
+    let mut simulation = builder.fps(60.0).substeps(Substeps::Auto).build()?;
     let before = center(&simulation.body(0));
-    simulation.steps(600);
+    simulation.advance(600);
     let displacement = (center(&simulation.body(0)) - before).norm();
     println!("center of mass after {} steps: moved by {displacement:.1e}", simulation.step_count());
     Ok(())
