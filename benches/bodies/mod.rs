@@ -69,7 +69,7 @@ pub fn in_motion(lattice: &Lattice, half_width: usize, threads: usize) -> Simula
 ///
 /// Panics if a body cannot be built.
 pub fn simulation(bodies: impl IntoIterator<Item = BodyBuilder>, threads: usize) -> Simulation {
-    let mut simulation = Simulation::builder().gravity([0.0; 3]).threads(threads);
+    let mut simulation = Simulation::builder().sleep(false).gravity([0.0; 3]).threads(threads);
     for body in bodies {
         let mut body = body.volume(Preservation::Off).build().expect("the body options are valid");
         deform(&mut body);

@@ -63,7 +63,7 @@ fn simulate(mesh: &Mesh, gravity: f64, ground: Option<f64>) -> Simulation {
         .build()
         .expect("the mesh and the body options are valid");
     let mut simulation =
-        Simulation::builder().body(body).gravity([0.0, gravity, 0.0]).dt(1.0 / 120.0).threads(1);
+        Simulation::builder().sleep(false).body(body).gravity([0.0, gravity, 0.0]).dt(1.0 / 120.0).threads(1);
     if let Some(height) = ground {
         simulation = simulation.collider(Collider::plane([0.0, height, 0.0], [0.0, 1.0, 0.0]));
     }

@@ -91,9 +91,9 @@ fn writing(bench: &mut Bench) {
 /// on disk.
 fn run(directory: &Path, format: Format, frames: u32) -> Duration {
     let text = format!(
-        "[simulation]\nframes = {}\nsubsteps = 2\nthreads = 2\n\n[output]\nformat = \"{format}\"\n\n\
+        "[simulation]\nframes = {}\nsubsteps = 2\nthreads = 2\nsleep = false\n\n[output]\nformat = \"{format}\"\n\n\
          [[body]]\nname = \"statue\"\nmesh = \"{FILE}\"\nlattice_vertices = {LATTICE_VERTICES}\n\
-         region_damping_rate = 4.0\nspin = [1, 0, 0]\n\n\
+         half_width = 2\nstiffness = 1\ndamping_ratio = 0\nregion_damping_rate = 4.0\nspin = [1, 0, 0]\n\n\
          [[collider]]\nplane = {{ point = [0, -1, 0], normal = [0, 1, 0] }}\n",
         // Frame 0 counts as a frame.
         frames - 1

@@ -72,7 +72,7 @@ impl DisplayedStatue {
         let mut body = body.volume(volume).build().expect("the mesh and the body options are valid");
         deform(&mut body);
         let count = body.mesh().map_or(0, |mesh| mesh.vertices().len());
-        let simulation = Simulation::builder().body(body).gravity([0.0; 3]).threads(2);
+        let simulation = Simulation::builder().sleep(false).body(body).gravity([0.0; 3]).threads(2);
         Self {
             display: Display::new(),
             simulation: simulation.build().expect("the simulation parameters are valid"),

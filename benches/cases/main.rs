@@ -11,6 +11,7 @@ mod frame;
 mod measure;
 mod memory;
 mod naive;
+mod rest;
 mod shapes;
 mod step;
 mod volume;
@@ -19,6 +20,7 @@ fn main() {
     let mut bench = measure::Bench::from_arguments();
     let bandwidth = bandwidth::bench(&mut bench);
     step::bench(&mut bench, bandwidth.as_ref());
+    rest::bench(&mut bench);
     naive::bench(&mut bench);
     shapes::bench(&mut bench);
     frame::bench(&mut bench);

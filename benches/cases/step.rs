@@ -119,7 +119,7 @@ fn stepped_and_evaluated(lattice: &Lattice) -> (Simulation, Display) {
         .material(Material::fast_lsm())
         .build()
         .expect("the body options are valid");
-    let simulation = Simulation::builder().body(body).build();
+    let simulation = Simulation::builder().sleep(false).body(body).build();
     let mut simulation = simulation.expect("the simulation parameters are valid");
     simulation.step();
     let mut display = Display::new();

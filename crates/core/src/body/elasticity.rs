@@ -158,11 +158,14 @@ impl Body {
 
     /// Returns the rate in 1/s at which damping lets the amplitudes of elastic modes decay, in steps of `dt` seconds.
     pub(crate) fn decay_rate(&self, dt: f64, executor: &Executor) -> f64 {
-        match self.material.damping() {
+        let rate = match self.material.damping() {
             Damping::Rate(rate) => rate,
             Damping::Ratio(0.0) => 0.0,
             Damping::Ratio(ratio) => ratio * self.lowest_angular_frequency(dt, executor),
-        }
+        };
+        // At the greatest angular frequency of a mode, √alpha/dt, no mode oscillates. A higher rate would keep the
+        // elastic forces from carrying the body.
+        rate.min(self.alpha(dt).sqrt() / dt)
     }
 
     /// Sets the elasticity, from the next step on, and rebuilds the regions if their size changes. Positions,

@@ -107,7 +107,8 @@ pub enum Damping {
     /// does not oscillate.
     Ratio(f64),
     /// Rate c in 1/s, >= 0, at which the amplitude of every elastic mode of an angular frequency above c decays: as
-    /// exp(-c t). Slower modes do not oscillate. 0 disables the stage.
+    /// exp(-c t). Slower modes do not oscillate. 0 disables the stage. A rate above √alpha/dt, the greatest angular
+    /// frequency of a mode in steps of dt, acts like √alpha/dt.
     Rate(f64),
 }
 

@@ -77,10 +77,10 @@ impl<'a> NaiveBody<'a> {
     /// Makes one step. Its stages run in the same order as in the library.
     pub(super) fn step(&mut self) {
         let interval = Interval::of_step(self.steps, self.dt);
-        if let Some(stages) = &mut self.stages {
-            if stages.begin(interval, &self.positions, &self.velocities) {
-                self.update_fit_masses();
-            }
+        if let Some(stages) = &mut self.stages
+            && stages.begin(interval, &self.positions, &self.velocities)
+        {
+            self.update_fit_masses();
         }
         let before = self.momenta();
         if self.damping > 0.0 {

@@ -205,6 +205,12 @@ pub enum Measure {
     Angular,
     /// Penetration depth of the boundary vertices in a collider at the end, in cells.
     Depth,
+    /// Time of the last frame at whose end a body was awake, in seconds.
+    Awake,
+    /// Relative error of the period of a pendulum, from a physical pendulum of the same shape.
+    Period,
+    /// Relative loss of the amplitude of a pendulum.
+    AmplitudeLoss,
     /// Relative error of the corrected volume at the end.
     Volume,
     /// Number of evaluations in which the volume correction reached its cap.
@@ -229,6 +235,9 @@ impl Measure {
             Self::Linear => "momentum",
             Self::Angular => "angular momentum",
             Self::Depth => "depth, cells",
+            Self::Awake => "awake, s",
+            Self::Period => "period",
+            Self::AmplitudeLoss => "amplitude lost",
             Self::Volume => "volume",
             Self::Capped => "capped evaluations",
             Self::Unsettled => "fallback rotations",

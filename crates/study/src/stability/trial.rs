@@ -164,6 +164,25 @@ impl<'a> Trial<'a> {
         }
     }
 
+    /// Makes the steps of `frames` frames and measures until when a body was awake. Updates the other figures after each
+    /// `interval` frames, which must divide `frames`.
+    pub(super) fn run_to_sleep(&mut self, frames: u64, interval: u64) {
+        for frame in 1..=frames {
+            self.simulation.advance(1);
+            if self.simulation.bodies().iter().any(|body| !body.is_asleep()) {
+                self.figures.raise(Measure::Awake, self.simulation.time());
+            }
+            if frame % interval == 0 {
+                self.evaluate();
+            }
+        }
+    }
+
+    /// Sets a figure that a case measures itself to the larger of its value and `value`.
+    pub(super) fn raise(&mut self, measure: Measure, value: f64) {
+        self.figures.raise(measure, value);
+    }
+
     /// Measures the penetration depth of the boundary vertices of the lattices. `depth` returns the depth of
     /// a position in scene units.
     pub(super) fn depth(&mut self, depth: impl Fn(&Point3<f64>) -> f64) {

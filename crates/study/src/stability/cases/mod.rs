@@ -4,6 +4,8 @@ mod colliders;
 mod flight;
 mod holds;
 mod limits;
+mod materials;
+mod pendulums;
 mod scales;
 mod shapes;
 mod starts;
@@ -15,8 +17,10 @@ use super::case::Case;
 /// Creates the cases of a family.
 type Cases = fn() -> Vec<Case>;
 
-const FAMILIES: [(&str, Cases); 9] = [
+const FAMILIES: [(&str, Cases); 11] = [
     ("stiffness and time steps", stiffness::cases),
+    ("materials", materials::cases),
+    ("pendulums", pendulums::cases),
     ("start states", starts::cases),
     ("pins and handles", holds::cases),
     ("colliders", colliders::cases),
