@@ -41,7 +41,12 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
     let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.cell_space(vertex)).collect();
     let mut trace = Trace::new(grid.size);
     let mut untraced = Vec::new();
+    let mut previous = None;
     for triangle in mesh.triangles() {
+        // A repeated triangle has the same trace.
+        if previous.replace(triangle) == Some(triangle) {
+            continue;
+        }
         let corners = triangle.map(|vertex| positions[vertex as usize]);
         if !trace.add(&corners) {
             untraced.extend(corners);
