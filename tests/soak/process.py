@@ -22,6 +22,9 @@ ADDRESS_SPACE = 8 << 30
 #: Time between two looks at a running process, in seconds.
 POLL = 0.002
 
+#: Largest error in KiB of the counters of resident memory, which the kernel updates in batches.
+COUNTER_ERROR = 16 << 10
+
 
 @dataclass(frozen=True)
 class Ended:
@@ -32,7 +35,8 @@ class Ended:
     #: Wall time and processor time in seconds.
     wall: float
     processor: float
-    #: Peak of the resident memory in bytes.
+    #: Peak of the resident memory in bytes; 0 if it is unknown, because it is below that of this process and the run
+    #: ended within milliseconds.
     memory: int
     #: Standard output and standard error.
     output: str
@@ -76,9 +80,9 @@ def run(command: Sequence[str | Path], folder: Path, kill_after: float | None = 
     output = log.read_text(errors="replace")
     log.unlink()
     processor = usage.ru_utime + usage.ru_stime
-    # The first number includes the peak of this process, from which the run is forked.
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    memory = usage.ru_maxrss if usage.ru_maxrss > own or not seen else seen
+    # `ru_maxrss` is at least the peak of this process, from which the run is forked, up to errors of the counters.
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss + COUNTER_ERROR
+    memory = usage.ru_maxrss if usage.ru_maxrss > own else seen
     return Ended(process.returncode, passed, processor, memory << 10, output, hangs, killed)
 
 
