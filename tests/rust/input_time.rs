@@ -135,6 +135,10 @@ fn scenes_of_megabytes_are_read_or_refused_in_linear_time() {
         ("a dotted key", format!("a{} = 1", ".a".repeat(1_000_000))),
         ("a dotted header", format!("[a{}]", ".a".repeat(1_000_000))),
         ("headers", each(100_000, |table| format!("[t{table}]\n"))),
+        (
+            "headers below and above",
+            each(50_000, |t| format!("[t{t}.a]\n")) + &each(50_000, |t| format!("[t{t}]\n")),
+        ),
         ("repeated headers", "[t]\n".repeat(500_000)),
         ("invalid lines", "a b\n".repeat(1_000_000)),
         ("quotes", "\"".repeat(4_000_000)),

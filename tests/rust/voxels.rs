@@ -89,6 +89,17 @@ fn a_cube_of_n_cells_is_filled_by_n_cubed_cells_at_any_offset_size_and_orientati
 }
 
 #[test]
+fn repeated_faces_change_no_cell() {
+    let (vertices, faces) = cuboid([0.1, 0.2, 0.3], [4.0, 5.5, 6.0], 2);
+    let repeated: Faces = faces.iter().flat_map(|face| [face.clone(), face.clone()]).collect();
+    let all_again: Faces = faces.iter().chain(&faces).cloned().collect();
+    let expected = cell_set(&lattice(&(vertices.clone(), faces), 0.37));
+    for faces in [repeated, all_again] {
+        assert_eq!(cell_set(&lattice(&(vertices.clone(), faces), 0.37)), expected);
+    }
+}
+
+#[test]
 fn coordinates_rounded_to_six_decimals_lie_in_their_grid_planes() {
     let cell_size = 1.0 / 3.0;
     let high = [1.333333, 2.333333, 3.666667];

@@ -76,6 +76,16 @@ impl Bitmap {
         self.bits.insert(self.bit(cell));
     }
 
+    /// Returns whether the bits of all cells of the range `low..high` are set.
+    pub(super) fn has_all(&self, low: [i32; 3], high: [i32; 3]) -> bool {
+        let mut rows = (low[2]..high[2]).flat_map(|z| (low[1]..high[1]).map(move |y| (z, y)));
+        rows.all(|(z, y)| {
+            let row = self.row((z + 1) as usize * self.rows_per_plane() + (y + 1) as usize);
+            let end = (high[0] + 1) as usize;
+            next_bit(row, (low[0] + 1) as usize, end, false) == end
+        })
+    }
+
     /// Sets all bits that are set in another bitmap of the same size.
     pub(super) fn insert(&mut self, other: &Self) {
         self.bits.union_with(&other.bits);
@@ -158,6 +168,10 @@ mod tests {
         for cell in set {
             assert!(bitmap.get(cell) && unset.find(cell).is_none());
         }
+        assert!(bitmap.has_all([62, 1, 0], [65, 2, 1]) && bitmap.has_all([129, 2, 1], [130, 3, 2]));
+        assert!(!bitmap.has_all([61, 1, 0], [65, 2, 1]) && !bitmap.has_all([62, 1, 0], [66, 2, 1]));
+        assert!(!bitmap.has_all([62, 1, 0], [65, 3, 1]) && !bitmap.has_all([62, 1, 0], [65, 2, 2]));
+        assert!(bitmap.has_all([5, 1, 0], [5, 2, 1]), "an empty range");
         assert!(unset.find([61, 1, 0]).is_some() && unset.find([65, 1, 0]).is_some());
         assert!(bitmap.in_grid([129, 2, 1]) && !bitmap.in_grid([130, 2, 1]) && !bitmap.in_grid([0, -1, 0]));
     }

@@ -7,10 +7,10 @@
 use nalgebra::Vector3;
 
 use super::bitmap::Bitmap;
+use super::boxes::Boxes;
 use super::fill::{self, Walls};
 use super::grid::Grid;
 use super::grid_set::GridSet;
-use super::triangle_box::TriangleAxes;
 use crate::mesh::{Mesh, signed_volume};
 
 /// Magnitude of the signed volume, as a fraction of the volume of the grid, below which a surface counts as
@@ -22,9 +22,6 @@ const BITMAPS: f64 = 11.0;
 
 /// Bytes that the queue of the flood fill needs per row.
 const ROW_BYTES: f64 = 17.0;
-
-/// A range with at most this number of boxes is tested box by box. A larger range is halved first.
-const SMALL_BOX: i64 = 16;
 
 /// The result of [`voxelize`].
 pub(crate) struct Voxels {
@@ -44,7 +41,12 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
     let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.cell_space(vertex)).collect();
     let mut trace = Trace::new(grid.size);
     let mut untraced = Vec::new();
+    let mut previous = None;
     for triangle in mesh.triangles() {
+        // A repeated triangle has the same trace.
+        if previous.replace(triangle) == Some(triangle) {
+            continue;
+        }
         let corners = triangle.map(|vertex| positions[vertex as usize]);
         if !trace.add(&corners) {
             untraced.extend(corners);
@@ -123,7 +125,7 @@ impl Trace {
         });
         let mut flat = (0..3).filter(|&k| low[k] == high[k]);
         let Some(axis) = flat.next() else {
-            return Boxes { corners, flat: None }.visit(low, high, &mut |cell| self.entered.set(cell));
+            return Boxes { corners, flat: None }.mark(low, high, &mut self.entered);
         };
         if flat.next().is_some() {
             return false;
@@ -138,10 +140,7 @@ impl Trace {
         let faces =
             self.faces[axis].get_or_insert_with(|| Faces { up: Bitmap::new(size), down: Bitmap::new(size) });
         let side = if area < 0.0 { &mut faces.down } else { &mut faces.up };
-        Boxes { corners, flat: Some(axis) }.visit(low, high, &mut |mut cell| {
-            cell[axis] += 1;
-            side.set(cell);
-        })
+        Boxes { corners, flat: Some(axis) }.mark(low, high, side)
     }
 
     /// Returns all faces perpendicular to an axis on which a triangle lies.
@@ -177,76 +176,5 @@ impl Trace {
             }
         }
         cells
-    }
-}
-
-/// A search for the boxes that a triangle enters.
-///
-/// A *box* is a single cell, or for a triangle in a grid plane the two cells on both sides of the plane.
-struct Boxes<'a> {
-    corners: &'a [[f64; 3]; 3],
-    /// Axis to which the plane is perpendicular. `None` if the triangle does not lie in a grid plane.
-    flat: Option<usize>,
-}
-
-impl Boxes<'_> {
-    /// Calls `emit` with the lower cell of each box that the triangle enters. Returns whether it enters any
-    /// box.
-    ///
-    /// `low..high` is the range of the cells that the bounding box of the triangle overlaps.
-    fn visit(&self, low: [i32; 3], high: [i32; 3], emit: &mut impl FnMut([i32; 3])) -> bool {
-        if self.count(low, high) == 1 {
-            // The bounding box of the triangle is within this one box, so the triangle enters the box.
-            emit(low);
-            return true;
-        }
-        self.visit_recursively(&TriangleAxes::new(self.corners), low, high, emit)
-    }
-
-    /// Returns the number of boxes along an axis.
-    fn extent(&self, low: [i32; 3], high: [i32; 3], axis: usize) -> i64 {
-        if self.flat == Some(axis) { 1 } else { i64::from(high[axis] - low[axis]) }
-    }
-
-    /// Returns the number of boxes in `low..high`.
-    fn count(&self, low: [i32; 3], high: [i32; 3]) -> i64 {
-        (0..3).map(|axis| self.extent(low, high, axis)).fold(1, i64::saturating_mul)
-    }
-
-    /// Does the work of [`Boxes::visit`] by recursive halving of the range `low..high`.
-    fn visit_recursively(
-        &self,
-        axes: &TriangleAxes,
-        low: [i32; 3],
-        high: [i32; 3],
-        emit: &mut impl FnMut([i32; 3]),
-    ) -> bool {
-        let count = self.count(low, high);
-        if count > SMALL_BOX {
-            if !axes.enters(low.map(f64::from), high.map(f64::from)) {
-                return false;
-            }
-            let axis = (0..3).max_by_key(|&axis| self.extent(low, high, axis)).unwrap_or(0);
-            let middle = low[axis] + (high[axis] - low[axis]) / 2;
-            let (mut lower_high, mut upper_low) = (high, low);
-            lower_high[axis] = middle;
-            upper_low[axis] = middle;
-            return self.visit_recursively(axes, low, lower_high, emit)
-                | self.visit_recursively(axes, upper_low, high, emit);
-        }
-        let step: [i32; 3] = std::array::from_fn(|axis| if self.flat == Some(axis) { 2 } else { 1 });
-        let mut entered = false;
-        for z in (low[2]..high[2]).step_by(step[2] as usize) {
-            for y in (low[1]..high[1]).step_by(step[1] as usize) {
-                for x in (low[0]..high[0]).step_by(step[0] as usize) {
-                    let end = [x + step[0], y + step[1], z + step[2]];
-                    if axes.enters([x, y, z].map(f64::from), end.map(f64::from)) {
-                        emit([x, y, z]);
-                        entered = true;
-                    }
-                }
-            }
-        }
-        entered
     }
 }

@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys};
 use crate::frames::Format;
@@ -199,11 +200,27 @@ impl TryFrom<toml::Value> for Substeps {
     }
 }
 
+/// The values of a table, in the order of the fields. A table of `toml` that keeps this order takes linear time
+/// to remove a key, so that reading many tables would take quadratic time.
+pub(super) type Fields = Map<String, Value>;
+
+/// Returns the fields of a part of a scene. The value of a missing option is null.
+pub(super) fn fields(part: &impl Serialize) -> Fields {
+    // This cannot fail, because every key of a scene is a string.
+    let Ok(Value::Object(fields)) = serde_json::to_value(part) else { return Fields::new() };
+    fields
+}
+
 /// Returns the keys of `[[body]]`.
 pub fn body_keys() -> Vec<String> {
+<<<<<<< HEAD
     let mut body = BodyData { object: Some(String::new()), ..BodyData::default() };
     body.material.damping = Some(body.material.damping());
     let fields = toml::Table::try_from(body).unwrap_or_default();
+=======
+    let body = BodyData { object: Some(String::new()), ..BodyData::default() };
+    let fields = fields(&body);
+>>>>>>> soak
     keys::expand(&fields.keys().map(String::as_str).collect::<Vec<_>>())
         .into_iter()
         .map(str::to_owned)

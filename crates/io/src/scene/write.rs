@@ -3,20 +3,28 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use toml::{Table, Value};
+use serde_json::Value;
 
+<<<<<<< HEAD
 use super::data::Scene;
 use super::error::SceneError;
 use crate::path::{relative, resolve, resolve_directory};
+=======
+use super::data::{Fields, Scene, fields};
+>>>>>>> soak
 
 impl Scene {
     /// Returns the scene as TOML. It contains every key that has a value, including defaults, but not
     /// [`Scene::base`].
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
+<<<<<<< HEAD
         // Fails only if a path is not UTF-8; see `check_utf8`.
         let table = Table::try_from(self).unwrap_or_default();
         write_table(&mut text, "", &table);
+=======
+        write_table(&mut text, "", &fields(self));
+>>>>>>> soak
         text
     }
 
@@ -54,7 +62,7 @@ pub(super) fn check_utf8(path: &Path) -> Result<(), SceneError> {
 
 /// Writes the keys of a table. `path` is its full key. The keys of an entry `@...` are written as keys of the
 /// table.
-fn write_table(text: &mut String, path: &str, table: &Table) {
+fn write_table(text: &mut String, path: &str, table: &Fields) {
     let header = |text: &mut String, header: String| {
         text.push_str(if text.is_empty() { "" } else { "\n" });
         text.push_str(&header);
@@ -63,13 +71,14 @@ fn write_table(text: &mut String, path: &str, table: &Table) {
     for (key, value) in table {
         let full_key = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
         match (key.as_str(), value) {
-            (key, Value::Table(table)) if key.starts_with('@') => write_table(text, path, table),
-            ("simulation" | "output", Value::Table(table)) => {
+            (key, Value::Object(table)) if key.starts_with('@') => write_table(text, path, table),
+            (_, Value::Null) => {}
+            ("simulation" | "output", Value::Object(table)) => {
                 header(text, format!("[{full_key}]"));
                 write_table(text, &full_key, table);
             }
             ("body" | "collider" | "pin" | "handle", Value::Array(list)) => {
-                for table in list.iter().filter_map(Value::as_table) {
+                for table in list.iter().filter_map(Value::as_object) {
                     header(text, format!("[[{full_key}]]"));
                     write_table(text, &full_key, table);
                 }
@@ -89,13 +98,18 @@ fn write_table(text: &mut String, path: &str, table: &Table) {
 /// `{:?}`).
 fn inline(value: &Value) -> String {
     match value {
-        Value::Float(number) => format!("{number:?}"),
+        Value::Number(number) => match number.as_f64().filter(|_| number.is_f64()) {
+            Some(float) => format!("{float:?}"),
+            None => number.to_string(),
+        },
         Value::Array(list) => format!("[{}]", list.iter().map(inline).collect::<Vec<_>>().join(", ")),
-        Value::Table(table) => {
-            let entries: Vec<_> =
-                table.iter().map(|(key, value)| format!("{key} = {}", inline(value))).collect();
+        Value::Object(table) => {
+            let entries = table.iter().filter(|(_, value)| !value.is_null());
+            let entries: Vec<_> = entries.map(|(key, value)| format!("{key} = {}", inline(value))).collect();
             format!("{{ {} }}", entries.join(", "))
         }
+        // The texts of TOML and JSON are quoted differently.
+        Value::String(text) => toml::Value::from(text.as_str()).to_string(),
         other => other.to_string(),
     }
 }
