@@ -14,7 +14,7 @@
 //! let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
 //! let mesh = Mesh::new(corners, &quads)?;
 //!
-//! let body = Body::builder(mesh).lattice_vertices(500).half_width(2).region_damping_rate(4.0).build()?;
+//! let body = Body::builder(mesh).lattice_vertices(500).preset(supple::Preset::Flesh).build()?;
 //! let ground = Collider::plane([0.0, -0.5, 0.0], [0.0, 1.0, 0.0]);
 //! let mut simulation = Simulation::builder().body(body).collider(ground).dt(1.0 / 120.0).build()?;
 //! simulation.steps(240);

@@ -213,14 +213,9 @@ pub(super) fn fields(part: &impl Serialize) -> Fields {
 
 /// Returns the keys of `[[body]]`.
 pub fn body_keys() -> Vec<String> {
-<<<<<<< HEAD
     let mut body = BodyData { object: Some(String::new()), ..BodyData::default() };
     body.material.damping = Some(body.material.damping());
-    let fields = toml::Table::try_from(body).unwrap_or_default();
-=======
-    let body = BodyData { object: Some(String::new()), ..BodyData::default() };
     let fields = fields(&body);
->>>>>>> soak
     keys::expand(&fields.keys().map(String::as_str).collect::<Vec<_>>())
         .into_iter()
         .map(str::to_owned)

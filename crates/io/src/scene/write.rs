@@ -5,26 +5,16 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-<<<<<<< HEAD
-use super::data::Scene;
+use super::data::{Fields, Scene, fields};
 use super::error::SceneError;
 use crate::path::{relative, resolve, resolve_directory};
-=======
-use super::data::{Fields, Scene, fields};
->>>>>>> soak
 
 impl Scene {
     /// Returns the scene as TOML. It contains every key that has a value, including defaults, but not
     /// [`Scene::base`].
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
-<<<<<<< HEAD
-        // Fails only if a path is not UTF-8; see `check_utf8`.
-        let table = Table::try_from(self).unwrap_or_default();
-        write_table(&mut text, "", &table);
-=======
         write_table(&mut text, "", &fields(self));
->>>>>>> soak
         text
     }
 
