@@ -394,7 +394,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
-    use crate::{Collider, Lattice, Selection, Simulation};
+    use crate::{Collider, Lattice, Material, Selection, Simulation};
 
     fn known_momenta(simulation: &Simulation) -> Vec<bool> {
         simulation.body(0).state.momenta.iter().map(Option::is_some).collect()
@@ -403,7 +403,7 @@ mod tests {
     #[test]
     fn contacts_and_forces_invalidate_momenta_of_their_components_only() {
         let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0], [8, 0, 0]], 1.0, Point3::origin(), false);
-        let mut body = Body::from_lattice(lattice.unwrap()).build().unwrap();
+        let mut body = Body::from_lattice(lattice.unwrap()).material(Material::fast_lsm()).build().unwrap();
         body.apply_forces(&[(2, [1.0, 0.0, 0.0])]).unwrap();
         let ball = Collider::sphere([8.5, -1.0, 0.5], 1.5);
         let mut simulation =
@@ -414,7 +414,8 @@ mod tests {
         body.apply_force([1.0; 3], &Selection::Vertices(vec![2])).unwrap();
         let (gravity, interval) = (Vector3::zeros(), Interval::of_step(1, 1.0));
         let colliders = &Colliders::new(&[]).unwrap();
-        body.apply_external_forces(&StepContext { gravity, interval, is_frame_start: true, colliders });
+        let context = StepContext { gravity, interval, is_frame_start: true, colliders, sleep: false };
+        body.apply_external_forces(&context);
         assert_eq!(known_momenta(&simulation), [true, false, false]);
     }
 }

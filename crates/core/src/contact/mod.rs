@@ -66,7 +66,6 @@ pub use self::samples::SampleCells;
 pub(crate) use self::shape::PosedShape;
 pub use self::shape::{Shape, SignedDistance};
 pub use self::stage::Contacts;
-pub(crate) use self::stage::Pressure;
 pub(crate) use self::vec4::{Vec4, wide};
 
 /// Thickness of the contact skin, in cells. A sample touches a collider if it is inside the collider, or
