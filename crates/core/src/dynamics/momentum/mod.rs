@@ -9,10 +9,12 @@
 //! A slot is the index of a vertex in the storage order ([`Lanes`]).
 
 mod projection;
+mod rigid;
 mod sums;
 
-pub(crate) use projection::{Projection, RigidMotion};
-pub(crate) use sums::{Fields, RigidState, RigidVelocity, Sums, add};
+pub(crate) use projection::Projection;
+pub(crate) use rigid::{RigidMotion, RigidVelocity};
+pub(crate) use sums::{Fields, RigidState, Sums, add};
 
 use fearless_simd::dispatch;
 use nalgebra::Vector3;
