@@ -63,9 +63,11 @@ pub(crate) fn lowest_eigenvalue(
     while diagonal.len() < MAX_ITERATIONS {
         next.copy_from(&current);
         damper.apply(matching, &mut workspace, executor, (&rotations, &mut next), 1.0);
-        // K current = current - S current.
-        combine(&mut next, -1.0, &current, 1.0);
+        // K current = current - S current. Rigid displacements are removed from S current and not from the
+        // difference, so that the eigenvalue of those that rounding adds is 1. It would be 0, and Lanczos' method
+        // would find it.
         remove_rigid(&mut next);
+        combine(&mut next, -1.0, &current, 1.0);
         let alpha = product(weights, &next, &current);
         combine(&mut next, 1.0, &current, -alpha);
         combine(&mut next, 1.0, &previous, -beta);
