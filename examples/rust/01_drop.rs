@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use supple::{Body, Collider, Display, Simulation};
+use supple::{Body, Collider, Display, Simulation, Substeps};
 use supple_io::frames::{Format, FrameWriter, Sequence, Source};
 use supple_io::obj::Document;
 
@@ -36,8 +36,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut simulation = Simulation::builder()
         .body(body)
         .collider(Collider::plane([0.0, ground, 0.0], [0.0, 1.0, 0.0]))
-        .dt(1.0 / f64::from(FPS * SUBSTEPS))
-        .substeps(SUBSTEPS.into())
+        .fps(FPS.into())
+        .substeps(Substeps::Fixed(SUBSTEPS))
         .build()?;
 
     let sequence =
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut points = vec![[0.0; 3]; part.mesh().vertices().len()];
     for frame in 0..=last {
         if frame > 0 {
-            simulation.steps(SUBSTEPS.into());
+            simulation.advance(1);
         }
         display.evaluate(simulation.body(0)).surface_into(&mut points, None);
         writer.write(frame, &points, &[])?;
