@@ -24,3 +24,11 @@ pub use observer::{Observer, Outcome, Progress};
 pub use scene::{Axis, Distances, Errors, Free, Front, Path, Point, Report, Study};
 pub use sums::{SumsError, SumsReport, SumsRow, SumsStudy};
 pub use timing::{Sample, Spread, Timing};
+
+/// Returns the stiffness per step.
+pub(crate) fn alpha(material: &supple::Material, dt: f64) -> f64 {
+    match material.elasticity {
+        supple::Elasticity::Regions { stiffness, .. } => stiffness.alpha(dt),
+        _ => 1.0,
+    }
+}

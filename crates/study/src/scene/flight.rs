@@ -147,7 +147,7 @@ fn energies(simulation: &Simulation, before: &[State], dt: f64) -> [f64; 2] {
         let naive = Naive::new(body.lattice(), body.half_width(), Regions::Staircase);
         let positions: Vec<_> = positions.iter().map(|x| x.coords).collect();
         let full_cell = body.material().density * body.lattice().cell_size().powi(3);
-        let alpha_over_dt_squared = body.material().alpha(dt) / (dt * dt);
+        let alpha_over_dt_squared = crate::alpha(body.material(), dt) / (dt * dt);
         sums[1] +=
             full_cell * alpha_over_dt_squared * naive.matching_energy(&naive.motions(&positions), &positions);
     }

@@ -52,7 +52,7 @@ impl<'a> NaiveBody<'a> {
             naive,
             positions,
             velocities: body.velocities(),
-            stiffness_rate: material.alpha(dt) / dt,
+            stiffness_rate: crate::alpha(material, dt) / dt,
             damping: material.region_damping_fraction(dt),
             gravity: scene.simulation.gravity.into(),
             dt,
@@ -208,9 +208,10 @@ impl Stages {
             return Ok(None);
         }
         let slots: Vec<u32> = (0..lattice.len() as u32).collect();
+        let masses: Vec<f32> = lattice.occupied_cells().iter().map(|&cells| f32::from(cells) / 8.0).collect();
         let samples = || match body.mesh() {
-            Some(mesh) => SampleCells::of_mesh(mesh, lattice, &slots),
-            None => SampleCells::of_lattice(lattice, &slots),
+            Some(mesh) => SampleCells::of_mesh(mesh, lattice, &slots, &masses),
+            None => SampleCells::of_lattice(lattice, &slots, &masses),
         };
         Ok(Some(Self {
             constraints: Constraints::new(lattice.len(), constraints),

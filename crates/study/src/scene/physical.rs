@@ -5,7 +5,6 @@ use supple::{
     VolumeOptions,
 };
 use supple_io::counted;
-use supple_io::run::substeps::largest_frequency;
 use supple_io::run::{Prepared, RunError, prepare};
 use supple_io::scene::{Scene, Substeps};
 
@@ -132,10 +131,10 @@ impl Physical {
     /// body is softer than specified.
     pub(super) fn softened(&self, dt: f64) -> bool {
         let too_fast = |stiffness| match stiffness {
-            Stiffness::Frequency(frequency) => frequency > (1.0 + 1e-9) * largest_frequency(dt),
+            Stiffness::Frequency(frequency) => frequency > (1.0 + 1e-9) * (1.0 / (6.0 * dt)),
             Stiffness::PerStep(_) => false,
         };
-        self.scene.bodies.iter().any(|body| too_fast(body.material.stiffness))
+        self.scene.bodies.iter().any(|body| matches!(body.material.elasticity, supple::Elasticity::Regions { stiffness, .. } if too_fast(stiffness)))
     }
 
     /// Builds a point of the study.
@@ -156,7 +155,7 @@ impl Physical {
                 let cell_size = grid.cell_size * grid.half_width as f64 / refined as f64;
                 data.resolution = Resolution::CellSize(cell_size);
             }
-            data.material.region_size = RegionSize::Cells(width);
+            data.material.elasticity = data.material.elasticity.with_region_size(RegionSize::Cells(width));
             data.volume = VolumeOptions { measure: method.measure, scope: method.scope, ..data.volume };
         }
         prepare(&scene)
@@ -182,7 +181,8 @@ impl Physical {
 
 /// Converts a material to units that do not depend on the step.
 fn physical(material: Material, dt: f64) -> Material {
-    let stiffness = match material.stiffness {
+    let supple::Elasticity::Regions { size, stiffness } = material.elasticity else { return material };
+    let stiffness = match stiffness {
         // A frequency f in Hz gives alpha = 4 sin²(pi f dt).
         Stiffness::PerStep(alpha) => {
             Stiffness::Frequency((alpha.sqrt() / 2.0).asin() / (std::f64::consts::PI * dt))
@@ -194,7 +194,7 @@ fn physical(material: Material, dt: f64) -> Material {
         RegionDamping::PerStep(fraction) if fraction < 1.0 => RegionDamping::Rate(-(-fraction).ln_1p() / dt),
         region_damping => region_damping,
     };
-    Material { stiffness, region_damping, ..material }
+    Material { elasticity: supple::Elasticity::Regions { size, stiffness }, region_damping, ..material }
 }
 
 #[cfg(test)]

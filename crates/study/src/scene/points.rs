@@ -165,7 +165,7 @@ impl Points {
             half_width: first.half_width(),
             region_factor: setting.dynamics.region_factor,
             substeps: setting.dynamics.substeps,
-            alpha: first.material().alpha(dt),
+            alpha: crate::alpha(first.material(), dt),
             softened: self.physical.softened(dt),
             finest: *setting == self.matrix.finest,
             timing,

@@ -103,7 +103,7 @@ impl Snapshot {
 impl<'a> Energy<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Snapshot) -> Self {
         let naive = Naive::new(lattice, body.half_width(), Regions::Staircase).listed();
-        let alpha = body.material().alpha(dt);
+        let alpha = crate::alpha(body.material(), dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
         energy.start = energy.at(now);
         energy
