@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use supple::{
     Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Material, Mesh, Pin, Preservation, Selection,
-    Simulation, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
+    Simulation, Substeps, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
 
@@ -25,12 +25,13 @@ fn cube() -> Mesh {
     Mesh::new(corners, &quads).unwrap()
 }
 
-/// Returns a simulation with damping, a pin, a moving handle and contact with the ground.
+/// Returns a simulation with both kinds of damping, a pin, a moving handle and contact with the ground.
 fn full_simulation(n: i32, threads: usize) -> Simulation {
     let top = Selection::Plane { point: [0.0, 0.1 * f64::from(n), 0.0], normal: [0.0, 1.0, 0.0] };
     let corner = Selection::Sphere { center: [0.0; 3], radius: 0.05 };
     let key = |time, rotate| Key { time, translate: [0.0; 3], rotate: [0.0, rotate, 0.0] };
     let body = block(n)
+        .damping_ratio(0.2)
         .region_damping(0.1)
         .pin(Pin { selection: corner, window: TimeWindow::default() })
         .handle(Handle {
@@ -42,6 +43,24 @@ fn full_simulation(n: i32, threads: usize) -> Simulation {
         .unwrap();
     let ground = Collider::plane([0.0, 0.05, 0.0], [0.0, 1.0, 0.0]);
     Simulation::builder().body(body).collider(ground).threads(threads).build().unwrap()
+}
+
+/// Returns a simulation of a body of the default material with two components, of which one is pinned at a vertex, on
+/// the ground.
+fn resting_simulation(sleep: bool) -> Simulation {
+    let cells: Vec<_> =
+        [0, 5].into_iter().flat_map(|x| (0..27).map(move |k| [x + k / 9, k / 3 % 3, k % 3])).collect();
+    let lattice = Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap();
+    let body = Body::from_lattice(lattice)
+        .pin(Pin {
+            selection: Selection::Sphere { center: [0.0; 3], radius: 0.05 },
+            window: TimeWindow::default(),
+        })
+        .build()
+        .unwrap();
+    assert_eq!(body.lattice().components().count, 2);
+    let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+    Simulation::builder().body(body).collider(ground).threads(1).sleep(sleep).build().unwrap()
 }
 
 #[test]
@@ -63,6 +82,15 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         driven.step();
     };
     assert_eq!(thread_allocations(|| (0..200).for_each(drive)), 0, "a driven collider");
+
+    let mut at_rest = resting_simulation(false);
+    at_rest.steps(300);
+    assert_eq!(thread_allocations(|| at_rest.steps(200)), 0, "two components that rest on the ground");
+    assert!(!at_rest.body(0).is_asleep());
+    let mut asleep = resting_simulation(true);
+    asleep.steps(300);
+    assert!(asleep.body(0).is_asleep());
+    assert_eq!(thread_allocations(|| asleep.steps(200)), 0, "a sleeping body");
 
     // With several threads, the queue of the pool allocates a block now and then. 16 is a regression bound.
     let mut large = full_simulation(18, 2);
@@ -105,7 +133,8 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         .unwrap();
     let ball = Collider::sphere([0.5, -0.9, 0.5], 1.0);
     let ground = Collider::plane([0.0, 0.02, 0.0], [0.0, 1.0, 0.0]);
-    let resting = Simulation::builder().body(body).collider(ball).collider(ground).substeps(2);
+    let resting =
+        Simulation::builder().body(body).collider(ball).collider(ground).substeps(Substeps::Fixed(2));
     let mut resting = resting.threads(1).build().unwrap();
     let mut display = Display::new();
     let mut step_and_evaluate = |count: usize| {
@@ -125,6 +154,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         "begin pins, handles",
         "momentum tracker",
         "region damping",
+        "elastic damping",
         "begin contacts",
         "shape matching",
         "integration",

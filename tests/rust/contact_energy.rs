@@ -14,7 +14,7 @@ fn drop(body: BodyBuilder, ground: Collider, height: f64) -> Simulation {
     let ground =
         Collider { shape: Collider::plane([0.0, low - height, 0.0], [0.0, 1.0, 0.0]).shape, ..ground };
     let world = Simulation::builder().body(body).collider(ground).gravity([0.0, -GRAVITY, 0.0]);
-    world.dt(DT).threads(1).build().unwrap()
+    world.dt(DT).threads(1).sleep(false).build().unwrap()
 }
 
 fn lowest(body: BodyRef<'_>) -> f64 {

@@ -24,6 +24,11 @@ fn slots(lattice: &Lattice) -> Vec<u32> {
     (0..lattice.len() as u32).collect()
 }
 
+/// Returns the masses of full cells.
+fn masses(lattice: &Lattice) -> Vec<f32> {
+    lattice.occupied_cells().iter().map(|&cells| f32::from(cells) / 8.0).collect()
+}
+
 /// Returns the cube [0, 2]^3 of six quads.
 fn cube() -> Mesh {
     let vertices = (0..8).map(|k| [0, 1, 2].map(|a| f64::from(2 * (k >> a & 1)))).collect();
@@ -44,14 +49,14 @@ fn contacts_are_found_between_the_vertices_of_coarse_faces() {
         ([1.13, 2.0, 2.0], 0.3),
         ([0.42, -0.1, 0.87], 0.3),
     ] {
-        let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
+        let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice), &masses(&lattice));
         let report = touch(&lattice, samples, Collider::sphere(center, radius));
         assert!(report.contacts > 0, "no contact at {center:?}");
-        let samples = SampleCells::of_lattice(&lattice, &slots(&lattice));
+        let samples = SampleCells::of_lattice(&lattice, &slots(&lattice), &masses(&lattice));
         assert!(touch(&lattice, samples, Collider::sphere(center, radius)).contacts > 0);
     }
     // The interior has no samples.
-    let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
+    let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice), &masses(&lattice));
     assert_eq!(touch(&lattice, samples, Collider::sphere([1.0; 3], 0.7)).contacts, 0);
 }
 
@@ -60,7 +65,7 @@ fn samples_lie_on_the_surface_of_the_mesh_and_are_few() {
     let mesh = cube();
     let options = LatticeOptions { resolution: Resolution::CellSize(0.25), ..LatticeOptions::default() };
     let lattice = Lattice::from_mesh(&mesh, &options).unwrap();
-    let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice));
+    let samples = SampleCells::of_mesh(&mesh, &lattice, &slots(&lattice), &masses(&lattice));
     // A box that ends 1e-3 below the surface contains no sample; a box that ends at the surface contains all.
     let inner = Collider::cuboid([1.0; 3], [1.0 - 1e-3; 3], [0.0; 3]);
     assert_eq!(touch(&lattice, samples.clone(), inner).contacts, 0);
@@ -75,7 +80,7 @@ fn a_bare_lattice_has_one_sample_at_each_boundary_vertex() {
     let cells: Vec<[i32; 3]> =
         (0..4).flat_map(|z| (0..3).flat_map(move |y| (0..5).map(move |x| [x, y, z]))).collect();
     let lattice = Lattice::from_cells(&cells, 0.5, Point3::new(3.0, 0.0, -1.0), true).unwrap();
-    let samples = SampleCells::of_lattice(&lattice, &slots(&lattice));
+    let samples = SampleCells::of_lattice(&lattice, &slots(&lattice), &masses(&lattice));
     assert_eq!(samples.count(), 6 * 4 * 5 - 4 * 2 * 3);
     let ground = Collider::plane([0.0, 0.01, 0.0], [0.0, 1.0, 0.0]);
     let report = touch(&lattice, samples, ground);

@@ -4,8 +4,8 @@
 use crate::common::{half_cells, momentum, without_gravity};
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, ConstraintError, Error, Handle, Key, LatticeError, RegionDamping, RegionSize, Selection,
-    Simulation, Stiffness, TimeWindow, VolumeError, VolumeMeasure, VolumeOptions,
+    Body, ConstraintError, Elasticity, Error, Handle, Key, LatticeError, Material, RegionDamping, RegionSize,
+    Selection, Simulation, Stiffness, TimeWindow, VolumeError, VolumeMeasure, VolumeOptions,
 };
 
 #[test]
@@ -42,7 +42,7 @@ fn settings_out_of_range_are_errors_and_change_nothing() {
     }
     assert_eq!(body.set_volume(VolumeMeasure::Mesh), Err(VolumeError::NoMesh));
     assert_eq!(body.volume_options(), VolumeOptions::default());
-    assert_eq!(*body.material(), supple::Material::default());
+    assert_eq!(*body.material(), Material::fast_lsm());
     let missing = Err(ConstraintError::NoSuchConstraint { index: 0, count: 0 });
     assert_eq!(body.release(0), missing);
     assert_eq!(body.set_keys(0, &[Key::default()]), missing);
@@ -65,8 +65,8 @@ fn another_half_width_keeps_positions_velocities_and_momentum() {
         simulation.body_mut(0).set_region_size(RegionSize::Cells(cells)).unwrap();
         let body = simulation.body(0);
         assert_eq!(
-            (body.half_width(), body.material().region_size),
-            (cells.min(4), RegionSize::Cells(cells))
+            (body.half_width(), body.material().elasticity),
+            (cells.min(4), Elasticity::REGIONS.with_region_size(RegionSize::Cells(cells)))
         );
         if cells == 1 {
             assert_eq!((body.positions(), body.velocities()), before);

@@ -2,7 +2,7 @@
 
 use crate::common::{block, half_cells, rms};
 use nalgebra::{Point3, Vector3};
-use supple::{Body, Collider, Error, Key, Lattice, Simulation, euler_degrees};
+use supple::{Body, Collider, Error, Key, Lattice, Material, Simulation, euler_degrees};
 
 const DT: f64 = 1.0 / 120.0;
 const GRAVITY: f64 = 10.0;
@@ -18,9 +18,14 @@ fn platform() -> Collider {
 fn resting(x: f64, collider: Collider) -> Simulation {
     let corner = Point3::new(x, 0.0, -2.0 * CELL);
     let lattice = Lattice::from_cells(&block([4, 2, 4]), CELL, corner, false).unwrap();
-    let body = Body::from_lattice(lattice).half_width(4).region_damping(0.3).build().unwrap();
+    let body = Body::from_lattice(lattice)
+        .material(Material::fast_lsm())
+        .half_width(4)
+        .region_damping(0.3)
+        .build()
+        .unwrap();
     let world = Simulation::builder().body(body).collider(collider).gravity([0.0, -GRAVITY, 0.0]);
-    let mut simulation = world.dt(DT).threads(1).build().unwrap();
+    let mut simulation = world.dt(DT).threads(1).sleep(false).build().unwrap();
     simulation.steps(120);
     simulation
 }

@@ -23,6 +23,7 @@ mod fuzz_scene;
 mod input_messages;
 mod input_time;
 mod lattice;
+mod lowest_mode;
 mod matching;
 mod mesh;
 mod obj;

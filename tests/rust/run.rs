@@ -4,9 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use nalgebra::Point3;
-use supple::{RegionSize, Selection, Simulation, VolumeMeasure};
-use supple_io::run::substeps::{Placed, substeps};
+use supple::{RegionSize, Resolution, Selection, Simulation, StepReason, VolumeMeasure};
 use supple_io::run::{
     CHECKPOINT, Flow, Input, Job, LOCK, Note, Observer, Outcome, Progress, RunError, prepare,
 };
@@ -270,47 +268,83 @@ fn many_bodies_list_the_output_directory_once() {
     assert!(many < few + Duration::from_secs(2), "{many:?} with many files, {few:?} with few files");
 }
 
-/// Returns the automatic substeps of the scene with overrides, for a unit cube with its base at y = 0.5.
-fn steps(overrides: &[&str], cell_size: f64) -> u32 {
+/// Returns the automatic number of steps per frame of the scene with overrides and cells of edge `cell_size`, and its
+/// reason. The body is a unit cube with its base at y = 0.5.
+fn chosen(overrides: &[&str], cell_size: f64) -> (u32, StepReason) {
     let folder = tempfile::tempdir().unwrap();
-    let scene = scene(folder.path(), overrides);
-    let placed = Placed { low: Point3::new(0.0, 0.5, 0.0), high: Point3::new(1.0, 1.5, 1.0), cell_size };
-    substeps(&scene, &[placed])
+    let mut scene = scene(folder.path(), overrides);
+    scene.bodies[0].resolution = Resolution::CellSize(cell_size);
+    assert_eq!(scene.simulation.substeps, Substeps::Auto, "the default");
+    let prepared = prepare(&scene).unwrap();
+    let chosen = prepared.simulation.chosen_substeps().unwrap();
+    assert_eq!((prepared.substeps, chosen.body), (chosen.steps, 0));
+    assert!((prepared.simulation.dt() * 30.0 * f64::from(chosen.steps) - 1.0).abs() < 1e-14);
+    (chosen.steps, chosen.reason)
 }
 
 #[test]
 fn auto_substeps_follow_frequency_and_speed() {
+    use StepReason::{Fall, Material, Motion, One};
     let still = "simulation.gravity=[0, 0, 0]";
-    assert_eq!(steps(&[still], 0.1), 1);
+    // The stiffness per step needs no steps.
+    let stiffness = "body.cube.half_width=2";
+    assert_eq!(chosen(&[still, stiffness], 0.1), (1, One));
     // At least six steps per period: alpha = 2 (1 - cos(2 pi / 6)) = 1.
-    for (frequency, expected) in [("5", 1), ("10", 2), ("10.1", 3), ("40", 8)] {
+    for (frequency, expected) in [("5", (1, One)), ("10", (2, Material)), ("10.1", (3, Material))] {
         assert_eq!(
-            steps(&[still, &format!("body.cube.frequency={frequency}")], 0.1),
+            chosen(&[still, &format!("body.cube.frequency={frequency}")], 0.1),
             expected,
             "{frequency}"
         );
     }
     // At most one cell per step: 12 / (30 x 0.1) = 4.
-    assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.1), 4);
-    assert_eq!(steps(&[still, "body.cube.velocity=[12, 0, 0]"], 0.4), 1);
+    assert_eq!(chosen(&[still, stiffness, "body.cube.velocity=[12, 0, 0]"], 0.1), (4, Fall));
+    assert_eq!(chosen(&[still, stiffness, "body.cube.velocity=[12, 0, 0]"], 0.4), (1, One));
     // The center falls from y = 1 to the plane: v = sqrt(2 x 72 x 1) = 12, and 12 / (30 x 0.1) = 4.
-    assert_eq!(steps(&["simulation.gravity=[0, -72, 0]"], 0.1), 4);
-    assert_eq!(steps(&["simulation.gravity=[0, 72, 0]"], 0.1), 1);
+    assert_eq!(chosen(&["simulation.gravity=[0, -72, 0]", stiffness], 0.1), (4, Fall));
+    assert_eq!(chosen(&["simulation.gravity=[0, 72, 0]", stiffness], 0.1), (1, One));
     let mover = "collider.0.keys=[{ time = 0 }, { time = 0.5, translate = [0, 6, 0] }]";
-    assert_eq!(steps(&[still, mover], 0.1), 4);
+    assert_eq!(chosen(&[still, stiffness, mover], 0.1), (4, Motion));
     let handle = "body.cube.handle=[{ sphere = { center = [0, 1, 0], radius = 1 }, \
                   keys = [{ time = 0 }, { time = 1, translate = [12, 0, 0] }] }]";
-    assert_eq!(steps(&[still, handle], 0.1), 4);
+    assert_eq!(chosen(&[still, stiffness, handle], 0.1), (4, Motion));
+}
+
+#[test]
+fn auto_substeps_follow_the_material() {
+    // alpha <= 1 with regions of w (w + 1) = 6 needs steps of at most h sqrt(2 rho/E).
+    let fps = 30.0;
+    let needed = |modulus: f64, cell_size: f64| ((modulus / 2000.0).sqrt() / (cell_size * fps)).ceil() as u32;
+    let still = "simulation.gravity=[0, 0, 0]";
+    for (modulus, cell_size) in [(1e5, 0.1), (1e6, 0.1), (1e6, 0.2)] {
+        let text = format!("body.cube.youngs_modulus={modulus}");
+        let expected = (needed(modulus, cell_size), StepReason::Material);
+        assert_eq!(chosen(&[still, &text], cell_size), expected, "{modulus}, {cell_size}");
+    }
+    // The material of a preset depends on gravity: E = k rho L max(g, 8 L) with L = 1 and k = 300.
+    for (gravity, effective) in [(0.0, 8.0), (9.81, 9.81), (40.0, 40.0)] {
+        let text = format!("simulation.gravity=[0, {gravity}, 0]");
+        let expected = (needed(300.0 * 1000.0 * effective, 0.1), StepReason::Material);
+        assert_eq!(chosen(&[&text], 0.1), expected, "{gravity}");
+    }
+    // A soft body on small cells would slip on the ground: 2 w (w + 1)/3 rho g L/E <= 1/2 allows w = 1 only, which
+    // needs steps of at most h sqrt(2/3 rho/E), while the limit of the length of the regions, 0.15 L, allows w = 2.
+    let (modulus, slip) = (5e4, (5e4_f64 / (2.0 / 3.0 * 1000.0)).sqrt() / (0.05 * 30.0));
+    let text = format!("body.cube.youngs_modulus={modulus}");
+    assert_eq!(
+        chosen(&["simulation.gravity=[0, -9.81, 0]", &text], 0.05),
+        (slip.ceil() as u32, StepReason::Slip)
+    );
 }
 
 #[test]
 fn a_scene_runs_with_its_auto_substeps() {
     let folder = tempfile::tempdir().unwrap();
-    let mut scene = scene(folder.path(), &["body.cube.frequency=40", "simulation.gravity=[0, 0, 0]"]);
-    scene.simulation.substeps = Substeps::Auto;
+    let scene = scene(folder.path(), &["body.cube.frequency=40", "simulation.gravity=[0, 0, 0]"]);
     let prepared = prepare(&scene).unwrap();
     assert_eq!(prepared.substeps, 8);
     assert!((prepared.simulation.dt() - 1.0 / 240.0).abs() < 1e-18);
+    assert_eq!(prepared.simulation.body(0).softened(), None);
 }
 
 /// The scene reader limits names to 200 bytes; a scene that is built in Rust has no such limit.

@@ -4,8 +4,8 @@ use crate::common::{Random, block, coordinates, lattice, points, rest, tolerance
 use nalgebra::{Point3, Vector3};
 use supple::reference::{self, Regions};
 use supple::{
-    Body, Collider, Handle, Key, Lattice, Material, Pin, Selection, Simulation, TimeWindow, VolumeOptions,
-    VolumeScope,
+    Body, Collider, Handle, Key, Lattice, Material, Pin, Selection, Simulation, Substeps, TimeWindow,
+    VolumeOptions, VolumeScope,
 };
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
@@ -37,6 +37,44 @@ fn full_simulation(threads: usize) -> Simulation {
     let mut simulation = world.build().unwrap();
     simulation.collider_mut(1).move_to_in([2.0, 1.0, 0.5], [0.0, 400.0, 90.0], 0.7).unwrap();
     simulation
+}
+
+/// Two bodies of the default material, with elastic damping, in automatic steps: two components of several chunks, of
+/// which one is pinned and the other falls onto the ground, and a cube that rests on the ground and falls asleep.
+fn damped_simulation(threads: usize) -> Simulation {
+    let mut cells = block([33, 17, 19]);
+    cells.extend(block([4, 4, 4]).into_iter().map(|[x, y, z]| [x + 36, y, z]));
+    let lattice_of = |cells: &[[i32; 3]]| Lattice::from_cells(cells, 1.0, Point3::origin(), false).unwrap();
+    let selection = Selection::Plane { point: [1.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
+    let large = Body::from_lattice(lattice_of(&cells))
+        .pin(Pin { selection, window: TimeWindow::default() })
+        .spin([0.0, 0.0, 0.3])
+        .translate([0.0, 0.2, 0.0])
+        .build()
+        .unwrap();
+    assert!(large.lattice().components().count == 2 && large.lattice().len() > 8_192);
+    let cube = Body::from_lattice(lattice_of(&block([3, 3, 3]))).damping_ratio(1.0).build().unwrap();
+    let world = Simulation::builder().body(large).body(cube).threads(threads);
+    let world = world.collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]));
+    world.fps(30.0).substeps(Substeps::Auto).build().unwrap()
+}
+
+/// Returns the positions and velocities of both bodies of [`damped_simulation`] after some frames.
+fn run_damped(threads: usize, frames: u64) -> [Outcome; 2] {
+    let mut sim = damped_simulation(threads);
+    sim.advance(frames);
+    [0, 1].map(|body| (sim.body(body).positions(), sim.body(body).velocities()))
+}
+
+#[test]
+fn damped_steps_and_sleep_have_the_same_bits_for_any_number_of_threads() {
+    let mut sim = damped_simulation(1);
+    sim.advance(24);
+    assert!(!sim.body(0).is_asleep() && sim.body(1).is_asleep());
+    let one = run_damped(1, 24);
+    for threads in [2, 3, 8] {
+        assert!(run_damped(threads, 24) == one, "{threads} threads differ from one");
+    }
 }
 
 fn run(threads: usize) -> Outcome {
@@ -86,8 +124,8 @@ fn evaluating_a_body_between_steps_changes_no_bit() {
 type Vectors = Vec<[f64; 3]>;
 
 /// The results at one SIMD level: its name; the goals of a small deformed body; its positions after one step
-/// and after [`LEVEL_STEPS`]; positions, velocities and corrected positions of the full simulation on one
-/// thread and on three.
+/// and after [`LEVEL_STEPS`]; positions, velocities and corrected positions of the full simulation, and positions and
+/// velocities of the damped one, on one thread and on three.
 type LevelResults = (String, Vectors, [Vectors; 2], [Vectors; 2]);
 
 const LEVEL_STEPS: u64 = 20;
@@ -123,7 +161,11 @@ fn level_results() -> LevelResults {
         sim.steps(LEVEL_STEPS);
         let body = sim.body(0);
         let corrected = coordinates(&body.corrected_positions());
-        plain(&[coordinates(&body.positions()), body.velocities(), corrected].concat())
+        let mut full = [coordinates(&body.positions()), body.velocities(), corrected].concat();
+        for (positions, velocities) in run_damped(threads, 2) {
+            full.extend(coordinates(&positions).into_iter().chain(velocities));
+        }
+        plain(&full)
     });
     (supple::simd_level().to_owned(), goals, stepped, full)
 }

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use supple::{
-    FieldKind, Preservation, RegionDamping, RegionSize, Resolution, Selection, Shape, Stiffness,
-    VolumeMeasure, VolumeScope,
+    Damping, Elasticity, FieldKind, Material, Preservation, Preset, RegionDamping, RegionSize, Resolution,
+    Selection, Shape, Stiffness, VolumeMeasure, VolumeScope,
 };
 use supple_io::frames::Format;
-use supple_io::scene::{Scene, SceneError, Substeps, body_keys};
+use supple_io::scene::{Scene, SceneError, Substeps, body_keys, exclusive_keys};
 
 const FULL: &str = r#"
 [simulation]
@@ -16,6 +16,7 @@ fps = 24
 substeps = "auto"
 gravity = [0, 0, -9.81]
 threads = 2
+sleep = false
 
 [output]
 directory = "out"
@@ -32,6 +33,7 @@ cell_size = 0.1
 join = false
 stiffness_radius = 0.2
 frequency = 12.0
+damping_rate = 1.5
 region_damping_rate = 3.0
 density = 500
 volume = { measure = "mesh", scope = "regional", field = "paper", max_correction = 0.5 }
@@ -85,7 +87,7 @@ fn every_key_is_read() {
     let scene = parse(FULL).unwrap();
     assert_eq!((scene.simulation.frames, scene.simulation.fps), (12, 24.0));
     assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
-    assert_eq!(scene.simulation.gravity, [0.0, 0.0, -9.81]);
+    assert_eq!((scene.simulation.gravity, scene.simulation.sleep), ([0.0, 0.0, -9.81], false));
     assert_eq!(scene.output.format, Format::Ply);
     assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
 
@@ -97,8 +99,12 @@ fn every_key_is_read() {
     );
     assert_eq!((body.resolution, body.join), (Resolution::CellSize(0.1), false));
     assert_eq!(
-        (body.material.region_size, body.material.stiffness, body.material.region_damping),
-        (RegionSize::Radius(0.2), Stiffness::Frequency(12.0), RegionDamping::Rate(3.0))
+        body.material.elasticity,
+        Elasticity::Regions { size: RegionSize::Radius(0.2), stiffness: Stiffness::Frequency(12.0) }
+    );
+    assert_eq!(
+        (body.material.damping, body.material.region_damping),
+        (Some(Damping::Rate(1.5)), RegionDamping::Rate(3.0))
     );
     assert_eq!(
         (body.volume.measure, body.volume.scope, body.volume.field, body.volume.max_correction),
@@ -117,13 +123,10 @@ fn every_key_is_read() {
 
     let ball = &scene.bodies[1];
     assert_eq!(
-        (ball.resolution, ball.material.region_size),
-        (Resolution::Vertices(1000), RegionSize::Cells(2))
+        (ball.resolution, ball.material.elasticity),
+        (Resolution::Vertices(1000), Elasticity::Preset(Preset::Rubber))
     );
-    assert_eq!(
-        (ball.material.stiffness, ball.material.region_damping),
-        (Stiffness::PerStep(1.0), RegionDamping::PerStep(0.0))
-    );
+    assert_eq!((ball.material.damping, ball.material.region_damping), (None, RegionDamping::PerStep(0.0)));
     assert!(matches!(scene.colliders[2].shape, Shape::Capsule { radius: 0.25, .. }));
     assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
 }
@@ -132,8 +135,53 @@ fn every_key_is_read() {
 fn a_written_scene_reads_back_the_same() {
     let scene = parse(FULL).unwrap();
     assert_eq!(parse(&scene.to_toml()).unwrap(), scene);
+    for lines in [
+        "material = \"jelly\"",
+        "material = \"flesh\"\ndamping_ratio = 0",
+        "material = \"rubber\"",
+        "material = \"firm\"\ndamping_rate = 0.1",
+        "youngs_modulus = 2.5e6",
+        "youngs_modulus = 12\ndamping_ratio = 1\nregion_damping = 0.25",
+        "half_width = 3",
+        "stiffness_radius = 0.3\nfrequency = 7",
+        "stiffness = 0.5\ndamping_rate = 3",
+    ] {
+        let scene = parse(&format!("{SMALL}{lines}\n")).unwrap();
+        let written = scene.to_toml();
+        assert_eq!(parse(&written).unwrap(), scene, "{written}");
+        for line in lines.lines() {
+            let key = line.split(' ').next().unwrap();
+            assert!(written.contains(&format!("{key} = ")), "{key} is missing: {written}");
+        }
+    }
     let quoted = parse_with(SMALL, &["body.bust.mesh=\"a \\\"b\\\" \\\\ c.obj\""]).unwrap();
     assert_eq!(parse(&quoted.to_toml()).unwrap(), quoted);
+}
+
+#[test]
+fn the_keys_of_the_material_set_elasticity_and_damping() {
+    let material = |lines: &str| parse(&format!("{SMALL}{lines}\n")).unwrap().bodies[0].material;
+    assert_eq!(material(""), Material::default());
+    for (name, preset) in Preset::NAMED {
+        let expected = Material { elasticity: Elasticity::Preset(preset), ..Material::default() };
+        assert_eq!(material(&format!("material = \"{name}\"")), expected);
+    }
+    assert_eq!(material("youngs_modulus = 2e6").elasticity, Elasticity::YoungsModulus(2e6));
+    // The default of a region key that is left out is that of the paper.
+    assert_eq!(material("half_width = 2").elasticity, Elasticity::REGIONS);
+    assert_eq!(material("stiffness = 1").elasticity, Elasticity::REGIONS);
+    let radius = RegionSize::Radius(0.5);
+    assert_eq!(
+        material("stiffness_radius = 0.5\nstiffness = 0.25").elasticity,
+        Elasticity::Regions { size: radius, stiffness: Stiffness::PerStep(0.25) }
+    );
+    assert_eq!(material("damping_ratio = 0").damping, Some(Damping::Ratio(0.0)));
+    assert_eq!(material("damping_rate = 4").damping, Some(Damping::Rate(4.0)));
+    assert_eq!(
+        material("half_width = 2\ndamping_ratio = 0"),
+        Material::fast_lsm(),
+        "the material of the paper in keys of a scene"
+    );
 }
 
 #[test]
@@ -161,6 +209,11 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
         ("stiffness = 1.5", 4, "stiffness", "1.5", "in (0, 1]"),
         ("region_damping = -0.1", 4, "region_damping", "-0.1", "in [0, 1]"),
         ("region_damping_rate = -1", 4, "region_damping_rate", "-1", "a number of at least 0"),
+        ("damping_ratio = 1.5", 4, "damping_ratio", "1.5", "in [0, 1]"),
+        ("damping_ratio = -0.1", 4, "damping_ratio", "-0.1", "in [0, 1]"),
+        ("damping_rate = -1", 4, "damping_rate", "-1", "a number of at least 0"),
+        ("youngs_modulus = 0", 4, "youngs_modulus", "0", "a number above 0"),
+        ("youngs_modulus = -1e6", 4, "youngs_modulus", "-1000000", "a number above 0"),
         ("frequency = 0", 4, "frequency", "0", "a number above 0"),
         ("frequency = nan", 4, "frequency", "NaN", "a number above 0"),
         ("scale = inf", 4, "scale", "inf", "a number above 0"),
@@ -197,6 +250,11 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
         let expected = format!("scene.toml:{line}: `body.bust.{key}` is {value}; it must be {range}");
         assert_eq!(refusal(text), expected);
     }
+    assert_eq!(
+        refusal("material = \"wood\""),
+        "scene.toml:4: `body.bust.material` is the string \"wood\"; it must be one of \"jelly\", \"flesh\", \
+         \"rubber\", \"firm\""
+    );
     let message = refusal("volume = \"mehs\"");
     assert!(message.contains("\"mehs\"; it must be one of \"auto\", \"off\", \"lattice\""), "{message}");
     for (text, key, value, range) in [
@@ -227,6 +285,8 @@ fn values_of_the_wrong_type_are_errors_with_the_expected_type() {
     for (text, key, expected, found) in [
         ("stiffness = \"hard\"", "stiffness", "a number", "\"hard\""),
         ("join = 1", "join", "true or false", "1"),
+        ("material = 3", "material", "in quotes", "3"),
+        ("youngs_modulus = \"soft\"", "youngs_modulus", "a number", "\"soft\""),
         ("rotate = [0, 1]", "rotate", "three numbers", "[0, 1]"),
         ("object = 3", "object", "in quotes", "3"),
         ("volume = 1", "volume", "{ measure = \"mesh\" }", "1"),
@@ -250,6 +310,16 @@ fn values_of_the_wrong_type_are_errors_with_the_expected_type() {
 }
 
 #[test]
+fn sleep_is_true_or_false() {
+    let sleep = |value: &str| parse(&format!("[simulation]\nsleep = {value}\n{SMALL}"));
+    assert!(parse(SMALL).unwrap().simulation.sleep && sleep("true").unwrap().simulation.sleep);
+    let awake = sleep("false").unwrap();
+    assert!(!awake.simulation.sleep && !parse(&awake.to_toml()).unwrap().simulation.sleep);
+    let message = sleep("1").unwrap_err().to_string();
+    assert_eq!(message, "scene.toml:2: `simulation.sleep` must be true or false, not 1");
+}
+
+#[test]
 fn every_key_of_the_table_is_known_to_the_body_reader() {
     // No key accepts a date.
     for key in body_keys().iter().filter(|key| !["name", "mesh"].contains(&key.as_str())) {
@@ -263,6 +333,7 @@ fn mutually_exclusive_keys_are_errors_that_name_both() {
     for (line, first, second) in [
         ("half_width = 2\nstiffness_radius = 0.1", "half_width", "stiffness_radius"),
         ("stiffness = 1\nfrequency = 3", "stiffness", "frequency"),
+        ("damping_ratio = 0.1\ndamping_rate = 3", "damping_ratio", "damping_rate"),
         ("region_damping = 0\nregion_damping_rate = 3", "region_damping", "region_damping_rate"),
         ("lattice_vertices = 100\ncell_size = 0.1", "lattice_vertices", "cell_size"),
         (
@@ -275,6 +346,32 @@ fn mutually_exclusive_keys_are_errors_that_name_both() {
         assert!(message.contains(&format!("{second}` and `{first}` ")), "{message}");
         assert!(message.ends_with("; leave one of them out"), "{message}");
     }
+}
+
+#[test]
+fn the_three_ways_to_set_the_elasticity_are_mutually_exclusive() {
+    let ways = [
+        &["material = \"jelly\""][..],
+        &["youngs_modulus = 1e6"],
+        &["half_width = 2", "stiffness_radius = 0.1", "stiffness = 1", "frequency = 3"],
+    ];
+    let key = |line: &str| line.split(' ').next().unwrap().to_owned();
+    for (a, b) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
+        for (first, second) in
+            ways[a].iter().flat_map(|first| ways[b].iter().map(move |second| (first, second)))
+        {
+            let message = refusal(&format!("{first}\n{second}"));
+            let keys = [key(first), key(second)];
+            assert!(keys.iter().all(|key| message.contains(&format!("{key}`"))), "{message}");
+            let line = 4 + usize::from(a < b);
+            assert!(message.starts_with(&format!("scene.toml:{line}: ")), "{message}");
+            assert!(message.ends_with(" exclude each other; leave one of them out"), "{message}");
+            assert!(exclusive_keys(&keys[0]).contains(&keys[1].as_str()), "{keys:?}");
+        }
+    }
+    let sizes = ["stiffness_radius"];
+    assert_eq!(exclusive_keys("half_width").iter().filter(|key| sizes.contains(key)).count(), 1);
+    assert!(!exclusive_keys("half_width").contains(&"stiffness") && exclusive_keys("density").is_empty());
 }
 
 #[test]

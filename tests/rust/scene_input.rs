@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use supple::{Preservation, RegionSize, Shape};
+use supple::{Damping, Elasticity, Preservation, Preset, RegionSize, Shape, Stiffness};
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Up};
 
@@ -56,7 +56,10 @@ fn overrides_change_values_of_the_scene() {
     assert_eq!((scene.simulation.frames, scene.output.format), (60, Format::Pc2));
     assert_eq!(scene.output.directory, Path::new("else where"));
     // The override of `half_width` replaces `stiffness_radius`.
-    assert_eq!(scene.bodies[0].material.region_size, RegionSize::Cells(3));
+    assert_eq!(
+        scene.bodies[0].material.elasticity,
+        Elasticity::REGIONS.with_region_size(RegionSize::Cells(3))
+    );
     assert_eq!(
         (scene.bodies[1].material.density, scene.bodies[1].placement.translate),
         (10.0, [0.0, 5.0, 0.0])
@@ -64,6 +67,36 @@ fn overrides_change_values_of_the_scene() {
     assert_eq!(scene.bodies[0].handles[0].keys[1].translate, [0.0, 2.0, 0.0]);
     assert_eq!(scene.colliders[1].friction, 0.0);
     assert_eq!(parse_with(SMALL, &["simulation.fps=25"]).unwrap().simulation.fps, 25.0);
+}
+
+#[test]
+fn an_override_of_the_elasticity_replaces_the_other_ways_to_set_it() {
+    let elasticity = |line: &str, override_: &str| {
+        let scene = parse_with(&format!("{SMALL}{line}\n"), &[override_]).unwrap();
+        scene.bodies[0].material.elasticity
+    };
+    let modulus = "body.bust.youngs_modulus=2e6";
+    for line in ["half_width = 3\nfrequency = 5", "stiffness_radius = 0.1", "material = \"firm\""] {
+        assert_eq!(elasticity(line, modulus), Elasticity::YoungsModulus(2e6), "{line}");
+    }
+    assert_eq!(
+        elasticity("half_width = 3\nstiffness = 0.5", "body.bust.material=jelly"),
+        Elasticity::Preset(Preset::Jelly)
+    );
+    assert_eq!(elasticity("youngs_modulus = 2e6", "body.bust.stiffness=1"), Elasticity::REGIONS);
+    // A key of the same way stays.
+    let regions = Elasticity::REGIONS.with_stiffness(Stiffness::PerStep(0.5));
+    assert_eq!(elasticity("half_width = 2", "body.bust.stiffness=0.5"), regions);
+
+    let damping = |override_| {
+        let scene = parse_with(&format!("{SMALL}damping_ratio = 0.3\n"), &[override_]).unwrap();
+        scene.bodies[0].material.damping
+    };
+    assert_eq!(damping("body.bust.damping_rate=2"), Some(Damping::Rate(2.0)));
+    assert!(!parse_with(SMALL, &["simulation.sleep=false"]).unwrap().simulation.sleep);
+    let both = ["body.bust.half_width=3", modulus];
+    let message = parse_with(SMALL, &both).unwrap_err().to_string();
+    assert!(message.contains("youngs_modulus") && message.contains("half_width"), "{message}");
 }
 
 #[test]

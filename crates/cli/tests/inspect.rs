@@ -86,6 +86,89 @@ fn inspect(workspace: &Workspace, options: &[&str]) -> serde_json::Value {
     serde_json::from_str(&output.out).unwrap()
 }
 
+#[test]
+fn the_material_in_force_is_described() {
+    let scene = SCENE.replace("half_width = 1\n", "").replace("substeps = 2\n", "");
+    let workspace = Workspace::with_scene(&scene);
+    let number = |value: &serde_json::Value, key: &str| value["bodies"][0][key].as_f64().unwrap();
+    let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-9;
+
+    // Rubber, the default: E = 300 rho L max(g, 8 L), where L is the cube root of the volume 6.
+    let value = inspect(&workspace, &[]);
+    let size = 6.0_f64.cbrt();
+    let modulus = 300.0 * 1000.0 * size * 9.81_f64.max(8.0 * size);
+    assert_eq!(value["bodies"][0]["material"], "rubber");
+    for key in ["youngs_modulus", "youngs_modulus_in_force"] {
+        assert!(near(number(&value, key), modulus), "{key}: {value}");
+    }
+    assert!(near(number(&value, "wave_speed"), (modulus / 1000.0).sqrt()));
+    let frequency = number(&value, "lowest_frequency");
+    assert_eq!(number(&value, "damping_ratio"), 0.2);
+    assert!(near(number(&value, "damping_rate"), 0.2 * std::f64::consts::TAU * frequency));
+    // Waves cross the block, 3 units high, back and forth in a period of its longest mode of stretch; bending and twist
+    // of the block are slower, by less than its ratio of height to thickness.
+    let stretch = number(&value, "wave_speed") / 6.0;
+    assert!((stretch / 3.0..1.1 * stretch).contains(&frequency), "{frequency} Hz, stretch at {stretch} Hz");
+    assert_eq!(value["substeps_auto"], true);
+    assert_eq!(value["substeps_reason"], "for the stiffness of block");
+    let steps = &value["substeps"];
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    for line in [
+        format!("  steps       {steps} per frame (auto: for the stiffness of block)\n"),
+        format!("  material    rubber, Young's modulus {modulus:.3e}\n"),
+        format!(
+            "wave speed {:.2}, lowest frequency {frequency:.2} Hz, damping ratio 0.2000 (",
+            (modulus / 1e3).sqrt()
+        ),
+    ] {
+        assert!(text.contains(&line), "{line}: {text}");
+    }
+
+    // A modulus that steps of this length cannot reach.
+    let options = ["--set", "body.block.youngs_modulus=1e9", "--set", "simulation.substeps=1"];
+    let value = inspect(&workspace, &[options.as_slice(), &["--set", "body.block.damping_rate=3"]].concat());
+    let body = &value["bodies"][0];
+    assert_eq!((&body["material"], &body["youngs_modulus"]), (&serde_json::Value::Null, &1e9.into()));
+    let in_force = number(&value, "youngs_modulus_in_force");
+    assert!(in_force < 1e9 && near(number(&value, "wave_speed"), (in_force / 1000.0).sqrt()), "{body}");
+    assert_eq!(number(&value, "damping_rate"), 3.0);
+    let angular_frequency = std::f64::consts::TAU * number(&value, "lowest_frequency");
+    assert!(near(number(&value, "damping_ratio"), 3.0 / angular_frequency));
+    assert_eq!(
+        (&value["substeps_auto"], &value["substeps_reason"]),
+        (&false.into(), &serde_json::Value::Null)
+    );
+    let text = workspace.supple(&[&["inspect", "scene.toml"], options.as_slice()].concat()).out;
+    assert!(text.contains("  material    Young's modulus 1.000e9, in force "), "{text}");
+    assert!(text.contains("  steps       1 per frame\n"), "{text}");
+
+    // Regions: E = rho (alpha/dt^2) h^2 w (w + 1)/3.
+    let options = ["half_width=2", "stiffness=0.5", "damping_ratio=0"].map(|key| format!("body.block.{key}"));
+    let options: Vec<&str> = options.iter().flat_map(|option| ["--set", option]).collect();
+    let value = inspect(&workspace, &options);
+    let body = &value["bodies"][0];
+    assert_eq!(
+        (&body["material"], &body["youngs_modulus"]),
+        (&serde_json::Value::Null, &serde_json::Value::Null)
+    );
+    let rate = 30.0 * value["substeps"].as_f64().unwrap() * body["lattice"]["cell_size"].as_f64().unwrap();
+    assert!(near(number(&value, "youngs_modulus_in_force"), 1000.0 * 0.5 * rate * rate * 2.0), "{body}");
+    assert_eq!((number(&value, "damping_ratio"), number(&value, "damping_rate")), (0.0, 0.0));
+    let text = workspace.supple(&[&["inspect", "scene.toml"], options.as_slice()].concat()).out;
+    assert!(text.contains("  material    by half-width and stiffness, Young's modulus "), "{text}");
+    assert!(text.contains(" Hz, no damping\n"), "{text}");
+}
+
+#[test]
+fn the_reason_of_a_single_automatic_step_names_no_body() {
+    let scene = SCENE.replace("substeps = 2\n", "gravity = [0, 0, 0]\n");
+    let workspace = Workspace::with_scene(&scene);
+    let value = inspect(&workspace, &[]);
+    assert_eq!((&value["substeps"], &value["substeps_reason"]), (&1.into(), &"one step is enough".into()));
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    assert!(text.contains("  steps       1 per frame (auto: one step is enough)\n"), "{text}");
+}
+
 fn point(value: &serde_json::Value) -> [f64; 3] {
     serde_json::from_value(value.clone()).unwrap()
 }

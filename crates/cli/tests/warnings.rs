@@ -57,7 +57,7 @@ fn a_frequency_above_a_sixth_of_the_step_rate_is_reported_with_the_steps_that_it
         output.err
     };
     let message = "warning: scene: body block: it is softer than specified: `frequency` is 25 Hz, and 2 steps per \
-                   frame allow at most 10 Hz; set simulation.substeps to 5, or lower `frequency`\n";
+                   frame allow at most 10 Hz; set simulation.substeps to 5 or \"auto\", or lower `frequency`\n";
     assert_eq!(run("25.0", &[]), message);
     for substeps in ["5", "auto"] {
         assert_eq!(run("25.0", &["--set", &format!("simulation.substeps={substeps}")]), "");
@@ -70,4 +70,40 @@ fn a_frequency_above_a_sixth_of_the_step_rate_is_reported_with_the_steps_that_it
     let output = workspace.supple(&["run", "scene.toml", "other.toml", "--frames", "1", "-q", "-o", "all"]);
     assert_eq!(warnings(&output.err).len(), 1, "{output:?}");
     assert!(output.err.contains("warning: other: body block: it is softer"), "{output:?}");
+}
+
+#[test]
+fn a_youngs_modulus_that_needs_shorter_steps_is_reported_with_the_steps_that_it_needs() {
+    let workspace = Workspace::with_scene(&SCENE.replace("half_width = 1\n", ""));
+    let run = |options: &[&str]| {
+        let mut arguments = vec!["run", "scene.toml", "--quiet", "--frames", "1"];
+        arguments.extend(options);
+        let output = workspace.supple(&arguments);
+        output.expect(0, &[]);
+        output.err
+    };
+    let modulus = ["--set", "body.block.youngs_modulus=1e8"];
+    let message = run(&modulus);
+    let start = "warning: scene: body block: it is softer than specified: `youngs_modulus` is 1e8, and 2 steps per frame \
+                 allow at most ";
+    assert!(message.starts_with(start), "{message}");
+    let (_, rest) = message.split_once("set simulation.substeps to ").expect(&message);
+    let (needed, rest) = rest.split_once(' ').unwrap();
+    assert_eq!(rest, "or \"auto\", or lower `youngs_modulus`\n");
+    // So many steps are enough, and one less is not.
+    let needed: u32 = needed.parse().unwrap();
+    for (substeps, warned) in [(needed, false), (needed - 1, true)] {
+        let substeps = format!("simulation.substeps={substeps}");
+        assert_eq!(
+            !run(&[modulus.as_slice(), &["--set", &substeps]].concat()).is_empty(),
+            warned,
+            "{substeps}"
+        );
+    }
+    assert_eq!(run(&[modulus.as_slice(), &["--set", "simulation.substeps=\"auto\""]].concat()), "");
+    let inspected = workspace.supple(&[&["inspect", "scene.toml"], modulus.as_slice()].concat());
+    assert!(
+        inspected.out.contains("\nwarning: body block: it is softer than specified: `youngs_modulus`"),
+        "{inspected:?}"
+    );
 }

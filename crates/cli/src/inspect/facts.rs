@@ -1,12 +1,13 @@
 //! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
-use supple::{Body, Lattice, Plan, Preservation, Selection};
+use supple::{Body, Lattice, Plan, Preservation, Selection, StepReason};
 use supple_io::counted;
 use supple_io::frames::{Format, count_shared_normals};
 use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, Scene, Substeps};
 
+use super::material::MaterialFacts;
 use super::placed::{Placed, SelectionFacts};
 use super::warnings::warnings;
 
@@ -20,6 +21,8 @@ pub(super) struct Facts {
     pub(super) substeps: u32,
     /// Whether the program chose the number of steps per frame.
     pub(super) substeps_auto: bool,
+    /// What determined the number of steps; `None` if the scene states it.
+    pub(super) substeps_reason: Option<String>,
     pub(super) threads: usize,
     pub(super) simd: String,
     pub(super) directory: String,
@@ -46,6 +49,8 @@ pub(super) struct BodyFacts {
     pub(super) pins: Vec<SelectionFacts>,
     /// One entry per handle, in the order of the scene.
     pub(super) handles: Vec<SelectionFacts>,
+    #[serde(flatten)]
+    pub(super) material: Option<MaterialFacts>,
     /// Half-width of the regions, in cells.
     pub(super) half_width: usize,
     /// Size of a frame on disk, in bytes.
@@ -152,6 +157,7 @@ impl Facts {
             seconds: f64::from(simulation.frames) / simulation.fps,
             substeps: prepared.substeps,
             substeps_auto: simulation.substeps == Substeps::Auto,
+            substeps_reason: substeps_reason(prepared),
             threads: prepared.simulation.threads(),
             simd: supple::simd_level().to_string(),
             directory: scene.output_directory().display().to_string(),
@@ -164,6 +170,16 @@ impl Facts {
             warnings: warnings(scene, prepared),
         }
     }
+}
+
+/// Returns what determined the automatic number of steps per frame.
+fn substeps_reason(prepared: &Prepared) -> Option<String> {
+    let chosen = prepared.simulation.chosen_substeps()?;
+    let description = chosen.reason.description();
+    Some(match chosen.reason {
+        StepReason::One => description.to_owned(),
+        _ => format!("{description} {}", prepared.simulation.bodies()[chosen.body].name()),
+    })
 }
 
 /// Returns the limitations that affect a scene.
@@ -190,6 +206,7 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
         pins: selections(0, &mut data.pins.iter().map(|pin| &pin.selection)),
         handles: selections(data.pins.len(), &mut data.handles.iter().map(|handle| &handle.selection)),
         lattice: lattice(body.lattice(), &body),
+        material: MaterialFacts::new(body),
         half_width: body.half_width(),
         frame_bytes: source.frame_bytes(scene.output.format),
         memory_bytes: plan.bodies[index].bytes(),

@@ -1,6 +1,7 @@
 //! `supple inspect`: prints facts about a scene without running it.
 
 mod facts;
+mod material;
 mod placed;
 mod text;
 mod warnings;

@@ -12,7 +12,8 @@ use crate::terminal::{self, number};
 /// simulation and the memory of each.
 pub(super) fn format(facts: &Facts, plan: bool) -> String {
     let mut page = Page(String::new());
-    let auto = if facts.substeps_auto { " (auto)" } else { "" };
+    let reason = facts.substeps_reason.as_ref();
+    let auto = reason.map_or_else(String::new, |reason| format!(" (auto: {reason})"));
     let frames = counted(facts.frames as usize, "frame");
     page.line(&facts.input);
     page.entry("duration", &format!("{frames} at {} frames/s = {:.2} s", facts.fps, facts.seconds));
@@ -73,6 +74,11 @@ impl Page {
             for (index, selection) in selections.iter().enumerate() {
                 self.selection(&format!("{kind} {index}"), selection);
             }
+        }
+        if let Some(material) = &body.material {
+            let [first, second] = material.lines();
+            self.entry("material", &first);
+            self.entry("", &second);
         }
         self.entry("half-width", &counted(body.half_width, "cell"));
         self.entry("memory", &terminal::bytes(body.memory_bytes as u64));

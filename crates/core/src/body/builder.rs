@@ -13,7 +13,7 @@ use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution, vertex_mass
 use crate::matching::Matching;
 use crate::mesh::Mesh;
 use crate::skin::Skin;
-use crate::state::{Placement, State, index_bounds};
+use crate::state::{Placement, State};
 use crate::volume::{Correction, VolumeOptions};
 
 /// Builds a [`Body`] from a mesh or a lattice, and settings. The settings have the names, units, ranges and
@@ -297,10 +297,4 @@ impl BodyBuilder {
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;
         Ok(body)
     }
-}
-
-/// Returns the largest extent of a lattice along an axis, in cells.
-pub(super) fn extent(lattice: &Lattice) -> usize {
-    let (low, high) = index_bounds(lattice.indices());
-    (0..3).map(|c| high[c].abs_diff(low[c]) as usize).max().unwrap_or(1)
 }

@@ -1,7 +1,6 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
-use super::builder::extent;
 use super::{Body, Surface};
 use crate::dynamics::{
     Damping, ElasticDamper, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionDamping,
@@ -11,6 +10,7 @@ use crate::lattice::Lattice;
 use crate::matching::Matching;
 use crate::parallel::Executor;
 use crate::range::RangeError;
+use crate::state::index_bounds;
 
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
 pub(super) const DEFAULT_HALF_WIDTH: usize = 2;
@@ -287,4 +287,10 @@ pub(super) fn size_of(lattice: &Lattice, surface: Option<&Surface>) -> f64 {
         return mesh.volume().abs().cbrt();
     }
     extents.product().cbrt().max(LEAST_SIZE * extents.max())
+}
+
+/// Returns the largest extent of a lattice along an axis, in cells.
+pub(super) fn extent(lattice: &Lattice) -> usize {
+    let (low, high) = index_bounds(lattice.indices());
+    (0..3).map(|c| high[c].abs_diff(low[c]) as usize).max().unwrap_or(1)
 }

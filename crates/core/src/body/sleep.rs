@@ -11,7 +11,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::builder::extent;
+use super::elasticity::extent;
 use super::{Body, StepContext};
 use crate::contact::Colliders;
 use crate::parallel::Executor;
@@ -104,13 +104,13 @@ impl Body {
         let origin = state.frame.velocity();
         let is_fast = |&slot: &u32| {
             let velocity = Vector3::from(state.velocities.get(slot).map(f64::from)) + origin;
-            // A velocity that is not a number is fast.
-            !(velocity.norm_squared() < limit * limit)
+            let squared = velocity.norm_squared();
+            squared >= limit * limit || squared.is_nan()
         };
         if is_fast(&slots[*fast_vertex]) {
             return false;
         }
-        match slots.iter().position(|slot| is_fast(slot)) {
+        match slots.iter().position(is_fast) {
             Some(vertex) => {
                 *fast_vertex = vertex;
                 false

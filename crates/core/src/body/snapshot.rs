@@ -1,6 +1,6 @@
 //! Saves and restores the state of a body.
 
-use super::builder::extent;
+use super::elasticity::extent;
 use super::{Body, Surface};
 use crate::dynamics::{Constraints, Forces, Material};
 use crate::error::Error;

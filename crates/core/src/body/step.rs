@@ -114,15 +114,15 @@ impl Body {
             Stage::Momentum => self.track_momentum(executor),
             // dynamics::damping: v += d (v̄ - v).
             Stage::RegionDamping => self.damp(context, executor),
-            // dynamics::elastic_damping: reads the motion of constrained vertices, for the reference motion r.
-            Stage::ElasticDamping => self.begin_elastic_damping(),
+            // dynamics::elastic_damping: r, the reference motion of each component. Before the acceleration, v becomes
+            // r + exp(-2 c h) (v - r).
+            Stage::ElasticDamping => self.begin_elastic_damping(context, executor),
             // contact: stores v as the velocity before the impacts of this step.
             Stage::BeginContacts => self.begin_contacts(),
             // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions
             // that contain the vertex. dynamics::integration: v += alpha (g - x)/h + h a.
             Stage::Matching => self.match_shapes(context, executor),
-            // dynamics::integration: x += h v, after v is damped, r + exp(-2 c h) (v - r), and corrected such that
-            // the momenta are P and L.
+            // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
             // contact: v += J/m and x += h J/m where surface samples touch a collider. Samples that are then
             // still inside a collider are pushed out by a change of x alone.
@@ -261,12 +261,17 @@ impl Body {
         region_damping.apply(matching, workspace, executor, rotations_velocities, fraction as f32);
     }
 
-    /// Reads the motion of the constrained vertices before the step.
-    fn begin_elastic_damping(&mut self) {
+    /// Measures the motion before the step, and computes the reference motions of the damping.
+    fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
+        let dt = context.interval.dt;
+        let rate = self.decay_rate(dt, executor);
+        let size = self.size / self.lattice.cell_size();
         let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else {
             return;
         };
-        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum);
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum, (rate, size, dt));
     }
 
     /// Stores the velocities before the impacts of this step.
@@ -312,7 +317,7 @@ impl Body {
         });
 
         let stiffness_rate = alpha / dt;
-        let sums_momenta = momentum.any_free() || elastic_damping.is_some();
+        let sums_momenta = momentum.any_free();
         let weights = &matching.regions.weights;
         let (components, sums) = momentum.begin_sums();
         let update = Accelerate {
@@ -320,6 +325,9 @@ impl Body {
             positions: &state.positions,
             stiffness_rate: stiffness_rate as f32,
             velocity_change: velocity_change.map(|v| v as f32).into(),
+            damping: elastic_damping
+                .as_ref()
+                .map(|damping| (damping.damped(), components, matching.layout.occupied())),
             components: sums_momenta.then_some(components),
         };
         let (layout, velocities) = (&matching.layout, state.velocities.blocks_mut());
@@ -332,23 +340,13 @@ impl Body {
         momentum.add_impulse(&mut state.momenta, velocity_change);
     }
 
-    /// Damps the velocities, and corrects them such that the momenta of free components are the tracked ones. Then
-    /// advances the positions: x += h v.
+    /// Corrects the velocities such that the momenta of free components are the tracked ones, then advances
+    /// the positions: x += h v.
     fn integrate(&mut self, context: &StepContext, executor: &Executor) {
-        let dt = context.interval.dt;
-        let decay_rate = self.elastic_damping.as_ref().map(|_| self.decay_rate(dt, executor));
-        let size = (self.size / self.lattice.cell_size(), dt);
-        let Self { matching, momentum, elastic_damping, state, .. } = self;
-        let keep = decay_rate.map_or(1.0, |rate| (-2.0 * rate * dt).exp());
-        let (components, corrections) = match elastic_damping {
-            Some(damping) => momentum.damped_corrections(&state.momenta, keep, |component, rigid, motion| {
-                let supports = state.supports.list_mut();
-                damping.reference((component, rigid), motion, supports, size)
-            }),
-            None => momentum.corrections(&state.momenta),
-        };
+        let Self { matching, momentum, state, .. } = self;
+        let (components, corrections) = momentum.corrections(&state.momenta);
         let occupied = matching.layout.occupied();
-        let advance = Advance { keep: keep as f32, occupied, components, corrections, dt };
+        let advance = Advance { occupied, components, corrections, dt: context.interval.dt };
         advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
@@ -396,7 +394,7 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
-    use crate::{Collider, Lattice, Selection, Simulation};
+    use crate::{Collider, Lattice, Material, Selection, Simulation};
 
     fn known_momenta(simulation: &Simulation) -> Vec<bool> {
         simulation.body(0).state.momenta.iter().map(Option::is_some).collect()
@@ -405,7 +403,7 @@ mod tests {
     #[test]
     fn contacts_and_forces_invalidate_momenta_of_their_components_only() {
         let lattice = Lattice::from_cells(&[[0, 0, 0], [4, 0, 0], [8, 0, 0]], 1.0, Point3::origin(), false);
-        let mut body = Body::from_lattice(lattice.unwrap()).build().unwrap();
+        let mut body = Body::from_lattice(lattice.unwrap()).material(Material::fast_lsm()).build().unwrap();
         body.apply_forces(&[(2, [1.0, 0.0, 0.0])]).unwrap();
         let ball = Collider::sphere([8.5, -1.0, 0.5], 1.5);
         let mut simulation =
@@ -416,7 +414,8 @@ mod tests {
         body.apply_force([1.0; 3], &Selection::Vertices(vec![2])).unwrap();
         let (gravity, interval) = (Vector3::zeros(), Interval::of_step(1, 1.0));
         let colliders = &Colliders::new(&[]).unwrap();
-        body.apply_external_forces(&StepContext { gravity, interval, is_frame_start: true, colliders });
+        let context = StepContext { gravity, interval, is_frame_start: true, colliders, sleep: false };
+        body.apply_external_forces(&context);
         assert_eq!(known_momenta(&simulation), [true, false, false]);
     }
 }

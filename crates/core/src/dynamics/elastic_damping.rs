@@ -19,7 +19,8 @@
 use nalgebra::Vector3;
 
 use super::constraints::Constraints;
-use super::momentum::{MomentumTracker, Projection, RigidMotion, RigidState, Sums, Weight};
+use super::momentum::{MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums, Weight};
+use crate::simd::lanes::Lanes;
 use crate::state::{Deflection, State, Support};
 
 /// Least limit of a deflection: an angle in rad, or a length as a fraction of the size of the body. A body that sways
@@ -32,22 +33,61 @@ const GREATEST_LIMIT: f64 = 0.02;
 /// Way beyond the limit after which the limit is divided by e.
 const MEMORY: f64 = 0.2;
 
-/// The elastic-damping stage. What it damps with is computed at the beginning of a step, and the integration applies
-/// it.
+/// The elastic-damping stage. It computes the reference motions at the beginning of a step, and the acceleration towards
+/// the goal positions applies them to the velocities before the step. So damping acts neither on the gravity of the step
+/// nor on the impulses that carry the body.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ElasticDamper {
     /// Sums over the constrained vertices of each component, with unit masses, and their number.
     constrained: Vec<(Sums, f64)>,
+    damped: Damped,
+}
+
+/// The damping of a step: velocities v become `keep` v + r, with a rigid velocity r of each component.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Damped {
+    pub(crate) keep: f32,
+    /// 1 - `keep` times the reference motion of each component.
+    pub(crate) rigid: Vec<RigidVelocity>,
 }
 
 impl ElasticDamper {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.constrained.as_slice())
+        size_of_val(self.constrained.as_slice()) + size_of_val(self.damped.rigid.as_slice())
     }
 
-    /// Begins a step: reads the motion of the constrained vertices. `slots` has the slot of each lattice vertex.
+    /// Returns the damping of the step.
+    pub(crate) fn damped(&self) -> &Damped {
+        &self.damped
+    }
+
+    /// Begins a step of `dt` seconds: computes the reference motions, and advances the deflections of the supports.
+    ///
+    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `rate` is c in 1/s, and `size`
+    /// the size of the body in cells.
     pub(crate) fn begin(
+        &mut self,
+        constraints: Option<&Constraints>,
+        (state, slots): (&mut State, &[u32]),
+        tracker: &MomentumTracker,
+        (rate, size, dt): (f64, f64, f64),
+    ) {
+        self.read_constrained(constraints, (state, slots), tracker);
+        let keep = (-2.0 * rate * dt).exp();
+        let mut rigid = std::mem::take(&mut self.damped.rigid);
+        rigid.clear();
+        for (component, measured) in tracker.states().iter().enumerate() {
+            let motion = measured.motion(measured.momentum);
+            let supports = state.supports.list_mut();
+            let reference = self.reference((component, measured), motion, supports, (size, dt));
+            rigid.push((reference * (1.0 - keep)).about_origin(measured.center));
+        }
+        self.damped = Damped { keep: keep as f32, rigid };
+    }
+
+    /// Sums the motion of the constrained vertices of each component.
+    fn read_constrained(
         &mut self,
         constraints: Option<&Constraints>,
         (state, slots): (&State, &[u32]),
@@ -55,16 +95,13 @@ impl ElasticDamper {
     ) {
         self.constrained.clear();
         let Some(constraints) = constraints.filter(|constraints| constraints.any_active()) else { return };
-        self.constrained.resize(tracker.component_count(), (Sums::default(), 0.0));
+        self.constrained.resize(tracker.states().len(), (Sums::default(), 0.0));
         let active = constraints.list().iter().filter(|constraint| constraint.is_active());
         for &vertex in active.flat_map(|constraint| constraint.vertices()) {
             let slot = slots[vertex as usize];
-            let (sums, count) = &mut self.constrained[tracker.component_of(slot)];
-            sums.add_vertex(
-                1.0,
-                state.positions.get(slot).map(f64::from),
-                state.velocities.get(slot).map(f64::from),
-            );
+            let (sums, count) = &mut self.constrained[tracker.components().of_slot(slot)];
+            let vector = |lanes: &Lanes<3>| lanes.get(slot).map(f64::from);
+            sums.add_vertex(1.0, vector(&state.positions), vector(&state.velocities));
             *count += 1.0;
         }
     }
@@ -72,7 +109,7 @@ impl ElasticDamper {
     /// Returns the reference motion of a component, and advances the deflections of its supports by a step of `dt`
     /// seconds. `motion` is the rigid motion with the momenta of the component, and `size` the size of the body in
     /// cells.
-    pub(crate) fn reference(
+    fn reference(
         &self,
         (component, rigid): (usize, &RigidState),
         motion: RigidMotion,

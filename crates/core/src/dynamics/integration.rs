@@ -8,13 +8,14 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8, mask32x8};
 
+use super::elastic_damping::Damped;
 use super::momentum::{self, Components, Fields, RigidVelocity, Sums};
 use crate::matching::VertexUpdate;
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::simd::level;
 
-/// The vertex update v += alpha (g - x)/h + h a. The goal position g of a vertex is 1/n times a sum over the
+/// The vertex update v += alpha (g - x)/h + h a, after damping. The goal position g of a vertex is 1/n times a sum over the
 /// n regions that contain the vertex; the adjoint of the cascade computes this sum.
 pub(crate) struct Accelerate<'a> {
     /// m and 1/n of each vertex.
@@ -22,6 +23,9 @@ pub(crate) struct Accelerate<'a> {
     pub(crate) positions: &'a Lanes<3>,
     /// alpha/h, in 1/s.
     pub(crate) stiffness_rate: f32,
+    /// Damping of the velocities before the step, with the connected components and, for each block, the bit mask of
+    /// the lanes with a vertex. `None` without damping.
+    pub(crate) damping: Option<(&'a Damped, &'a Components, &'a [u8])>,
     /// h a, the velocity change of all vertices by the acceleration a, in cells/s.
     pub(crate) velocity_change: [f32; 3],
     /// Connected components whose momenta are summed after the update. If `None`, no momenta are summed.
@@ -42,6 +46,12 @@ impl VertexUpdate for Accelerate<'_> {
         sums: &mut [Sums],
     ) {
         let blocks = first..first + velocities.len();
+        if let Some((Damped { keep, rigid }, components, occupied)) = self.damping {
+            let positions = &self.positions.blocks()[blocks.clone()];
+            for (at, (x, v)) in positions.iter().zip(&mut *velocities).enumerate() {
+                correct(simd, *keep, (first + at, occupied[first + at]), (components, rigid), x, v);
+            }
+        }
         let (weights, positions) = (&self.weights.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
         let zero = f32x8::splat(simd, 0.0);
         let vertices = weights.iter().zip(positions).zip(region_sums).zip(&mut *velocities);
@@ -64,11 +74,8 @@ impl VertexUpdate for Accelerate<'_> {
     }
 }
 
-/// The update x += h v, after damping and the momentum correction: v becomes `keep` v plus a rigid velocity of the
-/// connected component.
+/// The update x += h v, after the momentum correction: a rigid velocity of the connected component is added to v.
 pub(crate) struct Advance<'a> {
-    /// Fraction of the velocities that damping keeps, in [0, 1]; 1 without damping.
-    pub(crate) keep: f32,
     /// For each block, the bit mask of the lanes with a vertex.
     pub(crate) occupied: &'a [u8],
     pub(crate) components: &'a Components,
@@ -94,7 +101,7 @@ impl Advance<'_> {
                 for (at, ((x, low), v)) in positions.iter_mut().zip(compensation).zip(velocities).enumerate() {
                     let occupied = self.occupied[first + at];
                     let rigid = (self.components, self.corrections);
-                    correct(simd, self.keep, (first + at, occupied), rigid, x, v);
+                    correct(simd, 1.0, (first + at, occupied), rigid, x, v);
                     advance(simd, self.dt, x, low, v);
                 }
             });

@@ -45,7 +45,7 @@ pub(crate) fn lowest_eigenvalue(
         positions.set(slot, [0, 1, 2].map(|c| offset(c) as f32));
     }
     let mut workspace = Workspace::default();
-    let rest = vec![Some(Momentum::default()); tracker.component_count()];
+    let rest = vec![Some(Momentum::default()); tracker.states().len()];
     let mut remove_rigid = |field: &mut Lanes<3>| {
         tracker.measure(executor, cascade.task_blocks(), weights, &positions, field);
         let (components, corrections) = tracker.corrections(&rest);
@@ -63,13 +63,14 @@ pub(crate) fn lowest_eigenvalue(
     while diagonal.len() < MAX_ITERATIONS {
         next.copy_from(&current);
         damper.apply(matching, &mut workspace, executor, (&rotations, &mut next), 1.0);
-        // K current = current - S current.
+        // K current = current - S current. Rigid displacements are removed from S current and not from the
+        // difference, so that the eigenvalue of those that rounding adds is 1. It would be 0, and Lanczos' method
+        // would find it.
+        remove_rigid(&mut next);
         combine(&mut next, -1.0, &current, 1.0);
         let alpha = product(weights, &next, &current);
         combine(&mut next, 1.0, &current, -alpha);
         combine(&mut next, 1.0, &previous, -beta);
-        // Rounding errors are rigid in part. They would grow, because the eigenvalue 0 is far from the others.
-        remove_rigid(&mut next);
         diagonal.push(alpha);
         beta = product(weights, &next, &next).sqrt();
         if beta.is_nan() || beta <= f64::from(f32::EPSILON) {

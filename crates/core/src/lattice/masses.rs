@@ -191,7 +191,7 @@ mod tests {
             let x = overlap(0, cell[0]);
             let (low, high) = (x * y_low * z_low, x * y_high * z_high);
             assert!(
-                (low.max(LEAST_SHARE) - 1e-9..=high.min(1.0).max(LEAST_SHARE) + 1e-9).contains(share),
+                (low.max(LEAST_SHARE) - 1e-9..=high.clamp(LEAST_SHARE, 1.0) + 1e-9).contains(share),
                 "{cell:?}: {share}"
             );
         }

@@ -1,6 +1,5 @@
-//! Finds out where a body deviates from its scene: frames in which its volume was not kept, and a frequency
-//! or a Young's modulus that its
-//! steps are too long for.
+//! Finds out where a body deviates from its scene: frames in which its volume was not kept, and a frequency or a Young's
+//! modulus for which its steps are too long.
 
 use std::fmt;
 
@@ -162,7 +161,7 @@ mod tests {
     #[test]
     fn a_frequency_above_a_sixth_of_the_step_rate_is_softened() {
         let softened = |frequency: f64, substeps: u32| {
-            let lattice = supple::Lattice::from_cells(&[[0; 3]], 1.0, [0.0; 3].into(), true).unwrap();
+            let lattice = supple::Lattice::from_cells(&[[0; 3]], 1.0, [0.0; 3], true).unwrap();
             let body = supple::Body::from_lattice(lattice).frequency(frequency).build().unwrap();
             let simulation = supple::Simulation::builder().body(body).fps(30.0);
             let simulation = simulation.substeps(supple::Substeps::Fixed(substeps)).build().unwrap();

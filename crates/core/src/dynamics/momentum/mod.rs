@@ -9,10 +9,12 @@
 //! A slot is the index of a vertex in the storage order ([`Lanes`]).
 
 mod projection;
+mod rigid;
 mod sums;
 
-pub(crate) use projection::{Projection, RigidMotion, Weight};
-pub(crate) use sums::{Fields, RigidState, RigidVelocity, Sums, add};
+pub(crate) use projection::{Projection, Weight};
+pub(crate) use rigid::{RigidMotion, RigidVelocity};
+pub(crate) use sums::{Fields, RigidState, Sums, add};
 
 use fearless_simd::dispatch;
 use nalgebra::Vector3;
@@ -248,37 +250,14 @@ impl MomentumTracker {
         self.states.iter().map(|state| state.mass).sum()
     }
 
-    /// Computes, for each component, the rigid velocity that damping and the correction of the momenta add to the
-    /// velocities v after these are multiplied by `keep`: the velocities then are r + `keep` (v - r'), where r' is
-    /// the measured rigid motion of the component with the momenta in `momenta`, and r its reference motion.
-    ///
-    /// `reference` computes the reference motion of a component from its index, its measured state and r'. The
-    /// entry of a component in `momenta` is `None` if its momenta are not conserved; r' is then the measured motion.
-    pub(crate) fn damped_corrections(
-        &mut self,
-        momenta: &[Option<Momentum>],
-        keep: f64,
-        mut reference: impl FnMut(usize, &RigidState, RigidMotion) -> RigidMotion,
-    ) -> (&Components, &[RigidVelocity]) {
-        let components = self.states.iter().zip(momenta).zip(&mut self.corrections).enumerate();
-        for (component, ((state, momentum), correction)) in components {
-            let measured = state.motion(state.momentum);
-            let tracked = momentum.map_or(measured, |momentum| state.motion(momentum));
-            let reference = reference(component, state, tracked);
-            let change = (tracked - measured) * keep + reference * (1.0 - keep);
-            *correction = change.about_origin(state.center);
-        }
-        (&self.components, &self.corrections)
+    /// Returns the component of each slot.
+    pub(crate) fn components(&self) -> &Components {
+        &self.components
     }
 
-    /// Returns the component of the vertex in a slot.
-    pub(crate) fn component_of(&self, slot: u32) -> usize {
-        self.components.of_slot(slot)
-    }
-
-    /// Returns the number of components.
-    pub(crate) fn component_count(&self) -> usize {
-        self.states.len()
+    /// Returns the rigid state of each component at the last measurement.
+    pub(crate) fn states(&self) -> &[RigidState] {
+        &self.states
     }
 
     /// Computes, for each component, the rigid velocity that changes the measured momenta to the momenta in

@@ -1,18 +1,13 @@
-//! Projects the motion of a component on rigid motions, and on rigid motions that satisfy linear conditions.
-
-use std::ops::{Add, Mul, Sub};
+//! Projects the motion of a component on rigid motions that satisfy linear conditions.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::sums::{RigidState, RigidVelocity};
+use super::rigid::{RigidMotion, principal_axes};
+use super::sums::RigidState;
 
 /// A condition that has less than this fraction of the mobility of the unconstrained component left is already
 /// determined by the earlier conditions.
 const DETERMINED: f64 = 1e-9;
-
-/// Principal inertia, as a fraction of the trace of the inertia tensor, below which an axis counts as that of points
-/// on a line.
-const LEAST_INERTIA: f64 = 1e-9;
 
 /// Variance of a soft condition, as a fraction of the mobility of the unconstrained component. Soft conditions that
 /// contradict each other, as those of two plates that press on a body do, give a compromise. The speeds of the compromise
@@ -26,55 +21,6 @@ pub(crate) enum Weight {
     Exact,
     /// With the variance [`SOFTNESS`].
     Soft,
-}
-
-/// A rigid motion v + ω × (x - c), where c is the center of mass of a component, in cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RigidMotion {
-    /// v, the velocity of the center of mass, in cells/s.
-    pub(crate) linear: Vector3<f64>,
-    /// ω, the angular velocity, in rad/s.
-    pub(crate) angular: Vector3<f64>,
-}
-
-impl RigidMotion {
-    /// Converts the motion to a velocity field about the body's origin. `center` is c. Returns zero if the motion is
-    /// not finite.
-    pub(super) fn about_origin(self, center: Vector3<f64>) -> RigidVelocity {
-        let at_origin = self.linear - self.angular.cross(&center);
-        let is_finite = at_origin.iter().chain(self.angular.iter()).all(|x| x.is_finite());
-        if !is_finite {
-            return RigidVelocity::default();
-        }
-        RigidVelocity {
-            linear: at_origin.map(|v| v as f32).into(),
-            angular: self.angular.map(|v| v as f32).into(),
-        }
-    }
-}
-
-impl Add for RigidMotion {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self { linear: self.linear + other.linear, angular: self.angular + other.angular }
-    }
-}
-
-impl Sub for RigidMotion {
-    type Output = Self;
-
-    fn sub(self, other: Self) -> Self {
-        Self { linear: self.linear - other.linear, angular: self.angular - other.angular }
-    }
-}
-
-impl Mul<f64> for RigidMotion {
-    type Output = Self;
-
-    fn mul(self, factor: f64) -> Self {
-        Self { linear: self.linear * factor, angular: self.angular * factor }
-    }
 }
 
 /// Projects a rigid motion, in the metric of the mass, on the rigid motions that satisfy linear conditions, which are
@@ -162,17 +108,4 @@ impl Projection {
 
 fn stack(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
     Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
-}
-
-/// Returns the principal inertias and axes, without the axis of points on a line.
-pub(super) fn principal_axes(inertia: &Matrix3<f64>) -> impl Iterator<Item = (f64, Vector3<f64>)> {
-    let scale = inertia.trace();
-    let is_valid = scale > 0.0 && scale.is_finite();
-    let eigen = is_valid.then(|| (inertia / scale).symmetric_eigen());
-    eigen.into_iter().flat_map(move |eigen| {
-        let axes = [0, 1, 2].map(|k| (eigen.eigenvalues[k], eigen.eigenvectors.column(k).into_owned()));
-        axes.into_iter()
-            .filter(|(value, _)| *value > LEAST_INERTIA)
-            .map(move |(value, axis)| (value * scale, axis))
-    })
 }

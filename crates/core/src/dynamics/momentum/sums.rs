@@ -4,8 +4,8 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
-use super::projection::principal_axes;
-use super::{Components, RigidMotion};
+use super::Components;
+use super::rigid::{RigidMotion, RigidVelocity, principal_axes};
 use crate::simd::lanes::{Block, LANES, load};
 use crate::state::Momentum;
 
@@ -133,15 +133,6 @@ fn add_by_component(of_slot: &[u32], first: usize, fields: Fields, sums: &mut [S
             sums[component as usize].add_vertex(m, position, velocity);
         }
     }
-}
-
-/// A rigid velocity field v + ω × x, where x is a position in cells from the body's origin.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct RigidVelocity {
-    /// v, the velocity at the body's origin, in cells/s.
-    pub(crate) linear: [f32; 3],
-    /// ω, the angular velocity, in rad/s.
-    pub(crate) angular: [f32; 3],
 }
 
 /// The rigid state of a component, measured from its vertices: mass, center of mass, momenta and inertia.
