@@ -11,21 +11,19 @@ import numpy as np
 
 import supple
 
-STEPS_PER_FRAME = 4
-
 
 def main(model: str = "examples/scenes/bust.obj", output: str = "surfaces.npy", frames: str = "90") -> None:
     """Write the surfaces of all frames as one array of shape (frames + 1, vertices, 3)."""
     mesh = supple.read_obj(model)
     low, high = mesh.bounds
-    body = supple.Body(mesh, lattice_vertices=1000, half_width=2, region_damping_rate=4.0, spin=(0, 0, 1))
+    body = supple.Body(mesh, lattice_vertices=1000, spin=(0, 0, 1))
     ground = supple.Plane((0, low[1] - 0.2 * (high[1] - low[1]), 0), (0, 1, 0))
-    sim = supple.Simulation([body], dt=1 / 30 / STEPS_PER_FRAME, colliders=[ground], substeps=STEPS_PER_FRAME)
+    sim = supple.Simulation([body], fps=30, colliders=[ground])
 
     surfaces = np.empty((int(frames) + 1, len(mesh.vertices), 3), dtype=np.float32)
     for frame, surface in enumerate(surfaces):
         if frame > 0:
-            sim.step(STEPS_PER_FRAME)
+            sim.advance()
         body.surface(out=surface)
     np.save(output, surfaces)
     print(f"{output}: {surfaces.shape}, lowest point at the end {surfaces[-1, :, 1].min():.3f}")

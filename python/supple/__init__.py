@@ -3,10 +3,10 @@
     import supple
 
     mesh = supple.read_obj("bust.obj")
-    body = supple.Body(mesh, lattice_vertices=1000, half_width=2, volume="auto")
-    sim = supple.Simulation([body], dt=1 / 60, colliders=[supple.Plane((0, -1, 0), (0, 1, 0))])
+    body = supple.Body(mesh, lattice_vertices=1000, material="rubber", volume="auto")
+    sim = supple.Simulation([body], fps=30, colliders=[supple.Plane((0, -1, 0), (0, 1, 0))])
     for frame in range(120):
-        sim.step()
+        sim.advance()                       # one frame, of as many steps as the material needs
         points = body.surface()             # (k, 3): the displayed surface, vertices in input order
 
 A `Body` is a *lattice* of cubic cells that covers the mesh. Each step fits a rigid motion to the region around every
@@ -19,8 +19,10 @@ Contents:
     Mesh, read_obj                          surface meshes; a mesh argument may also be a path or a trimesh.Trimesh
     Lattice                                 from_mesh, or from_cells for a boolean array
     Body                                    positions, velocities, rotations, masses: numpy arrays, one row per vertex;
-                                            edit; pin, handle, holds, apply_force; goals, surface, volume_report
-    Simulation                              step(n); dt, time, gravity, colliders can be set between steps
+                                            edit; pin, handle, holds, apply_force; goals, surface, volume_report;
+                                            material, youngs_modulus, damping_ratio; mass, momenta, energies
+    Simulation                              advance(frames), step(n); substeps, time, gravity, colliders, sleep can be
+                                            set between steps
     Plane, Sphere, Box, Capsule             colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
@@ -28,6 +30,7 @@ Contents:
     rotations, reference.goals              rotations of matrices; goal positions by naive sums
     SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
                                             OutputError (also an OSError)
+    MaterialWarning                         a body is softer than its material, because the steps are too long
 
 Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). No axis is
 special; only gravity defines a vertical direction. Array arguments may be lists, tuples or arrays of any real dtype,
@@ -44,7 +47,7 @@ of threads. Bodies and simulations can be pickled and deep-copied; a copy contin
 from . import edits, errors, plots, reference, reports, viewer
 from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, Plane, Sphere
-from .errors import LatticeError, MeshError, OutputError, SceneError, SuppleError
+from .errors import LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
@@ -61,6 +64,7 @@ __all__ = [
     "Hold",
     "Lattice",
     "LatticeError",
+    "MaterialWarning",
     "Mesh",
     "MeshError",
     "OutputError",

@@ -1,6 +1,6 @@
-"""Defines the exceptions of supple. Other invalid values raise `ValueError`, and wrong types raise `TypeError`."""
+"""Defines the exceptions and warnings of supple. Other invalid values raise `ValueError`, wrong types `TypeError`."""
 
-__all__ = ["LatticeError", "MeshError", "OutputError", "SceneError", "SuppleError"]
+__all__ = ["LatticeError", "MaterialWarning", "MeshError", "OutputError", "SceneError", "SuppleError"]
 
 
 class SuppleError(Exception):
@@ -21,3 +21,11 @@ class SceneError(SuppleError, ValueError):
 
 class OutputError(SuppleError, OSError):
     """Frames that cannot be written: no space, no permission, or another run in the same directory."""
+
+
+class MaterialWarning(UserWarning):
+    """A body is softer than its material, because the steps are too long.
+
+    The message names the value that was asked for, the value in force, and a step length that is short enough. The
+    first step warns once for each such body, and again after its material or the step length changed.
+    """

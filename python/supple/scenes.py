@@ -23,8 +23,9 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
         Changes to the scene by key path: `{"simulation.gravity": [0, 0, 0], "body.bust.half_width": 3}`. In a key
         path a body is given by its name, and an entry of another list by its index from 0.
 
-    Returns a Simulation with dt = 1 / (fps * substeps). Raises FileNotFoundError for a missing file, SceneError, with
-    file, line and key, for an invalid scene, and MeshError or LatticeError for an invalid mesh or lattice.
+    Returns a Simulation with the fps and the substeps of the scene: sim.advance() is one frame. Raises
+    FileNotFoundError for a missing file, SceneError, with file, line and key, for an invalid scene, and MeshError or
+    LatticeError for an invalid mesh or lattice.
     """
     return _core.load_scene(path, _assignments(overrides))
 

@@ -24,9 +24,9 @@ def view(target: Simulation | Body) -> None:
     target : Simulation or Body
         A body is displayed with its simulation. A body outside a simulation does not move.
 
-    The window has controls to run and pause the simulation. For each body it has sliders for the stiffness (or
-    frequency) and the half-width, and a checkbox for the volume correction. Static planes are drawn; other colliders
-    are not. Needs polyscope (in a checkout: `pip install ".[view]"`) and a display.
+    The window has controls to run and pause the simulation. For each body it has a checkbox for the volume correction,
+    and if the body has no material, sliders for the stiffness (or frequency) and the half-width. Static planes are
+    drawn; other colliders are not. Needs polyscope (in a checkout: `pip install ".[view]"`) and a display.
     """
     Viewer(target).show()
 
@@ -141,9 +141,10 @@ class _Panel:
             changed, frequency = imgui.SliderFloat("frequency [Hz]", body.frequency, v_min=0.1, v_max=60.0)
             if changed:
                 body.frequency = max(frequency, 0.1)
-        changed, half_width = imgui.SliderInt("half-width [cells]", body.half_width, v_min=1, v_max=_MAX_HALF_WIDTH)
-        if changed:
-            body.half_width = max(half_width, 1)
+        if body.stiffness is not None or body.frequency is not None:
+            changed, half_width = imgui.SliderInt("half-width [cells]", body.half_width, v_min=1, v_max=_MAX_HALF_WIDTH)
+            if changed:
+                body.half_width = max(half_width, 1)
         is_on = body.volume_options["measure"] != "off"
         changed, enable = imgui.Checkbox("keep the volume", is_on)
         if changed and enable != is_on:

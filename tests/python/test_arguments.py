@@ -19,7 +19,6 @@ def _simulation(**settings):
     ("settings", "error", "message"),
     [
         ({"dt": "x"}, TypeError, "dt must be a number, not str"),
-        ({"dt": None}, TypeError, "dt must be a number, not None"),
         ({"dt": 1j}, TypeError, "dt must be a number, not complex"),
         ({"dt": np.array([0.1])}, TypeError, "dt must be a number, not ndarray"),
         ({"dt": 10**400}, ValueError, "dt is too large"),
@@ -41,6 +40,13 @@ def _simulation(**settings):
         ({"threads": 1.5}, TypeError, "threads must be a whole number, not float"),
         ({"threads": -1}, ValueError, "threads = -1 is out of range"),
         ({"substeps": 0}, ValueError, "substeps = 0 is out of range: it must be a whole number, at least 1"),
+        ({"substeps": 2.0}, TypeError, "substeps must be a whole number, not float"),
+        ({"substeps": "all"}, ValueError, 'substeps is "all"; it must be "auto" or a whole number, at least 1'),
+        ({"substeps": "auto"}, ValueError, 'substeps = "auto" needs fps'),
+        ({"dt": 0.1, "fps": 30}, ValueError, "dt and fps are mutually exclusive; pass only one of them"),
+        ({"fps": 0}, ValueError, "fps = 0 is out of range: it must be frames per second, > 0"),
+        ({"fps": "30"}, TypeError, "fps must be a number, not str"),
+        ({"sleep": None}, TypeError, "sleep must be True or False, not None"),
         ({"gravty": (0, 0, 0)}, TypeError, '"gravty"; the nearest one is "gravity"'),
     ],
 )

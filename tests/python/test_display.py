@@ -223,7 +223,7 @@ def test_the_viewer_renders_a_body_without_a_simulation(cube, polyscope, tmp_pat
 
 
 def test_the_viewer_of_a_body_steps_its_simulation(cube, polyscope):
-    body = supple.Body(cube, lattice_vertices=64)
+    body = supple.Body(cube, lattice_vertices=64, half_width=2)
     assert body.simulation is None
     sim = supple.Simulation([body])
     assert body.simulation is sim

@@ -68,7 +68,7 @@ def test_positions_and_velocities_are_set_independently(block):
 
 
 def test_evaluating_a_body_changes_no_bit(cube):
-    bodies = [supple.Body(cube, lattice_vertices=200, region_damping=0.2) for _ in range(2)]
+    bodies = [supple.Body(cube, lattice_vertices=200, half_width=2, region_damping=0.2) for _ in range(2)]
     sims = [supple.Simulation([body], colliders=[supple.Plane((0, -2, 0), (0, 1, 0))], threads=1) for body in bodies]
     for _ in range(60):
         for sim in sims:
@@ -93,7 +93,7 @@ def test_threads_change_no_bit(threads):
 
 
 def test_dt_time_and_gravity_can_be_set(block):
-    body = supple.Body(block)
+    body = supple.Body(block, half_width=2, damping_ratio=0)
     sim = supple.Simulation([body], dt=0.1, gravity=[0, 0, 0])
     sim.step(10)
     sim.dt = 0.25
@@ -123,6 +123,7 @@ def test_dt_time_and_gravity_can_be_set(block):
 
 def test_stiffness_and_damping_can_be_set(block):
     body = supple.Body(block, frequency=5, region_damping_rate=2)
+    assert (body.material, body.half_width) == (None, 2)
     assert (body.stiffness, body.frequency) == (None, 5)
     assert (body.region_damping, body.region_damping_rate) == (None, 2)
     body.stiffness = 0.5
@@ -195,6 +196,16 @@ def test_settings_changed_later_equal_settings_of_the_constructor(block):
         ({"density": -1}, ValueError, "density = -1 is out of range: it must be > 0"),
         ({"stiffness_radius": 0}, ValueError, "stiffness_radius = 0 is out of range: it must be a length > 0"),
         ({"stiffness": 1, "frequency": 3}, ValueError, "stiffness and frequency are mutually exclusive"),
+        ({"material": "wood"}, ValueError, 'material is "wood"; it must be "jelly" or "flesh" or "rubber" or "firm"'),
+        ({"material": 3}, TypeError, "material must be a string, not int"),
+        ({"youngs_modulus": 0}, ValueError, "youngs_modulus = 0 is out of range: it must be a force per area > 0"),
+        ({"damping_ratio": 1.1}, ValueError, r"damping_ratio = 1\.1 is out of range: it must be in \[0, 1\]"),
+        ({"damping_rate": -1}, ValueError, "damping_rate = -1 is out of range: it must be a rate in 1/s, >= 0"),
+        ({"material": "firm", "youngs_modulus": 1}, ValueError, "material and youngs_modulus are mutually exclusive"),
+        ({"material": "firm", "half_width": 2}, ValueError, "material and half_width are mutually exclusive"),
+        ({"youngs_modulus": 1, "stiffness": 1}, ValueError, "youngs_modulus and stiffness are mutually exclusive"),
+        ({"frequency": 1, "youngs_modulus": 1}, ValueError, "youngs_modulus and frequency are mutually exclusive"),
+        ({"damping_ratio": 0, "damping_rate": 0}, ValueError, "damping_ratio and damping_rate are mutually exclusive"),
         (
             {"region_damping": 0, "region_damping_rate": 3},
             ValueError,
@@ -304,9 +315,16 @@ def test_repr_and_plan(block, cube):
     assert re.match(
         r"<supple.Simulation: 1 body of 125 lattice vertices, time 0\.0000 s.* MB>", repr(supple.Simulation([body]))
     )
-    header, total, *lines, left_out = supple.Simulation([supple.Body(cube)]).plan().splitlines()
+    header, total, *lines, left_out = supple.Simulation([supple.Body(cube, half_width=2)]).plan().splitlines()
     assert "threads: " in header
-    stages = ["momentum tracker", "shape matching", "integration", "volume correction", "mesh update"]
+    stages = [
+        "momentum tracker",
+        "elastic damping",
+        "shape matching",
+        "integration",
+        "volume correction",
+        "mesh update",
+    ]
     assert [[name for name in stages if name in line] for line in lines] == [[name] for name in stages]
     assert left_out == "  left out: external forces, region damping, contacts, pins and handles"
     # The total also has the lattice and the state, which are not stages.

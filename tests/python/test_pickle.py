@@ -79,7 +79,8 @@ def test_bodies_pickled_with_their_simulation_stay_in_it(cube):
 
 
 def test_a_body_without_a_simulation_is_pickled(cube):
-    body = supple.Body(cube, lattice_vertices=100, spin=(1, 0, 0), volume={"measure": "cells", "max_correction": 0.5})
+    volume = {"measure": "cells", "max_correction": 0.5}
+    body = supple.Body(cube, lattice_vertices=100, half_width=2, spin=(1, 0, 0), volume=volume)
     body.positions = body.positions * 1.1
     body.pin(vertices=[3])
     twin = pickle.loads(pickle.dumps(body))

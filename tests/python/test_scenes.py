@@ -110,13 +110,39 @@ def test_run_writes_the_evaluated_surface(scene, tmp_path):
     assert pickle.loads(pickle.dumps(report)) == report
 
 
+def test_a_loaded_scene_has_the_steps_and_materials_of_its_keys(scene):
+    sim = supple.load_scene(scene)
+    (body,) = sim.bodies
+    assert (sim.fps, sim.substeps, sim.steps_per_frame, sim.sleep) == (30, 2, 2, True)
+    assert (body.material, body.damping_ratio, body.region_damping) == ("rubber", 0.2, 0.1)
+    for keys, expected in [
+        ({"material": "jelly", "damping_rate": 3}, {"material": "jelly", "damping_rate": 3, "damping_ratio": None}),
+        (
+            {"youngs_modulus": 1e5, "damping_ratio": 0.5},
+            {"material": None, "youngs_modulus": 1e5, "damping_ratio": 0.5},
+        ),
+        ({"stiffness_radius": 1.5, "frequency": 4}, {"stiffness_radius": 1.5, "frequency": 4, "material": None}),
+        ({"half_width": 1, "stiffness": 0.5}, {"half_width": 1, "stiffness": 0.5, "material": None}),
+    ]:
+        overrides = {f"body.cube.{key}": value for key, value in keys.items()}
+        overrides |= {"simulation.sleep": False, "simulation.substeps": "auto"}
+        sim = supple.load_scene(scene, overrides=overrides)
+        sim.advance(3)
+        twin = pickle.loads(pickle.dumps(sim))
+        for each in (sim, twin):
+            each.advance(3)
+            assert (each.fps, each.substeps, each.sleep) == (30, "auto", False)
+            assert {name: getattr(each.bodies[0], name) for name in expected} == pytest.approx(expected)
+        assert twin.bodies[0].positions.tobytes() == sim.bodies[0].positions.tobytes()
+
+
 def test_reports_name_frames_without_the_volume_and_frequencies_that_are_too_high(scene, tmp_path):
     (kept,) = supple.run(scene, tmp_path / "kept", "pc2").bodies
     assert (kept.unkept_volume, kept.softened) == (None, None)
     overrides = {"body.cube.volume": {"max_correction": 1e-9}, "body.cube.frequency": 25}
     report = supple.run(scene, tmp_path / "out", "pc2", start_frame=1001, overrides=overrides)
     (body,) = report.bodies
-    assert body.softened == supple.Softened(25.0, pytest.approx(10.0), 2, 5)
+    assert body.softened == supple.Softened("frequency", 25.0, pytest.approx(10.0), 2, 5)
     unkept = body.unkept_volume
     assert 1 <= unkept.frames < unkept.written == report.written
     assert 1001 < unkept.worst_frame <= 1001 + report.last

@@ -16,7 +16,7 @@ import supple
 
 def _large():
     lattice = supple.Lattice.from_cells(np.ones((60, 60, 60), bool))
-    return supple.Simulation([supple.Body(lattice)], threads=1)
+    return supple.Simulation([supple.Body(lattice, half_width=2)], threads=1)
 
 
 def test_a_step_releases_the_gil():
@@ -29,7 +29,8 @@ def test_a_step_releases_the_gil():
             ticks.append(time.perf_counter())
             time.sleep(0.001)
 
-    thread = threading.Thread(target=tick)
+    # A daemon, so that a failure does not keep the process alive.
+    thread = threading.Thread(target=tick, daemon=True)
     thread.start()
     start = time.perf_counter()
     sim.step(5)
@@ -61,7 +62,7 @@ def test_two_simulations_stepped_by_two_threads_have_the_same_bits(block):
 
 
 def test_one_simulation_is_stepped_and_evaluated_by_many_threads(cube):
-    body = supple.Body(cube, lattice_vertices=300)
+    body = supple.Body(cube, lattice_vertices=300, half_width=2)
     sim = supple.Simulation([body])
     calls = [
         body.goals,
@@ -77,7 +78,7 @@ def test_one_simulation_is_stepped_and_evaluated_by_many_threads(cube):
     for thread in threads:
         thread.join()
     assert sim.time == pytest.approx(150 / 60)
-    other = supple.Body(cube, lattice_vertices=300)
+    other = supple.Body(cube, lattice_vertices=300, half_width=2)
     supple.Simulation([other]).step(150)
     assert body.positions.tobytes() == other.positions.tobytes()
 

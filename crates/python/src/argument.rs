@@ -59,7 +59,7 @@ pub(crate) fn count(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyR
 }
 
 /// Reads a whole number, at least `minimum`, that fits into 32 bits.
-fn count_u32(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyResult<u32> {
+pub(crate) fn count_u32(value: &Bound<'_, PyAny>, name: &str, minimum: usize) -> PyResult<u32> {
     Ok(count_below(value, name, minimum, 32)? as u32)
 }
 

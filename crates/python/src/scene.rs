@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyTuple};
-use supple::{Placement, RegionDamping, RegionSize, Resolution, Stiffness};
+use supple::{Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Stiffness};
 use supple_io::frames::Format;
 use supple_io::run::{
     BodyReport, Flow, Input, Job, Observer, Outcome, Progress, RunError, RunReport, Softened, UnkeptVolume,
@@ -63,13 +63,24 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
         Resolution::Vertices(vertices) => settings.set_item("lattice_vertices", vertices)?,
         Resolution::CellSize(cell_size) => settings.set_item("cell_size", cell_size)?,
     }
-    match data.material.region_size {
-        RegionSize::Cells(cells) => settings.set_item("half_width", cells)?,
-        RegionSize::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
+    match data.material.elasticity {
+        Elasticity::Preset(preset) => settings.set_item("material", preset.name())?,
+        Elasticity::YoungsModulus(modulus) => settings.set_item("youngs_modulus", modulus)?,
+        Elasticity::Regions { size, stiffness } => {
+            match size {
+                RegionSize::Cells(cells) => settings.set_item("half_width", cells)?,
+                RegionSize::Radius(radius) => settings.set_item("stiffness_radius", radius)?,
+            }
+            match stiffness {
+                Stiffness::PerStep(alpha) => settings.set_item("stiffness", alpha)?,
+                Stiffness::Frequency(hertz) => settings.set_item("frequency", hertz)?,
+            }
+        }
     }
-    match data.material.stiffness {
-        Stiffness::PerStep(alpha) => settings.set_item("stiffness", alpha)?,
-        Stiffness::Frequency(hertz) => settings.set_item("frequency", hertz)?,
+    match data.material.damping {
+        Some(Damping::Ratio(ratio)) => settings.set_item("damping_ratio", ratio)?,
+        Some(Damping::Rate(rate)) => settings.set_item("damping_rate", rate)?,
+        None => {}
     }
     match data.material.region_damping {
         RegionDamping::PerStep(fraction) => settings.set_item("region_damping", fraction)?,

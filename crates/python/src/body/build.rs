@@ -1,14 +1,14 @@
 //! Builds a body from the arguments of `supple.Body`.
 
+use std::sync::LazyLock;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use supple::{
-    BodyBuilder, FieldKind, Material, Placement, Preservation, RegionDamping, RegionSize, Stiffness,
-    VolumeOptions, VolumeScope,
-};
-use supple_io::scene::{ALTERNATIVES, BodyData};
+use supple::{BodyBuilder, FieldKind, Placement, Preservation, VolumeOptions, VolumeScope};
+use supple_io::scene::{BodyData, exclusive_keys, optional_keys};
 
+use super::material;
 use crate::argument::{self, Settings, wrong_type};
 use crate::arrays::vector;
 use crate::error;
@@ -25,11 +25,9 @@ pub(crate) fn body_keys() -> Vec<String> {
     scene_keys.chain(["memory_limit".to_owned()]).collect()
 }
 
-/// Keyword arguments that may be `None`: optional ones, and pairs of mutually exclusive alternatives.
-pub(super) const OPTIONAL: [&str; 10] = {
-    let [[a, b], [c, d], [e, f], [g, h]] = ALTERNATIVES;
-    [a, b, c, d, e, f, g, h, "object", "memory_limit"]
-};
+/// Keyword arguments that may be `None`: those without a default value, and mutually exclusive alternatives.
+pub(super) static OPTIONAL: LazyLock<Vec<&str>> =
+    LazyLock::new(|| optional_keys().into_iter().chain(["memory_limit"]).collect());
 
 /// Keyword arguments for building the lattice of a mesh. With a `Lattice`, each of them is an error.
 const MESH_ONLY: [&str; 5] = ["object", "lattice_vertices", "cell_size", "join", "memory_limit"];
@@ -40,15 +38,17 @@ pub(super) fn body<'py>(
     settings: &Settings<'py>,
 ) -> PyResult<(Bound<'py, PyAny>, supple::Body)> {
     let py = shape.py();
-    for [first, second] in ALTERNATIVES {
-        settings.exclusive(first, second)?;
+    for first in body_keys() {
+        for second in exclusive_keys(&first) {
+            settings.exclusive(&first, second)?;
+        }
     }
     let (shape, builder) = builder(shape, settings)?;
     let default = BodyData::default();
     let builder = builder
         .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
         .scale(scale(settings)?.unwrap_or(default.scale))
-        .material(material(settings)?)
+        .material(material::read(settings)?)
         .placement(placement(settings)?)
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default());
     let body = py.detach(|| builder.build()).map_err(error::from_core)?;
@@ -94,23 +94,6 @@ fn scale(settings: &Settings<'_>) -> PyResult<Option<f64>> {
         ))),
         scale => Ok(scale),
     }
-}
-
-/// Reads the material.
-fn material(settings: &Settings<'_>) -> PyResult<Material> {
-    let default = Material::default();
-    let cells = settings.count("half_width", 1)?.map(RegionSize::Cells);
-    let radius = settings.number("stiffness_radius")?.map(RegionSize::Radius);
-    let alpha = settings.number("stiffness")?.map(Stiffness::PerStep);
-    let hertz = settings.number("frequency")?.map(Stiffness::Frequency);
-    let fraction = settings.number("region_damping")?.map(RegionDamping::PerStep);
-    let rate = settings.number("region_damping_rate")?.map(RegionDamping::Rate);
-    Ok(Material {
-        region_size: cells.or(radius).unwrap_or(default.region_size),
-        stiffness: alpha.or(hertz).unwrap_or(default.stiffness),
-        region_damping: fraction.or(rate).unwrap_or(default.region_damping),
-        density: settings.number("density")?.unwrap_or(default.density),
-    })
 }
 
 /// Reads the placement and the initial velocities.

@@ -3,6 +3,8 @@
 mod build;
 mod hold;
 mod holds;
+mod material;
+mod quantities;
 mod storage;
 mod values;
 
@@ -42,10 +44,19 @@ use crate::pickle::{self, decode, encode};
 ///     Whether bridges of cells join separate parts of a mesh. If False, each part is a separate component.
 /// memory_limit : int, default half of the machine's memory
 ///     Limit in bytes of the memory of the body.
+/// material : "jelly", "flesh", "rubber" (default) or "firm"; or youngs_modulus : float
+///     What the body is made of. A named material keeps the shape of a body of any size under any gravity: its
+///     Young's modulus is k x density x L x max(g, 8 L/s^2), with k = 20, 80, 300 or 1500, the size L (cube root of
+///     the volume) and the gravity g. youngs_modulus: force per area in scene units, > 0.
 /// half_width : int, default 2; or stiffness_radius : float
-///     Half-width of the regions: in cells, at least 1, or as a length, > 0. Larger regions are stiffer.
+///     In place of a material, the parameters of FastLSM. Half-width of the regions: in cells, at least 1, or as a
+///     length, > 0. Larger regions are stiffer.
 /// stiffness : float, default 1; or frequency : float
-///     alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
+///     Also in place of a material: alpha per step, in (0, 1], or the frequency of a vertex about its goal in Hz, > 0.
+/// damping_ratio : float; or damping_rate : float
+///     Damping of the elastic modes; flight, spin, sliding and swinging are undamped. Damping ratio of the lowest
+///     mode, in [0, 1]; default 0.1 for "jelly", 0.3 for "flesh", otherwise 0.2. Or the rate in 1/s, >= 0, at which
+///     the amplitude of every mode decays.
 /// region_damping : float, default 0; or region_damping_rate : float
 ///     Damping of the non-rigid velocity within regions: fraction removed per step, in [0, 1], or rate in
 ///     1/s, >= 0.
@@ -79,7 +90,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, half_width=2, stiffness_radius=None, stiffness=1.0, frequency=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
-use supple::Collider;
+use supple::{BodyRef, Collider};
 
 use super::{Body, BuildArguments};
 use crate::error;
@@ -218,13 +218,21 @@ impl SharedBody {
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Displayed<'_>) -> R + Send,
     ) -> PyResult<R> {
-        self.with_locked(py, |locked| {
-            let body = match locked {
-                LockedBody::Alone(body) => body.alone(),
-                LockedBody::In(simulation, index) => simulation.body(index),
-            };
+        self.in_context(py, |body| {
             let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
             work(&mut display.evaluate(body))
+        })
+    }
+
+    /// Calls `read` with the body and the data of its simulation, if it is in one, without the GIL.
+    pub(crate) fn in_context<R: Send>(
+        &self,
+        py: Python<'_>,
+        read: impl FnOnce(BodyRef<'_>) -> R + Send,
+    ) -> PyResult<R> {
+        self.with_locked(py, |locked| match locked {
+            LockedBody::Alone(body) => read(body.alone()),
+            LockedBody::In(simulation, index) => read(simulation.body(index)),
         })
     }
 

@@ -1,16 +1,15 @@
 //! Defines properties of `supple.Body`: the state (getters copy, setters replace whole arrays), the displayed
-//! surface, and the settings that can change between steps.
+//! surface, and the options of the volume correction.
 
 use nalgebra::{Point3, Vector3};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use supple::{Coordinate, RegionDamping, RegionSize, Stiffness};
+use supple::Coordinate;
 
 use super::Body;
 use super::build::{read_volume, volume_settings};
-use crate::argument::{count, number};
 use crate::arrays::{self, Axis};
 use crate::{error, report};
 
@@ -88,7 +87,9 @@ impl Body {
 
     /// Masses of the lattice vertices: (n,) float64, read-only.
     ///
-    /// A mass is density x cell_size^3 x number of occupied cells that share the vertex / 8.
+    /// A mass is density x cell_size^3 / 8 x the sum of the filled shares of the cells that share the vertex. The
+    /// filled share of a cell is the part of it inside the mesh, at least 0.05; 1 with an open mesh and for a bare
+    /// lattice.
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(arrays::frozen(PyArray1::from_vec(py, self.read(py, supple::Body::masses)?)))
@@ -165,20 +166,6 @@ impl Body {
         slf.py().import("supple.viewer")?.call_method1("view", (slf,))
     }
 
-    /// Half-width of the regions in cells: the value that was set, at most the extent of the lattice.
-    ///
-    /// Settable. Setting the half-width replaces stiffness_radius and rebuilds the regions.
-    #[getter]
-    fn half_width(&self, py: Python<'_>) -> PyResult<usize> {
-        self.read(py, supple::Body::half_width)
-    }
-
-    #[setter]
-    fn set_half_width(&self, py: Python<'_>, half_width: &Bound<'_, PyAny>) -> PyResult<()> {
-        let cells = count(half_width, "half_width", 1)?;
-        self.with(py, |body| body.set_region_size(RegionSize::Cells(cells)))?.map_err(error::value)
-    }
-
     /// Options of the volume correction: a dict with measure, scope, field and max_correction.
     ///
     /// Settable to such a dict, the name of a measure, or "off". Setting the options rebuilds the correction.
@@ -193,49 +180,6 @@ impl Body {
         let options = read_volume(volume)?;
         self.with(py, |body| body.set_volume(options))?.map_err(error::value)
     }
-
-    /// Mass per volume.
-    #[getter]
-    fn density(&self, py: Python<'_>) -> PyResult<f64> {
-        self.read(py, |body| body.material().density)
-    }
-}
-
-/// Defines properties for material settings that have two alternative keys. A property is None if its
-/// alternative is set. Setting a property replaces its alternative.
-macro_rules! alternatives {
-    ($($(#[$doc:meta])* $key:ident, $set:ident: $material:ident is $kind:ident::$variant:ident by $change:ident;)*) => {
-        #[pymethods]
-        impl Body {$(
-            $(#[$doc])*
-            #[getter]
-            fn $key(&self, py: Python<'_>) -> PyResult<Option<f64>> {
-                self.read(py, |body| match body.material().$material {
-                    $kind::$variant(value) => Some(value),
-                    _ => None,
-                })
-            }
-
-            #[setter]
-            fn $set(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
-                let value = number(value, stringify!($key))?;
-                self.with(py, |body| body.$change($kind::$variant(value)))?.map_err(error::value)
-            }
-        )*}
-    };
-}
-
-alternatives! {
-    /// Half-width of the regions as a length, > 0; None if it is set in cells. Settable; replaces half_width.
-    stiffness_radius, set_stiffness_radius: region_size is RegionSize::Radius by set_region_size;
-    /// Stiffness alpha per step, in (0, 1]; None if a frequency is set. Settable; replaces frequency.
-    stiffness, set_stiffness: stiffness is Stiffness::PerStep by set_stiffness;
-    /// Frequency of a vertex about its goal in Hz, > 0; None if alpha is set. Settable; replaces stiffness.
-    frequency, set_frequency: stiffness is Stiffness::Frequency by set_stiffness;
-    /// Region damping per step, in [0, 1]; None if a rate is set. Settable; replaces region_damping_rate.
-    region_damping, set_region_damping: region_damping is RegionDamping::PerStep by set_region_damping;
-    /// Region damping as a rate in 1/s, >= 0; None if it is set per step. Settable; replaces region_damping.
-    region_damping_rate, set_region_damping_rate: region_damping is RegionDamping::Rate by set_region_damping;
 }
 
 /// The rows of the displayed surface to evaluate, one per mesh vertex.

@@ -1,30 +1,44 @@
 //! Defines `supple.Simulation`: bodies, colliders and time.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `build` | moves bodies into a simulation |
+//! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
 
 mod build;
+mod steps;
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::SimulationState;
+use supple::{SimulationState, Softened, Substeps};
 
-use crate::argument::{self, Given, Settings};
+use crate::argument::{self, Settings};
 use crate::body::{Body, SharedBody, SharedSimulation};
 use crate::pickle::{self, decode, encode};
 use crate::{arrays, collider, error};
 
-/// Target run time between two checks for signals such as Ctrl-C.
-const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
+/// Keyword arguments of `supple.Simulation`.
+const KEYS: [&str; 7] = ["dt", "fps", "substeps", "gravity", "colliders", "threads", "sleep"];
+
+/// Keyword arguments that may be `None`.
+const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 
 /// A simulation of bodies that collide with colliders. Contact between bodies is not simulated.
 ///
 /// bodies : list of Body
 ///     The bodies move into this simulation and stay usable. A body belongs to at most one simulation.
-/// dt : float, default 1/60
-///     Length of a step in seconds, from 1e-12 to 1e6.
+/// dt : float, default 1/60; or fps : float
+///     Length of a step in seconds, from 1e-12 to 1e6, or number of frames per second, > 0. With fps, dt is
+///     1 / (fps x steps per frame).
+/// substeps : int or "auto", default "auto" with fps, otherwise 1
+///     Number of steps per frame, at least 1. "auto" needs fps: the least number, at most 1000, with which bodies
+///     reach their material and fast motions are resolved. It is chosen at the first step and then stays the same. The
+///     volume correction of the displayed surface uses the contacts and external forces of all steps since the
+///     frame began.
 /// gravity : (3,) float, default (0, -9.81, 0)
 ///     In scene units per second squared, each component at most 1e12 in magnitude.
 /// colliders : list of Plane, Sphere, Box, Capsule, or one of them
@@ -32,9 +46,11 @@ const SIGNAL_INTERVAL: Duration = Duration::from_millis(10);
 /// threads : int, default 0
 ///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
 ///     of threads.
-/// substeps : int, default 1
-///     Number of steps per frame, at least 1. The volume correction of the displayed surface uses the
-///     contacts and external forces of all steps since the frame began.
+/// sleep : bool, default True
+///     Whether bodies at rest fall asleep: they are then not stepped until something moves them.
+///
+/// If steps are too long for the material of a body, the body is softer, and the first step warns with
+/// supple.MaterialWarning.
 ///
 /// Raises ValueError for a number out of range or a body that belongs to another simulation.
 #[pyclass(frozen, module = "supple", weakref)]
@@ -43,6 +59,8 @@ pub(crate) struct Simulation {
     bodies: Vec<Arc<SharedBody>>,
     /// The colliders as Python objects, and their [generation](SharedSimulation::generation).
     colliders: Mutex<(u64, Py<PyTuple>)>,
+    /// For each body, what the last step found, so that each change of it warns once.
+    softened: Mutex<Vec<Option<Softened>>>,
 }
 
 impl Simulation {
@@ -53,7 +71,8 @@ impl Simulation {
     ) -> PyResult<Self> {
         let generation = shared.generation();
         let colliders = collider::attach(colliders, &shared, generation)?.unbind();
-        Ok(Self { shared, bodies, colliders: Mutex::new((generation, colliders)) })
+        let softened = Mutex::new(vec![None; bodies.len()]);
+        Ok(Self { shared, bodies, colliders: Mutex::new((generation, colliders)), softened })
     }
 }
 
@@ -62,14 +81,20 @@ impl Simulation {
     #[new]
     #[pyo3(
         signature = (bodies, **settings),
-        text_signature = "(bodies, *, dt=0.016666666666666666, gravity=(0, -9.81, 0), colliders=(), threads=0, substeps=1)"
+        text_signature = "(bodies, *, dt=0.016666666666666666, fps=None, substeps=None, gravity=(0, -9.81, 0), colliders=(), threads=0, sleep=True)"
     )]
     fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let known = ["dt", "gravity", "colliders", "threads", "substeps"];
-        let settings = Settings::from_call(settings, "Simulation()", &known, &[])?;
+        let settings = Settings::from_call(settings, "Simulation()", &KEYS, &OPTIONAL)?;
+        settings.exclusive("dt", "fps")?;
         let mut builder = supple::Simulation::builder();
         if let Some(dt) = settings.number("dt")? {
             builder = builder.dt(dt);
+        }
+        if let Some(fps) = settings.number("fps")? {
+            builder = builder.fps(fps).substeps(Substeps::Auto);
+        }
+        if let Some(substeps) = settings.read("substeps", steps::substeps)? {
+            builder = builder.substeps(substeps);
         }
         if let Some(gravity) = settings.read("gravity", arrays::vector)? {
             builder = builder.gravity(gravity);
@@ -79,8 +104,8 @@ impl Simulation {
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
         let threads = settings.count("threads", 0)?.unwrap_or(0);
         builder = builder.threads(threads);
-        if let Some(substeps) = settings.count("substeps", 1)? {
-            builder = builder.substeps(substeps as u64);
+        if let Some(sleep) = settings.read("sleep", argument::boolean)? {
+            builder = builder.sleep(sleep);
         }
         build::simulation(bodies, &colliders, builder, threads)
     }
@@ -95,18 +120,6 @@ impl Simulation {
     fn bodies<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let bodies = slf.get().bodies.iter().map(|body| body.python_object(slf.as_any()));
         PyTuple::new(slf.py(), bodies.collect::<PyResult<Vec<_>>>()?)
-    }
-
-    /// Length of a step in seconds, from 1e-12 to 1e6. Settable; the time stays the same.
-    #[getter]
-    fn dt(&self, py: Python<'_>) -> PyResult<f64> {
-        self.shared.with(py, |simulation| simulation.dt())
-    }
-
-    #[setter]
-    fn set_dt(&self, py: Python<'_>, dt: &Bound<'_, PyAny>) -> PyResult<()> {
-        let dt = argument::number(dt, "dt")?;
-        self.shared.with(py, |simulation| simulation.set_dt(dt))?.map_err(error::from_core)
     }
 
     /// Time in seconds. Settable.
@@ -160,46 +173,28 @@ impl Simulation {
         Ok(())
     }
 
-    /// Number of steps per frame.
-    #[getter]
-    fn steps_per_frame(&self, py: Python<'_>) -> PyResult<u64> {
-        self.shared.with(py, |simulation| simulation.substeps())
-    }
-
     /// Return a text that lists the stages of a step and of the evaluation of the displayed surface, with
     /// their parameters and memory.
     fn plan(&self, py: Python<'_>) -> PyResult<String> {
         self.shared.with(py, |simulation| simulation.plan().to_string())
     }
 
+    /// Whether bodies at rest fall asleep. Settable.
+    #[getter]
+    fn sleep(&self, py: Python<'_>) -> PyResult<bool> {
+        self.shared.with(py, |simulation| simulation.sleep())
+    }
+
+    #[setter]
+    fn set_sleep(&self, py: Python<'_>, sleep: &Bound<'_, PyAny>) -> PyResult<()> {
+        let sleep = argument::boolean(sleep, "sleep")?;
+        self.shared.with(py, |simulation| simulation.set_sleep(sleep))
+    }
+
     /// Number of threads.
     #[getter]
     fn threads(&self, py: Python<'_>) -> PyResult<usize> {
         self.shared.with(py, |simulation| simulation.threads())
-    }
-
-    /// Advance the simulation by n steps of length dt.
-    ///
-    /// n : int, default 1
-    ///     Number of steps, at least 0.
-    ///
-    /// Other Python threads continue to run. Ctrl-C interrupts between two steps.
-    #[pyo3(signature = (n=Given(None)), text_signature = "($self, n=1)")]
-    fn step<'py>(&self, py: Python<'py>, n: Given<'py>) -> PyResult<()> {
-        let mut remaining = n.read("n", |n, name| argument::count(n, name, 0))?.unwrap_or(1) as u64;
-        let mut batch = 1;
-        while remaining > 0 {
-            let steps = remaining.min(batch);
-            let elapsed = self.shared.with(py, |simulation| {
-                let start = Instant::now();
-                simulation.steps(steps);
-                start.elapsed()
-            })?;
-            remaining -= steps;
-            batch = if elapsed < SIGNAL_INTERVAL / 2 { batch * 2 } else { batch.div_ceil(2) };
-            py.check_signals()?;
-        }
-        Ok(())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -223,10 +218,14 @@ impl Simulation {
             this.bodies.iter().map(|body| body.build_arguments(py)).unzip();
         let checksums = shapes.iter().map(pickle::shape_checksum).collect::<PyResult<Vec<_>>>()?;
         let settings = PyDict::new(py);
-        settings.set_item("dt", this.dt(py)?)?;
+        match this.fps(py)? {
+            Some(fps) => settings.set_item("fps", fps)?,
+            None => settings.set_item("dt", this.dt(py)?)?,
+        }
         settings.set_item("colliders", this.colliders(py))?;
         settings.set_item("threads", this.shared.threads())?;
-        settings.set_item("substeps", this.steps_per_frame(py)?)?;
+        settings.set_item("substeps", this.substeps(py)?)?;
+        settings.set_item("sleep", this.sleep(py)?)?;
         let settings = pickle::dumps((bodies, settings).into_pyobject(py)?.as_any())?;
         let state = this.shared.with(py, |simulation| simulation.state())?;
         let data = encode(py, &(checksums, settings, state))?;

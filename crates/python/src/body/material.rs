@@ -1,0 +1,184 @@
+//! Defines the material of `supple.Body` as properties that can be set between steps.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use supple::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};
+
+use super::Body;
+use super::quantities::need_simulation;
+use crate::argument::{self, Settings, count, number};
+use crate::error;
+
+/// Reads the material from the arguments of `supple.Body`. Mutually exclusive arguments must have been checked.
+pub(super) fn read(settings: &Settings<'_>) -> PyResult<Material> {
+    let default = Material::default();
+    let preset = settings.read("material", preset)?.map(Elasticity::Preset);
+    let modulus = settings.number("youngs_modulus")?.map(Elasticity::YoungsModulus);
+    let mut elasticity = preset.or(modulus).unwrap_or(default.elasticity);
+    let cells = settings.count("half_width", 1)?.map(RegionSize::Cells);
+    let radius = settings.number("stiffness_radius")?.map(RegionSize::Radius);
+    if let Some(size) = cells.or(radius) {
+        elasticity = elasticity.with_region_size(size);
+    }
+    let alpha = settings.number("stiffness")?.map(Stiffness::PerStep);
+    let hertz = settings.number("frequency")?.map(Stiffness::Frequency);
+    if let Some(stiffness) = alpha.or(hertz) {
+        elasticity = elasticity.with_stiffness(stiffness);
+    }
+    let ratio = settings.number("damping_ratio")?.map(Damping::Ratio);
+    let damping_rate = settings.number("damping_rate")?.map(Damping::Rate);
+    let fraction = settings.number("region_damping")?.map(RegionDamping::PerStep);
+    let rate = settings.number("region_damping_rate")?.map(RegionDamping::Rate);
+    Ok(Material {
+        elasticity,
+        damping: ratio.or(damping_rate),
+        region_damping: fraction.or(rate).unwrap_or(default.region_damping),
+        density: settings.number("density")?.unwrap_or(default.density),
+    })
+}
+
+/// Reads the name of a material.
+fn preset(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Preset> {
+    argument::choice(value, name, &Preset::NAMED)
+}
+
+#[pymethods]
+impl Body {
+    /// Name of the material: "jelly", "flesh", "rubber" or "firm". None if youngs_modulus or the regions are set.
+    ///
+    /// Settable; replaces youngs_modulus and the settings of the regions.
+    #[getter]
+    fn material(&self, py: Python<'_>) -> PyResult<Option<&'static str>> {
+        self.read(py, |body| match body.material().elasticity {
+            Elasticity::Preset(preset) => Some(preset.name()),
+            _ => None,
+        })
+    }
+
+    #[setter]
+    fn set_material(&self, py: Python<'_>, name: &Bound<'_, PyAny>) -> PyResult<()> {
+        let elasticity = Elasticity::Preset(preset(name, "material")?);
+        self.with(py, |body| body.set_elasticity(elasticity))?.map_err(error::value)
+    }
+
+    /// Young's modulus, force per area in scene units (Pa if these are m, kg and s).
+    ///
+    /// In a simulation: the modulus in force. It is that of the material, or less if steps of this length cannot
+    /// reach it; supple.MaterialWarning then tells both. Outside a simulation: the value that was set; raises
+    /// ValueError if none was set, because it then depends on the gravity or the step length of a simulation.
+    /// Settable, > 0; replaces material and the settings of the regions.
+    #[getter]
+    fn youngs_modulus(&self, py: Python<'_>) -> PyResult<f64> {
+        self.in_context(py, |body| body.youngs_modulus())?.ok_or_else(|| {
+            PyValueError::new_err(
+                "youngs_modulus was not set, so it depends on the gravity and the step length of a simulation; \
+                 set body.youngs_modulus, or build a Simulation with the body",
+            )
+        })
+    }
+
+    #[setter]
+    fn set_youngs_modulus(&self, py: Python<'_>, modulus: &Bound<'_, PyAny>) -> PyResult<()> {
+        let elasticity = Elasticity::YoungsModulus(number(modulus, "youngs_modulus")?);
+        self.with(py, |body| body.set_elasticity(elasticity))?.map_err(error::value)
+    }
+
+    /// Half-width of the regions in cells, at most the extent of the lattice.
+    ///
+    /// It is the value that was set. With a material or youngs_modulus, it is the least half-width that reaches
+    /// Young's modulus in steps of the length that the simulation had when the body joined it; 2 outside a
+    /// simulation. Settable; replaces stiffness_radius, material and youngs_modulus, and rebuilds the regions.
+    #[getter]
+    fn half_width(&self, py: Python<'_>) -> PyResult<usize> {
+        self.read(py, supple::Body::half_width)
+    }
+
+    #[setter]
+    fn set_half_width(&self, py: Python<'_>, half_width: &Bound<'_, PyAny>) -> PyResult<()> {
+        let cells = count(half_width, "half_width", 1)?;
+        self.with(py, |body| body.set_region_size(RegionSize::Cells(cells)))?.map_err(error::value)
+    }
+
+    /// Frequency of the lowest elastic mode of the body without pins, handles and colliders, in Hz, to 2 %.
+    ///
+    /// The first call computes the mode. Raises ValueError outside a simulation.
+    #[getter]
+    fn lowest_frequency(&self, py: Python<'_>) -> PyResult<f64> {
+        need_simulation(self.in_context(py, |body| body.lowest_frequency())?, "lowest_frequency")
+    }
+
+    /// Mass per volume, > 0. Settable: the masses change in proportion; Young's modulus stays the same.
+    #[getter]
+    fn density(&self, py: Python<'_>) -> PyResult<f64> {
+        self.read(py, |body| body.material().density)
+    }
+
+    #[setter]
+    fn set_density(&self, py: Python<'_>, density: &Bound<'_, PyAny>) -> PyResult<()> {
+        let density = number(density, "density")?;
+        self.with(py, |body| body.set_density(density))?.map_err(error::value)
+    }
+}
+
+/// Defines properties for settings of the material that have two alternative keys. A property is None if its
+/// alternative is set. Setting a property replaces its alternative.
+macro_rules! alternatives {
+    ($($(#[$doc:meta])* $key:ident, $set:ident: $material:pat => $found:ident, $value:expr, by $change:ident;)*) => {
+        #[pymethods]
+        impl Body {$(
+            $(#[$doc])*
+            #[getter]
+            fn $key(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+                self.read(py, |body| {
+                    let Material { elasticity, region_damping, .. } = *body.material();
+                    match (elasticity, body.material().damping(), region_damping) {
+                        $material => Some($found),
+                        _ => None,
+                    }
+                })
+            }
+
+            #[setter]
+            fn $set(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
+                let value = number(value, stringify!($key))?;
+                self.with(py, |body| body.$change(($value)(value)))?.map_err(error::value)
+            }
+        )*}
+    };
+}
+
+alternatives! {
+    /// Half-width of the regions as a length, > 0; None unless it is set. Settable; replaces half_width, material
+    /// and youngs_modulus.
+    stiffness_radius, set_stiffness_radius:
+        (Elasticity::Regions { size: RegionSize::Radius(radius), .. }, ..) => radius,
+        RegionSize::Radius, by set_region_size;
+    /// Stiffness alpha per step, in (0, 1]; None if a frequency, a material or youngs_modulus is set. Settable;
+    /// replaces these.
+    stiffness, set_stiffness:
+        (Elasticity::Regions { stiffness: Stiffness::PerStep(alpha), .. }, ..) => alpha,
+        Stiffness::PerStep, by set_stiffness;
+    /// Frequency of a vertex about its goal in Hz, > 0; None unless it is set. Settable; replaces stiffness,
+    /// material and youngs_modulus.
+    frequency, set_frequency:
+        (Elasticity::Regions { stiffness: Stiffness::Frequency(hertz), .. }, ..) => hertz,
+        Stiffness::Frequency, by set_stiffness;
+    /// Damping ratio of the lowest elastic mode, in [0, 1]; None if damping_rate is set. Settable; replaces
+    /// damping_rate. Unless it is set, it is that of the material, and 0.2 without one.
+    damping_ratio, set_damping_ratio:
+        (_, Damping::Ratio(ratio), _) => ratio,
+        |ratio| Some(Damping::Ratio(ratio)), by set_damping;
+    /// Rate at which the elastic modes decay in 1/s, >= 0; None if damping_ratio is set. Settable; replaces
+    /// damping_ratio.
+    damping_rate, set_damping_rate:
+        (_, Damping::Rate(rate), _) => rate,
+        |rate| Some(Damping::Rate(rate)), by set_damping;
+    /// Region damping per step, in [0, 1]; None if a rate is set. Settable; replaces region_damping_rate.
+    region_damping, set_region_damping:
+        (.., RegionDamping::PerStep(fraction)) => fraction,
+        RegionDamping::PerStep, by set_region_damping;
+    /// Region damping as a rate in 1/s, >= 0; None if it is set per step. Settable; replaces region_damping.
+    region_damping_rate, set_region_damping_rate:
+        (.., RegionDamping::Rate(rate)) => rate,
+        RegionDamping::Rate, by set_region_damping;
+}
