@@ -81,6 +81,10 @@ impl ElasticDamper {
             let motion = measured.motion(measured.momentum);
             let supports = state.supports.list_mut();
             let reference = self.reference((component, measured), motion, supports, (size, dt));
+            // The surroundings of the component change its momenta.
+            if let Some(momentum) = &mut state.momenta[component] {
+                momentum.add(measured.momentum_of((reference - motion) * (1.0 - keep)));
+            }
             rigid.push((reference * (1.0 - keep)).about_origin(measured.center));
         }
         self.damped = Damped { keep: keep as f32, rigid };

@@ -243,6 +243,16 @@ pub(crate) struct Momentum {
     pub(crate) angular: [f64; 3],
 }
 
+impl Momentum {
+    /// Adds other momenta.
+    pub(crate) fn add(&mut self, other: Self) {
+        for c in 0..3 {
+            self.linear[c] += other.linear[c];
+            self.angular[c] += other.angular[c];
+        }
+    }
+}
+
 /// The energy limit of a free body: the energy in the first step in which Newton's method did not converge
 /// for the rotation of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -169,6 +169,12 @@ impl RigidState {
         }
     }
 
+    /// Computes the momenta of a rigid motion.
+    pub(crate) fn momentum_of(&self, motion: RigidMotion) -> Momentum {
+        let (linear, angular) = (motion.linear * self.mass, self.inertia * motion.angular);
+        Momentum { linear: linear.into(), angular: angular.into() }
+    }
+
     /// Computes the kinetic energy of a rigid motion.
     pub(crate) fn energy_of(&self, motion: RigidMotion) -> f64 {
         let RigidMotion { linear, angular } = motion;
