@@ -22,6 +22,7 @@ fn resting(x: f64, collider: Collider) -> Simulation {
         .material(Material::fast_lsm())
         .half_width(4)
         .region_damping(0.3)
+        .damping_ratio(0.2)
         .build()
         .unwrap();
     let world = Simulation::builder().body(body).collider(collider).gravity([0.0, -GRAVITY, 0.0]);
