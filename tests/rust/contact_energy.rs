@@ -150,7 +150,7 @@ fn bodies_come_to_rest_on_the_ground() {
                 (low, high) = (low.inf(&center), high.sup(&center));
                 let above = (lowest(sim.body(0)) - level) / cell;
                 assert!(
-                    (-5e-3..5e-3).contains(&above),
+                    (-1e-2..1e-2).contains(&above),
                     "{name}, restitution {restitution}: {above} cells above the ground"
                 );
             }
