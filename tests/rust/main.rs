@@ -32,6 +32,7 @@ mod quantities;
 mod random_triangles;
 mod reference;
 mod resolution;
+mod rest;
 mod rooms;
 mod rotations;
 mod run;

@@ -47,18 +47,23 @@
 //! 1. **External forces** ([`Body::apply_force`], module `dynamics::forces`): v += h f/m.
 //! 2. **Region damping** ([`RegionDamping`], module `dynamics::damping`): v += d (v̄ - v), where v̄ is the
 //!    mean of the rigid velocities of the n regions at the vertex (Rivers & James 2007, section 5).
-//! 3. **Shape matching** ([`Body::goals`], module `matching`): for each region the centers of mass c and c⁰,
+//! 3. **Damping** ([`Damping`], module `dynamics::elastic_damping`): v = r + exp(-2 c h) (v - r), where r is the
+//!    reference motion of the connected component, a rigid motion, and c the decay rate of the elastic modes.
+//! 4. **Shape matching** ([`Body::goals`], module `matching`): for each region the centers of mass c and c⁰,
 //!    weighted by m/n, and the rotation R of Σ m/n (x - c)(x⁰ - c⁰)ᵀ ([`rotations()`]); for each vertex the
 //!    goal position g, the mean of R (x⁰ - c⁰) + c over the n regions (Rivers & James 2007, Eqs. (5) and
 //!    (6)). The sums over regions are window sums along x, y and z.
-//! 4. **Integration** (module `dynamics::integration`): v += alpha (g - x)/h + h a (Müller et al. 2005,
+//! 5. **Integration** (module `dynamics::integration`): v += alpha (g - x)/h + h a (Müller et al. 2005,
 //!    Eq. (9)), then x += h v. The linear and angular momenta of connected components without constrained
 //!    vertices are tracked in f64, and the velocities are corrected to them (module `dynamics::momentum`).
-//! 5. **Contacts** ([`Collider`], module `contact`): impulses in the Coulomb friction cone
+//! 6. **Contacts** ([`Collider`], module `contact`): impulses in the Coulomb friction cone
 //!    (`contact::constraint`), at samples of the surface or at the boundary vertices of a bare lattice. Then
 //!    samples that are still inside a collider are pushed out.
-//! 6. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
+//! 7. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
 //!    position and the velocity of their pin or handle.
+//!
+//! alpha and the size of the regions follow from Young's modulus ([`Elasticity`], [`ElasticLaw`]) and the step length.
+//! A body at rest sleeps: it is not stepped ([`Body::is_asleep`]).
 //!
 //! [`Display`] and [`BodyRef::surface`] evaluate the displayed surface in two stages. The displayed surface
 //! never feeds back into the dynamics:

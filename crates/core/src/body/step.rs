@@ -170,9 +170,9 @@ impl Body {
     /// Gives the constrained vertices more mass in the fits of the regions.
     ///
     /// The rigid motion of a region that a constraint holds at one side would otherwise be that of its larger free
-    /// side, although nothing moves the held side: a bar that hangs from one layer of vertices would slip out of its
-    /// hold by about 2 g L/alpha cells per squared step rate. Only fits use these masses, so that momenta and forces
-    /// are those of the masses of the vertices.
+    /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would slip
+    /// out of its hold by about 2 g L h²/(alpha s²) cells, with the step length h and the cell size s. Only the fits use
+    /// these masses, so that momenta and forces are those of the masses of the vertices.
     fn update_fit_masses(&mut self) {
         let Self { constraints, masses, matching, momentum, region_damping, .. } = self;
         let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
