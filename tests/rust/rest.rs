@@ -114,7 +114,8 @@ fn a_body_at_rest_sleeps_without_motion_until_something_moves_it() {
     assert_eq!(simulation.bodies()[0].positions(), before);
     assert_eq!(simulation.bodies()[0].kinetic_energy(), 0.0);
 
-    let wakes: [(&str, fn(&mut Simulation)); 7] = [
+    type Change = fn(&mut Simulation);
+    let wakes: [(&str, Change); 7] = [
         ("force", |s| s.body_mut(0).apply_forces(&[(0, [1.0, 0.0, 0.0])]).unwrap()),
         ("gravity", |s| s.set_gravity([0.0, 0.0, -5.0]).unwrap()),
         ("material", |s| s.body_mut(0).set_elasticity(supple::Elasticity::Preset(Preset::Jelly)).unwrap()),
