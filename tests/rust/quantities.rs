@@ -169,3 +169,16 @@ fn energies_need_a_simulation() {
     let body = bare(&half_cells(), 1);
     assert_eq!((body.alone().elastic_energy(), body.alone().gravity_energy()), (None, None));
 }
+
+#[test]
+fn the_mass_of_a_cell_is_a_finite_number_above_zero() {
+    for (cell_size, density) in [(1e-3, 1e-320), (1e100, 1e300), (1e110, 1000.0)] {
+        let lattice = Lattice::from_cells(&[[0; 3]], cell_size, Point3::origin(), true).unwrap();
+        let error = Body::from_lattice(lattice).density(density).build().unwrap_err().to_string();
+        assert!(error.contains("density x cell_size^3"), "{error}");
+    }
+    let lattice = Lattice::from_cells(&[[0; 3]], 1e100, Point3::origin(), true).unwrap();
+    let mut body = Body::from_lattice(lattice).build().unwrap();
+    assert!(body.set_density(1e10).is_err());
+    assert_eq!(body.material().density, 1000.0);
+}

@@ -9,7 +9,7 @@ use crate::dynamics::{
 use crate::lattice::Lattice;
 use crate::matching::Matching;
 use crate::parallel::Executor;
-use crate::range::RangeError;
+use crate::range::{RangeError, in_range};
 use crate::state::index_bounds;
 
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
@@ -257,10 +257,18 @@ impl Body {
     pub fn set_density(&mut self, density: f64) -> Result<(), RangeError> {
         let material = Material { density, ..self.material };
         material.validate()?;
+        check_cell_mass(&material, &self.lattice)?;
         self.material = material;
         self.wake();
         Ok(())
     }
+}
+
+/// Checks that the mass of a full cell is a finite number above 0.
+pub(super) fn check_cell_mass(material: &Material, lattice: &Lattice) -> Result<(), RangeError> {
+    let mass = material.density * lattice.cell_size().powi(3);
+    in_range("density x cell_size^3", mass, mass > 0.0, "a finite mass > 0; change the density or the scale")
+        .map(drop)
 }
 
 /// Returns the half-width of the regions of a body outside a simulation, in cells: at most the extent of the lattice.
