@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::elasticity::{check_cell_mass, initial_half_width, size_of};
+use super::elasticity::{check_cell_mass, extent, initial_half_width, size_of};
 use super::{Body, MAX_CELLS, Surface};
 use crate::dynamics::{
     Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper,
@@ -262,7 +262,8 @@ impl BodyBuilder {
         };
         self.placement.check_limit(MAX_CELLS * lattice.cell_size())?;
         check_cell_mass(&self.material, &lattice)?;
-        let half_width = initial_half_width(&self.material, &lattice);
+        let extent = extent(&lattice);
+        let half_width = initial_half_width(&self.material, &lattice, extent);
         let masses = vertex_masses(&lattice, surface.as_ref().map(|surface| &surface.mesh));
         let matching = Matching::new(&lattice, &masses, half_width);
         let mut state = State::at_rest(&lattice, &matching.layout, &self.placement);
@@ -285,6 +286,7 @@ impl BodyBuilder {
             forces: None,
             contacts: None,
             constraints: None,
+            extent,
             size: size_of(&lattice, surface.as_ref()),
             youngs_modulus: None,
             fast_vertex: 0,

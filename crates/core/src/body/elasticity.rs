@@ -39,7 +39,7 @@ impl Body {
     pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
         self.youngs_modulus = self.modulus_to_reach(gravity);
         if let Some(modulus) = self.youngs_modulus {
-            self.set_half_width(self.elastic_law(dt).least_half_width(modulus, extent(&self.lattice)));
+            self.set_half_width(self.elastic_law(dt).least_half_width(modulus, self.extent));
         }
     }
 
@@ -71,17 +71,21 @@ impl Body {
         // Rounding errors do not count.
         const MARGIN: f64 = 1.0 + 1e-9;
         if let Some(frequency) = self.frequency() {
-            // alpha = 2 (1 - cos(2 pi f dt)) is 1 at a sixth of the step rate.
-            let in_force = 1.0 / (6.0 * dt);
-            let softened =
-                Softened { key: "frequency", specified: frequency, in_force, needed_rate: 6.0 * frequency };
+            let in_force = 1.0 / (Stiffness::STEPS_PER_PERIOD * dt);
+            let needed_rate = Stiffness::STEPS_PER_PERIOD * frequency;
+            let softened = Softened { key: "frequency", specified: frequency, in_force, needed_rate };
             return (frequency > MARGIN * in_force).then_some(softened);
         }
         let (specified, in_force) = (self.youngs_modulus?, self.modulus_in_force(dt));
-        let (density, cell_size) = (self.material.density, self.lattice.cell_size());
-        let needed_rate = 1.0 / ElasticLaw::longest_step(density, cell_size, self.half_width(), specified);
+        let needed_rate = self.step_rate(self.half_width(), specified);
         let softened = Softened { key: "youngs_modulus", specified, in_force, needed_rate };
         (specified > MARGIN * in_force).then_some(softened)
+    }
+
+    /// Returns the steps per second at which alpha = 1 for Young's modulus `modulus`, with regions of half-width
+    /// `half_width`.
+    pub(crate) fn step_rate(&self, half_width: usize, modulus: f64) -> f64 {
+        1.0 / ElasticLaw::longest_step(self.material.density, self.lattice.cell_size(), half_width, modulus)
     }
 
     /// Returns Young's modulus in force in steps of `dt` seconds, in scene units of force per area. It is less than
@@ -157,7 +161,7 @@ impl Body {
     }
 
     /// Returns the rate in 1/s at which damping lets the amplitudes of elastic modes decay, in steps of `dt` seconds.
-    pub(crate) fn decay_rate(&self, dt: f64, executor: &Executor) -> f64 {
+    fn decay_rate(&self, dt: f64, executor: &Executor) -> f64 {
         let rate = match self.material.damping() {
             Damping::Rate(rate) => rate,
             Damping::Ratio(0.0) => 0.0,
@@ -166,6 +170,11 @@ impl Body {
         // At the greatest angular frequency of a mode, √alpha/dt, no mode oscillates. A higher rate would keep the
         // elastic forces from carrying the body.
         rate.min(self.alpha(dt).sqrt() / dt)
+    }
+
+    /// Returns the fraction of the elastic velocities that damping keeps in a step of `dt` seconds, exp(-2 c dt).
+    pub(super) fn kept_fraction(&self, dt: f64, executor: &Executor) -> f64 {
+        (-2.0 * self.decay_rate(dt, executor) * dt).exp()
     }
 
     /// Sets the elasticity, from the next step on, and rebuilds the regions if their size changes. Positions,
@@ -185,7 +194,7 @@ impl Body {
         // The default of the damping depends on the elasticity.
         self.update_elastic_damping();
         self.youngs_modulus = None;
-        self.set_half_width(initial_half_width(&self.material, &self.lattice));
+        self.set_half_width(initial_half_width(&self.material, &self.lattice, self.extent));
         Ok(())
     }
 
@@ -272,7 +281,7 @@ pub(super) fn check_cell_mass(material: &Material, lattice: &Lattice) -> Result<
 }
 
 /// Returns the half-width of the regions of a body outside a simulation, in cells: at most the extent of the lattice.
-pub(super) fn initial_half_width(material: &Material, lattice: &Lattice) -> usize {
+pub(super) fn initial_half_width(material: &Material, lattice: &Lattice, extent: usize) -> usize {
     let cells = match material.elasticity {
         Elasticity::Regions { size: RegionSize::Cells(cells), .. } => cells,
         Elasticity::Regions { size: RegionSize::Radius(radius), .. } => {
@@ -280,7 +289,7 @@ pub(super) fn initial_half_width(material: &Material, lattice: &Lattice) -> usiz
         }
         _ => DEFAULT_HALF_WIDTH,
     };
-    cells.clamp(1, extent(lattice).max(1))
+    cells.clamp(1, extent.max(1))
 }
 
 /// Returns the size L of a body: the cube root of the volume of the mesh, or of its bounding box if the mesh is open; of

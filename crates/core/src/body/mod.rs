@@ -82,6 +82,8 @@ pub struct Body {
     forces: Option<Forces>,
     contacts: Option<Contacts>,
     constraints: Option<Constraints>,
+    /// Largest extent of the lattice along an axis, in cells.
+    extent: usize,
     /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.
     size: f64,
     /// Young's modulus of the material, fixed when the body joined a simulation. `None` with the elasticity of

@@ -11,9 +11,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::elasticity::extent;
 use super::{Body, StepContext};
 use crate::contact::Colliders;
+use crate::dynamics::effective_gravity;
 use crate::parallel::Executor;
 use crate::state::{Interval, Rest};
 
@@ -88,9 +88,9 @@ impl Body {
     fn rest_speed(&self, context: &StepContext, executor: &Executor) -> f64 {
         let (gravity, dt) = (context.gravity.norm(), context.interval.dt);
         let (size, cell_size) = (self.size, self.lattice.cell_size());
-        let speed = REST_SPEED * (size * gravity.max(8.0 * size)).sqrt() / cell_size;
-        let keep = (-2.0 * self.decay_rate(dt, executor) * dt).exp();
-        let rounding = f64::from(f32::EPSILON) * extent(&self.lattice) as f64 / 2.0;
+        let speed = REST_SPEED * (size * effective_gravity(size, gravity)).sqrt() / cell_size;
+        let keep = self.kept_fraction(dt, executor);
+        let rounding = f64::from(f32::EPSILON) * self.extent as f64 / 2.0;
         let noise = NOISE * self.alpha(dt) / dt * rounding / (1.0 - keep * keep).sqrt();
         speed.max(noise.min(GREATEST_NOISE * speed))
     }

@@ -1,6 +1,5 @@
 //! Saves and restores the state of a body.
 
-use super::elasticity::extent;
 use super::{Body, Surface};
 use crate::dynamics::{Constraints, Forces, Material};
 use crate::error::Error;
@@ -169,7 +168,7 @@ impl Body {
         if let Some(modulus) = youngs_modulus {
             in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
         }
-        let (cells, limit) = (half_width as f64, extent(&self.lattice).max(1));
+        let (cells, limit) = (half_width as f64, self.extent.max(1));
         in_range(
             "half_width",
             cells,

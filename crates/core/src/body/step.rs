@@ -264,14 +264,14 @@ impl Body {
     /// Measures the motion before the step, and computes the reference motions of the damping.
     fn begin_elastic_damping(&mut self, context: &StepContext, executor: &Executor) {
         let dt = context.interval.dt;
-        let rate = self.decay_rate(dt, executor);
+        let keep = self.kept_fraction(dt, executor);
         let size = self.size / self.lattice.cell_size();
         let Self { elastic_damping: Some(damping), constraints, matching, momentum, state, .. } = self else {
             return;
         };
         let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
         momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
-        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum, (rate, size, dt));
+        damping.begin(constraints.as_ref(), (state, matching.layout.slots()), momentum, (keep, size, dt));
     }
 
     /// Stores the velocities before the impacts of this step.

@@ -64,17 +64,16 @@ impl ElasticDamper {
 
     /// Begins a step of `dt` seconds: computes the reference motions, and advances the deflections of the supports.
     ///
-    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `rate` is c in 1/s, and `size`
-    /// the size of the body in cells.
+    /// `tracker` has measured the state. `slots` has the slot of each lattice vertex, `keep` is exp(-2 c dt), and
+    /// `size` the size of the body in cells.
     pub(crate) fn begin(
         &mut self,
         constraints: Option<&Constraints>,
         (state, slots): (&mut State, &[u32]),
         tracker: &MomentumTracker,
-        (rate, size, dt): (f64, f64, f64),
+        (keep, size, dt): (f64, f64, f64),
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
-        let keep = (-2.0 * rate * dt).exp();
         let mut rigid = std::mem::take(&mut self.damped.rigid);
         rigid.clear();
         for (component, measured) in tracker.states().iter().enumerate() {

@@ -58,9 +58,9 @@ impl ElasticLaw {
     /// Returns the least half-width, from 1 to `limit`, for which alpha <= 1. Returns `limit` if alpha exceeds 1 for
     /// all of them.
     pub(crate) fn least_half_width(&self, modulus: f64, limit: usize) -> usize {
-        // w (w + 1)/3 >= `moment` for w >= `root`. The largest half-width is far below 2^53.
+        // The largest half-width is far below 2^53.
         let moment = modulus / (self.density * (self.cell_size / self.dt).powi(2));
-        let root = (3.0 * moment + 0.25).sqrt() - 0.5;
+        let root = half_width_of(3.0 * moment);
         // A rounding error of a whole number of cells must not give another cell.
         let least = (root * (1.0 - 1e-12)).ceil();
         if least < limit as f64 { (least as usize).max(1) } else { limit }
@@ -70,6 +70,11 @@ impl ElasticLaw {
     pub(crate) fn longest_step(density: f64, cell_size: f64, half_width: usize, modulus: f64) -> f64 {
         cell_size * (density * moment(half_width) / modulus).sqrt()
     }
+}
+
+/// Returns the number w > 0 with w (w + 1) = `product`.
+pub(crate) fn half_width_of(product: f64) -> f64 {
+    (product + 0.25).sqrt() - 0.5
 }
 
 /// Returns the second moment of a window of 2 w + 1 vertices, w (w + 1)/3.

@@ -78,8 +78,14 @@ impl Preset {
 
     /// Computes Young's modulus E of a body. `density` is ρ, `size` is L, and `gravity` is g.
     pub(crate) fn youngs_modulus(self, density: f64, size: f64, gravity: f64) -> f64 {
-        self.relative_modulus() * density * size * gravity.max(8.0 * size)
+        self.relative_modulus() * density * size * effective_gravity(size, gravity)
     }
+}
+
+/// Returns max(g, 8 L/s²): the gravity g, but at least that under which a body of the size L falls its own size in half a
+/// second.
+pub(crate) fn effective_gravity(size: f64, gravity: f64) -> f64 {
+    gravity.max(8.0 * size)
 }
 
 /// The elasticity of a body: how strongly it resists deformation.
@@ -191,6 +197,9 @@ impl Elasticity {
 }
 
 impl Stiffness {
+    /// Number of steps per period of a frequency at which alpha = 1.
+    pub(crate) const STEPS_PER_PERIOD: f64 = 6.0;
+
     /// Computes alpha, the fraction of the distance to the goal position that a vertex covers in one step of
     /// `dt` seconds.
     pub fn alpha(self, dt: f64) -> f64 {

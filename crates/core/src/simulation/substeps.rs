@@ -17,13 +17,10 @@ use nalgebra::{Point3, Vector3};
 
 use crate::body::Body;
 use crate::contact::{Collider, Colliders, Shape};
-use crate::dynamics::{ElasticLaw, Key};
+use crate::dynamics::{Key, Stiffness, half_width_of};
 
 /// Greatest number of steps per frame that is chosen automatically.
 const MAX_STEPS: f64 = 1000.0;
-
-/// Number of steps per period at which alpha = 1.
-const STEPS_PER_PERIOD: f64 = 6.0;
 
 /// Greatest length R of the regions of a body with a Young's modulus, as a fraction of its size.
 const REGION_FRACTION: f64 = 0.15;
@@ -141,7 +138,7 @@ impl Needs {
                 let slip = if rests { slip_rate(body, modulus, gravity.norm()) } else { 0.0 };
                 [material_rate(body, modulus), slip]
             }
-            None => [body.frequency().map_or(0.0, |frequency| STEPS_PER_PERIOD * frequency), 0.0],
+            None => [body.frequency().map_or(0.0, |frequency| Stiffness::STEPS_PER_PERIOD * frequency), 0.0],
         };
         Self { material, slip, handle_speed, fall_speed }
     }
@@ -152,21 +149,15 @@ fn material_rate(body: &Body, modulus: f64) -> f64 {
     let cell_size = body.lattice().cell_size();
     let cells = REGION_FRACTION * body.size() / cell_size;
     // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
-    let half_width = ((cells * cells + 0.25).sqrt() - 0.5).floor().max(2.0);
-    rate(body, modulus, half_width as usize)
+    let half_width = half_width_of(cells * cells).floor().max(2.0);
+    body.step_rate(half_width as usize, modulus)
 }
 
 /// Returns the steps per second at which the least sufficient regions are so small that a held layer slips little.
 fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
     let product = 1.5 * MAX_SLIP * modulus / (body.material().density * gravity * body.size());
-    let half_width = ((product + 0.25).sqrt() - 0.5).floor().max(1.0);
-    if half_width.is_finite() { rate(body, modulus, half_width as usize) } else { 0.0 }
-}
-
-/// Returns the steps per second at which alpha = 1 with regions of half-width `half_width`.
-fn rate(body: &Body, modulus: f64, half_width: usize) -> f64 {
-    let (density, cell_size) = (body.material().density, body.lattice().cell_size());
-    1.0 / ElasticLaw::longest_step(density, cell_size, half_width, modulus)
+    let half_width = half_width_of(product).floor().max(1.0);
+    if half_width.is_finite() { body.step_rate(half_width as usize, modulus) } else { 0.0 }
 }
 
 /// Returns the distance along `down` from a point to a plane, to the center of a sphere or box, or to the lower end of

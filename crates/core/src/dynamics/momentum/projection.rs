@@ -24,8 +24,8 @@ pub(crate) enum Weight {
 }
 
 /// Projects a rigid motion, in the metric of the mass, on the rigid motions that satisfy linear conditions, which are
-/// added one by one. It is the least-squares estimate with exact or uncertain data (Kalman 1960): a condition that
-/// contradicts the earlier ones has no effect.
+/// added one by one. It is the least-squares estimate with exact or uncertain data (Kalman 1960): an exact condition
+/// that contradicts earlier exact ones has no effect.
 #[derive(Clone, Debug)]
 pub(crate) struct Projection {
     /// (v, ω).
