@@ -48,3 +48,4 @@ mod volume_limits;
 mod volume_regional;
 mod volume_solid;
 mod voxels;
+mod zones;

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use supple::reference::{self, Regions};
 use supple::{
     Body, Collider, Handle, Key, Lattice, Material, Pin, Selection, Simulation, Substeps, TimeWindow,
-    VolumeOptions, VolumeScope,
+    VolumeOptions, VolumeScope, Zone,
 };
 
 type Outcome = (Vec<Point3<f64>>, Vec<Vector3<f64>>);
@@ -40,7 +40,7 @@ fn full_simulation(threads: usize) -> Simulation {
 }
 
 /// Two bodies of the default material, with elastic damping, in automatic steps: two components of several chunks, of
-/// which one is pinned and the other falls onto the ground, and a cube that rests on the ground and falls asleep.
+/// which one is pinned and has a stiffer zone, and the other falls onto the ground, and a cube that rests on the ground and falls asleep.
 fn damped_simulation(threads: usize) -> Simulation {
     let mut cells = block([33, 17, 19]);
     cells.extend(block([4, 4, 4]).into_iter().map(|[x, y, z]| [x + 36, y, z]));
@@ -48,6 +48,7 @@ fn damped_simulation(threads: usize) -> Simulation {
     let selection = Selection::Plane { point: [1.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0] };
     let large = Body::from_lattice(lattice_of(&cells))
         .pin(Pin { selection, window: TimeWindow::default() })
+        .zone(Zone::new(Selection::Sphere { center: [16.0, 8.0, 9.0], radius: 6.0 }, 3.0))
         .spin([0.0, 0.0, 0.3])
         .translate([0.0, 0.2, 0.0])
         .build()

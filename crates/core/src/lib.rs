@@ -139,7 +139,7 @@ pub use body::{
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{
     Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, Key, Material, MotionError, Pin,
-    Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
+    Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow, Zone,
 };
 pub use error::Error;
 pub use lattice::{

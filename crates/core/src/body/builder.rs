@@ -6,7 +6,7 @@ use super::elasticity::{check_cell_mass, extent, initial_half_width, size_of};
 use super::{Body, MAX_CELLS, Surface};
 use crate::dynamics::{
     Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper,
-    RegionDamping, RegionSize, Stiffness,
+    RegionDamping, RegionSize, Stiffness, Zone,
 };
 use crate::error::Error;
 use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution, vertex_masses};
@@ -28,6 +28,7 @@ pub struct BodyBuilder {
     material: Material,
     placement: Placement,
     volume: VolumeOptions,
+    zones: Vec<Zone>,
     pins: Vec<Pin>,
     handles: Vec<Handle>,
 }
@@ -56,6 +57,7 @@ impl BodyBuilder {
             material: Material::default(),
             placement: Placement::default(),
             volume: VolumeOptions::default(),
+            zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
         }
@@ -226,6 +228,12 @@ impl BodyBuilder {
         self
     }
 
+    /// Adds a part with another stiffness. The factors of overlapping zones multiply.
+    pub fn zone(mut self, zone: Zone) -> Self {
+        self.zones.push(zone);
+        self
+    }
+
     /// Adds a pin. Where pins overlap, a later pin overrides an earlier pin.
     pub fn pin(mut self, pin: Pin) -> Self {
         self.pins.push(pin);
@@ -244,7 +252,7 @@ impl BodyBuilder {
     /// # Errors
     ///
     /// A number out of range, a lattice that cannot be built or exceeds the memory limit, a volume measure
-    /// that the mesh does not allow, or a pin or handle with an empty selection.
+    /// that the mesh does not allow, or a zone, pin or handle with an empty selection.
     pub fn build(self) -> Result<Body, Error> {
         self.material.validate()?;
         self.placement.validate()?;
@@ -286,6 +294,7 @@ impl BodyBuilder {
             forces: None,
             contacts: None,
             constraints: None,
+            stiffness_factors: None,
             extent,
             size: size_of(&lattice, surface.as_ref()),
             youngs_modulus: None,
@@ -296,6 +305,7 @@ impl BodyBuilder {
             surface,
             matching,
         };
+        body.set_zones(&self.zones)?;
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;
         Ok(body)

@@ -1,10 +1,11 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
+use super::zones::check_stiffness;
 use super::{Body, Surface};
 use crate::dynamics::{
     Damping, ElasticDamper, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionDamping,
-    RegionSize, Stiffness, lowest_eigenvalue,
+    RegionSize, Stiffness, StiffnessFactors, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
 use crate::matching::Matching;
@@ -28,6 +29,8 @@ pub struct Softened {
     pub specified: f64,
     /// Value in force.
     pub in_force: f64,
+    /// The stiffness factor of the part that the values are of: the greatest of the body, and 1 without zones.
+    pub factor: f64,
     /// Number of steps per second that reach the specified value.
     pub needed_rate: f64,
 }
@@ -39,8 +42,10 @@ impl Body {
     pub(crate) fn fix_elasticity(&mut self, gravity: f64, dt: f64) {
         self.youngs_modulus = self.modulus_to_reach(gravity);
         if let Some(modulus) = self.youngs_modulus {
-            self.set_half_width(self.elastic_law(dt).least_half_width(modulus, self.extent));
+            let greatest = modulus * self.factor_range().1;
+            self.set_half_width(self.elastic_law(dt).least_half_width(greatest, self.extent));
         }
+        self.limit_stiffness_factors(dt);
     }
 
     /// Calls [`fix_elasticity`](Self::fix_elasticity) if the elasticity was changed after the body joined.
@@ -48,6 +53,8 @@ impl Body {
         let is_regions = matches!(self.material.elasticity, Elasticity::Regions { .. });
         if self.youngs_modulus.is_none() && !is_regions {
             self.fix_elasticity(gravity, dt);
+        } else {
+            self.limit_stiffness_factors(dt);
         }
     }
 
@@ -57,11 +64,15 @@ impl Body {
     }
 
     /// Returns alpha, the fraction of the distance to the goal position that a vertex covers in a step of `dt`
-    /// seconds.
+    /// seconds if its stiffness factor is 1.
     pub(crate) fn alpha(&self, dt: f64) -> f64 {
         match (self.material.elasticity, self.youngs_modulus) {
             (Elasticity::Regions { stiffness, .. }, _) => stiffness.alpha(dt),
-            (_, Some(modulus)) => self.elastic_law(dt).alpha(self.half_width(), modulus).min(1.0),
+            (_, Some(modulus)) => {
+                // Times the greatest factor it is at most 1.
+                let limit = 1.0 / self.factor_range().1.min(1.0);
+                self.elastic_law(dt).alpha(self.half_width(), modulus).min(limit)
+            }
             (_, None) => 1.0,
         }
     }
@@ -70,16 +81,23 @@ impl Body {
     pub(crate) fn softened(&self, dt: f64) -> Option<Softened> {
         // Rounding errors do not count.
         const MARGIN: f64 = 1.0 + 1e-9;
-        if let Some(frequency) = self.frequency() {
-            let in_force = 1.0 / (Stiffness::STEPS_PER_PERIOD * dt);
-            let needed_rate = Stiffness::STEPS_PER_PERIOD * frequency;
-            let softened = Softened { key: "frequency", specified: frequency, in_force, needed_rate };
-            return (frequency > MARGIN * in_force).then_some(softened);
-        }
-        let (specified, in_force) = (self.youngs_modulus?, self.modulus_in_force(dt));
-        let needed_rate = self.step_rate(self.half_width(), specified);
-        let softened = Softened { key: "youngs_modulus", specified, in_force, needed_rate };
-        (specified > MARGIN * in_force).then_some(softened)
+        let (_, factor) = self.factor_range();
+        let softened = match self.frequency() {
+            // Without factors alpha is 1 at six steps per period.
+            Some(frequency) => {
+                let needed_rate = frequency * Stiffness::steps_per_period(factor);
+                let in_force = frequency / (needed_rate * dt);
+                Softened { key: "frequency", specified: frequency, in_force, factor, needed_rate }
+            }
+            None => {
+                let specified = factor * self.youngs_modulus?;
+                let needed_rate = self.step_rate(self.half_width(), specified);
+                let greatest = self.elastic_law(dt).modulus(self.half_width(), 1.0);
+                let in_force = specified.min(greatest);
+                Softened { key: "youngs_modulus", specified, in_force, factor, needed_rate }
+            }
+        };
+        (softened.specified > MARGIN * softened.in_force).then_some(softened)
     }
 
     /// Returns the steps per second at which alpha = 1 for Young's modulus `modulus`, with regions of half-width
@@ -139,25 +157,33 @@ impl Body {
         // The division of the sums into tasks depends on the half-width.
         self.momentum = MomentumTracker::new(&self.lattice, &self.masses, layout, cascade.tasks());
         self.state.fitted = false;
-        (self.energy, self.state.energy_limit) = (None, None);
         self.region_damping = self.material.has_region_damping().then(|| RegionDamper::new(&self.matching));
-        self.lowest_eigenvalue.take();
+        self.forget_elastic_measures();
         self.track_constraints();
+    }
+
+    /// Removes what was computed from the regions and their factors.
+    pub(super) fn forget_elastic_measures(&mut self) {
+        (self.energy, self.state.energy_limit) = (None, None);
+        self.lowest_eigenvalue.take();
     }
 
     /// Returns the angular frequency of the lowest elastic mode of the free body in rad/s, in steps of `dt` seconds.
     /// The first call computes the mode.
     pub(crate) fn lowest_angular_frequency(&self, dt: f64, executor: &Executor) -> f64 {
-        let Self { lattice, masses, matching, .. } = self;
+        let Self { lattice, masses, matching, stiffness_factors, .. } = self;
+        let greatest = stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force);
         let eigenvalue = *self.lowest_eigenvalue.get_or_init(|| {
             // Without the larger masses of constrained vertices.
-            let matching = &Matching::new(lattice, masses, matching.regions.half_width());
-            let damper = RegionDamper::new(matching);
+            let mut matching = Matching::new(lattice, masses, matching.regions.half_width());
+            let factors = stiffness_factors.as_ref().map(|factors| factors.in_force(greatest));
+            matching.set_factors(factors.as_deref());
+            let damper = RegionDamper::new(&matching);
             let mut tracker =
                 MomentumTracker::new(lattice, masses, &matching.layout, matching.cascade.tasks());
-            lowest_eigenvalue(lattice, matching, &damper, &mut tracker, executor)
+            lowest_eigenvalue(lattice, &matching, &damper, &mut tracker, executor)
         });
-        (eigenvalue * self.alpha(dt)).sqrt() / dt
+        (eigenvalue * greatest * self.alpha(dt)).sqrt() / dt
     }
 
     /// Returns the rate in 1/s at which damping lets the amplitudes of elastic modes decay, in steps of `dt` seconds.
@@ -168,8 +194,8 @@ impl Body {
             Damping::Ratio(ratio) => ratio * self.lowest_angular_frequency(dt, executor),
         };
         // At the greatest angular frequency of a mode, √alpha/dt, no mode oscillates. A higher rate would keep the
-        // elastic forces from carrying the body.
-        rate.min(self.alpha(dt).sqrt() / dt)
+        // elastic forces from carrying the body, or its softest part.
+        rate.min((self.alpha(dt) * self.factor_range().0).min(1.0).sqrt() / dt)
     }
 
     /// Returns the fraction of the elastic velocities that damping keeps in a step of `dt` seconds, exp(-2 c dt).
@@ -189,6 +215,7 @@ impl Body {
     pub fn set_elasticity(&mut self, elasticity: Elasticity) -> Result<(), RangeError> {
         let material = Material { elasticity, ..self.material };
         material.validate()?;
+        check_stiffness(&material, self.stiffness_factors.as_ref())?;
         self.material = material;
         self.wake();
         // The default of the damping depends on the elasticity.

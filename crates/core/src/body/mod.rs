@@ -6,6 +6,7 @@
 //! | `step` | runs the stages of a step, in order |
 //! | `plan` | describes the stages and their memory |
 //! | `elasticity` | the material in force, and its changes between steps |
+//! | `zones` | stiffness factors |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | saves and restores the state |
@@ -21,6 +22,7 @@ mod settings;
 mod sleep;
 mod snapshot;
 mod step;
+mod zones;
 
 pub use builder::BodyBuilder;
 pub(crate) use display::DisplayContext;
@@ -37,6 +39,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 use crate::contact::{Colliders, Contacts, SampleCells};
 use crate::dynamics::{
     Constraints, ElasticDamper, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper,
+    StiffnessFactors,
 };
 use crate::lattice::{Embedding, Lattice};
 use crate::matching::{Matching, Purpose, Workspace};
@@ -82,6 +85,8 @@ pub struct Body {
     forces: Option<Forces>,
     contacts: Option<Contacts>,
     constraints: Option<Constraints>,
+    /// `None` if the stiffness does not vary.
+    stiffness_factors: Option<StiffnessFactors>,
     /// Largest extent of the lattice along an axis, in cells.
     extent: usize,
     /// Size L in scene units, the length scale of presets and of the limit of sleep: see `elasticity`.
@@ -265,6 +270,12 @@ impl Body {
         MAX_CELLS * self.lattice.cell_size()
     }
 
+    /// Checks the length of an array that a user passes.
+    fn check_length(&self, name: &'static str, count: usize) -> Result<(), ArrayError> {
+        let expected = self.lattice.len();
+        if count == expected { Ok(()) } else { Err(ArrayError::Length { name, count, expected }) }
+    }
+
     /// Checks the length and the values of an array that a user passes.
     fn check(
         &self,
@@ -272,9 +283,7 @@ impl Body {
         count: usize,
         values: impl Iterator<Item = Vector3<f64>>,
     ) -> Result<(), ArrayError> {
-        if count != self.lattice.len() {
-            return Err(ArrayError::Length { name, count, expected: self.lattice.len() });
-        }
+        self.check_length(name, count)?;
         for (index, value) in values.enumerate() {
             if !value.iter().all(|x| x.is_finite()) {
                 return Err(ArrayError::NotFinite { name, index, value: value.into() });

@@ -2,7 +2,7 @@
 
 use super::Body;
 use super::step::{STEP, Stage};
-use crate::dynamics::{Damping, RegionDamping};
+use crate::dynamics::{Damping, RegionDamping, StiffnessFactors};
 use crate::plan::{BodyPlan, PlannedStage, When};
 use crate::volume::VolumeMeasures;
 
@@ -18,7 +18,9 @@ impl Body {
     pub(crate) fn plan(&self) -> BodyPlan {
         let mut plan = BodyPlan {
             name: self.name.clone(),
-            lattice_bytes: self.lattice.memory() + size_of_val(self.masses.as_slice()),
+            lattice_bytes: self.lattice.memory()
+                + size_of_val(self.masses.as_slice())
+                + self.stiffness_factors.as_ref().map_or(0, StiffnessFactors::bytes),
             state_bytes: self.state.bytes(),
             stages: Vec::new(),
             left_out: Vec::new(),

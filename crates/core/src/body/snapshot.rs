@@ -1,7 +1,8 @@
 //! Saves and restores the state of a body.
 
+use super::zones::check_stiffness;
 use super::{Body, Surface};
-use crate::dynamics::{Constraints, Forces, Material};
+use crate::dynamics::{Constraints, Forces, Material, StiffnessFactors};
 use crate::error::Error;
 use crate::range::in_range;
 use crate::state::State;
@@ -18,6 +19,8 @@ pub struct BodySnapshot {
     /// Young's modulus that was fixed when the body joined a simulation.
     youngs_modulus: Option<f64>,
     half_width: usize,
+    /// One per lattice vertex.
+    stiffness_factors: Option<Vec<f64>>,
     volume: VolumeOptions,
     forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.
@@ -100,6 +103,7 @@ impl Body {
             material: self.material,
             youngs_modulus: self.youngs_modulus,
             half_width: self.half_width(),
+            stiffness_factors: self.stiffness_factors().map(<[f64]>::to_vec),
             volume: self.volume,
             forces: self.forces.clone(),
             displacements: self
@@ -124,6 +128,10 @@ impl Body {
         self.material = snapshot.material;
         self.youngs_modulus = snapshot.youngs_modulus;
         self.set_half_width(snapshot.half_width);
+        if snapshot.stiffness_factors.as_deref() != self.stiffness_factors() {
+            let factors = snapshot.stiffness_factors.clone().map(StiffnessFactors::new).transpose()?;
+            self.replace_stiffness_factors(factors);
+        }
         self.set_region_damping(snapshot.material.region_damping)?;
         self.update_elastic_damping();
         if snapshot.volume != self.volume {
@@ -165,6 +173,9 @@ impl Body {
     fn check_settings(&self, snapshot: &BodySnapshot) -> Result<(), Error> {
         let &BodySnapshot { material, youngs_modulus, half_width, volume, .. } = snapshot;
         material.validate()?;
+        let factors = snapshot.stiffness_factors.as_ref();
+        let factors = factors.map(|factors| self.checked_factors(factors)).transpose()?;
+        check_stiffness(&material, factors.as_ref())?;
         if let Some(modulus) = youngs_modulus {
             in_range("youngs_modulus", modulus, modulus > 0.0, "a force per area > 0")?;
         }

@@ -24,7 +24,7 @@ use nalgebra::Vector3;
 use super::Body;
 use crate::contact::Colliders;
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
-use crate::matching::Purpose;
+use crate::matching::{Purpose, Regions};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
@@ -256,9 +256,9 @@ impl Body {
             let positions_rotations = (&state.positions, &mut state.rotations);
             matching.fit(workspace, executor, positions_rotations, None, Purpose::Regions);
         }
-        let fraction = material.region_damping_fraction(context.interval.dt);
+        let fraction = material.region_damping_fraction(context.interval.dt) as f32;
         let rotations_velocities = (&state.rotations, &mut state.velocities);
-        region_damping.apply(matching, workspace, executor, rotations_velocities, fraction as f32);
+        region_damping.apply(matching, workspace, executor, rotations_velocities, (fraction, None));
     }
 
     /// Measures the motion before the step, and computes the reference motions of the damping.
@@ -318,10 +318,11 @@ impl Body {
 
         let stiffness_rate = alpha / dt;
         let sums_momenta = momentum.any_free();
-        let weights = &matching.regions.weights;
+        let Regions { weights, factors, .. } = &matching.regions;
         let (components, sums) = momentum.begin_sums();
         let update = Accelerate {
             weights,
+            factors: factors.as_ref(),
             positions: &state.positions,
             stiffness_rate: stiffness_rate as f32,
             velocity_change: velocity_change.map(|v| v as f32).into(),
@@ -335,7 +336,7 @@ impl Body {
         momentum.finish_sums();
 
         if let Some(limiter) = limiter {
-            limiter.apply((stiffness_rate, dt), weights, state, momentum);
+            limiter.apply((stiffness_rate, dt), &matching.regions, state, momentum);
         }
         momentum.add_impulse(&mut state.momenta, velocity_change);
     }

@@ -9,7 +9,8 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8};
 
 use crate::matching::{
-    Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted, Workspace, columns,
+    Factors, Matching, Means, Purpose, RegionTransform, Regions, VertexUpdate, Weighted, Workspace, columns,
+    scale,
 };
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, Lanes, load, store};
@@ -35,23 +36,24 @@ impl RegionDamper {
 
     /// Moves the velocities v towards the mean rigid velocities of the regions: v += `fraction` (v̄ - v).
     ///
-    /// `fraction` is in (0, 1]. `rotations` are those of the last fit of shape matching.
+    /// `fraction` is in (0, 1]. `rotations` are those of the last fit of shape matching. With stiffness `factors`, v̄ is
+    /// weighted by them, and the fraction of each vertex is multiplied by its own factor.
     pub(crate) fn apply(
         &self,
         matching: &Matching,
         workspace: &mut Workspace,
         executor: &Executor,
         (rotations, velocities): (&Lanes<4>, &mut Lanes<3>),
-        fraction: f32,
+        (fraction, factors): (f32, Option<&Factors>),
     ) {
         let Matching { layout, regions, cascade } = matching;
         let Regions { constants, weights, .. } = regions;
         let field = Weighted { weights: weights.blocks(), vectors: velocities.blocks() };
-        let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations };
+        let fit = FitVelocities { constants, inverse_inertia: &self.inverse_inertia, rotations, factors };
         // A vector of `()` does not allocate.
         let memory = &mut vec![(); layout.blocks()];
         cascade.forward(layout, executor, workspace, field, (&fit, memory), Purpose::Vertices);
-        let update = Damp { weights, fraction };
+        let update = Damp { weights, fraction, factors };
         cascade.adjoint(layout, executor, workspace, &update, velocities.blocks_mut(), &mut []);
     }
 }
@@ -64,6 +66,7 @@ struct FitVelocities<'a> {
     /// As in [`RegionDamper`].
     inverse_inertia: &'a Lanes<6>,
     rotations: &'a Lanes<4>,
+    factors: Option<&'a Factors>,
 }
 
 impl RegionTransform for FitVelocities<'_> {
@@ -74,6 +77,9 @@ impl RegionTransform for FitVelocities<'_> {
         for (block, sums) in (first..).zip(sums) {
             let motion = self.fit(simd, block, load(simd, sums));
             store(motion, sums);
+            if let Some(factors) = self.factors {
+                scale(simd, factors.of_regions(block), sums);
+            }
         }
     }
 }
@@ -125,6 +131,7 @@ struct Damp<'a> {
     /// m and 1/n of each vertex.
     weights: &'a Lanes<2>,
     fraction: f32,
+    factors: Option<&'a Factors>,
 }
 
 impl VertexUpdate for Damp<'_> {
@@ -141,11 +148,21 @@ impl VertexUpdate for Damp<'_> {
         _: &mut [()],
     ) {
         for ((block, region_sums), velocities) in (first..).zip(region_sums).zip(velocities) {
-            let [_, inverse_count] = load(simd, &self.weights.blocks()[block]);
+            let fraction = f32x8::splat(simd, self.fraction);
+            let (inverse, fraction) = match self.factors {
+                None => {
+                    let [_, inverse] = load(simd, &self.weights.blocks()[block]);
+                    (inverse, fraction)
+                }
+                Some(factors) => {
+                    let [factor, inverse] = load(simd, &factors.vertices.blocks()[block]);
+                    (inverse, factor * fraction)
+                }
+            };
             let region_sums: [f32x8<S>; 3] = load(simd, region_sums);
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
-                v[c] = region_sums[c].mul_add(inverse_count, -v[c]).mul_add(self.fraction, v[c]);
+                v[c] = region_sums[c].mul_add(inverse, -v[c]).mul_add(fraction, v[c]);
             }
             store(v, velocities);
         }

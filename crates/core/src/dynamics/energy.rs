@@ -1,8 +1,8 @@
 //! Limits the energy of a free body: a body without constraints and contacts.
 //!
-//! The acceleration towards the goal positions has the potential V = alpha/(2 dt²) Σ Σ m/n |goal - x|². The
-//! outer sum is over the regions and the inner sum over the vertices of a region; m/n and x are the region
-//! weight and the position of a vertex, and `goal` is the position to which the rigid motion of this region
+//! The acceleration towards the goal positions has the potential V = alpha/(2 dt²) Σ s Σ m/n |goal - x|². The
+//! outer sum is over the regions, with the stiffness factor s of a region, and the inner sum over the vertices of a
+//! region; m/n and x are the region weight and the position of a vertex, and `goal` is the position to which the rigid motion of this region
 //! moves the vertex. The time integration is a leapfrog scheme. If V is harmonic, it conserves the energy Σ m
 //! v₋·v₊ / 2 + V exactly, with the velocities v₋ before and v₊ after the acceleration. But V has kinks where
 //! an inverted region has two optimal rotations, and steps across a kink add energy. Bodies that start
@@ -14,7 +14,7 @@
 //! energy is above the limit, the non-rigid part of the velocities is scaled down.
 
 use super::momentum::MomentumTracker;
-use crate::matching::{Matching, PotentialSums};
+use crate::matching::{Matching, PotentialSums, Regions};
 use crate::simd::lanes::{Block, LANES, Lanes};
 use crate::state::{EnergyLimit, State};
 
@@ -24,7 +24,7 @@ const NOISE: f64 = 1e-6;
 /// The energy-limiting stage.
 #[derive(Debug)]
 pub(crate) struct EnergyLimiter {
-    /// Σ m/n |x⁰ - c⁰|² over all regions and the vertices of each region, with the rest position x⁰ of a
+    /// Σ s m/n |x⁰ - c⁰|² over all regions and the vertices of each region, with the rest position x⁰ of a
     /// vertex and the rest centroid c⁰ of a region.
     rest_spread: f64,
     /// Sums of the potential, which the fit of the rigid motions writes.
@@ -62,16 +62,16 @@ impl EnergyLimiter {
     /// Limits the energy after the acceleration towards the goal positions. If there is no limit yet, or if
     /// the limit is for another `stiffness_rate` or `dt`, the current energy becomes the limit.
     ///
-    /// `stiffness_rate` is alpha/dt in 1/s, and `dt` is in seconds. `weights` has m and 1/n of each vertex.
+    /// `stiffness_rate` is alpha/dt in 1/s, and `dt` is in seconds.
     pub(crate) fn apply(
         &self,
         (stiffness_rate, dt): (f64, f64),
-        weights: &Lanes<2>,
+        regions: &Regions,
         state: &mut State,
         tracker: &mut MomentumTracker,
     ) {
         let State { positions, velocities, energy_limit, .. } = state;
-        let Sums { position_squared, before_after, after } = self.sums(weights, positions, velocities);
+        let Sums { position_squared, before_after, after } = self.sums(regions, positions, velocities);
         let potential =
             0.5 * stiffness_rate / dt * (self.rest_spread + position_squared - self.potential.sum());
         let noise = 0.5 * stiffness_rate / dt * NOISE * position_squared;
@@ -103,13 +103,16 @@ impl EnergyLimiter {
     }
 
     /// Sums over all vertices in f64, in storage order.
-    fn sums(&self, weights: &Lanes<2>, positions: &Lanes<3>, velocities: &Lanes<3>) -> Sums {
+    fn sums(&self, regions: &Regions, positions: &Lanes<3>, velocities: &Lanes<3>) -> Sums {
+        let Regions { weights, factors, .. } = regions;
         let mut sums = Sums::default();
         let blocks = weights.blocks().iter().zip(positions.blocks()).zip(self.velocities_before.blocks());
-        for (((weights, x), before), v) in blocks.zip(velocities.blocks()) {
+        for (block, (((weights, x), before), v)) in blocks.zip(velocities.blocks()).enumerate() {
+            let factors = factors.as_ref().map(|factors| &factors.vertices.blocks()[block][0]);
             for lane in 0..LANES {
                 let m = f64::from(weights[0][lane]);
-                sums.position_squared += m * product(x, x, lane);
+                let factor = factors.map_or(1.0, |factors| f64::from(factors[lane]));
+                sums.position_squared += m * factor * product(x, x, lane);
                 sums.before_after += m * product(before, v, lane);
                 sums.after += m * product(v, v, lane);
             }
@@ -118,7 +121,7 @@ impl EnergyLimiter {
     }
 }
 
-/// The sums Σ m |x|², Σ m v₋·v₊ and Σ m |v₊|² over all vertices.
+/// The sums Σ s m |x|², Σ m v₋·v₊ and Σ m |v₊|² over all vertices, with the stiffness factor s of a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     position_squared: f64,

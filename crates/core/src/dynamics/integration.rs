@@ -10,16 +10,19 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch, f32x8
 
 use super::elastic_damping::Damped;
 use super::momentum::{self, Components, Fields, RigidVelocity, Sums};
-use crate::matching::VertexUpdate;
+use crate::matching::{Factors, VertexUpdate};
 use crate::parallel::Executor;
 use crate::simd::lanes::{Block, LANES, Lanes, Row, load, store};
 use crate::simd::level;
 
 /// The vertex update v += alpha (g - x)/h + h a, after damping. The goal position g of a vertex is 1/n times a sum over the
-/// n regions that contain the vertex; the adjoint of the cascade computes this sum.
+/// n regions that contain the vertex; the adjoint of the cascade computes this sum. With stiffness factors, g is the mean
+/// weighted by them, and alpha is multiplied by the factor of the vertex.
 pub(crate) struct Accelerate<'a> {
     /// m and 1/n of each vertex.
     pub(crate) weights: &'a Lanes<2>,
+    /// `None` if the stiffness does not vary.
+    pub(crate) factors: Option<&'a Factors>,
     pub(crate) positions: &'a Lanes<3>,
     /// alpha/h, in 1/s.
     pub(crate) stiffness_rate: f32,
@@ -54,17 +57,27 @@ impl VertexUpdate for Accelerate<'_> {
         }
         let (weights, positions) = (&self.weights.blocks()[blocks.clone()], &self.positions.blocks()[blocks]);
         let zero = f32x8::splat(simd, 0.0);
-        let vertices = weights.iter().zip(positions).zip(region_sums).zip(&mut *velocities);
-        for (((weights, positions), region_sums), velocities) in vertices {
-            let [_, inverse_count] = load(simd, weights);
-            let occupied = inverse_count.simd_gt(zero);
+        let vertices = weights.iter().zip(positions).zip(region_sums).zip(&mut *velocities).enumerate();
+        for (at, (((weights, positions), region_sums), velocities)) in vertices {
+            let stiffness_rate = f32x8::splat(simd, self.stiffness_rate);
+            let (inverse, stiffness_rate) = match self.factors {
+                None => {
+                    let [_, inverse] = load(simd, weights);
+                    (inverse, stiffness_rate)
+                }
+                Some(factors) => {
+                    let [factor, inverse] = load(simd, &factors.vertices.blocks()[first + at]);
+                    (inverse, factor * stiffness_rate)
+                }
+            };
+            let occupied = inverse.simd_gt(zero);
             let (x, region_sums): ([f32x8<S>; 3], [f32x8<S>; 3]) =
                 (load(simd, positions), load(simd, region_sums));
             let mut v: [f32x8<S>; 3] = load(simd, velocities);
             for c in 0..3 {
                 let velocity_change = occupied.select(f32x8::splat(simd, self.velocity_change[c]), zero);
-                let residual = region_sums[c].mul_add(inverse_count, -x[c]);
-                v[c] = residual.mul_add(self.stiffness_rate, v[c] + velocity_change);
+                let residual = region_sums[c].mul_add(inverse, -x[c]);
+                v[c] = residual.mul_add(stiffness_rate, v[c] + velocity_change);
             }
             store(v, velocities);
         }

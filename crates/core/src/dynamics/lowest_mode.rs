@@ -1,7 +1,8 @@
 //! Computes the frequency of the lowest elastic mode of a free body, by the Lanczos method (Lanczos 1950).
 //!
 //! For small displacements u, a step accelerates the vertices by -(alpha/dt²) K u with K = 1 - S, where S u is the mean
-//! of the rigid displacements of the regions at each vertex ([`RegionDamper`]). K is symmetric in the scalar product
+//! of the rigid displacements of the regions at each vertex ([`RegionDamper`]). With stiffness factors up to 1, K is
+//! F (1 - S), with the factor F of each vertex and a mean that is weighted by the factors of the regions. K is symmetric in the scalar product
 //! Σ m u·v. Its eigenvalues are in [0, 1], and 0 only for rigid displacements of a component, which are projected out.
 //! The angular frequency of the mode of the eigenvalue λ is √(λ alpha)/dt.
 
@@ -62,8 +63,10 @@ pub(crate) fn lowest_eigenvalue(
     let (mut beta, mut eigenvalue) = (0.0, 1.0);
     while diagonal.len() < MAX_ITERATIONS {
         next.copy_from(&current);
-        damper.apply(matching, &mut workspace, executor, (&rotations, &mut next), 1.0);
-        // K current = current - S current. Rigid displacements are removed from S current and not from the
+        // The result is (1 - K) current.
+        let all = (1.0, regions.factors.as_ref());
+        damper.apply(matching, &mut workspace, executor, (&rotations, &mut next), all);
+        // K current = current - (1 - K) current. Rigid displacements are removed from (1 - K) current and not from the
         // difference, so that the eigenvalue of those that rounding adds is 1. It would be 0, and Lanczos' method
         // would find it.
         remove_rigid(&mut next);

@@ -197,8 +197,12 @@ impl Elasticity {
 }
 
 impl Stiffness {
-    /// Number of steps per period of a frequency at which alpha = 1.
-    pub(crate) const STEPS_PER_PERIOD: f64 = 6.0;
+    /// Computes the number of steps per period of a frequency at which alpha = 1, or alpha times the greatest stiffness
+    /// factor if that one is above 1. Without factors it is 6.
+    pub(crate) fn steps_per_period(greatest_factor: f64) -> f64 {
+        // alpha = 2 (1 - cos 2πf dt): see `alpha`.
+        std::f64::consts::TAU / (1.0 - 0.5 / greatest_factor.max(1.0)).acos()
+    }
 
     /// Computes alpha, the fraction of the distance to the goal position that a vertex covers in one step of
     /// `dt` seconds.

@@ -3,7 +3,8 @@
 //! | file | contents |
 //! |---|---|
 //! | `material` | region size, stiffness, damping and density |
-//! | `selection` | the part of a body that a pin, a handle or a force acts on |
+//! | `selection` | the part of a body that a pin, a handle, a force or a zone acts on |
+//! | `stiffness_factors` | the factors with which the stiffness varies over a body |
 //! | `motion` | keyframed rigid motion of handles and colliders |
 //! | `drive` | motion of a driven collider to a target pose |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
@@ -31,6 +32,7 @@ mod material;
 mod momentum;
 mod motion;
 mod selection;
+mod stiffness_factors;
 
 pub use constraint::{Constraint, ConstraintError, Handle, Pin, TimeWindow};
 pub use constraints::Constraints;
@@ -50,3 +52,5 @@ pub(crate) use motion::EulerPose;
 pub use motion::{Key, Motion, MotionError, Pose};
 pub(crate) use selection::direction;
 pub use selection::{Selection, SelectionError};
+pub(crate) use stiffness_factors::StiffnessFactors;
+pub use stiffness_factors::Zone;

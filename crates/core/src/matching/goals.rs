@@ -14,9 +14,10 @@
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x16};
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x8, f32x16};
 
 use super::cascade::{RegionTransform, VertexUpdate};
+use super::factors::Factors;
 use super::rotation::{columns, newton};
 use crate::simd::lanes::{Block, LANES, Lanes, load, load_two, split_two, store};
 
@@ -57,6 +58,8 @@ impl<V> Means<V> {
 pub(crate) struct FitRotations<'a> {
     /// 1/M and d of each region.
     pub(crate) constants: &'a Lanes<4>,
+    /// `None` if the stiffness does not vary.
+    pub(crate) factors: Option<&'a Factors>,
     /// For each block of eight vertices, the bit mask of the lanes with a vertex.
     pub(crate) occupied: &'a [u8],
     /// Half-width of the regions in cells.
@@ -120,7 +123,7 @@ impl FitRotations<'_> {
         let r = columns(simd, q);
         if let Some(potential) = self.potential {
             let occupied = blocks.map(|block| self.occupied[block]);
-            potential.store(blocks, occupied, constants[0], mean, [&a, &r]);
+            potential.store(blocks, occupied, (constants[0], self.factors), mean, [&a, &r]);
         }
         let mut b = d;
         for row in 0..3 {
@@ -133,14 +136,28 @@ impl FitRotations<'_> {
         for half in [1, 0] {
             store(motions[half], &mut sums[indices[half]]);
             store(q[half], &mut quaternions[indices[half]]);
+            if let Some(factors) = self.factors
+                && (half == 0 || blocks[0] != blocks[1])
+            {
+                scale(simd, factors.of_regions(blocks[half]), &mut sums[indices[half]]);
+            }
         }
     }
 }
 
-/// The vertex update that writes the goal positions: g is 1/n times the sum of the rigid motions of the
-/// regions that contain the vertex.
+/// Multiplies the motion of each region of a block by the stiffness factor of the region.
+#[inline(always)]
+pub(crate) fn scale<S: Simd>(simd: S, factors: &Block<1>, motions: &mut Block<12>) {
+    let [factor] = load(simd, factors);
+    for row in motions {
+        (f32x8::load_array_ref(simd, row) * factor).store_array(row);
+    }
+}
+
+/// The vertex update that writes the goal positions: g is the mean of the rigid motions of the regions that contain
+/// the vertex, weighted by their stiffness factors.
 pub(crate) struct WriteGoals<'a> {
-    /// m and 1/n of each vertex.
+    /// As [`Regions::mean_weights`](super::Regions::mean_weights).
     pub(crate) weights: &'a Lanes<2>,
 }
 
@@ -158,9 +175,9 @@ impl VertexUpdate for WriteGoals<'_> {
         _: &mut [()],
     ) {
         for ((block, region_sums), goals) in (first..).zip(region_sums).zip(goals) {
-            let [_, inverse_count] = load(simd, &self.weights.blocks()[block]);
+            let [_, inverse] = load(simd, &self.weights.blocks()[block]);
             let [x, y, z] = load(simd, region_sums);
-            store([x * inverse_count, y * inverse_count, z * inverse_count], goals);
+            store([x * inverse, y * inverse, z * inverse], goals);
         }
     }
 }
@@ -181,14 +198,14 @@ impl PotentialSums {
         size_of_val(self.0.as_slice())
     }
 
-    /// Stores, for each of two blocks, Σ M (|c|² + 2 tr(Rᵀ A)) over the regions of the block. `mean` is c.
-    /// `occupied` has the bit mask of the lanes with a vertex of each block.
+    /// Stores, for each of two blocks, Σ s M (|c|² + 2 tr(Rᵀ A)) over the regions of the block. `mean` is c.
+    /// `occupied` has the bit mask of the lanes with a vertex of each block, and `factors` s of each region.
     #[inline(always)]
     fn store<S: Simd>(
         &self,
         blocks: [usize; 2],
         occupied: [u8; 2],
-        inverse_mass: f32x16<S>,
+        (inverse_mass, factors): (f32x16<S>, Option<&Factors>),
         mean: [f32x16<S>; 3],
         [a, r]: [&[f32x16<S>; 9]; 2],
     ) {
@@ -204,7 +221,8 @@ impl PotentialSums {
             let mut sum = 0.0;
             for lane in (0..LANES).filter(|lane| occupied[half] >> lane & 1 != 0) {
                 let index = half * LANES + lane;
-                sum += f64::from(values[index]) / f64::from(inverse_masses[index]);
+                let factor = factors.map_or(1.0, |factors| factors.of_regions(blocks[half])[0][lane].into());
+                sum += factor * f64::from(values[index]) / f64::from(inverse_masses[index]);
             }
             self.0[blocks[half]].store(sum.to_bits(), Ordering::Relaxed);
         }

@@ -4,19 +4,22 @@
 //! | file | contents |
 //! |---|---|
 //! | `regions` | the region weight m/n of each vertex; mass, rest centroid and rest inertia of a region |
+//! | `factors` | the stiffness factors of the regions, for a body whose stiffness varies |
 //! | `windows` | sums over windows of linked vertices along one axis |
 //! | `cascade` | sums over the vertices of each region, and sums over the regions of each vertex |
 //! | `rotation` | the rotation of a region, by Newton's method with an eigenvalue test; fallback: an eigenvalue problem |
 //! | `goals` | the rigid motion of each region, and the goal position g of each vertex |
 
 mod cascade;
+mod factors;
 mod goals;
 mod regions;
 mod rotation;
 mod windows;
 
 pub(crate) use cascade::{Cascade, Purpose, RegionTransform, VertexUpdate, Workspace};
-pub(crate) use goals::{Means, PotentialSums};
+pub(crate) use factors::Factors;
+pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use regions::Regions;
 pub(crate) use rotation::columns;
 pub use rotation::rotations;
@@ -48,12 +51,30 @@ impl Matching {
 
     /// Changes the half-width of the regions, in cells. `masses` must be those of [`Matching::new`].
     pub(crate) fn set_half_width(&mut self, masses: &[f32], half_width: usize) {
+        let factors = self.regions.factors.take();
         *self = Self::with_layout(masses, self.layout.clone(), half_width);
+        if let Some(factors) = factors {
+            self.regions.set_factors(&self.layout, factors.regions);
+        }
     }
 
     /// Changes the masses of the vertices in the fits of the regions, in units of a full cell's mass.
     pub(crate) fn set_masses(&mut self, masses: &[f32]) {
+        let factors = self.regions.factors.take();
         self.regions = Regions::new(masses, &self.layout, self.regions.half_width());
+        self.regions.factors = factors;
+    }
+
+    /// Sets the stiffness factor of the region around each lattice vertex. `None` removes the factors.
+    pub(crate) fn set_factors(&mut self, factors: Option<&[f32]>) {
+        self.regions.factors = None;
+        if let Some(factors) = factors {
+            let mut regions = Lanes::zeros(self.layout.blocks());
+            for (&slot, &factor) in self.layout.slots().iter().zip(factors) {
+                regions.set(slot, [factor]);
+            }
+            self.regions.set_factors(&self.layout, regions);
+        }
     }
 
     fn with_layout(masses: &[f32], layout: Layout, half_width: usize) -> Self {
@@ -80,6 +101,7 @@ impl Matching {
         let field = Weighted { weights: self.regions.weights.blocks(), vectors: positions.blocks() };
         let fit = FitRotations {
             constants: &self.regions.constants,
+            factors: self.regions.factors.as_ref(),
             occupied: self.layout.occupied(),
             half_width: self.regions.half_width() as f32,
             unconverged: &unconverged,
@@ -93,7 +115,7 @@ impl Matching {
     /// Computes the goal positions g from the last fit with [`Purpose::Vertices`].
     pub(crate) fn goals(&self, workspace: &Workspace, executor: &Executor) -> Lanes<3> {
         let mut goals = Lanes::zeros(self.layout.blocks());
-        let update = WriteGoals { weights: &self.regions.weights };
+        let update = WriteGoals { weights: self.regions.mean_weights() };
         self.cascade.adjoint(&self.layout, executor, workspace, &update, goals.blocks_mut(), &mut []);
         goals
     }

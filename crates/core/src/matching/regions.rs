@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::factors::Factors;
 use crate::lattice::Layout;
 use crate::simd::lanes::{LANES, Lanes};
 
@@ -23,6 +24,8 @@ pub(crate) struct Regions {
     /// 1/M and d of the region around each vertex: M = Σ m/n is the mass of the region, and d its rest
     /// centroid relative to its center vertex, in cells. Zero in lanes without a vertex.
     pub(crate) constants: Lanes<4>,
+    /// `None` if the stiffness does not vary.
+    pub(crate) factors: Option<Factors>,
     half_width: usize,
 }
 
@@ -53,12 +56,39 @@ impl Regions {
             let [x, y, z] = [sx[i], sy[i], sz[i]].map(|moment| (moment / masses[i]) as f32);
             constants.set(slot, [(1.0 / masses[i]) as f32, x, y, z]);
         }
-        Self { weights, constants, half_width }
+        Self { weights, constants, factors: None, half_width }
+    }
+
+    /// Sets the stiffness factors. `factors` has the factor of the region around each vertex.
+    pub(super) fn set_factors(&mut self, layout: &Layout, factors: Lanes<1>) {
+        let mut field = vec![0.0; layout.blocks() * LANES];
+        for &slot in layout.slots() {
+            field[slot as usize] = f64::from(factors.get(slot)[0]);
+        }
+        let sums = LineWindows::new(layout, self.half_width).sums_over_regions(field);
+        let mut vertices = Lanes::zeros(layout.blocks());
+        for &slot in layout.slots() {
+            let (sum, [_, inverse_count]) = (sums[slot as usize], self.weights.get(slot));
+            vertices.set(slot, [(sum * f64::from(inverse_count)) as f32, (1.0 / sum) as f32]);
+        }
+        self.factors = Some(Factors { regions: factors, vertices });
+    }
+
+    /// Returns, as the second number of each vertex, what turns a sum over the regions that contain the vertex into a
+    /// mean: 1/n, or 1/S with stiffness factors.
+    pub(crate) fn mean_weights(&self) -> &Lanes<2> {
+        self.factors.as_ref().map_or(&self.weights, |factors| &factors.vertices)
+    }
+
+    /// Returns the stiffness factor of the region around the vertex in a slot.
+    fn factor(&self, slot: u32) -> f64 {
+        self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.of_region(slot)))
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.weights.bytes() + self.constants.bytes()
+        let factors = self.factors.as_ref().map_or(0, Factors::bytes);
+        self.weights.bytes() + self.constants.bytes() + factors
     }
 
     /// Returns the half-width of the regions, in cells.
@@ -66,21 +96,21 @@ impl Regions {
         self.half_width
     }
 
-    /// Computes the sum, over all regions and the vertices of each region, of m/n |y|², where y is the rest
-    /// offset of the vertex from the rest centroid of the region, in cells.
+    /// Computes the sum, over all regions and the vertices of each region, of s m/n |y|², where y is the rest
+    /// offset of the vertex from the rest centroid of the region, in cells, and s the factor of the region.
     pub(crate) fn rest_spread(&self, layout: &Layout) -> f64 {
         let [xx, yy, zz, ..] = self.second_moments(layout);
         let spread = layout.slots().iter().map(|&slot| {
             let [inverse_mass, x, y, z] = self.constants.get(slot).map(f64::from);
             let i = slot as usize;
-            xx[i] + yy[i] + zz[i] - (x * x + y * y + z * z) / inverse_mass
+            self.factor(slot) * (xx[i] + yy[i] + zz[i] - (x * x + y * y + z * z) / inverse_mass)
         });
         spread.sum()
     }
 
-    /// Computes the sum, over all regions and the vertices of each region, of m/n |R y + c - x|², in f64. x is the
+    /// Computes the sum, over all regions and the vertices of each region, of s m/n |R y + c - x|², in f64. x is the
     /// position of a vertex, y its rest offset from the rest centroid of the region, c the center of mass of the
-    /// region, and R its rotation, all in cells.
+    /// region, R its rotation, all in cells, and s the factor of the region.
     ///
     /// `position` returns x of a slot, and `rotation` the quaternion (x, y, z, w) of R of the region around a slot. An
     /// error of the quaternion has an effect of second order if it is the fitted one, so f32 is enough.
@@ -113,7 +143,7 @@ impl Regions {
             let r = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz)).to_rotation_matrix();
             // Σ m/n (x - c) · R y, the trace of Rᵀ Σ m/n (x - c) yᵀ.
             let product: f64 = (0..3).map(|k| r.matrix().column(k).dot(&(moment(k + 1) - sum * d[k]))).sum();
-            spread + rest_spread - 2.0 * product
+            self.factor(slot) * (spread + rest_spread - 2.0 * product)
         };
         layout.slots().iter().map(misfit_of).sum()
     }
@@ -181,8 +211,13 @@ impl LineWindows {
     /// then along x. So each center vertex counts as 1, and window sums of these counts along z, then y, then
     /// x give the number of regions that contain each vertex.
     fn region_counts(&self, mass: &[f64]) -> Vec<f64> {
-        let ones: Vec<f64> = mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect();
-        (0..3).rev().fold(ones, |field, axis| self.moment(axis, 0, &field))
+        self.sums_over_regions(mass.iter().map(|&m| if m > 0.0 { 1.0 } else { 0.0 }).collect())
+    }
+
+    /// Computes, for each vertex, the sum over the regions that contain it of the value of `field` at the center vertex
+    /// of the region.
+    fn sums_over_regions(&self, field: Vec<f64>) -> Vec<f64> {
+        (0..3).rev().fold(field, |field, axis| self.moment(axis, 0, &field))
     }
 
     /// Computes Σ f of each region, where f is the value of `field` at a vertex.

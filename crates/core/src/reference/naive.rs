@@ -14,6 +14,8 @@ pub struct Naive<'a> {
     half_width: usize,
     regions: Regions,
     weights: Weights,
+    /// The stiffness factor of the region around each vertex. `None` if all are 1.
+    factors: Option<Vec<f64>>,
     /// The vertices of each region. `None` if they are found again at each use.
     listed: Option<Vec<Vec<u32>>>,
 }
@@ -51,7 +53,7 @@ impl<'a> Naive<'a> {
     /// lattice, unless [`Naive::with_masses`] sets them.
     pub fn new(lattice: &'a Lattice, half_width: usize, regions: Regions) -> Self {
         let weights = weights(lattice, half_width, regions);
-        Self { lattice, half_width, regions, weights, listed: None }
+        Self { lattice, half_width, regions, weights, factors: None, listed: None }
     }
 
     /// Uses other masses than those of a bare lattice: `masses` has the mass of each vertex in masses of a full cell,
@@ -74,6 +76,35 @@ impl<'a> Naive<'a> {
     pub fn set_masses(&mut self, masses: Vec<f64>) {
         assert_eq!(masses.len(), self.lattice.len(), "`masses` must match the lattice vertices");
         self.weights.masses = masses;
+    }
+
+    /// Uses stiffness factors: `factors` has the factor of the region around each vertex, as
+    /// [`Body::stiffness_factors`](crate::Body::stiffness_factors).
+    ///
+    /// # Panics
+    ///
+    /// If the number of factors is not the number of lattice vertices.
+    #[must_use]
+    pub fn with_factors(self, factors: Vec<f64>) -> Self {
+        assert_eq!(factors.len(), self.lattice.len(), "`factors` must match the lattice vertices");
+        Self { factors: Some(factors), ..self }
+    }
+
+    /// Returns the stiffness factor of the region around a vertex.
+    fn factor(&self, vertex: u32) -> f64 {
+        self.factors.as_ref().map_or(1.0, |factors| factors[vertex as usize])
+    }
+
+    /// Returns the stiffness factor of each vertex, by which alpha is multiplied: the mean factor of the regions that
+    /// contain the vertex.
+    pub fn vertex_factors(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.lattice.len()];
+        for vertex in self.vertices() {
+            for &i in self.members(vertex).iter() {
+                sums[i as usize] += self.factor(vertex) / self.weights.counts[i as usize] as f64;
+            }
+        }
+        sums
     }
 
     /// Stores the regions. This takes up to `4 (2 w + 1)^3` bytes per lattice vertex for the half-width w.
@@ -135,13 +166,13 @@ impl<'a> Naive<'a> {
     }
 
     /// Computes the goal position of each vertex: the mean of the positions to which the motions of all
-    /// regions that contain the vertex move its rest position.
+    /// regions that contain the vertex move its rest position, weighted by the stiffness factors of the regions.
     ///
     /// # Panics
     ///
     /// If the number of motions is not the number of lattice vertices.
     pub fn goals(&self, motions: &[RegionMotion]) -> Vec<Vector3<f64>> {
-        self.means(motions, |&motion, _| move |rest| motion.goal(rest))
+        self.means(motions, self.factors.as_deref(), |&motion, _| move |rest| motion.goal(rest))
     }
 
     /// Damps velocities as [`damped_velocities`](super::damped_velocities) does, with given motions.
@@ -156,7 +187,7 @@ impl<'a> Naive<'a> {
         damping: f64,
     ) -> Vec<Vector3<f64>> {
         assert_eq!(velocities.len(), self.lattice.len(), "`velocities` must match the lattice vertices");
-        let means = self.means(motions, |&motion, members| {
+        let means = self.means(motions, None, |&motion, members| {
             let (mut momentum, mut angular) = (Vector3::zeros(), Vector3::zeros());
             let mut inertia = Matrix3::zeros();
             for &i in members {
@@ -172,32 +203,37 @@ impl<'a> Naive<'a> {
         velocities.iter().zip(&means).map(|(v, mean)| v + (mean - v) * damping).collect()
     }
 
-    /// Computes, for each vertex, the mean of a value over the regions that contain it.
+    /// Computes, for each vertex, the mean of a value over the regions that contain it, weighted by the `factors` of
+    /// the regions.
     ///
     /// `value`: returns, for the motion and the vertices of a region, the value as a function of the rest
     /// position.
     fn means<V: Fn(Vector3<f64>) -> Vector3<f64>>(
         &self,
         motions: &[RegionMotion],
+        factors: Option<&[f64]>,
         value: impl Fn(&RegionMotion, &[u32]) -> V,
     ) -> Vec<Vector3<f64>> {
         assert_eq!(motions.len(), self.lattice.len(), "`motions` must match the lattice vertices");
-        let mut means = vec![Vector3::zeros(); motions.len()];
+        let mut means = vec![(Vector3::zeros(), 0.0); motions.len()];
         for (vertex, motion) in self.vertices().zip(motions) {
             let members = self.members(vertex);
             let value = value(motion, &members);
+            let factor = factors.map_or(1.0, |factors| factors[vertex as usize]);
             for &i in members.iter() {
-                means[i as usize] += value(self.rest(i)) / self.weights.counts[i as usize] as f64;
+                let (sum, weight) = &mut means[i as usize];
+                *sum += value(self.rest(i)) * factor;
+                *weight += factor;
             }
         }
-        means
+        means.into_iter().map(|(sum, weight)| sum / weight).collect()
     }
 
     /// Computes half the sum, over all vertices of all regions, of the weighted squared distance from the
-    /// vertex to its rest position moved by the motion of the region.
+    /// vertex to its rest position moved by the motion of the region, times the stiffness factor of the region.
     ///
-    /// The gradient of this sum with respect to the position x_i of vertex i is `m_i (x_i - g_i)`, where m_i
-    /// is the mass and g_i the goal position. Multiplied by `alpha / dt^2` and the mass of a full cell, the
+    /// The gradient of this sum with respect to the position x_i of vertex i is `s_i m_i (x_i - g_i)`, where m_i
+    /// is the mass, g_i the goal position, and s_i the stiffness factor of the vertex. Multiplied by `alpha / dt^2` and the mass of a full cell, the
     /// sum is the elastic energy of the body.
     ///
     /// # Panics
@@ -209,13 +245,14 @@ impl<'a> Naive<'a> {
         let of_region = |(vertex, motion): (u32, &RegionMotion)| -> f64 {
             let members = self.members(vertex);
             let distance = |i: u32| positions[i as usize] - motion.goal(self.rest(i));
-            members.iter().map(|&i| self.weights.of(i) * distance(i).norm_squared()).sum()
+            let sum: f64 = members.iter().map(|&i| self.weights.of(i) * distance(i).norm_squared()).sum();
+            self.factor(vertex) * sum
         };
         self.vertices().zip(motions).map(of_region).sum::<f64>() / 2.0
     }
 
-    /// Computes the energy of a body whose velocities change by `alpha * (g - x)` in each step, where g are
-    /// the goal positions and x the positions.
+    /// Computes the energy of a body whose velocities change by `alpha * (g - x)` times the stiffness factor of the
+    /// vertex in each step, where g are the goal positions and x the positions.
     ///
     /// The unit of mass is the mass of a full cell, the unit of length is the unit of the positions, and the
     /// unit of time is one step. `velocities`: the velocities before the change.
@@ -232,8 +269,10 @@ impl<'a> Naive<'a> {
         assert_eq!(velocities.len(), self.lattice.len(), "`velocities` must match the lattice vertices");
         let motions = self.motions(positions);
         let goals = self.goals(&motions);
-        let vertices = goals.iter().zip(positions).zip(velocities).zip(&self.weights.masses);
-        let kinetic = vertices.map(|(((goal, x), v), m)| 0.5 * m * v.dot(&(v + (goal - x) * alpha)));
+        let factors = self.vertex_factors();
+        let vertices = goals.iter().zip(positions).zip(velocities).zip(&self.weights.masses).zip(&factors);
+        let kinetic =
+            vertices.map(|((((goal, x), v), m), s)| 0.5 * m * v.dot(&(v + (goal - x) * (alpha * s))));
         kinetic.sum::<f64>() + alpha * self.matching_energy(&motions, positions)
     }
 }

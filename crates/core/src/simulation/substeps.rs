@@ -138,26 +138,30 @@ impl Needs {
                 let slip = if rests { slip_rate(body, modulus, gravity.norm()) } else { 0.0 };
                 [material_rate(body, modulus), slip]
             }
-            None => [body.frequency().map_or(0.0, |frequency| Stiffness::STEPS_PER_PERIOD * frequency), 0.0],
+            None => {
+                let steps = Stiffness::steps_per_period(body.factor_range().1);
+                [body.frequency().map_or(0.0, |frequency| steps * frequency), 0.0]
+            }
         };
         Self { material, slip, handle_speed, fall_speed }
     }
 }
 
-/// Returns the steps per second at which a body reaches its Young's modulus with regions of limited length.
+/// Returns the steps per second at which a body reaches its greatest Young's modulus with regions of limited length.
 fn material_rate(body: &Body, modulus: f64) -> f64 {
     let cell_size = body.lattice().cell_size();
     let cells = REGION_FRACTION * body.size() / cell_size;
     // w (w + 1) <= cells²; 2.45² = 6 gives w = 2.
     let half_width = half_width_of(cells * cells).floor().max(2.0);
-    body.step_rate(half_width as usize, modulus)
+    body.step_rate(half_width as usize, body.factor_range().1 * modulus)
 }
 
 /// Returns the steps per second at which the least sufficient regions are so small that a held layer slips little.
 fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
-    let product = 1.5 * MAX_SLIP * modulus / (body.material().density * gravity * body.size());
+    let (least, greatest) = body.factor_range();
+    let product = 1.5 * MAX_SLIP * least * modulus / (body.material().density * gravity * body.size());
     let half_width = half_width_of(product).floor().max(1.0);
-    if half_width.is_finite() { body.step_rate(half_width as usize, modulus) } else { 0.0 }
+    if half_width.is_finite() { body.step_rate(half_width as usize, greatest * modulus) } else { 0.0 }
 }
 
 /// Returns the distance along `down` from a point to a plane, to the center of a sphere or box, or to the lower end of

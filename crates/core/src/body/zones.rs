@@ -1,0 +1,137 @@
+//! Stiffness that varies over a body: zones, and one factor per lattice vertex.
+
+use super::Body;
+use crate::dynamics::{Elasticity, Material, Selection, SelectionError, Stiffness, StiffnessFactors, Zone};
+use crate::error::Error;
+use crate::range::{RangeError, in_range};
+
+impl Body {
+    /// Sets the stiffness factors, from the next step on: Young's modulus around each lattice vertex is that of the
+    /// material times the factor of the vertex. `None` removes all factors, also those of zones.
+    ///
+    /// A factor belongs to the region around its vertex, so the momenta are conserved. Parts that are smaller than the
+    /// regions, 2 w + 1 vertices wide with the half-width w, are mixed with their surroundings. In a simulation, the
+    /// regions are fixed again as if the body joined the simulation at the next step, for the greatest factor.
+    ///
+    /// * `factors`: one per lattice vertex, in (0, 100]. Factors below 1e-6 act as 1e-6.
+    ///
+    /// # Errors
+    ///
+    /// A wrong number of factors, a factor out of range, or a stiffness alpha per step whose product with the greatest
+    /// factor exceeds 1. The factors are then unchanged.
+    pub fn set_stiffness_factors(&mut self, factors: Option<&[f64]>) -> Result<(), Error> {
+        let factors = factors.map(|factors| self.checked_factors(factors)).transpose()?;
+        check_stiffness(&self.material, factors.as_ref())?;
+        self.wake();
+        self.youngs_modulus = None;
+        self.replace_stiffness_factors(factors);
+        Ok(())
+    }
+
+    /// Returns the stiffness factors, one per lattice vertex, or `None` if the stiffness does not vary.
+    pub fn stiffness_factors(&self) -> Option<&[f64]> {
+        self.stiffness_factors.as_ref().map(StiffnessFactors::specified)
+    }
+
+    /// Checks the number and the range of stiffness factors.
+    pub(super) fn checked_factors(&self, factors: &[f64]) -> Result<StiffnessFactors, Error> {
+        self.check_length("stiffness_factors", factors.len())?;
+        Ok(StiffnessFactors::new(factors.to_vec())?)
+    }
+
+    /// Replaces the factors by valid ones.
+    pub(super) fn replace_stiffness_factors(&mut self, factors: Option<StiffnessFactors>) {
+        self.stiffness_factors = factors;
+        self.apply_stiffness_factors();
+    }
+
+    /// Limits the factors in force in steps of `dt` seconds, such that alpha times a factor is at most 1.
+    pub(super) fn limit_stiffness_factors(&mut self, dt: f64) {
+        let alpha = self.alpha(dt);
+        if self.stiffness_factors.as_mut().is_some_and(|factors| factors.limit(alpha)) {
+            self.apply_stiffness_factors();
+        }
+    }
+
+    /// Passes the factors in force to the shape matching.
+    fn apply_stiffness_factors(&mut self) {
+        let in_force = self.stiffness_factors.as_ref().map(|factors| factors.in_force(1.0));
+        self.matching.set_factors(in_force.as_deref());
+        self.forget_elastic_measures();
+    }
+
+    /// Returns the least and the greatest stiffness factor.
+    pub(crate) fn factor_range(&self) -> (f64, f64) {
+        self.stiffness_factors.as_ref().map_or((1.0, 1.0), StiffnessFactors::range)
+    }
+
+    /// Returns alpha of the stiffest region in steps of `dt` seconds.
+    pub(super) fn greatest_alpha(&self, dt: f64) -> f64 {
+        self.alpha(dt) * self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
+    }
+
+    /// Sets the stiffness factors of zones.
+    pub(super) fn set_zones(&mut self, zones: &[Zone]) -> Result<(), Error> {
+        if zones.is_empty() {
+            return Ok(());
+        }
+        let mut factors = vec![1.0; self.lattice.len()];
+        for Zone { selection, factor } in zones {
+            in_range("factor", *factor, *factor > 0.0 && *factor <= 100.0, "in (0, 100]")?;
+            self.multiply_factors(selection, *factor, &mut factors)?;
+        }
+        let greatest = factors.iter().copied().fold(0.0, f64::max);
+        in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
+        self.set_stiffness_factors(Some(&factors))
+    }
+
+    /// Multiplies the factors of the lattice vertices in and beside a zone.
+    fn multiply_factors(
+        &self,
+        selection: &Selection,
+        factor: f64,
+        factors: &mut [f64],
+    ) -> Result<(), SelectionError> {
+        selection.validate()?;
+        let count = factors.len();
+        let points = (0..count as u32).map(|vertex| self.model_to_world * self.lattice.rest_position(vertex));
+        let is_list = matches!(selection, Selection::Vertices(_));
+        let mut is_empty = true;
+        if !is_list {
+            for (point, value) in points.clone().zip(&mut *factors) {
+                let share = 1.0 - selection.distance(&point) / self.lattice.cell_size();
+                if share > 0.0 {
+                    *value *= factor.powf(share);
+                    is_empty = false;
+                }
+            }
+        }
+        if is_empty {
+            // An empty shape is an error, with the distance to the nearest vertex.
+            for vertex in selection.lattice_vertices(points, count, |vertex| [vertex])? {
+                factors[vertex as usize] *= factor;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks that alpha per step, where it is given as such, times the greatest stiffness factor is at most 1.
+pub(super) fn check_stiffness(
+    material: &Material,
+    factors: Option<&StiffnessFactors>,
+) -> Result<(), RangeError> {
+    let (Elasticity::Regions { stiffness: Stiffness::PerStep(alpha), .. }, Some(factors)) =
+        (material.elasticity, factors)
+    else {
+        return Ok(());
+    };
+    let product = alpha * factors.range().1;
+    in_range(
+        "stiffness x the greatest stiffness factor",
+        product,
+        product <= 1.0,
+        "at most 1; lower stiffness",
+    )
+    .map(drop)
+}

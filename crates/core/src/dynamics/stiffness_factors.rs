@@ -1,0 +1,83 @@
+//! Stiffness factors, with which the stiffness varies over a body.
+
+use super::selection::Selection;
+use crate::range::{RangeError, in_range};
+
+/// Least factor in force. The sums of the factors of regions are in f32.
+const LEAST: f64 = 1e-6;
+
+/// A part of a body with another stiffness.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zone {
+    /// The part: the lattice vertices inside the shape, or a list of lattice vertices. Around a shape, the logarithm of
+    /// the factor decreases linearly to 0 over the length of a cell. A list has no such border.
+    pub selection: Selection,
+    /// Factor of Young's modulus, in (0, 100]. Factors of overlapping zones multiply; the products have the same range.
+    pub factor: f64,
+}
+
+impl Zone {
+    /// Creates a zone.
+    pub fn new(selection: Selection, factor: f64) -> Self {
+        Self { selection, factor }
+    }
+}
+
+/// The stiffness factor of the region around each lattice vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct StiffnessFactors {
+    specified: Vec<f64>,
+    least: f64,
+    greatest: f64,
+    /// Greatest factor in force: alpha times the factor of a region is at most 1.
+    limit: f64,
+}
+
+impl StiffnessFactors {
+    /// Creates the factors from one factor per lattice vertex.
+    ///
+    /// # Errors
+    ///
+    /// If a factor is not in (0, 100].
+    pub(crate) fn new(specified: Vec<f64>) -> Result<Self, RangeError> {
+        for &factor in &specified {
+            in_range("stiffness factor", factor, factor > 0.0 && factor <= 100.0, "in (0, 100]")?;
+        }
+        let least = specified.iter().copied().fold(f64::INFINITY, f64::min).max(LEAST);
+        let greatest = specified.iter().copied().fold(LEAST, f64::max);
+        Ok(Self { specified, least, greatest, limit: greatest })
+    }
+
+    /// Returns the factors that were specified.
+    pub(crate) fn specified(&self) -> &[f64] {
+        &self.specified
+    }
+
+    /// Returns the least and the greatest specified factor, both at least 1e-6.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        (self.least, self.greatest)
+    }
+
+    /// Limits the factors in force for a body with this `alpha`, in (0, 1]. Returns whether they change.
+    pub(crate) fn limit(&mut self, alpha: f64) -> bool {
+        let limit = self.greatest.min(1.0 / alpha);
+        let changes = limit != self.limit;
+        self.limit = limit;
+        changes
+    }
+
+    /// Returns the greatest factor in force.
+    pub(crate) fn greatest_in_force(&self) -> f64 {
+        self.limit
+    }
+
+    /// Returns the factors in force, divided by `unit`.
+    pub(crate) fn in_force(&self, unit: f64) -> Vec<f32> {
+        self.specified.iter().map(|&factor| (factor.clamp(LEAST, self.limit) / unit) as f32).collect()
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self.specified.as_slice())
+    }
+}
