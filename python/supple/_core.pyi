@@ -251,6 +251,18 @@ class Body:
     ) -> Hold: ...
     @property
     def holds(self) -> tuple[Hold, ...]: ...
+    def zone(
+        self,
+        factor: float,
+        *,
+        box: _Box | None = None,
+        sphere: _Sphere | None = None,
+        plane: _Plane | None = None,
+        vertices: ArrayLike | None = None,
+    ) -> None: ...
+    @property
+    def stiffness_factors(self) -> NDArray[np.float64] | None: ...
+    def set_stiffness_factors(self, factors: ArrayLike | None) -> None: ...
     def apply_force(
         self,
         force: ArrayLike,

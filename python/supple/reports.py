@@ -116,6 +116,8 @@ class Softened:
     specified: float
     #: Value in force.
     in_force: float
+    #: The stiffness factor of the part that the values are of: the greatest of the body, and 1 without zones.
+    factor: float
     #: Number of steps per frame of the run.
     substeps: int
     #: Number of steps per frame that reach the specified value; None if it exceeds 100,000.

@@ -220,3 +220,41 @@ def test_a_copied_body_keeps_its_material(block, again):
     body.youngs_modulus, body.density = 4e4, 300
     twin = again(body)
     assert (twin.material, twin.youngs_modulus, twin.density) == (None, 4e4, 300)
+
+
+def test_zones_and_factors_change_the_stiffness_of_parts(bar):
+    body = supple.Body(bar, youngs_modulus=1e5)
+    assert body.stiffness_factors is None
+    body.zone(4, plane=((1, 0, 0), (1, 0, 0)))
+    body.zone(0.5, vertices=[0])
+    factors, x = body.stiffness_factors, bar.rest_positions[:, 0]
+    assert np.all(factors[x > 1 - 1e-9] == 4) and factors[0] == 0.5
+    assert np.all(factors[(x < 0.9 - 1e-9) & (np.arange(len(bar)) > 0)] == 1)
+    assert not factors.flags.writeable
+    copied = pickle.loads(pickle.dumps(body))
+    np.testing.assert_array_equal(copied.stiffness_factors, factors)
+    body.set_stiffness_factors(None)
+    assert body.stiffness_factors is None
+    for bad, words in [
+        (np.ones(3), r"factors must have shape \(189,\)"),
+        (np.full(len(bar), np.nan), "factors"),
+        (np.zeros(len(bar)), r"\(0, 100\]"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            body.set_stiffness_factors(bad)
+    with pytest.raises(ValueError, match="selects nothing"):
+        body.zone(2, sphere=((9, 9, 9), 1))
+    with pytest.raises(TypeError, match="needs one of box="):
+        body.zone(2)
+
+
+def test_the_softer_half_of_a_bar_stretches_more(bar):
+    body = supple.Body(bar, youngs_modulus=1e5, damping_ratio=1)
+    x = bar.rest_positions[:, 0]
+    body.set_stiffness_factors(np.where(x > 1, 0.2, 1.0))
+    body.pin(vertices=x < 0.05)
+    body.handle(vertices=x > 1.95, keys=[(0, (0, 0, 0)), (0.5, (0.2, 0, 0))])
+    sim = supple.Simulation([body], fps=30, substeps="auto", gravity=(0, 0, 0))
+    sim.advance(120)
+    left, right = (np.ptp(body.positions[(x > a) & (x < a + 0.41), 0]) - 0.4 for a in (0.29, 1.29))
+    assert 0 < 3 * left < right

@@ -142,7 +142,7 @@ def test_reports_name_frames_without_the_volume_and_frequencies_that_are_too_hig
     overrides = {"body.cube.volume": {"max_correction": 1e-9}, "body.cube.frequency": 25}
     report = supple.run(scene, tmp_path / "out", "pc2", start_frame=1001, overrides=overrides)
     (body,) = report.bodies
-    assert body.softened == supple.Softened("frequency", 25.0, pytest.approx(10.0), 2, 5)
+    assert body.softened == supple.Softened("frequency", 25.0, pytest.approx(10.0), 1.0, 2, 5)
     unkept = body.unkept_volume
     assert 1 <= unkept.frames < unkept.written == report.written
     assert 1001 < unkept.worst_frame <= 1001 + report.last

@@ -20,6 +20,7 @@ mod friction;
 mod fuzz;
 mod fuzz_obj;
 mod fuzz_scene;
+mod hold_force;
 mod input_messages;
 mod input_time;
 mod lattice;

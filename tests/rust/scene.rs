@@ -4,7 +4,7 @@ use std::path::Path;
 
 use supple::{
     Damping, Elasticity, FieldKind, Material, Preservation, Preset, RegionDamping, RegionSize, Resolution,
-    Selection, Shape, Stiffness, VolumeMeasure, VolumeScope,
+    Selection, Shape, Stiffness, VolumeMeasure, VolumeScope, Zone,
 };
 use supple_io::frames::Format;
 use supple_io::scene::{Scene, SceneError, Substeps, body_keys, exclusive_keys};
@@ -43,6 +43,10 @@ spin = [4, 5, 6]
 [[body.pin]]
 box = { min = [0, 0, 0], max = [1, 1, 1] }
 end = 2.0
+
+[[body.zone]]
+plane = { point = [0, 2, 0], normal = [0, 1, 0] }
+factor = 0.5
 
 [[body.handle]]
 sphere = { center = [0, 1, 0], radius = 0.5 }
@@ -117,6 +121,8 @@ fn every_key_is_read() {
     let pin = &body.pins[0];
     assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
     assert_eq!((pin.window.start, pin.window.end), (0.0, 2.0));
+    let half_space = Selection::Plane { point: [0.0, 2.0, 0.0], normal: [0.0, 1.0, 0.0] };
+    assert_eq!(body.zones, [Zone::new(half_space, 0.5)]);
     let handle = &body.handles[0];
     assert_eq!((handle.window.start, handle.window.end, handle.keys.len()), (0.5, f64::INFINITY, 2));
     assert_eq!(handle.keys[1].rotate, [0.0, 720.0, 0.0]);
@@ -239,6 +245,15 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "[0, 1, 1]",
             "at least `min`, which is [1, 0, 0], on every axis",
         ),
+        (
+            "[[body.zone]]\nbox = { min = [1,0,0], max = [0,1,1] }\nfactor = 1",
+            5,
+            "zone.0.box.max",
+            "[0, 1, 1]",
+            "at least `min`, which is [1, 0, 0], on every axis",
+        ),
+        ("[[body.zone]]\nvertices = [0]\nfactor = 0", 6, "zone.0.factor", "0", "in (0, 100]"),
+        ("[[body.zone]]\nvertices = [0]\nfactor = 101", 6, "zone.0.factor", "101", "in (0, 100]"),
         (
             "[[body.pin]]\nsphere = { center = [0,0,0], radius = 1 }\nstart = 2\nend = 1",
             7,

@@ -69,6 +69,30 @@ fn output_states_that_contact_between_bodies_is_not_simulated() {
 }
 
 #[test]
+fn zones_are_printed_with_their_factors_and_vertices() {
+    let zone = "\n[[body.zone]]\nplane = { point = [0, 3, 0], normal = [0, 1, 0] }\nfactor = 0.25\n";
+    let workspace = Workspace::with_scene(&SCENE.replace("\n[[collider]]", &format!("{zone}\n[[collider]]")));
+    let value: serde_json::Value =
+        serde_json::from_str(&workspace.supple(&["inspect", "scene.toml", "--json"]).out).unwrap();
+    let (body, zone) = (&value["bodies"][0], &value["bodies"][0]["zones"][0]);
+    let [inside, border] = ["lattice_vertices", "border_vertices"].map(|key| zone[key].as_u64().unwrap());
+    assert_eq!(zone["factor"], 0.25);
+    assert!(inside > 0 && border > 0 && inside + border < body["lattice"]["vertices"].as_u64().unwrap());
+    let low = zone["low"][1].as_f64().unwrap();
+    assert!(low < 3.0 && low > 3.0 - body["lattice"]["cell_size"].as_f64().unwrap(), "{zone}");
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    assert!(
+        text.contains(&format!("factor 0.25 on {inside} lattice vertices, {border} at its border")),
+        "{text}"
+    );
+    let empty =
+        workspace.supple(&["inspect", "scene.toml", "--set", "body.block.zone.0.plane.point=[0, 99, 0]"]);
+    empty.expect(2, &["body.block.zone.0", "selects nothing", "outside"]);
+    let study = workspace.supple(&["study", "scene.toml"]);
+    study.expect(2, &["\"block\" has zones", "remove [[body.zone]]"]);
+}
+
+#[test]
 fn inspecting_a_model_uses_its_default_scene() {
     let workspace = Workspace::new();
     let output = workspace.supple(&["inspect", "block.obj", "--json", "--set", "body.block.cell_size=0.5"]);

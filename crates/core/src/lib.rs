@@ -134,7 +134,7 @@ mod voxel;
 
 pub use body::{
     ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface,
-    Softened, StateError,
+    HoldForce, Softened, StateError,
 };
 pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
 pub use dynamics::{

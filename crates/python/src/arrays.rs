@@ -95,6 +95,11 @@ pub(crate) fn vectors(value: &Bound<'_, PyAny>, name: &str, rows: Axis) -> PyRes
     Ok(finite(value, name, &[rows, Axis::Is(3)])?.as_slice()?.as_chunks().0.to_vec())
 }
 
+/// Reads a finite `(n,)` array. `rows` gives the expected `n`.
+pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, rows: Axis) -> PyResult<Vec<f64>> {
+    Ok(finite(value, name, &[rows])?.as_slice()?.to_vec())
+}
+
 /// Reads a finite `(3,)` vector.
 pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
     Ok(finite(value, name, &[Axis::Is(3)])?.as_slice()?.as_chunks().0[0])

@@ -186,8 +186,8 @@ fn run_report<'py>(py: Python<'py>, run: &RunReport) -> PyResult<Bound<'py, PyAn
             report::new_report(py, "UnkeptVolume", (frames, written, worst_frame, worst_error))
         });
         let softened = body.softened.map(|softened| {
-            let Softened { key, specified, in_force, substeps, needed_substeps, .. } = softened;
-            report::new_report(py, "Softened", (key, specified, in_force, substeps, needed_substeps))
+            let Softened { key, specified, in_force, factor, substeps, needed_substeps, .. } = softened;
+            report::new_report(py, "Softened", (key, specified, in_force, factor, substeps, needed_substeps))
         });
         let fields = (&body.name, body.lattice_vertices, volume, unkept.transpose()?, softened.transpose()?);
         report::new_report(py, "BodyReport", fields)

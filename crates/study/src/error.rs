@@ -16,6 +16,12 @@ pub enum StudyError {
     /// The scene has no frames after frame 0.
     #[error("simulation.frames is 0; a study needs at least 1 frame")]
     NoFrames,
+    /// A body has zones of another stiffness, which a study does not refine.
+    #[error("body {body:?} has zones, which a study does not support; remove [[body.zone]]")]
+    Zones {
+        /// Name of the body.
+        body: String,
+    },
     /// A point of the study cannot be run.
     #[error(transparent)]
     Point(#[from] Error),
@@ -67,7 +73,7 @@ impl StudyError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Run(error) => error.is_input(),
-            Self::NoFrames | Self::Resume { .. } => true,
+            Self::NoFrames | Self::Zones { .. } | Self::Resume { .. } => true,
             Self::Point(_) | Self::AfterStart { .. } | Self::File { .. } | Self::Plot { .. } => false,
         }
     }

@@ -8,7 +8,7 @@ use supple_io::run::{Input, Prepared};
 use supple_io::scene::{BodyData, Scene, Substeps};
 
 use super::material::MaterialFacts;
-use super::placed::{Placed, SelectionFacts};
+use super::placed::{Placed, SelectionFacts, ZoneFacts};
 use super::warnings::warnings;
 
 /// Facts about a scene.
@@ -45,6 +45,8 @@ pub(super) struct BodyFacts {
     pub(super) name: String,
     pub(super) mesh: MeshFacts,
     pub(super) lattice: LatticeFacts,
+    /// One entry per zone, in the order of the scene.
+    pub(super) zones: Vec<ZoneFacts>,
     /// One entry per pin, in the order of the scene.
     pub(super) pins: Vec<SelectionFacts>,
     /// One entry per handle, in the order of the scene.
@@ -203,6 +205,7 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
     BodyFacts {
         name: data.name.clone(),
         mesh: mesh(scene, data, input, &placed),
+        zones: data.zones.iter().map(|zone| placed.zone(zone)).collect(),
         pins: selections(0, &mut data.pins.iter().map(|pin| &pin.selection)),
         handles: selections(data.pins.len(), &mut data.handles.iter().map(|handle| &handle.selection)),
         lattice: lattice(body.lattice(), &body),

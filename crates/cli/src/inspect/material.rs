@@ -32,7 +32,7 @@ impl MaterialFacts {
     pub(super) fn new(body: BodyRef<'_>) -> Option<Self> {
         let material = body.material();
         let (in_force, lowest_frequency) = (body.youngs_modulus()?, body.lowest_frequency()?);
-        let specified = body.softened().map_or(in_force, |softened| softened.specified);
+        let specified = body.softened().map_or(in_force, |softened| softened.specified / softened.factor);
         let angular_frequency = TAU * lowest_frequency;
         let (damping_ratio, damping_rate) = match material.damping() {
             Damping::Ratio(ratio) => (ratio, ratio * angular_frequency),

@@ -1,8 +1,8 @@
-//! Places the surface of a body in the world as at frame 0: its bounds, and the vertices that its pins and
-//! handles select.
+//! Places the surface of a body in the world as at frame 0: its bounds, and the vertices that its pins, handles and
+//! zones select.
 
 use serde::Serialize;
-use supple::{Body, Selection};
+use supple::{Body, Selection, Zone};
 use supple_io::scene::BodyData;
 
 /// Surface of a body in world space at frame 0.
@@ -22,6 +22,21 @@ pub(super) struct SelectionFacts {
     /// Smallest coordinates of the selected mesh vertices, or of the listed lattice vertices.
     pub(super) low: [f64; 3],
     /// Largest coordinates of the selected mesh vertices, or of the listed lattice vertices.
+    pub(super) high: [f64; 3],
+}
+
+/// Facts about a zone.
+#[derive(Debug, Serialize)]
+pub(super) struct ZoneFacts {
+    /// Factor of Young's modulus.
+    pub(super) factor: f64,
+    /// Number of lattice vertices inside the shape, or in the list.
+    pub(super) lattice_vertices: usize,
+    /// Number of lattice vertices around the shape, where the factor decreases to 1.
+    pub(super) border_vertices: usize,
+    /// Smallest coordinates of all these vertices.
+    pub(super) low: [f64; 3],
+    /// Largest coordinates of all these vertices.
     pub(super) high: [f64; 3],
 }
 
@@ -70,6 +85,25 @@ impl<'a> Placed<'a> {
         let (low, high) = bounds(selected.iter().copied());
         let mesh_vertices = (!is_list).then_some(selected.len());
         SelectionFacts { mesh_vertices, lattice_vertices: held.len(), low, high }
+    }
+
+    /// Returns facts about a zone, whose shape selects lattice vertices.
+    pub(super) fn zone(&self, zone: &Zone) -> ZoneFacts {
+        let cell_size = self.body.lattice().cell_size();
+        let positions = self.body.positions();
+        let selected: Vec<(f64, [f64; 3])> = match &zone.selection {
+            Selection::Vertices(list) => {
+                list.iter().map(|&vertex| (0.0, positions[vertex as usize].into())).collect()
+            }
+            shape => {
+                let points = positions.iter().map(|position| (shape.distance(position), (*position).into()));
+                points.filter(|(distance, _)| *distance < cell_size).collect()
+            }
+        };
+        let inside = selected.iter().filter(|(distance, _)| *distance <= 0.0).count();
+        let (low, high) = bounds(selected.iter().map(|&(_, position)| position));
+        let border_vertices = selected.len() - inside;
+        ZoneFacts { factor: zone.factor, lattice_vertices: inside, border_vertices, low, high }
     }
 }
 

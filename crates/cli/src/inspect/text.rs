@@ -5,7 +5,7 @@ use std::fmt::Write;
 use supple_io::counted;
 
 use super::facts::{BodyFacts, Facts, LatticeFacts, MeshFacts};
-use super::placed::SelectionFacts;
+use super::placed::{SelectionFacts, ZoneFacts};
 use crate::terminal::{self, number};
 
 /// Formats the facts as lines with two columns, a key and a value. If `plan` is set, adds the stages of the
@@ -70,6 +70,9 @@ impl Page {
         self.line(&format!("body {}", body.name));
         self.mesh(&body.mesh);
         self.lattice(&body.lattice);
+        for (index, zone) in body.zones.iter().enumerate() {
+            self.zone(index, zone);
+        }
         for (kind, selections) in [("pin", &body.pins), ("handle", &body.handles)] {
             for (index, selection) in selections.iter().enumerate() {
                 self.selection(&format!("{kind} {index}"), selection);
@@ -86,6 +89,15 @@ impl Page {
         for (index, fact) in body.pc2.iter().enumerate() {
             self.entry(if index == 0 { "PC2" } else { "" }, fact);
         }
+    }
+
+    fn zone(&mut self, index: usize, zone: &ZoneFacts) {
+        let ZoneFacts { factor, border_vertices, .. } = zone;
+        let (low, high) = (point(zone.low), point(zone.high));
+        let inside = counted(zone.lattice_vertices, "lattice vertex");
+        let text =
+            format!("factor {factor} on {inside}, {border_vertices} at its border, from {low} to {high}");
+        self.entry(&format!("zone {index}"), &text);
     }
 
     fn selection(&mut self, key: &str, selection: &SelectionFacts) {

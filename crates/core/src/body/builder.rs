@@ -305,7 +305,7 @@ impl BodyBuilder {
             surface,
             matching,
         };
-        body.set_zones(&self.zones)?;
+        self.zones.iter().try_for_each(|zone| body.zone(zone))?;
         self.pins.iter().try_for_each(|pin| body.pin(pin))?;
         self.handles.iter().try_for_each(|handle| body.handle(handle))?;
         Ok(body)

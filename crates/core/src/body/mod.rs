@@ -8,6 +8,7 @@
 //! | `elasticity` | the material in force, and its changes between steps |
 //! | `zones` | stiffness factors |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
+//! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | saves and restores the state |
 //! | `sleep` | decides whether a body at rest is stepped |
@@ -16,6 +17,7 @@
 mod builder;
 mod display;
 mod elasticity;
+mod hold_force;
 mod plan;
 mod quantities;
 mod settings;
@@ -28,6 +30,7 @@ pub use builder::BodyBuilder;
 pub(crate) use display::DisplayContext;
 pub use display::{BodyRef, Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
+pub use hold_force::HoldForce;
 pub use snapshot::{BodySnapshot, StateError};
 pub use step::CONSTRAINED_FIT_FACTOR;
 pub(crate) use step::StepContext;

@@ -70,16 +70,22 @@ impl Body {
         self.alpha(dt) * self.stiffness_factors.as_ref().map_or(1.0, StiffnessFactors::greatest_in_force)
     }
 
-    /// Sets the stiffness factors of zones.
-    pub(super) fn set_zones(&mut self, zones: &[Zone]) -> Result<(), Error> {
-        if zones.is_empty() {
-            return Ok(());
-        }
-        let mut factors = vec![1.0; self.lattice.len()];
-        for Zone { selection, factor } in zones {
-            in_range("factor", *factor, *factor > 0.0 && *factor <= 100.0, "in (0, 100]")?;
-            self.multiply_factors(selection, *factor, &mut factors)?;
-        }
+    /// Multiplies the stiffness factors of a part of the body, from the next step on: see
+    /// [`set_stiffness_factors`](Self::set_stiffness_factors).
+    ///
+    /// Shapes are in world space and are tested against the lattice vertices of the body at frame 0, in its initial
+    /// placement. Unlike those of a pin, they need not contain a mesh vertex.
+    ///
+    /// # Errors
+    ///
+    /// An empty or invalid selection, a factor or a product of factors out of range, or a stiffness alpha per step whose
+    /// product with the greatest factor exceeds 1. The factors are then unchanged.
+    pub fn zone(&mut self, zone: &Zone) -> Result<(), Error> {
+        let factor =
+            in_range("factor", zone.factor, zone.factor > 0.0 && zone.factor <= 100.0, "in (0, 100]")?;
+        let mut factors =
+            self.stiffness_factors().map_or_else(|| vec![1.0; self.lattice.len()], <[f64]>::to_vec);
+        self.multiply_factors(&zone.selection, factor, &mut factors)?;
         let greatest = factors.iter().copied().fold(0.0, f64::max);
         in_range("product of the factors of zones", greatest, greatest <= 100.0, "at most 100")?;
         self.set_stiffness_factors(Some(&factors))

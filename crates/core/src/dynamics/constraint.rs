@@ -166,25 +166,35 @@ impl Constraint {
         active != std::mem::replace(&mut self.active, active)
     }
 
+    /// Returns, for each vertex, its index, its target position at the end of a step, in world space, and the change of
+    /// the target position during the step. Nothing without captured positions.
+    pub(crate) fn targets(&self, step: Interval) -> impl Iterator<Item = (u32, Point3<f64>, Vector3<f64>)> {
+        let (start, end) = (self.pose(step.start), self.pose(step.end));
+        // The change is computed from differences of poses, because differences of positions lose digits far from the
+        // origin of world space.
+        let (rotation_change, translation_change) =
+            (end.rotation - start.rotation, end.translate - start.translate);
+        let captures = self.capture.iter().flat_map(|capture| {
+            let center = Point3::from(capture.center);
+            capture.positions.iter().map(move |&captured| (center, Point3::from(captured)))
+        });
+        self.vertices.iter().zip(captures).map(move |(&vertex, (center, captured))| {
+            let target = if self.motion.is_some() { end.apply(&center, &captured) } else { captured };
+            (vertex, target, rotation_change * (captured - center) + translation_change)
+        })
+    }
+
     /// Ends a step: moves the vertices to their target positions at the end of the step. Their velocity is
     /// the change of the target position during the step, divided by dt.
     pub(super) fn apply(&self, step: Interval, state: &mut BodyState<'_>, slots: &[u32]) {
-        let (true, Some(capture)) = (self.active, &self.capture) else { return };
+        if !self.active {
+            return;
+        }
         let to_local_velocity = 1.0 / (step.dt * state.frame.cell_size);
-        let (start, end) = (self.pose(step.start), self.pose(step.end));
-        let center = Point3::from(capture.center);
-        // The velocity is computed from differences of poses, because differences of positions lose digits
-        // far from the origin of world space.
-        let (rotation_change, translation_change) =
-            (end.rotation - start.rotation, end.translate - start.translate);
-        for (&vertex, &captured) in self.vertices.iter().zip(&capture.positions) {
-            let captured = Point3::from(captured);
-            let target = if self.motion.is_some() { end.apply(&center, &captured) } else { captured };
-            let velocity: Vector3<f64> =
-                (rotation_change * (captured - center) + translation_change) * to_local_velocity;
+        for (vertex, target, change) in self.targets(step) {
             let slot = slots[vertex as usize];
             state.set_position(slot, state.frame.to_local(&target));
-            state.set_velocity(slot, velocity);
+            state.set_velocity(slot, change * to_local_velocity);
         }
     }
 

@@ -108,6 +108,12 @@ impl Constraints {
         &self.constraints
     }
 
+    /// Returns whether a vertex of an active constraint is moved by it, and not by a later active constraint.
+    pub(crate) fn is_moved_by(&self, constraint: &Constraint, vertex: u32) -> bool {
+        let later = self.constraints.iter().rev().take_while(|other| other.index > constraint.index);
+        !later.filter(|other| other.is_active()).any(|other| other.vertices().binary_search(&vertex).is_ok())
+    }
+
     /// Returns whether no constraint moves, begins, ends or is removed in a step.
     pub(crate) fn is_static(&self, step: Interval) -> bool {
         self.constraints.iter().all(|constraint| constraint.is_static(step))

@@ -51,6 +51,21 @@ pub(crate) struct Damped {
     pub(crate) rigid: Vec<RigidVelocity>,
 }
 
+impl Damped {
+    /// Returns the change of the velocity of a vertex of a component, in cells/s. `position` and `velocity` are in cells
+    /// and cells/s from the origin of the body.
+    pub(crate) fn change(
+        &self,
+        component: usize,
+        position: Vector3<f64>,
+        velocity: Vector3<f64>,
+    ) -> Vector3<f64> {
+        let RigidVelocity { linear, angular } = self.rigid[component];
+        let [linear, angular] = [linear, angular].map(|v| Vector3::from(v.map(f64::from)));
+        velocity * (f64::from(self.keep) - 1.0) + linear + angular.cross(&position)
+    }
+}
+
 impl ElasticDamper {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {

@@ -85,6 +85,13 @@ impl Regions {
         self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.of_region(slot)))
     }
 
+    /// Returns the mass of the vertex in a slot in the fits, in units of a full cell's mass, times its stiffness factor:
+    /// the strength with which its regions pull it to its goal position.
+    pub(crate) fn pull(&self, slot: u32) -> f64 {
+        let factor = self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.vertices.get(slot)[0]));
+        f64::from(self.weights.get(slot)[0]) * factor
+    }
+
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let factors = self.factors.as_ref().map_or(0, Factors::bytes);

@@ -83,6 +83,8 @@ pub struct Softened {
     pub specified: f64,
     /// Value in force.
     pub in_force: f64,
+    /// The stiffness factor of the part that the values are of: the greatest of the body, and 1 without zones.
+    pub factor: f64,
     /// Steps per frame of the run.
     pub substeps: u32,
     /// Steps per frame that reach the specified value; `None` if a scene cannot have as many.
@@ -92,25 +94,27 @@ pub struct Softened {
 impl Softened {
     /// Returns whether and how a body is softened by frames of `substeps` steps of `dt` seconds.
     pub fn of(body: BodyRef<'_>, substeps: u32, dt: f64) -> Option<Self> {
-        body.softened().map(|supple::Softened { key, specified, in_force, needed_rate, .. }| {
+        body.softened().map(|supple::Softened { key, specified, in_force, factor, needed_rate, .. }| {
             // The factor 1 - 1e-9 prevents a rounding error from increasing a whole number of steps by one.
             let steps = (needed_rate * dt * f64::from(substeps) * (1.0 - 1e-9)).ceil();
             let needed_substeps = (steps <= f64::from(MAX_SUBSTEPS)).then_some(steps as u32);
-            Self { key, specified, in_force, substeps, needed_substeps }
+            Self { key, specified, in_force, factor, substeps, needed_substeps }
         })
     }
 }
 
 impl fmt::Display for Softened {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { key, specified, in_force, substeps, needed_substeps } = *self;
+        let Self { key, specified, in_force, factor, substeps, needed_substeps } = *self;
         let (steps, verb) =
             (counted(substeps as usize, "step"), if substeps == 1 { "allows" } else { "allow" });
         let unit = if key == "frequency" { " Hz" } else { "" };
         let [specified, in_force] = [specified, in_force].map(four_digits);
+        let part =
+            if factor > 1.0 { format!(" of the part with the factor {factor}") } else { String::new() };
         write!(
             f,
-            "it is softer than specified: `{key}` is {specified}{unit}, and {steps} per frame {verb} at most \
+            "it is softer than specified: `{key}`{part} is {specified}{unit}, and {steps} per frame {verb} at most \
              {in_force}{unit}; ",
         )?;
         match needed_substeps {

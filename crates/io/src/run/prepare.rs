@@ -82,7 +82,7 @@ fn read(documents: &mut HashMap<PathBuf, Arc<Document>>, path: &Path) -> Result<
     Ok(document)
 }
 
-/// Builds a body, and adds its pins and handles.
+/// Builds a body, and adds its zones, pins and handles.
 fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
@@ -96,6 +96,10 @@ fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
         .volume(data.volume)
         .build()
         .map_err(failed)?;
+    for (index, zone) in data.zones.iter().enumerate() {
+        let failed = |source| RunError::Body { key: format!("{key}.zone.{index}"), source };
+        body.zone(zone).map_err(failed)?;
+    }
     for (index, pin) in data.pins.iter().enumerate() {
         let failed = |source| RunError::Body { key: format!("{key}.pin.{index}"), source };
         body.pin(pin).map_err(failed)?;

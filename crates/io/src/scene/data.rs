@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys};
 use crate::frames::Format;
-use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, VolumeOptions};
+use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, VolumeOptions, Zone};
 
 /// Largest number of frames: almost four days at 30 frames per second.
 const MAX_FRAMES: u32 = 10_000_000;
@@ -114,6 +114,9 @@ pub struct BodyData {
     /// Volume preservation; by default the measure is chosen automatically.
     #[serde(with = "VolumeKeys")]
     pub volume: VolumeOptions,
+    /// `[[body.zone]]`, in the order of the file.
+    #[serde(rename = "zone", with = "keys::zones")]
+    pub zones: Vec<Zone>,
     /// `[[body.pin]]`, in the order of the file.
     #[serde(rename = "pin", with = "keys::pins")]
     pub pins: Vec<Pin>,
@@ -136,6 +139,7 @@ impl BodyData {
             join,
             material: Material::default(),
             volume: VolumeOptions::default(),
+            zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
         }

@@ -81,7 +81,7 @@ impl Scene {
             if !names.insert(body.name.clone()) {
                 return Err(field.duplicate(&body.name));
             }
-            check_constraints(body, &field)?;
+            check_parts(body, &field)?;
         }
         for (index, collider) in scene.colliders.iter().enumerate() {
             check_times(&collider.keys, &root.at(&format!("collider.{index}")))?;
@@ -100,8 +100,11 @@ impl Scene {
     }
 }
 
-/// Checks the boxes, time windows and keyframe times of pins and handles.
-fn check_constraints(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
+/// Checks the boxes of zones, and the boxes, time windows and keyframe times of pins and handles.
+fn check_parts(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
+    for (index, zone) in body.zones.iter().enumerate() {
+        check_box(&zone.selection, &field.at(&format!("zone.{index}")))?;
+    }
     let pins = body.pins.iter().enumerate().map(|(index, pin)| {
         let no_keys: &[Key] = &[];
         (format!("pin.{index}"), &pin.selection, pin.window, no_keys)
@@ -111,19 +114,25 @@ fn check_constraints(body: &BodyData, field: &Field<'_>) -> Result<(), SceneErro
     });
     for (path, selection, TimeWindow { start, end }, keys) in pins.chain(handles) {
         let constraint = field.at(&path);
-        if let Selection::Box { min, max } = selection
-            && (0..3).any(|axis| min[axis] > max[axis])
-        {
-            let [x, y, z] = min;
-            let range = format!("at least `min`, which is [{x}, {y}, {z}], on every axis");
-            return Err(constraint.at("box.max").out_of_range(&range));
-        }
+        check_box(selection, &constraint)?;
         if end <= start {
             return Err(constraint.at("end").out_of_range(&format!("a number above {start}")));
         }
         check_times(keys, &constraint)?;
     }
     Ok(())
+}
+
+/// Checks that a selected box is not empty.
+fn check_box(selection: &Selection, field: &Field<'_>) -> Result<(), SceneError> {
+    match selection {
+        Selection::Box { min, max } if (0..3).any(|axis| min[axis] > max[axis]) => {
+            let [x, y, z] = min;
+            let range = format!("at least `min`, which is [{x}, {y}, {z}], on every axis");
+            Err(field.at("box.max").out_of_range(&range))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Checks that the times of keyframes increase, because two keyframes at the same time would mean infinite

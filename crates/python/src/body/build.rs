@@ -17,11 +17,11 @@ use crate::mesh::mesh_like;
 
 /// Return the names of the keyword arguments of Body.
 ///
-/// They are memory_limit, and the keys of `[[body]]` in a scene except mesh, pin and handle.
+/// They are memory_limit, and the keys of `[[body]]` in a scene except mesh, zone, pin and handle.
 #[pyfunction]
 pub(crate) fn body_keys() -> Vec<String> {
     let keys = supple_io::scene::body_keys().into_iter();
-    let scene_keys = keys.filter(|key| !["mesh", "pin", "handle"].contains(&key.as_str()));
+    let scene_keys = keys.filter(|key| !["mesh", "zone", "pin", "handle"].contains(&key.as_str()));
     scene_keys.chain(["memory_limit".to_owned()]).collect()
 }
 

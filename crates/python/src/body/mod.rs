@@ -7,6 +7,7 @@ mod material;
 mod quantities;
 mod storage;
 mod values;
+mod zones;
 
 pub(crate) use build::{body_keys, volume_settings};
 pub(crate) use hold::Hold;

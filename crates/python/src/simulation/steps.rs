@@ -175,7 +175,8 @@ impl Simulation {
 /// Formats the warning that a body is softer than its material.
 fn message(simulation: &supple::Simulation, index: usize, softened: &Softened) -> String {
     let body = simulation.body(index);
-    let Softened { key, specified, in_force, needed_rate, .. } = *softened;
+    let Softened { key, specified, in_force, factor, needed_rate, .. } = *softened;
+    let part = if factor > 1.0 { format!(" of the part with the factor {factor}") } else { String::new() };
     let asked = match body.material().elasticity {
         Elasticity::Preset(preset) => format!("{:.4e} (material {:?})", specified, preset.name()),
         Elasticity::YoungsModulus(_) => format!("{specified:.4e}"),
@@ -198,7 +199,7 @@ fn message(simulation: &supple::Simulation, index: usize, softened: &Softened) -
         Some(fps) => format!("set substeps to \"auto\" or to at least {}", substeps(fps)),
     };
     format!(
-        "body {:?} is softer than its material: {key} = {asked} needs shorter steps than {:.3e} s, and {in_force} is in \
+        "body {:?} is softer than its material: {key}{part} = {asked} needs shorter steps than {:.3e} s, and {in_force} is in \
          force; {way_out}",
         body.name(),
         simulation.dt(),

@@ -31,7 +31,10 @@ impl Grid {
             Elasticity::Regions { stiffness, .. } => PhysicalStiffness::Frequency(frequency(stiffness, dt)),
             // If the steps of the scene are too long for the material, the specified modulus counts.
             _ => {
-                let modulus = body.softened().map(|softened| softened.specified).or(body.youngs_modulus());
+                let modulus = body
+                    .softened()
+                    .map(|softened| softened.specified / softened.factor)
+                    .or(body.youngs_modulus());
                 PhysicalStiffness::Modulus { modulus: modulus.unwrap_or_default(), density }
             }
         };

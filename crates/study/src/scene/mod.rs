@@ -73,6 +73,9 @@ impl Study {
         if self.scene.simulation.frames == 0 {
             return Err(StudyError::NoFrames);
         }
+        if let Some(data) = self.scene.bodies.iter().find(|data| !data.zones.is_empty()) {
+            return Err(StudyError::Zones { body: data.name.clone() });
+        }
         let fingerprint = self.fingerprint()?;
         let physical = Physical::new(self.scene.clone())?;
         let bodies = prepare(physical.scene())?;

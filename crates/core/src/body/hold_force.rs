@@ -1,0 +1,124 @@
+//! Forces that pins and handles exert on a body.
+
+use nalgebra::{Point3, Vector3};
+
+use super::display::DisplayContext;
+use super::{Body, BodyRef};
+use crate::dynamics::{Constraint, ConstraintError};
+use crate::matching::{Purpose, Workspace};
+use crate::state::Interval;
+
+/// The force that a pin or handle exerts on a body, in world space.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct HoldForce {
+    /// Force, in kg x length / s^2.
+    pub force: Vector3<f64>,
+    /// Torque about `center`, in kg x length^2 / s^2.
+    pub torque: Vector3<f64>,
+    /// Mean position of the lattice vertices of the pin or handle.
+    pub center: Point3<f64>,
+}
+
+impl BodyRef<'_> {
+    /// Computes the force and the torque that a pin or handle exerts in the next step, from the current state: what its
+    /// lattice vertices need, beside the elastic forces and gravity, to move as it prescribes. `None` outside a
+    /// simulation; zero if the pin or handle did not act in the last step.
+    ///
+    /// The reaction of the elastic damping is included, shared by the pins and handles of a connected component in
+    /// proportion to the masses that they hold. Contacts, external forces on the held vertices and region damping are not
+    /// included. Where keyframes change the velocity, the force is that of the change within one step. A call costs as
+    /// much as a step.
+    ///
+    /// * `index`: as for [`Body::release`].
+    ///
+    /// # Errors
+    ///
+    /// An index out of range, or a released pin or handle.
+    pub fn hold_force(self, index: usize) -> Result<Option<HoldForce>, ConstraintError> {
+        let constraint = self.constraint(index)?;
+        Ok(self.context().map(|context| {
+            if constraint.is_active() {
+                self.get().force_of(constraint, context)
+            } else {
+                HoldForce::default()
+            }
+        }))
+    }
+}
+
+impl Body {
+    fn force_of(&self, constraint: &Constraint, context: DisplayContext<'_>) -> HoldForce {
+        let DisplayContext { gravity, dt, time, executor, .. } = context;
+        let Self { state, matching, .. } = self;
+        let slots = matching.layout.slots();
+        let position = |vertex: u32| state.frame.to_world(state.local(slots[vertex as usize]));
+        let vertices = constraint.vertices();
+        // Sums relative to the origin of the body keep the accuracy far from the world origin.
+        let origin = state.frame.to_world(Vector3::zeros());
+        let sum: Vector3<f64> = vertices.iter().map(|&vertex| position(vertex) - origin).sum();
+        let center = origin + sum / vertices.len().max(1) as f64;
+        let mut result = HoldForce { center, ..HoldForce::default() };
+        let mut add = |force: Vector3<f64>, vertex: u32| {
+            result.force += force;
+            result.torque += (position(vertex) - center).cross(&force);
+        };
+
+        let mut workspace = Workspace::default();
+        let mut rotations = state.rotations.clone();
+        let positions_rotations = (&state.positions, &mut rotations);
+        matching.fit(&mut workspace, executor, positions_rotations, None, Purpose::Vertices);
+        let goals = matching.goals(&workspace, executor);
+        let stiffness = self.alpha(dt) * self.cell_mass() * self.lattice.cell_size() / (dt * dt);
+        let step = Interval { start: time, end: time + dt, dt };
+        let moved = constraint.targets(step).filter(|&(vertex, ..)| self.is_moved_by(constraint, vertex));
+        for (vertex, _, motion) in moved {
+            let slot = slots[vertex as usize];
+            let mass = self.mass_of(vertex);
+            // The regions act on the vertex with its mass in the fits.
+            let pull = stiffness * matching.regions.pull(slot);
+            let distance = Vector3::from(goals.get(slot).map(f64::from)) - state.local(slot);
+            let velocity = state.frame.velocity_to_world(state.velocities.get(slot));
+            let acceleration = (motion / dt - velocity) / dt;
+            add((acceleration - gravity) * mass - distance * pull, vertex);
+        }
+        self.add_damping(constraint, dt, &mut add);
+        result
+    }
+
+    /// Returns whether a vertex of an active pin or handle is moved by it, and not by a later one.
+    fn is_moved_by(&self, constraint: &Constraint, vertex: u32) -> bool {
+        self.constraints.as_ref().is_some_and(|constraints| constraints.is_moved_by(constraint, vertex))
+    }
+
+    /// Adds the reaction of the elastic damping: the momentum per time that it takes from the vertices that move
+    /// freely. Nothing but the pins and handles can absorb it.
+    fn add_damping(&self, constraint: &Constraint, dt: f64, add: &mut impl FnMut(Vector3<f64>, u32)) {
+        let Self { elastic_damping: Some(damper), constraints: Some(constraints), state, matching, .. } =
+            self
+        else {
+            return;
+        };
+        let (damped, of_vertex) = (damper.damped(), &self.lattice.components().of_vertex);
+        let is_held = constraints.constrained();
+        // Masses that are held by this constraint, and by all of them.
+        let mut held = vec![[0.0; 2]; damped.rigid.len()];
+        for vertex in (0..of_vertex.len() as u32).filter(|&vertex| is_held[vertex as usize]) {
+            held[of_vertex[vertex as usize] as usize][1] += self.mass_of(vertex);
+        }
+        let vertices = constraint.vertices().iter().copied();
+        for vertex in vertices.filter(|&vertex| self.is_moved_by(constraint, vertex)) {
+            held[of_vertex[vertex as usize] as usize][0] += self.mass_of(vertex);
+        }
+        for (vertex, &slot) in (0..).zip(matching.layout.slots()) {
+            let component = of_vertex[vertex as usize] as usize;
+            let [own, all] = held.get(component).copied().unwrap_or_default();
+            if own > 0.0 && !is_held[vertex as usize] {
+                let velocity = Vector3::from(state.velocities.get(slot).map(f64::from));
+                let change = damped.change(component, state.local(slot), velocity);
+                let force = self.mass_of(vertex) * self.lattice.cell_size() / dt * own / all * change;
+                add(force, vertex);
+            }
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Defines the scene keys for the types of [`supple`]: names, ranges, and mutually exclusive keys.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `material` | the keys of a material |
+//! | `parts` | the keys of pins, handles, zones and colliders |
+//! | `ranges` | functions that read a number, vector or string and check its range |
+//!
+//! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
+//! from the types of [`supple`].
+
+mod material;
+mod parts;
+mod ranges;
+
+use serde::de::{Deserializer, Error};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+
+use supple::{FieldKind, Placement, Preservation, Preset, Resolution, VolumeOptions, VolumeScope};
+
+pub(super) use material::MaterialKeys;
+pub(super) use parts::{colliders, handles, pins, zones};
+pub(super) use ranges::{count, directory, mesh, name, not_negative, positive};
+
+/// Largest number of lattice vertices. Their indices must fit in 32 bits.
+const MAX_VERTICES: u32 = 2_000_000_000;
+
+/// Pairs of mutually exclusive keys of a body. The two keys of a pair set the same quantity.
+const ALTERNATIVES: [[&str; 2]; 5] = [
+    ["lattice_vertices", "cell_size"],
+    ["half_width", "stiffness_radius"],
+    ["stiffness", "frequency"],
+    ["damping_ratio", "damping_rate"],
+    ["region_damping", "region_damping_rate"],
+];
+
+/// The three ways to set the elasticity of a body. Keys of different ways exclude each other.
+pub(super) const ELASTICITY: [&[&str]; 3] =
+    [&["material"], &["youngs_modulus"], &["half_width", "stiffness_radius", "stiffness", "frequency"]];
+
+/// Returns the keys of a body that exclude `key`.
+pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
+    let alternatives = ALTERNATIVES.iter().filter(|pair| pair.contains(&key)).flatten().copied();
+    let is_elasticity = ELASTICITY.iter().any(|way| way.contains(&key));
+    let other_ways = ELASTICITY.iter().filter(|way| is_elasticity && !way.contains(&key));
+    alternatives.chain(other_ways.copied().flatten().copied()).filter(|other| *other != key).collect()
+}
+
+/// Returns the keys of a body that may be left out for another key, or that have no default value.
+pub fn optional_keys() -> Vec<&'static str> {
+    let mut keys: Vec<_> =
+        ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
+    keys.push("object");
+    keys
+}
+
+/// Returns the scene keys of some fields: several keys for a field named `@...`, otherwise the name of the
+/// field.
+pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
+    let keys = |field: &&'a str| -> Vec<&'a str> {
+        match *field {
+            "@placement" => vec!["rotate", "translate", "velocity", "spin"],
+            "@material" => expand(&["@elasticity", "@damping", "@region_damping", "density"]),
+            "@elasticity" => ELASTICITY.concat(),
+            "@resolution" => ALTERNATIVES[0].to_vec(),
+            "@region_size" => ALTERNATIVES[1].to_vec(),
+            "@stiffness" => ALTERNATIVES[2].to_vec(),
+            "@damping" => ALTERNATIVES[3].to_vec(),
+            "@region_damping" => ALTERNATIVES[4].to_vec(),
+            "@selection" => vec!["box", "sphere", "plane", "vertices"],
+            "@shape" => vec!["plane", "sphere", "box", "capsule"],
+            "@window" => vec!["start", "end"],
+            key => vec![key],
+        }
+    };
+    fields.iter().flat_map(keys).collect()
+}
+
+/// Returns the description of a valid value of a key, for the message that the key is missing or that its
+/// value is not a list.
+pub(super) fn hint_for(key: &str) -> &'static str {
+    match key {
+        "mesh" => "the path of an OBJ file, relative to the scene file",
+        "keys" => "a list of keyframes like [{ time = 1, translate = [0, 1, 0] }]",
+        "factor" => "a factor of the stiffness in (0, 100]",
+        "vertices" => "a list of lattice vertices like [0, 5]",
+        "time" => "a time in seconds",
+        "radius" => "a length",
+        "min" => "the corner with the smallest coordinates, three numbers",
+        "max" => "the corner with the largest coordinates, three numbers",
+        "a" | "b" => "an end of the axis, three numbers",
+        "half_extents" => "half of each edge length, three numbers",
+        "normal" => "a direction, three numbers",
+        "center" => "three numbers",
+        "point" => "a point of the plane, three numbers",
+        _ => "a list of tables",
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Placement", default, bound = "")]
+pub(super) struct PlacementKeys {
+    rotate: [f64; 3],
+    translate: [f64; 3],
+    velocity: [f64; 3],
+    spin: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Resolution", rename_all = "snake_case")]
+pub(super) enum ResolutionKeys {
+    #[serde(rename = "lattice_vertices")]
+    Vertices(#[serde(deserialize_with = "count::<_, _, 8, MAX_VERTICES>")] usize),
+    CellSize(#[serde(deserialize_with = "positive")] f64),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "VolumeOptions", rename = "VolumeOptions", default, bound = "")]
+pub(super) struct VolumeKeys {
+    #[serde(with = "measure")]
+    measure: Preservation,
+    #[serde(with = "scope")]
+    scope: VolumeScope,
+    #[serde(with = "field")]
+    field: FieldKind,
+    #[serde(deserialize_with = "not_negative")]
+    max_correction: f64,
+}
+
+/// Defines modules that serialize a value as its name.
+macro_rules! words {
+    ($($module:ident: $of:ident;)*) => {$(
+        mod $module {
+            use super::*;
+
+            pub(super) fn serialize<S: Serializer>(value: &$of, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(value.name())
+            }
+
+            pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<$of, D::Error> {
+                let word = String::deserialize(value)?;
+                let known = $of::NAMED.iter().find(|(name, _)| *name == word);
+                known.map(|&(_, value)| value).ok_or_else(|| {
+                    let names = $of::NAMED.map(|(name, _)| name).join("\", \"");
+                    D::Error::custom(format_args!("one of \"{names}\""))
+                })
+            }
+        }
+    )*};
+}
+
+words! {
+    measure: Preservation;
+    scope: VolumeScope;
+    field: FieldKind;
+    preset: Preset;
+}

@@ -1,0 +1,164 @@
+//! The keys of pins, handles, zones and colliders.
+
+use serde::de::{Deserializer, Error};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+
+use super::ranges::{direction, extents, finite, fraction, not_negative, positive, stiffness_factor};
+use supple::{Collider, Handle, Key, Pin, Selection, Shape, TimeWindow, Zone};
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Pin")]
+struct PinKeys {
+    #[serde(rename = "@selection", with = "SelectionKeys")]
+    selection: Selection,
+    #[serde(default, rename = "@window", with = "WindowKeys")]
+    window: TimeWindow,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Handle")]
+struct HandleKeys {
+    #[serde(rename = "@selection", with = "SelectionKeys")]
+    selection: Selection,
+    #[serde(default, rename = "@window", with = "WindowKeys")]
+    window: TimeWindow,
+    #[serde(with = "keyframes")]
+    keys: Vec<Key>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Zone")]
+struct ZoneKeys {
+    #[serde(rename = "@selection", with = "SelectionKeys")]
+    selection: Selection,
+    #[serde(deserialize_with = "stiffness_factor")]
+    factor: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Selection", rename_all = "snake_case", deny_unknown_fields)]
+enum SelectionKeys {
+    Box {
+        min: [f64; 3],
+        max: [f64; 3],
+    },
+    Sphere {
+        center: [f64; 3],
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+    Plane {
+        point: [f64; 3],
+        #[serde(deserialize_with = "direction")]
+        normal: [f64; 3],
+    },
+    Vertices(Vec<u32>),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "TimeWindow", default, bound = "")]
+struct WindowKeys {
+    #[serde(deserialize_with = "not_negative")]
+    start: f64,
+    #[serde(deserialize_with = "finite", skip_serializing_if = "is_infinite")]
+    end: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Key")]
+struct KeyframeKeys {
+    #[serde(deserialize_with = "finite")]
+    time: f64,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default)]
+    rotate: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Collider")]
+struct ColliderKeys {
+    #[serde(rename = "@shape", with = "ShapeKeys")]
+    shape: Shape,
+    #[serde(default = "friction", deserialize_with = "not_negative")]
+    friction: f64,
+    #[serde(default, deserialize_with = "fraction")]
+    restitution: f64,
+    #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]
+    keys: Vec<Key>,
+}
+
+/// Returns the default friction of a collider.
+fn friction() -> f64 {
+    Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Shape", rename_all = "snake_case", deny_unknown_fields)]
+enum ShapeKeys {
+    Plane {
+        point: [f64; 3],
+        #[serde(deserialize_with = "direction")]
+        normal: [f64; 3],
+    },
+    Sphere {
+        center: [f64; 3],
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+    Box {
+        center: [f64; 3],
+        #[serde(deserialize_with = "extents")]
+        half_extents: [f64; 3],
+        #[serde(default)]
+        rotate: [f64; 3],
+    },
+    Capsule {
+        a: [f64; 3],
+        b: [f64; 3],
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_infinite(number: &f64) -> bool {
+    number.is_infinite()
+}
+
+/// Defines modules that serialize lists of a type through its `...Keys`. `$check` returns an error if a list
+/// is invalid.
+macro_rules! lists {
+    ($($module:ident: $of:ident by $keys:literal, $check:expr;)*) => {$(
+        pub(in crate::scene) mod $module {
+            use super::*;
+
+            #[derive(Serialize, Deserialize)]
+            #[serde(transparent)]
+            struct Item(#[serde(with = $keys)] $of);
+
+            pub(in crate::scene) fn serialize<S: Serializer>(list: &[$of], serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_seq(list.iter().cloned().map(Item))
+            }
+
+            pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<Vec<$of>, D::Error> {
+                let list: Vec<$of> = Vec::deserialize(value)?.into_iter().map(|Item(value)| value).collect();
+                let check: fn(&[$of]) -> Result<(), &str> = $check;
+                check(&list).map_err(D::Error::custom)?;
+                Ok(list)
+            }
+        }
+    )*};
+}
+
+lists! {
+    pins: Pin by "PinKeys", |_| Ok(());
+    handles: Handle by "HandleKeys", |_| Ok(());
+    zones: Zone by "ZoneKeys", |_| Ok(());
+    colliders: Collider by "ColliderKeys", |_| Ok(());
+    keyframes: Key by "KeyframeKeys", |list| match list.is_empty() {
+        true => Err("at least one keyframe like { time = 1, translate = [0, 1, 0] }"),
+        false => Ok(()),
+    };
+}

@@ -1,0 +1,62 @@
+//! Defines the stiffness factors of `supple.Body`, with which the stiffness varies.
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use supple::Zone;
+
+use super::Body;
+use crate::argument::{Settings, number};
+use crate::arrays::{self, Axis};
+use crate::{constraint, error};
+
+#[pymethods]
+impl Body {
+    /// Multiply the Young's modulus of a part of the body by a factor, from the next step on.
+    ///
+    /// Around a shape the logarithm of the factor decreases linearly to 0 over the length of a cell. Factors of
+    /// overlapping zones multiply.
+    ///
+    /// factor : float
+    ///     In (0, 100], and so are the products of overlapping zones.
+    /// box, sphere, plane, vertices :
+    ///     As for pin, but a shape selects the lattice vertices inside it, whether or not it contains mesh vertices.
+    ///
+    /// Raises ValueError if the shape contains no lattice vertex.
+    #[pyo3(
+        signature = (factor, **options),
+        text_signature = "($self, factor, *, box=None, sphere=None, plane=None, vertices=None)"
+    )]
+    fn zone(
+        &self,
+        py: Python<'_>,
+        factor: &Bound<'_, PyAny>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        let settings = Settings::from_call(options, "zone()", &constraint::SHAPES, &constraint::SHAPES)?;
+        let selection = constraint::selection(&settings, "zone()", self.count(py)?)?;
+        let zone = Zone::new(selection, number(factor, "factor")?);
+        self.with(py, |body| body.zone(&zone))?.map_err(error::from_core)
+    }
+
+    /// Set the stiffness factors, from the next step on: the Young's modulus around each lattice vertex is that of the
+    /// body times the factor of the vertex.
+    ///
+    /// Parts that are smaller than the regions, 2 x half_width + 1 vertices wide, are mixed with their surroundings. In a
+    /// simulation, half_width is fixed again at the next step, for the greatest factor.
+    ///
+    /// factors : (n,) float, or None
+    ///     In (0, 100]; factors below 1e-6 act as 1e-6. None removes all factors, also those of zones.
+    fn set_stiffness_factors(&self, py: Python<'_>, factors: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let rows = Axis::Is(self.count(py)?);
+        let factors = factors.map(|factors| arrays::numbers(factors, "factors", rows)).transpose()?;
+        self.with(py, |body| body.set_stiffness_factors(factors.as_deref()))?.map_err(error::from_core)
+    }
+
+    /// Stiffness factors of the lattice vertices: (n,) float64, read-only; None if the stiffness does not vary.
+    #[getter]
+    fn stiffness_factors<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let factors = self.read(py, |body| body.stiffness_factors().map(<[f64]>::to_vec))?;
+        Ok(factors.map(|factors| arrays::frozen(PyArray1::from_vec(py, factors))))
+    }
+}

@@ -1,0 +1,122 @@
+//! Forces that pins and handles exert on a body.
+
+use crate::common::{block, half_cells, lattice};
+use nalgebra::Vector3;
+use supple::{
+    Body, BodyBuilder, Handle, HoldForce, Key, Pin, Selection, Simulation, Substeps, TimeWindow, Zone,
+};
+
+/// Selects the lattice vertices of a bar along x at the coordinate `x`, on the side away from its middle `middle`.
+fn end(x: f64, middle: f64) -> Selection {
+    Selection::Plane { point: [x, 0.0, 0.0], normal: [x - middle, 0.0, 0.0] }
+}
+
+fn pin(selection: Selection) -> Pin {
+    Pin { selection, window: TimeWindow::default() }
+}
+
+fn force(sim: &Simulation, index: usize) -> HoldForce {
+    sim.body(0).hold_force(index).unwrap().unwrap()
+}
+
+/// Returns a bar of 12 x 3 x 3 cells of edge 1 along x.
+fn bar() -> BodyBuilder {
+    Body::from_lattice(lattice(&block([12, 3, 3])))
+}
+
+#[test]
+fn a_pin_carries_the_weight_of_a_body_at_rest_and_its_moment() {
+    // One layer, and a deep part, of which the other end hangs free.
+    for x in [0.0, 3.0] {
+        let body = bar().damping_ratio(1.0).density(2.0).pin(pin(end(x, 6.0))).build().unwrap();
+        let world = Simulation::builder().body(body).gravity([0.0, -9.81, 0.0]).fps(30.0);
+        let mut sim = world.substeps(Substeps::Auto).build().unwrap();
+        sim.advance(1);
+        assert!(sim.body(0).hold_force(1).is_err() && sim.body(0).is_asleep() == false);
+        sim.advance(600);
+        let HoldForce { force, torque, center, .. } = force(&sim, 0);
+        let body = sim.body(0);
+        let weight = body.mass() * Vector3::new(0.0, -9.81, 0.0);
+        // The body falls asleep at a thousandth of the speed of a fall by its size, or creeps as slowly.
+        assert!((force + weight).norm() < 0.01 * weight.norm(), "{force} {weight}");
+        let moment = (body.center_of_mass() - center).cross(&weight);
+        assert!((torque + moment).norm() < 0.01 * moment.norm(), "{torque} {moment}");
+    }
+}
+
+/// Returns the change of the momentum in the next step, and what the forces before the step predict.
+fn momentum_change(sim: &mut Simulation, holds: usize) -> (Vector3<f64>, Vector3<f64>) {
+    let gravity = Vector3::from(sim.gravity());
+    let forces: Vector3<f64> = (0..holds).map(|index| force(sim, index).force).sum();
+    let (before, mass, dt) = (sim.body(0).linear_momentum(), sim.body(0).mass(), sim.dt());
+    sim.step();
+    (sim.body(0).linear_momentum() - before, (forces + mass * gravity) * dt)
+}
+
+/// Returns a simulation of a bar, pinned at one end and moved at the other.
+fn moved(body: BodyBuilder) -> Simulation {
+    let key = |time, x, turn| Key { time, translate: [x, 0.3 * x, 0.0], rotate: [turn, 0.0, 0.0] };
+    let keys = vec![key(0.0, 0.0, 0.0), key(0.3, 2.0, 40.0), key(0.5, 0.5, 0.0)];
+    let handle = Handle { selection: end(12.0, 6.0), keys, window: TimeWindow::default() };
+    let zone = Zone::new(Selection::Sphere { center: [8.0, 1.0, 1.0], radius: 2.0 }, 3.0);
+    let body = body.youngs_modulus(3e5).zone(zone).pin(pin(end(1.0, 6.0))).handle(handle).build().unwrap();
+    let world = Simulation::builder().body(body).gravity([1.0, -9.81, 2.0]).sleep(false).fps(30.0);
+    world.substeps(Substeps::Auto).build().unwrap()
+}
+
+#[test]
+fn forces_and_weight_are_the_change_of_the_momentum() {
+    let mut sim = moved(bar().damping_ratio(0.0));
+    sim.step();
+    let mut greatest = 0.0_f64;
+    for _ in 0..300 {
+        let (change, expected) = momentum_change(&mut sim, 2);
+        greatest = greatest.max(change.norm());
+        // Velocities are f32 with speeds up to about 10 cells/s: a rounding error of each vertex of 1e-6 cells/s.
+        let rounding = 1e-6 * sim.body(0).mass();
+        assert!((change - expected).norm() < rounding + 1e-4 * change.norm(), "{change} {expected}");
+    }
+    assert!(greatest > 0.01 * sim.body(0).mass(), "the body is accelerated: {greatest}");
+}
+
+#[test]
+fn the_reaction_of_the_damping_is_a_force_of_the_holds() {
+    let mut sim = moved(bar().damping_ratio(0.3));
+    sim.step();
+    let (mut errors, mut changes) = (0.0, 0.0);
+    for _ in 0..300 {
+        let (change, expected) = momentum_change(&mut sim, 2);
+        (errors, changes) = (errors + (change - expected).norm(), changes + change.norm());
+    }
+    // The rigid motion to which the body is damped is that of the step before.
+    assert!(errors < 0.02 * changes, "{errors} {changes}");
+}
+
+#[test]
+fn overlapping_holds_share_no_vertex_and_inactive_ones_exert_nothing() {
+    let body = Body::from_lattice(half_cells()).density(3.0);
+    let all = Selection::Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0] };
+    let late = Pin { selection: all.clone(), window: TimeWindow { start: 9.0, end: f64::INFINITY } };
+    let part = Selection::Plane { point: [2.9, 0.0, 0.0], normal: [1.0, 0.0, 0.0] };
+    let mut body = body.pin(pin(all)).pin(pin(part)).pin(late).build().unwrap();
+    body.pin(&pin(Selection::Vertices(vec![0]))).unwrap();
+    assert_eq!(body.alone().hold_force(0).unwrap(), None);
+    let mut sim = Simulation::builder().body(body).gravity([0.0, -10.0, 0.0]).build().unwrap();
+    assert_eq!(force(&sim, 0).force, Vector3::zeros(), "no step yet");
+    sim.steps(3);
+    // All vertices are held at rest: each hold carries the weight of its own.
+    let masses = sim.body(0).masses();
+    let count = |index: usize| sim.body(0).constraint(index).unwrap().vertices().to_vec();
+    let part: f64 = count(1).iter().map(|&vertex| masses[vertex as usize]).sum();
+    let expected = [sim.body(0).mass() - part - masses[0], part, 0.0, masses[0]];
+    for (index, mass) in expected.into_iter().enumerate() {
+        let found = force(&sim, index).force;
+        // Nothing is deformed, and positions are rounded to f32.
+        assert!(
+            (found - Vector3::new(0.0, 10.0 * mass, 0.0)).norm() < 0.01 * sim.body(0).mass(),
+            "{index}: {found}"
+        );
+    }
+    sim.bodies_mut()[0].release(1).unwrap();
+    assert!(sim.body(0).hold_force(1).is_err() && sim.body(0).hold_force(9).is_err());
+}
