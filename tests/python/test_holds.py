@@ -278,3 +278,20 @@ def test_a_force_against_gravity_balances_it_and_invalid_forces_are_errors(bar):
         body.apply_force((1e300, 0, 0), vertices=[0])
     with pytest.raises(ValueError, match="the sphere selects nothing: the nearest vertex is at"):
         body.apply_force((1, 0, 0), sphere=((9, 9, 9), 1))
+
+
+def test_a_hold_carries_the_weight_of_a_hanging_bar():
+    lattice = supple.Lattice.from_cells(np.ones((3, 12, 3)), cell_size=0.1)
+    body = supple.Body(lattice)
+    hold = body.pin(vertices=lattice.rest_positions[:, 1] > 1.15)
+    with pytest.raises(ValueError, match="force depends on the step length and the gravity"):
+        _ = hold.force
+    sim = supple.Simulation([body], fps=30, substeps="auto")
+    assert not hold.force.any()
+    sim.advance(150)
+    # The limit of sleep leaves an error of less than the part of the deformation that has not decayed.
+    assert hold.force == pytest.approx([0, 9.81 * body.mass, 0], rel=0.01, abs=0.01 * 9.81 * body.mass)
+    assert np.abs(hold.torque).max() < 0.01 * 9.81 * body.mass
+    hold.release()
+    with pytest.raises(ValueError, match="was released"):
+        _ = hold.torque

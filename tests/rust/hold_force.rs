@@ -29,28 +29,34 @@ fn a_pin_carries_the_weight_of_a_body_at_rest_and_its_moment() {
     // One layer, and a deep part, of which the other end hangs free.
     for x in [0.0, 3.0] {
         let body = bar().damping_ratio(1.0).density(2.0).pin(pin(end(x, 6.0))).build().unwrap();
-        let world = Simulation::builder().body(body).gravity([0.0, -9.81, 0.0]).fps(30.0);
+        let world = Simulation::builder().body(body).gravity([0.0, -9.81, 0.0]).sleep(false).fps(30.0);
         let mut sim = world.substeps(Substeps::Auto).build().unwrap();
-        sim.advance(1);
-        assert!(sim.body(0).hold_force(1).is_err() && sim.body(0).is_asleep() == false);
         sim.advance(600);
         let HoldForce { force, torque, center, .. } = force(&sim, 0);
         let body = sim.body(0);
         let weight = body.mass() * Vector3::new(0.0, -9.81, 0.0);
-        // The body falls asleep at a thousandth of the speed of a fall by its size, or creeps as slowly.
+        // The slowest motion, the swing of the free end, has decayed by more than a thousandth.
         assert!((force + weight).norm() < 0.01 * weight.norm(), "{force} {weight}");
         let moment = (body.center_of_mass() - center).cross(&weight);
         assert!((torque + moment).norm() < 0.01 * moment.norm(), "{torque} {moment}");
     }
 }
 
-/// Returns the change of the momentum in the next step, and what the forces before the step predict.
-fn momentum_change(sim: &mut Simulation, holds: usize) -> (Vector3<f64>, Vector3<f64>) {
-    let gravity = Vector3::from(sim.gravity());
-    let forces: Vector3<f64> = (0..holds).map(|index| force(sim, index).force).sum();
-    let (before, mass, dt) = (sim.body(0).linear_momentum(), sim.body(0).mass(), sim.dt());
-    sim.step();
-    (sim.body(0).linear_momentum() - before, (forces + mass * gravity) * dt)
+/// Returns sums over 300 steps: of the differences between the change of the momentum in a step and what the forces of
+/// two holds before it predict, and of these changes.
+fn errors_and_changes(sim: &mut Simulation) -> (f64, f64) {
+    let (gravity, mass, dt) = (Vector3::from(sim.gravity()), sim.body(0).mass(), sim.dt());
+    let (mut errors, mut changes) = (0.0, 0.0);
+    for _ in 0..300 {
+        let forces = force(sim, 0).force + force(sim, 1).force;
+        let before = sim.body(0).linear_momentum();
+        sim.step();
+        let change = sim.body(0).linear_momentum() - before;
+        errors += (change - (forces + mass * gravity) * dt).norm();
+        changes += change.norm();
+    }
+    assert!(changes > mass, "the body is accelerated: {changes}");
+    (errors, changes)
 }
 
 /// Returns a simulation of a bar, pinned at one end and moved at the other.
@@ -68,26 +74,17 @@ fn moved(body: BodyBuilder) -> Simulation {
 fn forces_and_weight_are_the_change_of_the_momentum() {
     let mut sim = moved(bar().damping_ratio(0.0));
     sim.step();
-    let mut greatest = 0.0_f64;
-    for _ in 0..300 {
-        let (change, expected) = momentum_change(&mut sim, 2);
-        greatest = greatest.max(change.norm());
-        // Velocities are f32 with speeds up to about 10 cells/s: a rounding error of each vertex of 1e-6 cells/s.
-        let rounding = 1e-6 * sim.body(0).mass();
-        assert!((change - expected).norm() < rounding + 1e-4 * change.norm(), "{change} {expected}");
-    }
-    assert!(greatest > 0.01 * sim.body(0).mass(), "the body is accelerated: {greatest}");
+    let (errors, changes) = errors_and_changes(&mut sim);
+    // The held vertices weigh 100 times in the fits, and so do the rounding errors of their f32 goal positions: 1e-6
+    // cells beside distances of about 0.1 cell.
+    assert!(errors < 1e-3 * changes, "{errors} {changes}");
 }
 
 #[test]
 fn the_reaction_of_the_damping_is_a_force_of_the_holds() {
     let mut sim = moved(bar().damping_ratio(0.3));
     sim.step();
-    let (mut errors, mut changes) = (0.0, 0.0);
-    for _ in 0..300 {
-        let (change, expected) = momentum_change(&mut sim, 2);
-        (errors, changes) = (errors + (change - expected).norm(), changes + change.norm());
-    }
+    let (errors, changes) = errors_and_changes(&mut sim);
     // The rigid motion to which the body is damped is that of the step before.
     assert!(errors < 0.02 * changes, "{errors} {changes}");
 }

@@ -6,9 +6,10 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use supple::{Constraint, ConstraintError};
+use supple::{Constraint, ConstraintError, HoldForce};
 
 use super::Body;
+use super::quantities::need_simulation;
 use crate::pickle::{decode, encode};
 use crate::{arrays, constraint, error};
 
@@ -44,6 +45,18 @@ impl Hold {
     /// Calls `read` with the pin or handle.
     fn read<R: Send>(&self, py: Python<'_>, read: impl FnOnce(&Constraint) -> R + Send) -> PyResult<R> {
         self.body.get().read(py, |body| body.constraint(self.index).map(read))?.map_err(hold_error)
+    }
+
+    /// Returns a vector of the force of the pin or handle as an array. `name` is that of the property.
+    fn load<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        vector: impl FnOnce(HoldForce) -> [f64; 3],
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let force = self.body.get().in_context(py, |body| body.hold_force(self.index))?;
+        let force = need_simulation(force.map_err(hold_error)?, name)?;
+        Ok(arrays::frozen(PyArray1::from_slice(py, &vector(force))))
     }
 }
 
@@ -105,6 +118,24 @@ impl Hold {
     #[getter]
     fn end(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         self.read(py, |hold| Some(hold.window().end).filter(|end| end.is_finite()))
+    }
+
+    /// Force that the pin or handle exerts on the body in the next step, in mass x length/s^2: (3,) float64, read-only.
+    ///
+    /// It is what the held part needs, beside the elastic forces and gravity, to move as prescribed; zero if the pin or
+    /// handle did not act in the last step. The reaction of the elastic damping is included, contacts, external forces on
+    /// the held part and region damping are not. Where keyframes change the velocity, the force is that of the change
+    /// within one step. Computing it takes as long as a step. Raises ValueError outside a simulation.
+    #[getter]
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.load(py, "force", |load| load.force.into())
+    }
+
+    /// Torque that belongs to force, about the mean position of the lattice vertices of the pin or handle, in
+    /// mass x length^2/s^2: (3,) float64, read-only.
+    #[getter]
+    fn torque<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.load(py, "torque", |load| load.torque.into())
     }
 
     /// Release the part permanently, from the next step on. A second call has no effect.
