@@ -228,7 +228,8 @@ def test_zones_and_factors_change_the_stiffness_of_parts(bar):
     body.zone(4, plane=((1, 0, 0), (1, 0, 0)))
     body.zone(0.5, vertices=[0])
     factors, x = body.stiffness_factors, bar.rest_positions[:, 0]
-    assert np.all(factors[x > 1 - 1e-9] == 4) and factors[0] == 0.5
+    assert np.all(factors[x > 1 - 1e-9] == 4)
+    assert factors[0] == 0.5
     assert np.all(factors[(x < 0.9 - 1e-9) & (np.arange(len(bar)) > 0)] == 1)
     assert not factors.flags.writeable
     copied = pickle.loads(pickle.dumps(body))
@@ -236,7 +237,7 @@ def test_zones_and_factors_change_the_stiffness_of_parts(bar):
     body.set_stiffness_factors(None)
     assert body.stiffness_factors is None
     for bad, words in [
-        (np.ones(3), r"factors must have shape \(189,\)"),
+        (np.ones(3), r"factors has the shape \(3,\); it must be \(189,\)"),
         (np.full(len(bar), np.nan), "factors"),
         (np.zeros(len(bar)), r"\(0, 100\]"),
     ]:
@@ -256,5 +257,5 @@ def test_the_softer_half_of_a_bar_stretches_more(bar):
     body.handle(vertices=x > 1.95, keys=[(0, (0, 0, 0)), (0.5, (0.2, 0, 0))])
     sim = supple.Simulation([body], fps=30, substeps="auto", gravity=(0, 0, 0))
     sim.advance(120)
-    left, right = (np.ptp(body.positions[(x > a) & (x < a + 0.41), 0]) - 0.4 for a in (0.29, 1.29))
+    left, right = (np.ptp(body.positions[(x > a) & (x < a + 0.45), 0]) - 0.4 for a in (0.27, 1.27))
     assert 0 < 3 * left < right
