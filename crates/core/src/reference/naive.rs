@@ -98,6 +98,9 @@ impl<'a> Naive<'a> {
     /// Returns the stiffness factor of each vertex, by which alpha is multiplied: the mean factor of the regions that
     /// contain the vertex.
     pub fn vertex_factors(&self) -> Vec<f64> {
+        if self.factors.is_none() {
+            return vec![1.0; self.lattice.len()];
+        }
         let mut sums = vec![0.0; self.lattice.len()];
         for vertex in self.vertices() {
             for &i in self.members(vertex).iter() {

@@ -103,9 +103,12 @@ impl Snapshot {
 
 impl<'a> Energy<'a> {
     fn new(body: &Body, lattice: &'a Lattice, dt: f64, now: &Snapshot) -> Self {
-        let naive = Naive::new(lattice, body.half_width(), Regions::Staircase)
-            .with_masses(body.fit_masses())
-            .listed();
+        let mut naive =
+            Naive::new(lattice, body.half_width(), Regions::Staircase).with_masses(body.fit_masses());
+        if let Some(factors) = body.stiffness_factors() {
+            naive = naive.with_factors(factors.to_vec());
+        }
+        let naive = naive.listed();
         let alpha = alpha(body, dt);
         let mut energy = Self { naive, cell_size: lattice.cell_size(), alpha, start: 0.0 };
         energy.start = energy.at(now);

@@ -1,7 +1,9 @@
 //! Cases with materials that do not depend on the lattice: presets, Young's moduli, elastic damping, densities.
 
 use nalgebra::Point3;
-use supple::{Body, BodyBuilder, Collider, Error, Lattice, Material, Preset, Simulation, Substeps};
+use supple::{
+    Body, BodyBuilder, Collider, Error, Lattice, Material, Preset, Selection, Simulation, Substeps, Zone,
+};
 
 use crate::stability::bodies::{block, shake};
 use crate::stability::case::{Case, Figures, Measure};
@@ -61,6 +63,14 @@ fn of_density(density: f64) -> Result<Figures, Error> {
     }))
 }
 
+/// Gives each lattice vertex a random stiffness factor from 0.01 to 100, evenly distributed by their logarithms.
+fn varied(body: BodyBuilder) -> Result<BodyBuilder, Error> {
+    let count = body.clone().build()?.lattice().len() as u32;
+    let mut random = fastrand::Rng::with_seed(4);
+    let zone = |vertex| Zone::new(Selection::Vertices(vec![vertex]), 100_f64.powf(2.0 * random.f64() - 1.0));
+    Ok((0..count).map(zone).fold(body, BodyBuilder::zone))
+}
+
 /// Returns the cases of this family.
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
@@ -103,6 +113,20 @@ pub(super) fn cases() -> Vec<Case> {
         cases.push(case.bound(Measure::Place, 1e-5));
     }
     let expected = "keeps its momenta and gains no energy";
+    let case = Case::new("random stiffness factors from 0.01 to 100, shaken", expected, || {
+        shaken(varied(cube()?)?, 5_000)
+    });
+    cases.push(case.bound(Measure::EnergyGain, 1e-5).keeps_momenta());
+    // A block of which the lower half is a hundred times as stiff or as soft. The soft half is compressed by at most
+    // 100 L/1200, 0.5 cells, at the top; the distance is the mean of the body.
+    for factor in [0.01, 100.0] {
+        let expected = "falls on the ground and comes to rest";
+        let case = Case::new(format!("lower half of factor {factor}, dropped"), expected, move || {
+            let selection = Selection::Plane { point: [0.0, 0.6, 0.0], normal: [0.0, -1.0, 0.0] };
+            dropped_damped(cube()?.damping_ratio(1.0).zone(Zone::new(selection, factor)))
+        });
+        cases.push(case.bound(Measure::FinalSpeed, 1e-4).bound(Measure::Shape, 0.5));
+    }
     let case = Case::new("needle of 1 x 1 x 200 cells, shaken", expected, || {
         shaken(of_material(&block([1, 1, 200]), 0.01)?, 5_000)
     });
