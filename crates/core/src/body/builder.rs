@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use super::elasticity::{check_cell_mass, extent, initial_half_width, size_of};
+use super::elasticity::{extent, initial_half_width, size_of};
+use super::material::check_cell_mass;
 use super::{Body, MAX_CELLS, Surface};
 use crate::dynamics::{
     Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper,

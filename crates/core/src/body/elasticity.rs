@@ -1,16 +1,14 @@
 //! The material in force: Young's modulus and the half-width of the regions, which are fixed when a body joins a
 //! simulation.
 
-use super::zones::check_stiffness;
 use super::{Body, Surface};
 use crate::dynamics::{
-    Damping, ElasticDamper, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionDamping,
-    RegionSize, Stiffness, StiffnessFactors, lowest_eigenvalue,
+    Damping, ElasticLaw, Elasticity, Material, MomentumTracker, RegionDamper, RegionSize, Stiffness,
+    StiffnessFactors, lowest_eigenvalue,
 };
 use crate::lattice::Lattice;
 use crate::matching::Matching;
 use crate::parallel::Executor;
-use crate::range::{RangeError, in_range};
 use crate::state::index_bounds;
 
 /// Half-width of the regions of a body with a Young's modulus outside a simulation, in cells.
@@ -202,109 +200,6 @@ impl Body {
     pub(super) fn kept_fraction(&self, dt: f64, executor: &Executor) -> f64 {
         (-2.0 * self.decay_rate(dt, executor) * dt).exp()
     }
-
-    /// Sets the elasticity, from the next step on, and rebuilds the regions if their size changes. Positions,
-    /// velocities and momenta are unchanged.
-    ///
-    /// In a simulation, Young's modulus and the regions are fixed as if the body joined the simulation at the next
-    /// step.
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_elasticity(&mut self, elasticity: Elasticity) -> Result<(), RangeError> {
-        let material = Material { elasticity, ..self.material };
-        material.validate()?;
-        check_stiffness(&material, self.stiffness_factors.as_ref())?;
-        self.material = material;
-        self.wake();
-        // The default of the damping depends on the elasticity.
-        self.update_elastic_damping();
-        self.youngs_modulus = None;
-        self.set_half_width(initial_half_width(&self.material, &self.lattice, self.extent));
-        Ok(())
-    }
-
-    /// Sets the size of the regions, from the next step on: see [`Elasticity::with_region_size`].
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_region_size(&mut self, size: RegionSize) -> Result<(), RangeError> {
-        self.set_elasticity(self.material.elasticity.with_region_size(size))
-    }
-
-    /// Sets the stiffness of the regions, from the next step on: see [`Elasticity::with_stiffness`].
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<(), RangeError> {
-        self.set_elasticity(self.material.elasticity.with_stiffness(stiffness))
-    }
-
-    /// Sets the damping of the elastic modes, from the next step on. A damping of zero removes the stage. `None` is
-    /// the damping ratio of the preset, and without a preset 0.2.
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_damping(&mut self, damping: Option<Damping>) -> Result<(), RangeError> {
-        let material = Material { damping, ..self.material };
-        material.validate()?;
-        self.material = material;
-        self.wake();
-        self.update_elastic_damping();
-        Ok(())
-    }
-
-    /// Creates or removes the elastic-damping stage.
-    pub(super) fn update_elastic_damping(&mut self) {
-        self.elastic_damping = self.material.is_damped().then(ElasticDamper::default);
-        if self.elastic_damping.is_none() {
-            self.state.supports.clear();
-        }
-    }
-
-    /// Sets the region damping, from the next step on. A damping of zero removes the stage.
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_region_damping(&mut self, region_damping: RegionDamping) -> Result<(), RangeError> {
-        let material = Material { region_damping, ..self.material };
-        material.validate()?;
-        self.material = material;
-        self.wake();
-        self.region_damping = match self.region_damping.take() {
-            _ if !material.has_region_damping() => None,
-            Some(stage) => Some(stage),
-            None => Some(RegionDamper::new(&self.matching)),
-        };
-        Ok(())
-    }
-
-    /// Sets the density, > 0: the masses change in proportion. Young's modulus, positions and velocities are
-    /// unchanged.
-    ///
-    /// # Errors
-    ///
-    /// A number out of range.
-    pub fn set_density(&mut self, density: f64) -> Result<(), RangeError> {
-        let material = Material { density, ..self.material };
-        material.validate()?;
-        check_cell_mass(&material, &self.lattice)?;
-        self.material = material;
-        self.wake();
-        Ok(())
-    }
-}
-
-/// Checks that the mass of a full cell is a finite number above 0.
-pub(super) fn check_cell_mass(material: &Material, lattice: &Lattice) -> Result<(), RangeError> {
-    let mass = material.density * lattice.cell_size().powi(3);
-    in_range("density x cell_size^3", mass, mass > 0.0, "a finite mass > 0; change the density or the scale")
-        .map(drop)
 }
 
 /// Returns the half-width of the regions of a body outside a simulation, in cells: at most the extent of the lattice.

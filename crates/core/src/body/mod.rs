@@ -5,7 +5,8 @@
 //! | `builder` | builds a body from a mesh or a lattice, and settings |
 //! | `step` | runs the stages of a step, in order |
 //! | `plan` | describes the stages and their memory |
-//! | `elasticity` | the material in force, and its changes between steps |
+//! | `elasticity` | the material in force |
+//! | `material` | changes of the material between steps |
 //! | `zones` | stiffness factors |
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `hold_force` | the forces that pins and handles exert |
@@ -18,6 +19,7 @@ mod builder;
 mod display;
 mod elasticity;
 mod hold_force;
+mod material;
 mod plan;
 mod quantities;
 mod settings;
@@ -160,13 +162,15 @@ impl Body {
 
     /// Returns the corners of the bounding box of the positions, in world space.
     pub(crate) fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
-        let far = Point3::from([f64::INFINITY; 3]);
-        let mut bounds = (far, -far);
-        for &slot in self.matching.layout.slots() {
-            let position = self.state.frame.to_world(self.state.local(slot));
-            bounds = (bounds.0.inf(&position), bounds.1.sup(&position));
-        }
-        bounds
+        let (low, high) = self.local_bounds();
+        (self.state.frame.to_world(low), self.state.frame.to_world(high))
+    }
+
+    /// Returns the corners of the bounding box of the positions, in cells from the origin of the body.
+    fn local_bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let far = Vector3::repeat(f64::INFINITY);
+        let positions = self.matching.layout.slots().iter().map(|&slot| self.state.local(slot));
+        positions.fold((far, -far), |(low, high), position| (low.inf(&position), high.sup(&position)))
     }
 
     /// Returns the velocities in scene units per second, shape `(n, 3)`.

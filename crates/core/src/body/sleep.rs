@@ -149,18 +149,11 @@ impl Body {
 
     /// Returns whether a collider that moves during a step is near the body.
     fn is_near_moving_collider(&self, colliders: &Colliders, interval: Interval) -> bool {
-        let state = &self.state;
         if !colliders.any_moves() {
             return false;
         }
-        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for &slot in self.matching.layout.slots() {
-            let position = state.positions.get(slot);
-            low = std::array::from_fn(|c| low[c].min(position[c]));
-            high = std::array::from_fn(|c| high[c].max(position[c]));
-        }
-        let [low, high] = [low, high].map(|corner| Point3::from(corner.map(f64::from)));
-        let (center, radius) = (nalgebra::center(&low, &high), (high - low).norm() / 2.0);
-        colliders.moves_near(interval, state.frame.body_frame(), &center, radius + NEAR)
+        let (low, high) = self.local_bounds();
+        let (center, radius) = (Point3::from((low + high) / 2.0), (high - low).norm() / 2.0);
+        colliders.moves_near(interval, self.state.frame.body_frame(), &center, radius + NEAR)
     }
 }
