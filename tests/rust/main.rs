@@ -22,6 +22,7 @@ mod fuzz_obj;
 mod fuzz_scene;
 mod input_messages;
 mod input_time;
+mod inside_colliders;
 mod lattice;
 mod lowest_mode;
 mod matching;

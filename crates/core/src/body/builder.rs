@@ -285,6 +285,7 @@ impl BodyBuilder {
             lowest_eigenvalue: OnceLock::new(),
             forces: None,
             contacts: None,
+            leaving: Vec::new(),
             constraints: None,
             extent,
             size: size_of(&lattice, surface.as_ref()),

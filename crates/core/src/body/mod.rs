@@ -9,12 +9,14 @@
 //! | `settings` | changes settings between steps: volume correction, pins, handles, forces |
 //! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | saves and restores the state |
+//! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
 
 mod builder;
 mod display;
 mod elasticity;
+mod escape;
 mod plan;
 mod quantities;
 mod settings;
@@ -29,6 +31,8 @@ pub use elasticity::Softened;
 pub use snapshot::{BodySnapshot, StateError};
 pub use step::CONSTRAINED_FIT_FACTOR;
 pub(crate) use step::StepContext;
+
+use escape::Leaving;
 
 use std::sync::OnceLock;
 
@@ -81,6 +85,8 @@ pub struct Body {
     elastic_damping: Option<ElasticDamper>,
     forces: Option<Forces>,
     contacts: Option<Contacts>,
+    /// Vertices of components that leave colliders in the current step: see `escape`.
+    leaving: Vec<Leaving>,
     constraints: Option<Constraints>,
     /// Largest extent of the lattice along an axis, in cells.
     extent: usize,
