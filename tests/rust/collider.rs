@@ -129,3 +129,18 @@ proptest! {
         prop_assert!((here.distance - distance(&shape, q)).abs() <= apart * (1.0 + 1e-12));
     }
 }
+
+/// Contacts take no notice of such a point.
+#[test]
+fn a_point_that_is_not_a_number_has_no_distance() {
+    let shapes = [
+        Collider::plane([0.0; 3], [0.0, 1.0, 0.0]),
+        Collider::sphere([0.0; 3], 1.0),
+        Collider::cuboid([0.0; 3], [1.0; 3], [10.0, 20.0, 30.0]),
+        Collider::capsule([0.0; 3], [1.0, 0.0, 0.0], 1.0),
+        Collider::capsule([0.0; 3], [0.0; 3], 1.0),
+    ];
+    for Collider { shape, .. } in shapes {
+        assert!(shape.signed_distance([f64::NAN; 3]).distance.is_nan(), "{shape:?}");
+    }
+}

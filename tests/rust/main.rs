@@ -23,6 +23,7 @@ mod fuzz_scene;
 mod hold_force;
 mod input_messages;
 mod input_time;
+mod inside_colliders;
 mod lattice;
 mod lowest_mode;
 mod matching;

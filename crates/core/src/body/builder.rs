@@ -294,6 +294,7 @@ impl BodyBuilder {
             lowest_eigenvalue: OnceLock::new(),
             forces: None,
             contacts: None,
+            leaving: Vec::new(),
             constraints: None,
             stiffness_factors: None,
             extent,

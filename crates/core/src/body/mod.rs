@@ -12,12 +12,14 @@
 //! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | saves and restores the state |
+//! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
 
 mod builder;
 mod display;
 mod elasticity;
+mod escape;
 mod hold_force;
 mod material;
 mod plan;
@@ -36,6 +38,8 @@ pub use hold_force::HoldForce;
 pub use snapshot::{BodySnapshot, StateError};
 pub use step::CONSTRAINED_FIT_FACTOR;
 pub(crate) use step::StepContext;
+
+use escape::Leaving;
 
 use std::sync::OnceLock;
 
@@ -89,6 +93,8 @@ pub struct Body {
     elastic_damping: Option<ElasticDamper>,
     forces: Option<Forces>,
     contacts: Option<Contacts>,
+    /// Vertices of components that leave colliders in the current step: see `escape`.
+    leaving: Vec<Leaving>,
     constraints: Option<Constraints>,
     /// `None` if the stiffness does not vary.
     stiffness_factors: Option<StiffnessFactors>,

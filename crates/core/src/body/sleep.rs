@@ -2,7 +2,7 @@
 //!
 //! A body falls asleep at the beginning of a frame, if during the last half second every vertex was slower than
 //! 1e-3 √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider, and no pin, handle
-//! or near collider moved. L is the size of the body and g the gravity: the limit is a thousandth of the speed after
+//! or near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the limit is a thousandth of the speed after
 //! a fall by about the size of the body. Its velocities are then set to zero. A component that is exactly still needs
 //! no support.
 //!
@@ -66,7 +66,7 @@ impl Body {
             return;
         }
         let limit = self.rest_speed(context, executor);
-        let is_at_rest = self.is_slow(limit) && self.is_supported();
+        let is_at_rest = self.state.escapes.list().is_empty() && self.is_slow(limit) && self.is_supported();
         let rest = &mut self.state.rest;
         rest.time = if is_at_rest { rest.time + context.interval.dt } else { 0.0 };
     }

@@ -117,14 +117,15 @@ impl Body {
             // dynamics::elastic_damping: r, the reference motion of each component. Before the acceleration, v becomes
             // r + exp(-2 c h) (v - r).
             Stage::ElasticDamping => self.begin_elastic_damping(context, executor),
-            // contact: stores v as the velocity before the impacts of this step.
-            Stage::BeginContacts => self.begin_contacts(),
+            // body::escape: finds the components inside colliders. contact: stores v as the velocity before the
+            // impacts of this step.
+            Stage::BeginContacts => self.begin_contacts(context),
             // matching: R = rotation of Σ m/n (x - c)(x⁰ - c⁰)ᵀ; g = mean of R (x⁰ - c⁰) + c over the regions
             // that contain the vertex. dynamics::integration: v += alpha (g - x)/h + h a.
             Stage::Matching => self.match_shapes(context, executor),
             // dynamics::integration: x += h v, after v is corrected such that the momenta are P and L.
             Stage::Integration => self.integrate(context, executor),
-            // contact: v += J/m and x += h J/m where surface samples touch a collider. Samples that are then
+            // body::escape: components inside colliders are translated. contact: v += J/m and x += h J/m where surface samples touch a collider. Samples that are then
             // still inside a collider are pushed out by a change of x alone.
             Stage::Contacts => self.resolve_contacts(context),
             // dynamics::constraints: x and v become the target position and velocity of the pin or handle.
@@ -275,7 +276,8 @@ impl Body {
     }
 
     /// Stores the velocities before the impacts of this step.
-    fn begin_contacts(&mut self) {
+    fn begin_contacts(&mut self, context: &StepContext) {
+        self.begin_escapes(context);
         if let Some(contacts) = &mut self.contacts {
             contacts.begin(&self.state.velocities);
         }
@@ -354,6 +356,7 @@ impl Body {
     /// Applies contact impulses and pushes samples out of colliders. This invalidates the momenta of the
     /// touched components; the next step measures them.
     fn resolve_contacts(&mut self, context: &StepContext) {
+        self.move_out();
         let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
         if context.is_frame_start {
             contacts.clear_displacements();

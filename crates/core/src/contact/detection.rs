@@ -57,9 +57,13 @@ impl Detection {
         buffer_bytes(&self.positions) + buffer_bytes(&self.heights) + buffer_bytes(list) + rows.bytes()
     }
 
-    /// Copies the positions of the vertices of all rows from the state. `slots`: slot of each row.
-    pub(super) fn read(&mut self, positions: &Lanes<3>, slots: &[u32]) {
+    /// Copies the positions of the vertices of all rows from the state. `slots`: slot of each row. The rows of
+    /// `leaving` get positions of NaN, which touch nothing.
+    pub(super) fn read(&mut self, positions: &Lanes<3>, slots: &[u32], leaving: &[u32]) {
         read(&mut self.positions, positions, slots);
+        for &row in leaving {
+            self.positions[row as usize] = Vec4::repeat(f32::NAN);
+        }
     }
 
     /// Returns the position of the vertex of each row.

@@ -17,6 +17,7 @@
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
 //! | `solver` | the impulses of all contact constraints, by projected Jacobi iteration |
 //! | `stage` | [`Contacts`], the contact stage of a body: detection, impulses, push-out |
+//! | `way_out` | the way on which a body that begins inside colliders leaves them as a whole |
 //! | `vec4` | three-component vectors padded to four components |
 //! | `rows` | sparse sets of rows; a row is the index of a vertex in `SampleCells::vertices` |
 //!
@@ -53,6 +54,7 @@ mod solver;
 mod stage;
 mod surface_points;
 mod vec4;
+mod way_out;
 
 pub use self::collider::{Collider, ColliderError, ColliderFault};
 pub use self::colliders::Colliders;
@@ -67,6 +69,7 @@ pub(crate) use self::shape::PosedShape;
 pub use self::shape::{Shape, SignedDistance};
 pub use self::stage::Contacts;
 pub(crate) use self::vec4::{Vec4, wide};
+pub(crate) use self::way_out::BodyPoints;
 
 /// Thickness of the contact skin, in cells. A sample touches a collider if it is inside the collider, or
 /// outside at a distance of at most this thickness.

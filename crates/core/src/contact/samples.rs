@@ -5,8 +5,10 @@
 
 use std::ops::Range;
 
+use nalgebra::{Point3, Vector3};
+
 use super::surface_points::{MAX_SAMPLES, surface_points};
-use crate::lattice::{Embedding, Lattice};
+use crate::lattice::{Embedding, Lattice, trilinear_weights};
 use crate::mesh::Mesh;
 use crate::simd::lanes::LANES;
 
@@ -171,6 +173,27 @@ impl SampleCells {
         let cells = (0..self.corners.len()).step_by(STRIP);
         let cells = cells.map(|first| first..(first + STRIP).min(self.corners.len()));
         self.strips.iter().map(Vec::as_slice).zip(cells)
+    }
+
+    /// Returns the position of each sample, with a lattice vertex of its cell. `position` returns the position of a
+    /// slot. A sample at equal distance from several corners occurs several times.
+    pub(crate) fn positions(
+        &self,
+        position: impl Fn(u32) -> Vector3<f64>,
+    ) -> impl Iterator<Item = (u32, Point3<f64>)> {
+        (0..self.corners.len()).flat_map(move |cell| {
+            let rows = self.corners[cell].map(|row| row as usize);
+            let corners = rows.map(|row| position(self.slots[row]));
+            let lanes = self.cell_blocks(cell).iter().flat_map(|block| {
+                let lanes = (0..LANES).filter(|&lane| block.fractions[lane] > 0.0);
+                lanes.map(|lane| block.positions.map(|axis| axis[lane]))
+            });
+            lanes.map(move |local| {
+                let weighted = corners.iter().zip(trilinear_weights(local));
+                let sum = weighted.map(|(corner, weight)| corner * f64::from(weight)).sum::<Vector3<f64>>();
+                (self.vertices[rows[0]], sum.into())
+            })
+        })
     }
 
     /// Returns the sample blocks of one cell.

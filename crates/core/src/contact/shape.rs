@@ -130,7 +130,8 @@ impl PosedShape {
                     0.0
                 };
                 let from_axis = offset - axis * t;
-                if from_axis.norm_squared() > 0.0 || length_squared == 0.0 {
+                // A point with coordinates of NaN has a distance of NaN.
+                if from_axis.norm_squared() != 0.0 || length_squared == 0.0 {
                     ball_distance(from_axis, *radius)
                 } else {
                     // On the axis all perpendicular directions are equivalent. Uses the cross product of the

@@ -9,8 +9,10 @@ use super::SKIN;
 use super::colliders::Colliders;
 use super::constraint::{Contact, SurfacePoint, mean, mean_position};
 use super::detection::{ContactReport, Detection};
+use super::field::may_touch;
 use super::rows::buffer_bytes;
 use super::samples::SampleCells;
+use super::shape::PosedShape;
 use super::solver::{Solver, Tolerance};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::simd::lanes::Lanes;
@@ -21,14 +23,14 @@ use crate::state::{BodyState, Interval, Support};
 const MIN_BOUNCE_STEPS: f64 = 2.0;
 
 /// Penetration that is tolerated without a push-out, in cells.
-const ALLOWED_DEPTH: f64 = 3e-4;
+pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
 const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Greatest push-out in a step, in cells. Deeper samples leave the collider over several steps, because a
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
-const PUSH_LIMIT: f64 = 0.25;
+pub(super) const PUSH_LIMIT: f64 = 0.25;
 
 /// Maximum number of push-out rounds in a step. Each round moves the contact point of each patch to the
 /// surface of the collider. The samples that remain inside form the patches of the next round.
@@ -75,6 +77,8 @@ pub struct Contacts {
     velocities: Vec<Vec4>,
     detection: Detection,
     solver: Solver,
+    /// Rows of the components that leave colliders. They have no contacts.
+    leaving: Vec<u32>,
     /// The contacts of the last step.
     pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
@@ -93,6 +97,7 @@ impl Contacts {
             velocities: vec![Vec4::zeros(); rows],
             detection: Detection::new(rows),
             solver: Solver::new(rows),
+            leaving: Vec::new(),
             pressures: Vec::new(),
             touched: Vec::new(),
             displacements: vec![[0.0; 3]; rows],
@@ -110,7 +115,21 @@ impl Contacts {
         let velocities = buffer_bytes(&self.velocities_before) + buffer_bytes(&self.velocities);
         let scratch =
             velocities + self.detection.bytes() + self.solver.bytes() + buffer_bytes(&self.pressures);
-        self.samples.bytes() + scratch + buffer_bytes(&self.touched) + buffer_bytes(&self.displacements)
+        let lists = buffer_bytes(&self.leaving) + buffer_bytes(&self.touched);
+        self.samples.bytes() + scratch + lists + buffer_bytes(&self.displacements)
+    }
+
+    /// Returns false only if no sample is in the shape. May return true in this case as well.
+    pub(crate) fn may_touch(&mut self, shape: &PosedShape, positions: &Lanes<3>) -> bool {
+        self.detection.read(positions, &self.samples.slots, &[]);
+        may_touch(shape, self.detection.positions().iter(), 0.0)
+    }
+
+    /// Sets the lattice vertices that have no contacts: those of components that leave colliders.
+    pub(crate) fn set_leaving(&mut self, is_leaving: impl Fn(u32) -> bool) {
+        let rows = (0..).zip(&self.samples.vertices).filter(|(_, vertex)| is_leaving(**vertex));
+        self.leaving.clear();
+        self.leaving.extend(rows.map(|(row, _)| row));
     }
 
     /// Stores the velocities before the step. Called first in each step, before the shape matching.
@@ -122,8 +141,8 @@ impl Contacts {
     ///
     /// Normal and friction impulses change the velocities. The positions change by these velocity changes
     /// times the step. Samples that are still inside a collider are then pushed out by a change of the
-    /// positions alone, by at most a quarter of a cell per step. A body that starts deep inside a collider
-    /// leaves it over several steps. `gravity` is in scene units per second squared.
+    /// positions alone, by at most a quarter of a cell per step. Components that leave colliders as a whole
+    /// ([`set_leaving`](Self::set_leaving)) have no contacts. `gravity` is in scene units per second squared.
     pub fn resolve(
         &mut self,
         state: &mut BodyState<'_>,
@@ -132,10 +151,11 @@ impl Contacts {
         gravity: [f64; 3],
     ) -> ContactReport {
         let Self { samples, velocities_before, velocities, detection, solver, pressures, touched, .. } = self;
+        let leaving = &self.leaving;
         pressures.clear();
         touched.clear();
         solver.clear();
-        detection.read(state.positions, &samples.slots);
+        detection.read(state.positions, &samples.slots, leaving);
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         let mut report = ContactReport::default();
         for (index, collider) in colliders.during(step, state.frame).enumerate() {
@@ -206,10 +226,10 @@ impl Contacts {
     /// constrained to be inside it, a patch that rotated about its contact point, and a penetration within
     /// the tolerance of the impulses.
     fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
-        let Self { samples, detection, solver, touched, displacements, .. } = self;
+        let Self { samples, detection, solver, leaving, touched, displacements, .. } = self;
         for _ in 0..PUSH_ROUNDS {
             solver.clear();
-            detection.read(state.positions, &samples.slots);
+            detection.read(state.positions, &samples.slots, leaving);
             let mut report = ContactReport::default();
             for collider in colliders.during(step, state.frame) {
                 detection.find(&collider.shape, samples, 0.0, &mut report);

@@ -117,6 +117,7 @@ impl SimulationBuilder {
         let mut bodies = self.bodies;
         for body in &mut bodies {
             body.update_contact_stage(&colliders);
+            body.search_ways_out();
             body.fix_elasticity(gravity.norm(), dt);
         }
         let mut simulation = Simulation {

@@ -241,7 +241,10 @@ impl Simulation {
     /// An invalid collider. The colliders are then unchanged.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
-        self.bodies.iter_mut().for_each(|body| body.update_contact_stage(&self.colliders));
+        for body in &mut self.bodies {
+            body.update_contact_stage(&self.colliders);
+            body.search_ways_out();
+        }
         self.wake();
         Ok(())
     }

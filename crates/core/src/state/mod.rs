@@ -6,14 +6,17 @@
 //! | `placement` | initial position, orientation and velocity of a body |
 //! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
 //! | `supports` | the contacts that pressed on the body in the last step |
+//! | `escapes` | the ways on which components leave colliders in which they began |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
 
 mod angles;
+mod escapes;
 mod frame;
 mod placement;
 mod supports;
 
 pub use angles::{euler_degrees, sin_cos_degrees};
+pub(crate) use escapes::Escapes;
 pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
 pub use placement::Placement;
@@ -51,6 +54,7 @@ pub(crate) struct State {
     /// steps (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
     pub(crate) supports: Supports,
+    pub(crate) escapes: Escapes,
     pub(crate) rest: Rest,
 }
 
@@ -90,6 +94,7 @@ impl State {
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
             supports: Supports::default(),
+            escapes: Escapes::default(),
             rest: Rest::default(),
         };
         let quaternion = [rotation.i as f32, rotation.j as f32, rotation.k as f32, rotation.w as f32];
@@ -111,6 +116,7 @@ impl State {
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
         vectors_match
             && supports_match
+            && self.escapes.is_valid(components)
             && rotations.blocks().len() == blocks
             && self.momenta.len() == components
     }
@@ -171,6 +177,7 @@ impl State {
         }
         self.fitted = false;
         self.supports.clear();
+        self.escapes.search();
         self.momenta.fill(None);
     }
 

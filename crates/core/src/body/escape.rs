@@ -1,0 +1,108 @@
+//! A component that begins inside colliders leaves them as a whole.
+//!
+//! The first step, and the step after positions or colliders were set, looks for components inside colliders and chooses
+//! a way out (`contact::way_out`). On this way the component is translated by a quarter of a cell per step, or more
+//! where it would take more than 64 steps. It keeps its shape and its velocities: neither gravity nor contacts act on
+//! it. A component with an active pin or handle stays, and its samples are pushed out one by one.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Body, StepContext, Surface};
+use crate::contact::{BodyPoints, Colliders};
+use crate::state::Interval;
+
+/// The state of a vertex of a component that leaves colliders, before the step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaving {
+    slot: u32,
+    /// Index of the connected component.
+    component: u32,
+    /// Position and velocity in cells and cells/s.
+    position: Vector3<f64>,
+    velocity: [f32; 3],
+}
+
+impl Body {
+    /// Lets the next step look for components inside colliders. Called when colliders were set.
+    pub(crate) fn search_ways_out(&mut self) {
+        self.state.escapes.search();
+    }
+
+    /// Looks for components inside colliders where needed, and stores the state of the components that leave colliders.
+    pub(super) fn begin_escapes(&mut self, context: &StepContext) {
+        let Self { momentum, state, .. } = self;
+        state.escapes.retain(|escape| !momentum.is_constrained(escape.component as usize));
+        if state.escapes.searches {
+            state.escapes.searches = false;
+            self.find_ways_out(context.colliders, context.interval, context.gravity);
+        }
+        let Self { contacts, lattice, leaving, matching, state, .. } = self;
+        let had_leaving = !leaving.is_empty();
+        leaving.clear();
+        if !had_leaving && state.escapes.list().is_empty() {
+            return;
+        }
+        let of_vertex = &lattice.components().of_vertex;
+        let leaves = |component: u32| state.escapes.list().iter().any(|escape| escape.component == component);
+        for (&slot, &component) in matching.layout.slots().iter().zip(of_vertex) {
+            if leaves(component) {
+                let (position, velocity) = (state.local(slot), state.velocities.get(slot));
+                leaving.push(Leaving { slot, component, position, velocity });
+            }
+        }
+        if let Some(contacts) = contacts {
+            contacts.set_leaving(|vertex| leaves(of_vertex[vertex as usize]));
+        }
+    }
+
+    /// Finds the ways out of the components without active constraints that are inside colliders.
+    fn find_ways_out(&mut self, colliders: &Colliders, interval: Interval, gravity: Vector3<f64>) {
+        let Self { contacts: Some(contacts), lattice, masses, matching, momentum, state, surface, .. } = self
+        else {
+            return;
+        };
+        let shapes: Vec<_> = colliders.at(interval.start, state.frame.body_frame()).collect();
+        if !shapes.iter().any(|shape| contacts.may_touch(shape, &state.positions)) {
+            return;
+        }
+        let components = lattice.components();
+        let mut points = vec![BodyPoints::default(); components.count];
+        for (vertex, position) in contacts.samples().positions(|slot| state.local(slot)) {
+            points[components.of_vertex[vertex as usize] as usize].samples.push(position);
+        }
+        // All cells at an inner vertex are full, so that the surface is at least one cell away. An open mesh has no
+        // inside.
+        let is_solid = surface.as_ref().is_none_or(|Surface { mesh, .. }| mesh.is_closed());
+        for (vertex, &slot) in matching.layout.slots().iter().enumerate() {
+            if is_solid && masses[vertex] > 0.999 {
+                let position = Point3::from(state.local(slot));
+                points[components.of_vertex[vertex] as usize].inner.push(position);
+            }
+        }
+        let up = (-gravity).try_normalize(0.0).unwrap_or_default();
+        for (component, points) in points.iter().enumerate() {
+            if momentum.is_constrained(component) {
+                continue;
+            }
+            if let Some(way) = points.way_out(&shapes, up) {
+                state.escapes.add(component as u32, way);
+            }
+        }
+    }
+
+    /// Moves the components that leave colliders: their positions before the step plus the translation of the step.
+    pub(super) fn move_out(&mut self) {
+        let Self { leaving, state, .. } = self;
+        if state.escapes.list().is_empty() {
+            return;
+        }
+        for &Leaving { slot, component, position, velocity } in &*leaving {
+            let escape = state.escapes.list().iter().find(|escape| escape.component == component);
+            let translation = escape.map_or([0.0; 3], |escape| escape.translation);
+            state.set_local(slot, position + Vector3::from(translation));
+            state.velocities.set(slot, velocity);
+            state.momenta[component as usize] = None;
+        }
+        state.escapes.advance();
+    }
+}
