@@ -16,6 +16,20 @@ pub enum StudyError {
     /// The scene has no frames after frame 0.
     #[error("simulation.frames is 0; a study needs at least 1 frame")]
     NoFrames,
+    /// No case has the text of the filter in its name.
+    #[error(
+        "--filter {filter:?}: no {}case has this text in its name or family; the families are: {}",
+        if *quick { "quick " } else { "" },
+        families.join(", ")
+    )]
+    NoCase {
+        /// The filter.
+        filter: String,
+        /// Whether only quick cases were requested.
+        quick: bool,
+        /// The families of all cases.
+        families: Vec<String>,
+    },
     /// A point of the study cannot be run.
     #[error(transparent)]
     Point(#[from] Error),
@@ -67,7 +81,7 @@ impl StudyError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Run(error) => error.is_input(),
-            Self::NoFrames | Self::Resume { .. } => true,
+            Self::NoFrames | Self::NoCase { .. } | Self::Resume { .. } => true,
             Self::Point(_) | Self::AfterStart { .. } | Self::File { .. } | Self::Plot { .. } => false,
         }
     }
