@@ -22,7 +22,7 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Describe a scene without running it: meshes, lattices, memory, and disk space of the frames
     Inspect(InspectArgs),
-    /// Measure error against run time for a scene, the accuracy of the summation, or the stability of extreme cases
+    /// Measure error against run time for a scene, the accuracy of the summation, the stability of extreme cases, or materials
     Study(StudyArgs),
 }
 
@@ -90,7 +90,7 @@ pub(crate) struct InspectArgs {
 
 /// Arguments of `supple study`.
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("subject").required(true).args(["input", "sums", "stability"]))]
+#[command(group = ArgGroup::new("subject").required(true).args(["input", "sums", "stability", "material"]))]
 pub(crate) struct StudyArgs {
     /// Scene (.toml) to study: writes error against run time to study.csv, study.json and study.svg
     #[arg(value_name = "SCENE")]
@@ -101,6 +101,12 @@ pub(crate) struct StudyArgs {
     /// Run stiff and extreme cases, check each against its bounds, and write stability.json
     #[arg(long, conflicts_with_all = ["overrides", "up"])]
     pub(crate) stability: bool,
+    /// Measure elasticity, damping, rest and contact, compare them with their laws and targets, and write material.json
+    #[arg(long, conflicts_with_all = ["overrides", "up"])]
+    pub(crate) material: bool,
+    /// With --stability or --material: run only the cases with this text in their name or family
+    #[arg(long, value_name = "TEXT", conflicts_with_all = ["input", "sums"])]
+    pub(crate) filter: Option<String>,
     /// Output directory; created if it does not exist
     #[arg(short, long, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
@@ -108,7 +114,7 @@ pub(crate) struct StudyArgs {
     #[arg(long)]
     pub(crate) quick: bool,
     /// Continue an earlier study of the scene; without this flag an existing study is replaced
-    #[arg(long, conflicts_with_all = ["sums", "stability"])]
+    #[arg(long, conflicts_with_all = ["sums", "stability", "material"])]
     pub(crate) resume: bool,
     /// Print no progress; the table, errors and the summary are still printed
     #[arg(short, long)]

@@ -9,7 +9,7 @@ use supple_io::run::RunError;
 pub(crate) enum Exit {
     /// The command completed.
     Done,
-    /// The run failed, one of several inputs failed, or a stability case failed.
+    /// The run failed, one of several inputs failed, or a case of a study failed.
     Failed,
     /// The arguments, the scene or a mesh are invalid; nothing was written.
     Input,

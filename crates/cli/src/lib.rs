@@ -4,7 +4,7 @@
 //! Exit codes:
 //!
 //! * 0: success;
-//! * 1: the run failed, one of several inputs failed, or a stability case failed;
+//! * 1: the run failed, one of several inputs failed, or a case of a study failed;
 //! * 2: the arguments, the scene or a mesh are invalid, and nothing was written;
 //! * 130: Ctrl-C stopped the program.
 

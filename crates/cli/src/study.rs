@@ -1,10 +1,11 @@
-//! `supple study`: measures error against run time for a scene or for the summation alone, or checks the
-//! stability of extreme cases.
+//! `supple study`: measures error against run time for a scene or for the summation alone, checks the stability of
+//! extreme cases, or measures materials.
 
 use std::path::Path;
 
 use supple_io::counted;
 use supple_io::run::RunError;
+use supple_study::material::MaterialStudy;
 use supple_study::stability::StabilityStudy;
 use supple_study::{Outcome, Study, StudyError, SumsStudy};
 
@@ -20,6 +21,7 @@ pub(crate) fn study(args: &StudyArgs) -> Exit {
     let result = match &args.input {
         Some(input) => scene(args, input, &mut reporter),
         None if args.sums => sums(args, &mut reporter),
+        None if args.material => material(args, &mut reporter),
         None => stability(args, &mut reporter),
     };
     result.unwrap_or_else(|error| {
@@ -71,7 +73,8 @@ fn sums(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
 
 /// Runs `supple study --stability`, which runs stiff and extreme cases and checks each against its bounds.
 fn stability(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
-    let study = StabilityStudy { directory: args.output.clone(), quick: args.quick };
+    let study =
+        StabilityStudy { directory: args.output.clone(), quick: args.quick, filter: args.filter.clone() };
     let report = study.run(reporter)?;
     reporter.finish();
     let passed = report.rows.iter().filter(|row| row.passed).count();
@@ -82,9 +85,30 @@ fn stability(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyErr
         counted(cases, "case"),
         path.display()
     ));
-    Ok(match (report.complete, report.passed) {
+    Ok(exit(report.complete, report.passed))
+}
+
+/// Runs `supple study --material`, which measures materials and compares them with their laws and targets.
+fn material(args: &StudyArgs, reporter: &mut Reporter) -> Result<Exit, StudyError> {
+    let study =
+        MaterialStudy { directory: args.output.clone(), quick: args.quick, filter: args.filter.clone() };
+    let report = study.run(reporter)?;
+    reporter.finish();
+    let (rows, path) = (counted(report.rows.len(), "figure"), study.path());
+    terminal::print(format_args!("{}\n\n{}\n", report.machine.line(), report.table()));
+    terminal::print(format_args!(
+        "{} of {rows} meet their targets; written to {}",
+        report.met(),
+        path.display()
+    ));
+    Ok(exit(report.complete, report.passed))
+}
+
+/// Returns the exit code of a study of cases.
+fn exit(complete: bool, passed: bool) -> Exit {
+    match (complete, passed) {
         (false, _) => Exit::Interrupted,
         (true, false) => Exit::Failed,
         (true, true) => Exit::Done,
-    })
+    }
 }

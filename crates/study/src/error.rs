@@ -22,6 +22,20 @@ pub enum StudyError {
         /// Name of the body.
         body: String,
     },
+    /// No case has the text of the filter in its name.
+    #[error(
+        "--filter {filter:?}: no {}case has this text in its name or family; the families are: {}",
+        if *quick { "quick " } else { "" },
+        families.join(", ")
+    )]
+    NoCase {
+        /// The filter.
+        filter: String,
+        /// Whether only quick cases were requested.
+        quick: bool,
+        /// The families of all cases.
+        families: Vec<String>,
+    },
     /// A point of the study cannot be run.
     #[error(transparent)]
     Point(#[from] Error),
@@ -73,7 +87,7 @@ impl StudyError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Run(error) => error.is_input(),
-            Self::NoFrames | Self::Zones { .. } | Self::Resume { .. } => true,
+            Self::NoFrames | Self::Zones { .. } | Self::NoCase { .. } | Self::Resume { .. } => true,
             Self::Point(_) | Self::AfterStart { .. } | Self::File { .. } | Self::Plot { .. } => false,
         }
     }

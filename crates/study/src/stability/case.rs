@@ -1,21 +1,12 @@
 //! Defines a case: its expected behavior, its run, the measured figures and their bounds.
 
-use std::any::Any;
 use std::collections::BTreeMap;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use serde::Serialize;
 use supple::Error;
 
-/// Run-time class of a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Suite {
-    /// Takes at most approximately a second; part of every test run.
-    Quick,
-    /// Takes more than a second; not part of a quick run.
-    Long,
-}
+use crate::suite::{Runnable, Suite, caught};
 
 /// Upper bound of a figure of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -39,7 +30,7 @@ pub struct Case {
     /// Bounds that the figures must satisfy. Every case has at least the bound that no number is NaN or
     /// infinite.
     pub bounds: Vec<Bound>,
-    /// Run-time class.
+    /// Run-time class. A quick case takes at most approximately a second and is part of every test run.
     pub suite: Suite,
     run: Run,
 }
@@ -98,13 +89,26 @@ impl Case {
     pub(super) fn suite(self, suite: Suite) -> Self {
         Self { suite, ..self }
     }
+}
 
-    /// Runs the case on the calling thread. A panic is reported as an error of the case.
-    pub fn run(&self) -> Row {
+impl Runnable for Case {
+    type Row = Row;
+
+    fn family(&self) -> &str {
+        self.family
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn suite(&self) -> Suite {
+        self.suite
+    }
+
+    fn run(&self) -> Row {
         let start = Instant::now();
-        // A case builds its own bodies, so state that a panic left inconsistent is not used again.
-        let result = catch_unwind(AssertUnwindSafe(|| (self.run)().map_err(|error| error.to_string())));
-        let result = result.unwrap_or_else(|panic| Err(format!("panicked: {}", message(&*panic))));
+        let result = caught(|| (self.run)());
         let seconds = start.elapsed().as_secs_f64();
         let (figures, error) = match result {
             Ok(figures) => (figures, None),
@@ -126,12 +130,6 @@ impl Case {
             seconds,
         }
     }
-}
-
-/// Returns the message of a panic.
-fn message(panic: &(dyn Any + Send)) -> &str {
-    let literal = panic.downcast_ref::<&str>().copied();
-    literal.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
 }
 
 /// Figures of one case.

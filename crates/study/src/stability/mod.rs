@@ -15,6 +15,8 @@ mod cases;
 mod report;
 mod trial;
 
-pub use case::{Bound, Case, Figures, Measure, Row, Suite};
+pub use case::{Bound, Case, Figures, Measure, Row};
 pub use cases::cases;
 pub use report::{StabilityReport, StabilityStudy};
+
+pub use crate::suite::Suite;

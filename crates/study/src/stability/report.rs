@@ -1,21 +1,18 @@
 //! Runs the cases on several threads and reports the results as a table and as JSON.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::available_parallelism;
 
 use serde::Serialize;
-use supple_io::run::Flow;
 
-use super::case::{Bound, Case, Measure, Row, Suite};
+use super::case::{Bound, Case, Measure, Row};
 use super::cases::cases;
 use crate::error::StudyError;
 use crate::machine::Machine;
-use crate::observer::{Observer, Progress};
-use crate::output::{create_directory, write_json};
+use crate::observer::Observer;
+use crate::output::write_json;
+use crate::suite::{prepare_report, run_all, select};
 
 /// The study of stiff and extreme cases.
 #[derive(Clone, Debug)]
@@ -24,6 +21,8 @@ pub struct StabilityStudy {
     pub directory: PathBuf,
     /// Whether to run only the quick cases.
     pub quick: bool,
+    /// Text that the family or the name of a case must contain to be run, in upper or lower case.
+    pub filter: Option<String>,
 }
 
 /// Results of the cases that were run.
@@ -47,15 +46,13 @@ impl StabilityStudy {
     ///
     /// # Errors
     ///
-    /// Returns an error if the directory cannot be written. This is checked before any case runs.
+    /// Returns an error if no case is selected, or if the directory cannot be written. This is checked before any case
+    /// runs.
     pub fn run(&self, observer: &mut (dyn Observer + Send)) -> Result<StabilityReport, StudyError> {
-        create_directory(&self.directory)?;
-        let (path, temporary) = (self.path(), self.path().with_extension("part"));
-        fs::write(&temporary, "").map_err(|error| StudyError::file("write", &path, error))?;
-        let mut cases = cases();
-        cases.retain(|case| !self.quick || case.suite == Suite::Quick);
+        let cases = select(cases(), self.quick, self.filter.as_deref())?;
+        prepare_report(&self.directory, &self.path())?;
         let report = StabilityReport::of(&cases, observer);
-        write_json(&path, &report)?;
+        write_json(&self.path(), &report)?;
         Ok(report)
     }
 
@@ -134,33 +131,6 @@ fn short(value: f64) -> String {
     }
 }
 
-/// Runs cases on `threads` threads, one case per thread at a time. Returns the row of each case, or `None`
-/// for cases that did not start before the observer requested a stop.
-fn run_all(cases: &[Case], threads: usize, observer: &mut (dyn Observer + Send)) -> Vec<Option<Row>> {
-    let mut order: Vec<usize> = (0..cases.len()).collect();
-    order.sort_by_key(|&index| cases[index].suite == Suite::Quick);
-    let next = AtomicUsize::new(0);
-    let results = Mutex::new((vec![None; cases.len()], 0_u32, observer));
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let row = cases[index].run();
-                    let Ok(mut results) = results.lock() else { return };
-                    let (rows, count, observer) = &mut *results;
-                    rows[index] = Some(row);
-                    *count += 1;
-                    let done = f64::from(*count) / cases.len() as f64;
-                    if observer.progress(&Progress { done, point: &cases[index].name }) == Flow::Stop {
-                        next.store(cases.len(), Ordering::Relaxed);
-                    }
-                }
-            });
-        }
-    });
-    results.into_inner().map_or_else(|_| Vec::new(), |(rows, ..)| rows)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -197,19 +167,5 @@ mod tests {
         assert_eq!(table.lines().filter(|line| line.starts_with("FAIL")).count(), 6, "{table}");
         assert!(table.contains("panicked: at 2") && table.contains("panicked: never"), "{table}");
         assert!(report.rows.iter().all(|row| row.seconds < 1.0));
-    }
-
-    struct StopsImmediately;
-
-    impl Observer for StopsImmediately {
-        fn progress(&mut self, _progress: &Progress<'_>) -> Flow {
-            Flow::Stop
-        }
-    }
-
-    #[test]
-    fn no_case_starts_after_a_stop() {
-        let cases = ["a", "b", "c"].map(|name| Case::new(name, "", || Ok(Figures::default())));
-        assert_eq!(run_all(&cases, 1, &mut StopsImmediately).iter().flatten().count(), 1);
     }
 }

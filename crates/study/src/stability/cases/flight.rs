@@ -4,8 +4,9 @@ use nalgebra::{Point3, Vector3};
 use supple::{Body, Error};
 
 use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
-use crate::stability::case::{Case, Figures, Measure, Suite};
+use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
+use crate::suite::Suite;
 
 /// Lets a body fly. Compares the final position of each vertex with its initial position plus its velocity
 /// times the duration. The figures are updated after each `interval` steps.

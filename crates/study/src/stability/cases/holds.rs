@@ -3,8 +3,9 @@
 use supple::{Error, Handle, Key, Pin, Simulation, TimeWindow};
 
 use crate::stability::bodies::{block, layer, of_cells};
-use crate::stability::case::{Case, Figures, Measure, Suite};
+use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
+use crate::suite::Suite;
 
 /// Cells of the bar along x, y and z.
 const BAR: [i32; 3] = [12, 4, 4];

@@ -3,8 +3,9 @@
 use supple::Error;
 
 use crate::stability::bodies::{alone, block, of_cells, shake, two_blocks};
-use crate::stability::case::{Case, Figures, Measure, Suite};
+use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
+use crate::suite::Suite;
 
 /// Gives a body random velocities and lets it move with the given damping. The figures are updated after each
 /// `interval` steps.

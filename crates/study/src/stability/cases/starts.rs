@@ -5,8 +5,9 @@ use nalgebra::{Rotation3, Vector3};
 use supple::Error;
 
 use crate::stability::bodies::{alone, block, deform, of_cells};
-use crate::stability::case::{Case, Figures, Measure, Suite};
+use crate::stability::case::{Case, Figures, Measure};
 use crate::stability::trial::{System, measure};
+use crate::suite::Suite;
 
 /// Computes deformed positions from the rest positions. Both are relative to the mean of the rest positions.
 type Deform = fn(&[Vector3<f64>]) -> Vec<Vector3<f64>>;

@@ -1,0 +1,66 @@
+//! Cases with bars that hang from their upper end.
+//!
+//! The law is the elongation ρ g l²/(2 E) of the length l between the lowest held vertices and the lower end. The masses
+//! of the lattice give it exactly: the cell j above the end carries j + 1/2 layers. Regions that contain held vertices do
+//! not deform, so that the bar is shorter by about half the radius R of the regions, and the elongation less by R/l.
+
+use supple::{Pin, Selection, TimeWindow};
+
+use crate::material::bodies::{GRAVITY, bar, bar_vertices, region_radius, stepped};
+use crate::material::case::{Case, Measured, Outcome, Quantity, Target};
+use crate::material::theory::Bar;
+
+/// Length of the bar.
+const LENGTH: i32 = 3;
+
+/// Young's modulus.
+const MODULUS: f64 = 1e5;
+
+/// Decay rate, 1/s: about that of critical damping, π/2 √(E/ρ)/l.
+const RATE: f64 = 5.0;
+
+/// Time in seconds in which it comes to rest, up to exp(-5 x 4) (1 + 5 x 4) of the elongation.
+const SECONDS: f64 = 4.0;
+
+/// Lets a bar hang from the vertices above `held` below the upper end, and measures the elongation.
+fn hung(cells: i32, held: f64, step_rate: f64) -> Outcome {
+    let h = 1.0 / f64::from(cells);
+    let upper = f64::from(LENGTH);
+    let selection = Selection::Plane { point: [0.0, 0.0, upper - held], normal: [0.0, 0.0, 1.0] };
+    let body = bar(cells, LENGTH)?.youngs_modulus(MODULUS).damping_rate(RATE);
+    let body = body.pin(Pin { selection, window: TimeWindow::default() }).build()?;
+    let density = body.material().density;
+    let mut simulation = stepped(body, [0.0, 0.0, -GRAVITY], 1.0 / step_rate).build()?;
+    let end: Vec<usize> = {
+        let indices = simulation.bodies()[0].lattice().indices().iter().enumerate();
+        indices.filter(|(_, index)| index[2] == 0).map(|(vertex, _)| vertex).collect()
+    };
+    simulation.steps((SECONDS * step_rate) as u64);
+    let positions = simulation.bodies()[0].positions();
+    let elongation = -end.iter().map(|&vertex| positions[vertex].z).sum::<f64>() / end.len() as f64;
+    // The lowest held layer is the first one above the plane.
+    let length = h * ((upper - held) / h - 1e-9).ceil();
+    let law = Bar { thickness: 1.0, length, modulus: MODULUS, density }.elongation(GRAVITY);
+    Ok(vec![Measured::by_law(elongation, law)])
+}
+
+/// Returns the cases of this family.
+pub(super) fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (cells, step_rate) in [(4, 120.0), (8, 120.0), (16, 120.0), (16, 480.0), (30, 120.0), (30, 480.0)] {
+        let radius = region_radius(cells, MODULUS, 1.0 / step_rate);
+        for (name, held) in [("held 0.3 deep", 0.3), ("held by one layer", 0.5 / f64::from(cells))] {
+            let mut quantity = Quantity::new("elongation, m", Target::within(0.95, 1.1));
+            // The hold takes R/l; the rest is the margin of that estimate.
+            if radius / f64::from(LENGTH) > 0.045 {
+                quantity =
+                    quantity.misses(format!("regions of R = {radius:.2}, of which the hold stiffens half"));
+            }
+            let vertices = bar_vertices(cells, LENGTH);
+            let name = format!("{vertices} vertices, {name}, {step_rate} steps/s");
+            let case = Case::new(name, [quantity], move || hung(cells, held, step_rate));
+            cases.push(case.of_vertices(vertices));
+        }
+    }
+    cases
+}
