@@ -75,8 +75,7 @@ fn forces_and_weight_are_the_change_of_the_momentum() {
     let mut sim = moved(bar().damping_ratio(0.0));
     sim.step();
     let (errors, changes) = errors_and_changes(&mut sim);
-    // The held vertices weigh 100 times in the fits, and so do the rounding errors of their f32 goal positions: 1e-6
-    // cells beside distances of about 0.1 cell.
+    // The f32 goal positions are rounded by 1e-6 cells, beside distances of about 0.1 cell.
     assert!(errors < 1e-3 * changes, "{errors} {changes}");
 }
 

@@ -29,17 +29,17 @@ fn narrow() -> f64 {
     2.0_f64.sqrt()
 }
 
-/// A hold stiffens the bar within about half the radius R of the regions, which takes R/l of the elongation; with a margin
-/// of half of that. A hold that slips would let the bar be longer than the law.
+/// The targets are 0.95 to 1.1. A hold that kept the regions that contain it from deforming would take R/l, 0.12 with 4
+/// cells across, and one that slips would let the bar be longer than the law.
 #[test]
 fn a_hanging_bar_has_the_elongation_of_its_youngs_modulus() {
-    let shortest = |cells: f64, length: f64| 1.0 - 1.5 * narrow() / cells / length;
-    assert_within(&[
-        ("hanging bar", "325 vertices, held 0.3 deep, 120 steps/s", 0, shortest(4.0, 2.75), 1.01),
-        ("hanging bar", "325 vertices, held by one layer, 120 steps/s", 0, shortest(4.0, 3.0), 1.01),
-        ("hanging bar", "2025 vertices, held 0.3 deep, 120 steps/s", 0, shortest(8.0, 2.75), 1.01),
-        ("hanging bar", "2025 vertices, held by one layer, 120 steps/s", 0, shortest(8.0, 3.0), 1.01),
-    ]);
+    let names = [
+        "325 vertices, held 0.3 deep, 120 steps/s",
+        "325 vertices, held by one layer, 120 steps/s",
+        "2025 vertices, held 0.3 deep, 120 steps/s",
+        "2025 vertices, held by one layer, 120 steps/s",
+    ];
+    assert_within(&names.map(|name| ("hanging bar", name, 0, 0.94, 1.1)));
 }
 
 /// Regions of the radius R stiffen bending by (1 + 2/N²) (1 + 0.6 R²/t²) with N cells across, and twist by 1 + 4 R²/t²; a
@@ -70,11 +70,11 @@ fn a_free_bar_has_the_frequencies_of_a_timoshenko_beam() {
     ]);
 }
 
-/// The stiffening of bending as above, with R = 0.28 t and 5 cells across, and of the hold, (1 - R/(2 l))⁴, give 0.77, with
-/// the same margin of half of the stiffening.
+/// The stiffening of bending as above, with R = 0.28 t and 5 cells across, gives 0.885. A hold that kept the regions from
+/// deforming, so that the bar were shorter by R/2, would give 0.77.
 #[test]
 fn a_cantilever_bends_by_no_more_than_euler_and_bernoulli_and_shear() {
-    assert_within(&[("cantilever", "936 vertices, R = 0.28 t", 0, 1.0 - 1.5 * (1.0 - 0.77), 1.01)]);
+    assert_within(&[("cantilever", "936 vertices, R = 0.28 t", 0, 0.77, 0.9)]);
 }
 
 /// Twice the targets: the state after 3 s depends on the contacts.

@@ -28,8 +28,16 @@ use crate::matching::{Purpose, Regions};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
-/// Factor of the mass of a constrained vertex in the fits of the regions.
-pub const CONSTRAINED_FIT_FACTOR: f32 = 100.0;
+/// Returns the factor of the mass of a constrained vertex in the fits of regions of the half-width w: w, but at least 2.
+///
+/// Let a layer of vertices be held, and the material beside it be strained evenly, so that the displacement of a layer is
+/// proportional to its distance. The region at the distance d <= w from the held layer has the layers 0 to d + w. Its
+/// mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w) times. The mean of
+/// this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more the regions at the hold
+/// would be stiffer than the others, and with less the body would slip out of its hold.
+pub fn constrained_fit_factor(half_width: usize) -> f32 {
+    half_width.max(2) as f32
+}
 
 /// Inputs of a step that all bodies share.
 pub(crate) struct StepContext<'a> {
@@ -168,7 +176,7 @@ impl Body {
         self.update_fit_masses();
     }
 
-    /// Gives the constrained vertices more mass in the fits of the regions.
+    /// Gives the constrained vertices more mass in the fits of the regions ([`constrained_fit_factor`]).
     ///
     /// The rigid motion of a region that a constraint holds at one side would otherwise be that of its larger free
     /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would slip
@@ -177,19 +185,20 @@ impl Body {
     fn update_fit_masses(&mut self) {
         let Self { constraints, masses, matching, momentum, region_damping, .. } = self;
         let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
-        let is_constrained = |vertex: usize| constrained.get(vertex).is_some_and(|constrained| *constrained);
+        let constrained_factor = constrained_fit_factor(matching.regions.half_width());
+        let fit_factor = |vertex: usize| match constrained.get(vertex) {
+            Some(true) => constrained_factor,
+            _ => 1.0,
+        };
         let is_current =
             matching.layout.slots().iter().zip(&*masses).enumerate().all(|(vertex, (&slot, &mass))| {
-                matching.regions.weights.get(slot)[0] == mass * fit_factor(is_constrained(vertex))
+                matching.regions.weights.get(slot)[0] == mass * fit_factor(vertex)
             });
         if is_current {
             return;
         }
-        let fit_masses: Vec<f32> = masses
-            .iter()
-            .enumerate()
-            .map(|(vertex, mass)| mass * fit_factor(is_constrained(vertex)))
-            .collect();
+        let fit_masses: Vec<f32> =
+            masses.iter().enumerate().map(|(vertex, mass)| mass * fit_factor(vertex)).collect();
         matching.set_masses(&fit_masses);
         momentum.set_masses(matching.layout.slots(), &fit_masses);
         if let Some(damper) = region_damping {
@@ -386,11 +395,6 @@ impl Body {
             constraints.apply(context.interval, &mut self.state.body_state(), self.matching.layout.slots());
         }
     }
-}
-
-/// Returns the factor of the mass of a vertex in the fits of the regions.
-fn fit_factor(is_constrained: bool) -> f32 {
-    if is_constrained { CONSTRAINED_FIT_FACTOR } else { 1.0 }
 }
 
 #[cfg(test)]
