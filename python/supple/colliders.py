@@ -28,8 +28,9 @@ class Collider:
     friction : float, default 0.5
         Coulomb coefficient, >= 0. At 0 bodies slide without friction.
     restitution : float, default 0
-        Ratio of the speeds after and before an impact, in [0, 1]. Impacts slower than two steps of free fall do not
-        bounce.
+        Ratio of the speeds of the touching points after and before an impact, in [0, 1]. Impacts slower than two
+        steps of free fall do not bounce. A soft body also bounces by its elasticity at 0: see the damping_ratio of
+        the body.
     keys : list of (time, translate, rotate), default empty
         Keyframes of the motion of the collider, relative to its given position: time in seconds, displacement, and
         degrees about the fixed axes x, then y, then z through its center. Translations and angles are interpolated

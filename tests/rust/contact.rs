@@ -46,6 +46,19 @@ fn one_penetrating_sample_is_moved_to_the_surface_without_a_velocity_change() {
     }
 }
 
+/// The surface of a resting body, which sinks slowly, so moves without visible jumps.
+#[test]
+fn a_shallow_sample_is_moved_by_a_tenth_of_its_depth_in_a_step() {
+    for (depth, part) in [(0.005, 0.1), (0.02, 1.0)] {
+        let mut block = Block::new([1, 1, 1], CELL, Some(vec![(0, [0.3, 0.0, 0.2])]));
+        block.place(&Matrix3::identity(), Point3::new(0.0, -depth * CELL, 0.0));
+        let before = block.sample(0);
+        block.resolve(&colliders(&[ground()]), Interval::of_step(0, DT));
+        let moved = (block.sample(0) - before).y;
+        assert!((moved / (part * depth) - 1.0).abs() < 0.01, "{depth}: {moved}");
+    }
+}
+
 #[test]
 fn a_flat_face_is_moved_to_the_surface_in_one_step_without_overshoot() {
     let mut block = Block::new([3, 2, 4], CELL, None);

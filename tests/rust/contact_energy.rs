@@ -2,7 +2,7 @@
 
 use crate::common::{block, lattice, surface_of};
 use nalgebra::{Point3, Vector3};
-use supple::{Body, BodyBuilder, BodyRef, Collider, Material, Mesh, Simulation, VolumeOptions};
+use supple::{Body, BodyBuilder, BodyRef, Collider, Material, Mesh, Simulation, Substeps, VolumeOptions};
 
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
@@ -179,4 +179,32 @@ fn a_symmetric_body_that_falls_flat_stays_symmetric() {
             assert!(near < 1e-3, "{p} has no mirror image: the nearest vertex is {near} away");
         }
     }
+}
+
+/// Returns the height to which a cube of rubber rises, as a fraction of the height of its fall.
+fn rise(damping_ratio: f64, restitution: f64) -> f64 {
+    let body = Body::from_lattice(lattice(&block([6; 3]))).damping_ratio(damping_ratio).build().unwrap();
+    let ground = Collider { restitution, ..Collider::plane([0.0, -6.0, 0.0], [0.0, 1.0, 0.0]) };
+    let builder = Simulation::builder().body(body).collider(ground).gravity([0.0, -60.0, 0.0]);
+    let mut sim = builder.fps(30.0).substeps(Substeps::Auto).sleep(false).build().unwrap();
+    let start = center(&sim.body(0)).y;
+    let mut heights = Vec::new();
+    while sim.time() < 1.6 {
+        sim.step();
+        heights.push((center(&sim.body(0)).y - start) / 6.0 + 1.0);
+    }
+    let turn = (1..heights.len()).find(|&k| heights[k] > heights[k - 1]).unwrap();
+    heights[turn..].iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The restitution is that of the touching points. The rebound of a soft body is that of its own elasticity, which the
+/// damping takes away.
+#[test]
+fn damping_and_not_restitution_determines_how_high_a_soft_body_bounces() {
+    let (undamped, damped) = (rise(0.0, 0.0), rise(0.2, 0.0));
+    assert!(undamped > 0.5 && undamped < 1.0, "{undamped}");
+    assert!(damped < 0.1, "{damped}");
+    // At restitution 1 it rises higher, but far less than the undamped body at restitution 0.
+    let elastic = rise(0.2, 1.0);
+    assert!(elastic > damped + 0.05 && elastic < 0.5 * undamped, "{elastic}");
 }

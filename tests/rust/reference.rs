@@ -205,6 +205,12 @@ fn check_rotation(a: &Matrix3<f64>) {
     assert!(s.trace() >= largest - 1e-13, "{a}: {} of {largest}", s.trace());
 }
 
+/// Returns the factor in the fits, with regions of half-width 2, of a held vertex with one held vertex beside it.
+fn held_factor(lattice: &Lattice, vertex: u32) -> f64 {
+    let count = weights(lattice, 2, Regions::Staircase).counts[vertex as usize];
+    (2.0 * (count as f64).powf(2.0 / 3.0) / 2.0).max(2.0)
+}
+
 #[test]
 fn the_fits_of_a_body_use_its_fit_masses() {
     // The corners of a box, which fills its outer cells partly.
@@ -216,14 +222,16 @@ fn the_fits_of_a_body_use_its_fit_masses() {
     let body =
         Body::builder(mesh).cell_size(0.5).density(7.0).material(Material::fast_lsm()).pin(pin).build();
     let mut simulation = Simulation::builder().body(body.unwrap()).dt(0.05).sleep(false).build().unwrap();
-    // The half-width is 2.
-    for (steps, factor) in [(1, 2.0), (3, 1.0)] {
+    // w N^(2/3)/k with the half-width w = 2: the regions of the two vertices, which are neighbors at the end of an edge,
+    // have N vertices, and each contains the other, so that k = 2.
+    for (steps, is_held) in [(1, true), (3, false)] {
         simulation.steps(steps);
         let body = simulation.body(0);
         let full_cell = body.material().density * body.lattice().cell_size().powi(3);
         let masses = body.fit_masses();
         for (vertex, (fit, mass)) in masses.iter().zip(body.masses()).enumerate() {
-            let expected = mass / full_cell * if vertex < 2 { factor } else { 1.0 };
+            let factor = if is_held && vertex < 2 { held_factor(body.lattice(), vertex as u32) } else { 1.0 };
+            let expected = mass / full_cell * factor;
             assert!((fit / expected - 1.0).abs() < 1e-6, "{vertex}: {fit}, {expected}");
         }
         let positions: Vec<_> = body.positions().iter().map(|p| p.coords).collect();

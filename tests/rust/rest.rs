@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, Handle, Key, Lattice, Pin, Preset, Selection, Simulation, Substeps,
-    TimeWindow,
+    Body, BodyBuilder, Collider, Damping, Elasticity, Handle, Key, Lattice, Pin, Preset, Selection,
+    Simulation, Substeps, TimeWindow,
 };
 
 use crate::shapes::block;
@@ -118,7 +118,7 @@ fn a_body_at_rest_sleeps_without_motion_until_something_moves_it() {
     let wakes: [(&str, Change); 7] = [
         ("force", |s| s.body_mut(0).apply_forces(&[(0, [1.0, 0.0, 0.0])]).unwrap()),
         ("gravity", |s| s.set_gravity([0.0, 0.0, -5.0]).unwrap()),
-        ("material", |s| s.body_mut(0).set_elasticity(supple::Elasticity::Preset(Preset::Jelly)).unwrap()),
+        ("material", |s| s.body_mut(0).set_elasticity(Elasticity::Preset(Preset::Jelly)).unwrap()),
         ("colliders", |s| s.set_colliders(&[]).unwrap()),
         ("driven collider", |s| s.collider_mut(0).move_to([0.0, 0.0, 0.1], [0.0; 3]).unwrap()),
         ("velocities", |s| {
@@ -162,4 +162,75 @@ fn a_pinned_body_sleeps_until_the_pin_ends() {
     assert!(simulation.bodies()[0].is_asleep());
     simulation.advance(10);
     assert!(!simulation.bodies()[0].is_asleep());
+}
+
+/// A body at rest on a slope below the angle of friction stays where it is, without damping too, and while it vibrates at
+/// several centimeters per second: no force on it leaves the cone of friction.
+#[test]
+fn an_undamped_body_at_rest_on_a_slope_does_not_creep() {
+    let cell = 0.25;
+    let lattice = Lattice::from_cells(&block([0; 3], [4, 2, 4]), cell, Point3::origin(), true).unwrap();
+    let body = Body::from_lattice(lattice).rotate([0.0, 0.0, 27.0]).build().unwrap();
+    let normal = supple::euler_degrees([0.0, 0.0, 27.0]) * Vector3::y();
+    let slope = Collider { friction: 1.0, ..Collider::plane([0.0; 3], normal.into()) };
+    let builder = Simulation::builder().body(body).collider(slope).gravity([0.0, -9.81, 0.0]).dt(1.0 / 120.0);
+    let mut simulation = builder.sleep(false).build().unwrap();
+    simulation.steps(600);
+    let body = simulation.body_mut(0);
+    body.set_damping(Some(Damping::Ratio(0.0))).unwrap();
+    let kick = |vertex: usize| Vector3::from_fn(|c, _| 0.2 * ((7 * vertex + 3 * c) as f64).sin());
+    let velocities: Vec<_> = body.velocities().iter().enumerate().map(|(k, v)| v + kick(k)).collect();
+    body.set_velocities(&velocities).unwrap();
+    let center = |simulation: &Simulation| {
+        let positions = simulation.body(0).positions();
+        positions.iter().map(|p| p.coords).sum::<Vector3<f64>>() / positions.len() as f64
+    };
+    let start = center(&simulation);
+    simulation.steps(3000);
+    let moved = (center(&simulation) - start).norm() / cell;
+    assert!(moved < 0.02, "{moved} cells");
+    let energy = simulation.body(0).kinetic_energy() / simulation.body(0).mass();
+    assert!((2.0 * energy).sqrt() > 0.02, "it still vibrates: {energy}");
+}
+
+/// Bodies fall asleep at the beginning of a frame. The change of the steps per frame after 7 steps begins one.
+#[test]
+fn frames_begin_where_the_steps_per_frame_were_set() {
+    let builder =
+        Simulation::builder().body(bar(4).build().unwrap()).gravity([0.0, 0.0, -9.81]).dt(1.0 / 240.0);
+    let ground = Collider::plane([0.0; 3], [0.0, 0.0, 1.0]);
+    let mut simulation = builder.collider(ground).substeps(Substeps::Fixed(3)).build().unwrap();
+    simulation.steps(7);
+    simulation.set_substeps(Substeps::Fixed(50)).unwrap();
+    let awake = (0..4000).take_while(|_| {
+        simulation.step();
+        !simulation.bodies()[0].is_asleep()
+    });
+    let awake = awake.count();
+    assert!(awake < 4000 && awake % 50 == 0, "asleep in step {awake} after the change");
+}
+
+/// The automatic steps keep the slip of the touching layer below half a cell, and the weight compresses a cube of jelly
+/// (E = 20 ρ L g) by 1/20 at its base. So the next layer, one cell higher at rest, is 0.45 cells above the ground.
+#[test]
+fn inner_vertices_of_a_soft_body_with_many_cells_stay_above_the_ground() {
+    let cell = 1.0 / 15.0;
+    let lattice = Lattice::from_cells(&block([0; 3], [15; 3]), cell, Point3::origin(), true).unwrap();
+    let jelly = Elasticity::Preset(Preset::Jelly);
+    let body = Body::from_lattice(lattice).elasticity(jelly).damping_ratio(0.5).build().unwrap();
+    let ground = Collider::plane([0.0; 3], [0.0, 0.0, 1.0]);
+    let builder = Simulation::builder().body(body).collider(ground).gravity([0.0, 0.0, -9.81]);
+    let mut simulation = builder.fps(30.0).substeps(Substeps::Auto).build().unwrap();
+    simulation.advance(60);
+    let body = simulation.body(0);
+    let indices = body.lattice().indices();
+    let heights = body
+        .positions()
+        .iter()
+        .zip(indices)
+        .filter(|(_, index)| index[2] > 0)
+        .map(|(p, _)| p.z / cell)
+        .collect::<Vec<_>>();
+    let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!((0.45..1.0).contains(&lowest), "{lowest} cells");
 }

@@ -166,7 +166,7 @@ pub use volume::{
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::body::constrained_fit_factor;
+    pub use crate::body::hold_factors;
     pub use crate::contact::{Colliders, ContactReport, Contacts, SampleCells};
     pub use crate::dynamics::{Constraint, Constraints, Motion, Pose};
     pub use crate::lattice::{CellPoints, Embedding};

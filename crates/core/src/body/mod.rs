@@ -37,7 +37,6 @@ pub use elasticity::Softened;
 pub use hold_force::HoldForce;
 pub use snapshot::{BodySnapshot, StateError};
 pub(crate) use step::StepContext;
-pub use step::constrained_fit_factor;
 
 use escape::Leaving;
 
@@ -213,8 +212,7 @@ impl Body {
     }
 
     /// Returns the masses of the vertices in the fits of the regions, one per vertex, in units of a full cell's mass.
-    /// While a vertex is constrained by a pin or handle, it weighs more in the fits, w times its mass with the half-width w
-    /// of the regions, and at least twice: nothing moves it, so
+    /// While a vertex is constrained by a pin or handle, it weighs more in the fits, at least twice: nothing moves it, so
     /// the rigid motions of its regions follow it. Only the fits use these masses; [`Body::masses`] returns the others.
     pub fn fit_masses(&self) -> Vec<f64> {
         self.by_vertex(|slot| self.matching.regions.weights.get(slot)[0].into())
@@ -309,6 +307,11 @@ impl Body {
         }
         Ok(())
     }
+}
+
+/// Returns the factors of the masses of the vertices in the fits while the vertices with `true` are constrained.
+pub fn hold_factors(body: &Body, constrained: &[bool]) -> Vec<f32> {
+    body.matching.regions.hold_factors(&body.matching.layout, constrained)
 }
 
 /// The displayed mesh, and its embedding in the lattice.

@@ -28,17 +28,6 @@ use crate::matching::{Purpose, Regions};
 use crate::parallel::{CHUNK, Executor};
 use crate::state::Interval;
 
-/// Returns the factor of the mass of a constrained vertex in the fits of regions of the half-width w: w, but at least 2.
-///
-/// Let a layer of vertices be held, and the material beside it be strained evenly, so that the displacement of a layer is
-/// proportional to its distance. The region at the distance d <= w from the held layer has the layers 0 to d + w. Its
-/// mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w) times. The mean of
-/// this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more the regions at the hold
-/// would be stiffer than the others, and with less the body would slip out of its hold.
-pub fn constrained_fit_factor(half_width: usize) -> f32 {
-    half_width.max(2) as f32
-}
-
 /// Inputs of a step that all bodies share.
 pub(crate) struct StepContext<'a> {
     /// Gravity in scene units per second squared.
@@ -176,7 +165,7 @@ impl Body {
         self.update_fit_masses();
     }
 
-    /// Gives the constrained vertices more mass in the fits of the regions ([`constrained_fit_factor`]).
+    /// Gives the constrained vertices more mass in the fits of the regions: see `Regions::hold_factors`.
     ///
     /// The rigid motion of a region that a constraint holds at one side would otherwise be that of its larger free
     /// side, although nothing moves the held side. A bar of the length L that hangs from one layer of vertices would slip
@@ -185,20 +174,12 @@ impl Body {
     fn update_fit_masses(&mut self) {
         let Self { constraints, masses, matching, momentum, region_damping, .. } = self;
         let constrained = constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
-        let constrained_factor = constrained_fit_factor(matching.regions.half_width());
-        let fit_factor = |vertex: usize| match constrained.get(vertex) {
-            Some(true) => constrained_factor,
-            _ => 1.0,
-        };
-        let is_current =
-            matching.layout.slots().iter().zip(&*masses).enumerate().all(|(vertex, (&slot, &mass))| {
-                matching.regions.weights.get(slot)[0] == mass * fit_factor(vertex)
-            });
-        if is_current {
+        let factors = matching.regions.hold_factors(&matching.layout, constrained);
+        let fit_masses: Vec<f32> = masses.iter().zip(factors).map(|(mass, factor)| mass * factor).collect();
+        let slots = matching.layout.slots().iter();
+        if slots.zip(&fit_masses).all(|(&slot, &mass)| matching.regions.weights.get(slot)[0] == mass) {
             return;
         }
-        let fit_masses: Vec<f32> =
-            masses.iter().enumerate().map(|(vertex, mass)| mass * fit_factor(vertex)).collect();
         matching.set_masses(&fit_masses);
         momentum.set_masses(matching.layout.slots(), &fit_masses);
         if let Some(damper) = region_damping {

@@ -13,10 +13,11 @@ pub struct Collider {
     /// Coulomb friction coefficient, >= 0: the greatest ratio of tangential to normal impulse. Default 0.5;
     /// 0: no friction.
     pub friction: f64,
-    /// Ratio of the normal speed after an impact to the normal speed before it, [0, 1]. Default 0: no bounce.
-    /// At 1 the surface separates as fast as it approached; the body still rises less high than it fell,
-    /// because the impact makes it vibrate. An impact slower than the speed of two steps of free fall does
-    /// not bounce.
+    /// Ratio of the normal speed of the touching points after an impact to that before it, [0, 1]. Default 0.
+    /// The rest of the body bounces by its elasticity, for any restitution: undamped, a soft body rises to most of the
+    /// height of its fall at 0 as well. The damping of the body determines how high it bounces. At 1 the surface
+    /// separates as fast as it approached; the body still rises less high than it fell, because the impact makes it
+    /// vibrate. An impact slower than the speed of two steps of free fall does not bounce.
     pub restitution: f64,
     /// Keyframes of the motion of the shape about its center. Default: no keyframes; the collider is at rest.
     pub keys: Vec<Key>,

@@ -32,6 +32,14 @@ const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
 pub(super) const PUSH_LIMIT: f64 = 0.25;
 
+/// Depth in cells up to which a push-out is soft: it has one round, which moves the samples by [`SOFT_PART`] of the way. A
+/// resting body sinks slowly within the tolerance of the impulses. If it were lifted at once, single steps would move its
+/// surface visibly.
+const SOFT_DEPTH: f64 = 0.01;
+
+/// Part of the way by which a soft push-out moves the samples.
+const SOFT_PART: f64 = 0.1;
+
 /// Maximum number of push-out rounds in a step. Each round moves the contact point of each patch to the
 /// surface of the collider. The samples that remain inside form the patches of the next round.
 const PUSH_ROUNDS: usize = 4;
@@ -227,7 +235,7 @@ impl Contacts {
     /// the tolerance of the impulses.
     fn push_out(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
         let Self { samples, detection, solver, leaving, touched, displacements, .. } = self;
-        for _ in 0..PUSH_ROUNDS {
+        for round in 0..PUSH_ROUNDS {
             solver.clear();
             detection.read(state.positions, &samples.slots, leaving);
             let mut report = ContactReport::default();
@@ -244,14 +252,16 @@ impl Contacts {
             if report.deepest <= ALLOWED_DEPTH {
                 break;
             }
+            let is_soft = round == 0 && report.deepest <= SOFT_DEPTH;
+            let part = if is_soft { SOFT_PART } else { 1.0 };
             solver.solve(PUSH);
             for (row, displacement) in solver.changes() {
                 let slot = samples.slots[row as usize];
-                state.set_position(slot, state.position(slot) + wide(displacement));
-                add_displacement(&mut displacements[row as usize], displacement, 1.0);
+                state.set_position(slot, state.position(slot) + wide(displacement) * part);
+                add_displacement(&mut displacements[row as usize], displacement, part as f32);
                 touched.push(row);
             }
-            if report.deepest > PUSH_LIMIT {
+            if is_soft || report.deepest > PUSH_LIMIT {
                 break;
             }
         }

@@ -80,6 +80,37 @@ impl Regions {
         self.factors.as_ref().map_or(&self.weights, |factors| &factors.vertices)
     }
 
+    /// Returns the factor of the mass of each vertex in the fits: 1 of a free vertex, and of a constrained one
+    /// w N^(2/3)/k, but at least 2, with the half-width w, the number N of regions that contain the vertex, and the number
+    /// k of constrained ones among their center vertices.
+    ///
+    /// Let a layer of vertices be held, and the material beside it be strained evenly, so that the displacement of a layer
+    /// is proportional to its distance. The region at the distance d <= w from the held layer has the layers 0 to d + w.
+    /// Its mean displacement is that of its center if the held layer counts (d + w)(d + w + 1)/(2 d) - (d + w) times. The
+    /// mean of this number over d = 1 to w is about w: 2 for w = 2, 4.5 for w = 4, 7.3 for w = 6. With more the regions
+    /// at the hold would be stiffer than the others, and with less the body would slip out of its hold. A layer of a
+    /// region has about N^(2/3) vertices; fewer held ones weigh as much as a layer together.
+    ///
+    /// `constrained` has one entry per vertex, or none if no vertex is constrained.
+    pub(crate) fn hold_factors(&self, layout: &Layout, constrained: &[bool]) -> Vec<f32> {
+        let mut factors = vec![1.0; layout.slots().len()];
+        if !constrained.contains(&true) {
+            return factors;
+        }
+        let mut field = vec![0.0; layout.blocks() * LANES];
+        for (&slot, &is_constrained) in layout.slots().iter().zip(constrained) {
+            field[slot as usize] = f64::from(u8::from(is_constrained));
+        }
+        let counts = LineWindows::new(layout, self.half_width).sums_over_regions(field);
+        let vertices = layout.slots().iter().zip(constrained).zip(&mut factors);
+        for ((&slot, _), factor) in vertices.filter(|((_, is_constrained), _)| **is_constrained) {
+            let regions = 1.0 / f64::from(self.weights.get(slot)[1]);
+            let factor_of_layer = self.half_width as f64 * regions.powf(2.0 / 3.0) / counts[slot as usize];
+            *factor = factor_of_layer.max(2.0) as f32;
+        }
+        factors
+    }
+
     /// Returns the stiffness factor of the region around the vertex in a slot.
     fn factor(&self, slot: u32) -> f64 {
         self.factors.as_ref().map_or(1.0, |factors| f64::from(factors.of_region(slot)))

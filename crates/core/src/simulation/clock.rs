@@ -14,12 +14,14 @@ pub(crate) struct Clock {
     first: u64,
     /// Time in seconds after `first` steps.
     since: f64,
+    /// Number of steps when the number of steps per frame was last set. A frame began there.
+    frames_from: u64,
 }
 
 impl Clock {
     /// Creates a clock at time zero with steps of `dt` seconds.
     pub(crate) fn new(dt: f64) -> Self {
-        Self { steps: 0, dt, first: 0, since: 0.0 }
+        Self { steps: 0, dt, first: 0, since: 0.0, frames_from: 0 }
     }
 
     pub(crate) fn dt(&self) -> f64 {
@@ -45,12 +47,22 @@ impl Clock {
 
     /// Sets the step length; the time stays the same.
     pub(crate) fn set_dt(&mut self, dt: f64) {
-        *self = Self { steps: self.steps, dt, first: self.steps, since: self.time() };
+        *self = Self { dt, first: self.steps, since: self.time(), ..*self };
     }
 
     /// Sets the time; the step count stays the same.
     pub(crate) fn set_time(&mut self, time: f64) {
         *self = Self { first: self.steps, since: time, ..*self };
+    }
+
+    /// Begins a frame with the next step. Called when the number of steps per frame was set.
+    pub(crate) fn begin_frame(&mut self) {
+        self.frames_from = self.steps;
+    }
+
+    /// Returns whether the next step is the first one of a frame of `substeps` steps.
+    pub(crate) fn is_frame_start(&self, substeps: u64) -> bool {
+        (self.steps - self.frames_from).is_multiple_of(substeps)
     }
 
     /// Returns the time in seconds after `steps` steps, counted from the start of the simulation.
@@ -60,7 +72,11 @@ impl Clock {
 
     /// Returns whether the values are valid; deserialized values may not be.
     pub(crate) fn is_valid(&self) -> bool {
-        self.first <= self.steps && self.dt > 0.0 && self.dt.is_finite() && self.since.is_finite()
+        self.first <= self.steps
+            && self.frames_from <= self.steps
+            && self.dt > 0.0
+            && self.dt.is_finite()
+            && self.since.is_finite()
     }
 }
 
@@ -81,5 +97,18 @@ mod tests {
         clock.set_time(2.0);
         clock.tick();
         assert_eq!((clock.time(), clock.steps()), (2.25, 1002));
+    }
+
+    #[test]
+    fn frames_are_counted_from_the_last_change_of_the_steps_per_frame() {
+        let mut clock = Clock::new(0.1);
+        let starts = |clock: &mut Clock, substeps| -> Vec<bool> {
+            (0..7).map(|_| (clock.is_frame_start(substeps), clock.tick()).0).collect()
+        };
+        assert_eq!(starts(&mut clock, 3), [true, false, false, true, false, false, true]);
+        clock.begin_frame();
+        clock.set_dt(0.2);
+        clock.set_time(5.0);
+        assert_eq!(starts(&mut clock, 4), [true, false, false, false, true, false, false]);
     }
 }

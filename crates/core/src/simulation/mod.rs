@@ -80,7 +80,7 @@ impl Simulation {
         let context = StepContext {
             gravity: self.gravity,
             interval: self.clock.interval(),
-            is_frame_start: self.clock.steps().is_multiple_of(self.substeps),
+            is_frame_start: self.clock.is_frame_start(self.substeps),
             colliders: &self.colliders,
             sleep: self.sleep,
         };
@@ -167,7 +167,7 @@ impl Simulation {
         self.fps
     }
 
-    /// Sets the number of steps per frame, from the next step on. The step length is then 1/(fps x steps) if the frames
+    /// Sets the number of steps per frame, from the next step on, which begins a frame. The step length is then 1/(fps x steps) if the frames
     /// per second were given; otherwise it stays the same. Neither Young's modulus nor the regions of a body change.
     ///
     /// # Errors
@@ -181,6 +181,7 @@ impl Simulation {
                     self.set_dt(1.0 / (fps * f64::from(steps)))?;
                 }
                 self.substeps = u64::from(steps);
+                self.clock.begin_frame();
                 self.chosen = None;
                 self.choose_at_next_step = false;
             }
@@ -197,6 +198,7 @@ impl Simulation {
         let chosen = substeps::choose(bodies, colliders, *gravity, fps);
         let dt = 1.0 / (fps * f64::from(chosen.steps));
         (self.chosen, self.substeps) = (Some(chosen), u64::from(chosen.steps));
+        self.clock.begin_frame();
         if dt != self.clock.dt() {
             self.clock.set_dt(dt);
         }

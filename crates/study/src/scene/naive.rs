@@ -5,7 +5,7 @@
 use nalgebra::{Point3, Vector3};
 use supple::internals::{
     BodyFrame, BodyState, Colliders, Constraint, Constraints, Contacts, Interval, Lanes, SampleCells,
-    constrained_fit_factor,
+    hold_factors,
 };
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
 use supple::{Body, Error};
@@ -18,8 +18,7 @@ pub(super) struct NaiveBody<'a> {
     naive: Naive<'a>,
     /// Masses of the vertices in masses of a full cell. Constrained vertices have other masses in the fits.
     masses: Vec<f64>,
-    /// Factor of the mass of a constrained vertex in the fits.
-    constrained_factor: f64,
+    body: &'a Body,
     /// Connected components of the lattice.
     components: &'a supple::Components,
     /// Region motions of the previous step. Region damping uses their rotations, as in the library.
@@ -60,7 +59,7 @@ impl<'a> NaiveBody<'a> {
             components: body.lattice().components(),
             naive,
             masses,
-            constrained_factor: constrained_fit_factor(body.half_width()).into(),
+            body,
             positions,
             velocities: body.velocities(),
             stiffness_rate: alpha(body, dt) / dt,
@@ -111,10 +110,11 @@ impl<'a> NaiveBody<'a> {
     /// step with the rotations of the previous step.
     fn update_fit_masses(&mut self) {
         let Some(stages) = &self.stages else { return };
-        let factor = |vertex| if stages.is_constrained(vertex) { self.constrained_factor } else { 1.0 };
+        let factors = hold_factors(self.body, stages.constraints.constrained());
         // The library rounds to f32.
-        let mass = |(vertex, mass): (usize, &f64)| f64::from((mass * factor(vertex)) as f32);
-        self.naive.set_masses(self.masses.iter().enumerate().map(mass).collect());
+        let masses = self.masses.iter().zip(factors);
+        self.naive
+            .set_masses(masses.map(|(mass, factor)| f64::from((mass * f64::from(factor)) as f32)).collect());
         let motions = self.naive.motions(&self.positions);
         for (motion, new) in self.motions.iter_mut().zip(motions) {
             *motion = RegionMotion { rotation: motion.rotation, ..new };
