@@ -184,7 +184,8 @@ fn a_pinned_body_and_a_pressed_body_stay() {
         simulation.advance(30);
         let moved: Vector3<f64> =
             simulation.body(0).positions().iter().map(|p| p.coords).sum::<Vector3<f64>>() / 343.0;
-        assert!(moved.norm() < 0.1, "{moved}");
+        // An even compression of the pinned cube by 0.3 moves its mean by 0.15, and a way out by 0.3.
+        assert!(moved.norm() < 0.16, "{moved}");
     }
 }
 
