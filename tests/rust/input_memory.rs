@@ -1,7 +1,9 @@
-//! Memory of reading: the peak is at most a fixed multiple of the size of the file.
+//! Memory of reading and of building lattices: the peak is at most a fixed multiple of the size of the file, or of the
+//! number of lattice vertices.
 
 use std::path::Path;
 
+use supple::{Lattice, LatticeOptions, Mesh, Resolution};
 use supple_io::obj::Document;
 use supple_io::scene::Scene;
 use supple_tests::counting_allocator::{CountingAllocator, thread_peak};
@@ -57,5 +59,33 @@ fn reading_a_scene_takes_a_multiple_of_its_size() {
         assert_small(name, &text, factor, |text| {
             let _ = Scene::parse(text, "x.toml", Path::new(""), &[]);
         });
+    }
+}
+
+#[test]
+fn a_lattice_takes_a_multiple_of_its_vertices_for_any_bounding_box() {
+    // Bytes per lattice vertex that the memory limit assumes for a lattice and its simulation.
+    const BYTES: usize = 250;
+    const END: f64 = 10_000.0;
+    let needle = [[[0.0; 3], [END; 3], [END, END - 0.5, END - 0.7]]];
+    let ends = [0.0, END].map(|x| [[x; 3], [x + 1.5, x, x], [x, x + 1.5, x + 1.5]]);
+    for (name, triangles, least) in [
+        ("a diagonal needle", needle.as_slice(), END),
+        // A bridge has three steps for each cell of the diagonal.
+        ("distant triangles", &ends, 3.0 * END),
+    ] {
+        let faces: Vec<[u32; 3]> =
+            (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = Mesh::new(triangles.concat(), &faces).unwrap();
+        let options = LatticeOptions { resolution: Resolution::CellSize(1.0), ..Default::default() };
+        let mut lattice = None;
+        let peak = thread_peak(|| lattice = Some(Lattice::from_mesh(&mesh, &options).unwrap()));
+        let lattice = lattice.unwrap();
+        assert!(lattice.cells().len() as f64 >= least, "{name}: {} cells", lattice.cells().len());
+        assert!(
+            peak <= (BYTES * lattice.len()) as isize,
+            "{name}: {peak} bytes for {} vertices",
+            lattice.len()
+        );
     }
 }

@@ -59,6 +59,36 @@ fn the_nearest_possible_vertex_count_is_used_for_a_cube() {
 }
 
 #[test]
+fn the_requested_vertex_count_is_met_for_surfaces_without_area_or_with_distant_parts() {
+    // All triangles are lines, so that the estimate from volume and area is for a single line. The coordinates are
+    // multiples of an irrational number, which have no order.
+    let coordinate = |i: usize| (i as f64 * 0.618_033_988_749_894_8).fract();
+    let point = |i: usize| [3 * i, 3 * i + 1, 3 * i + 2].map(coordinate);
+    let lines: Vec<[[f64; 3]; 3]> =
+        (0..300).map(|i| [point(2 * i), point(2 * i + 1), point(2 * i + 1)]).collect();
+    let distant = [[0.0; 3], [1e6, 3e5, 7e5]].map(|corner| {
+        let [x, y, z] = corner;
+        [[x, y, z], [x + 1.0, y, z], [x, y + 1.0, z + 1.0]]
+    });
+    for (name, triangles, requested) in [
+        ("lines", lines.clone(), 20_000),
+        ("lines", lines, 300_000),
+        ("distant triangles", distant.to_vec(), 20_000),
+        ("distant triangles", distant.to_vec(), 300_000),
+    ] {
+        // A small offset, because a mesh needs a face with three distinct corners.
+        let vertices = triangles.iter().flatten().enumerate();
+        let vertices: Vec<[f64; 3]> = vertices.map(|(i, [x, y, z])| [x + 1e-12 * i as f64, *y, *z]).collect();
+        let faces: Vec<[u32; 3]> =
+            (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = Mesh::new(vertices, &faces).expect("a mesh");
+        let lattice = build(&mesh, Resolution::Vertices(requested), None).expect("a lattice");
+        let ratio = lattice.len() as f64 / requested as f64;
+        assert!((ratio - 1.0).abs() <= 0.05, "{name}: {} of {requested}", lattice.len());
+    }
+}
+
+#[test]
 fn invalid_resolutions_are_errors_with_their_value() {
     let cube = cuboid([1.0; 3]);
     for size in [0.0, -0.5, f64::INFINITY] {

@@ -5,7 +5,7 @@
 use super::components::{self, Joined};
 use super::{Lattice, LatticeError, LatticeReport, assemble, memory};
 use crate::mesh::{Component, Mesh, RelativeMeasure};
-use crate::voxel::{self, Grid, Voxels, voxelize};
+use crate::voxel::{Grid, TooMany, Voxels, voxelize};
 
 /// Tolerance for the comparison of the mesh volume with the volume of the cells, as a fraction of the volume
 /// of the cells.
@@ -25,6 +25,7 @@ pub(super) struct Candidate {
 }
 
 /// The input that all candidates of one lattice share.
+#[derive(Clone, Copy)]
 pub(super) struct Request<'a> {
     pub(super) mesh: &'a Mesh,
     /// Whether floating parts are joined by bridges.
@@ -36,21 +37,27 @@ pub(super) struct Request<'a> {
 impl Request<'_> {
     /// Voxelizes the mesh at a cell size and joins the parts of the cells.
     ///
-    /// The memory limit is checked before memory is allocated. The memory of the grid follows from the number
-    /// of its cells, and the memory of the lattice from the number of its vertices.
+    /// Voxelizing ends as soon as there is more than a lattice within the memory limit can have. The memory of the
+    /// lattice follows from the number of its vertices.
     pub(super) fn candidate(&self, cell_size: f64) -> Result<Candidate, LatticeError> {
-        let bounds = self.mesh.bounds();
-        let needed = voxel::bytes(Grid::counts(&bounds, cell_size));
-        memory::check(needed as u64, self.limit, cell_size)?;
-        let too_many =
-            LatticeError::TooMuchMemory { cell_size, needed: u64::MAX, limit: self.limit, fitting: None };
-        let grid = Grid::new(bounds, cell_size).ok_or(too_many)?;
-        let voxels = voxelize(self.mesh, &grid);
+        let too_much =
+            |needed| LatticeError::TooMuchMemory { cell_size, needed, limit: self.limit, fitting: None };
+        let grid = Grid::new(self.mesh.bounds(), cell_size).ok_or_else(|| too_much(u64::MAX))?;
+        let maxima = memory::maxima(self.limit);
+        let voxels = voxelize(self.mesh, &grid, maxima).map_err(|too_many| {
+            too_much(match too_many {
+                TooMany::Cells(cells) => memory::needed_bytes_of_cells(cells),
+                TooMany::Faces(faces) => memory::needed_bytes(faces),
+            })
+        })?;
         let check = |count: usize| memory::check(memory::needed_bytes(count as u64), self.limit, cell_size);
-        check(assemble::count_vertices(&voxels.cells))?;
-        let joined = components::join(voxels.cells.clone(), self.join, cell_size, self.limit)?;
-        let vertices = assemble::count_vertices(&joined.cells);
+        let mut vertices = assemble::count_vertices(&voxels.cells);
         check(vertices)?;
+        let joined = components::join(voxels.cells.clone(), self.join, cell_size, self.limit)?;
+        if joined.bridge_cells > 0 {
+            vertices = assemble::count_vertices(&joined.cells);
+            check(vertices)?;
+        }
         Ok(Candidate { grid, voxels, joined, vertices })
     }
 
@@ -73,9 +80,8 @@ impl Request<'_> {
         let bounds = &self.mesh.bounds();
         // Assumes that all cells of the grid are occupied, which needs the most memory.
         let certainly_fits = |cell_size: f64| {
-            let counts = Grid::counts(bounds, cell_size);
-            let corners: f64 = counts.iter().map(|n| n + 1.0).product();
-            voxel::bytes(counts) <= self.limit as f64 && memory::needed_bytes(corners as u64) <= self.limit
+            let corners: f64 = Grid::counts(bounds, cell_size).iter().map(|n| n + 1.0).product();
+            memory::needed_bytes(corners as u64) <= self.limit
         };
         let mut certain = round_up((bounds.1 - bounds.0).amax());
         if !certain.is_finite() || !certainly_fits(certain) {
@@ -94,9 +100,6 @@ impl Request<'_> {
         // range of the search is limited because each trial voxelizes the mesh.
         let mut trial = too_small.max(round_up(certain / MAX_REFINEMENT));
         while let Err(LatticeError::TooMuchMemory { needed, limit, .. }) = self.candidate(trial) {
-            if voxel::bytes(Grid::counts(bounds, trial)) > self.limit as f64 {
-                return Some(certain);
-            }
             trial = round_up(trial * (needed as f64 / limit as f64).sqrt().max(1.05));
             if trial >= certain {
                 return Some(certain);

@@ -43,9 +43,13 @@ pub enum LatticeError {
 /// Formats [`LatticeError::TooMuchMemory`].
 fn too_much_memory(cell_size: f64, needed: u64, limit: u64, fitting: Option<f64>) -> String {
     let (needed, limit) = (readable(needed), readable(limit));
-    let message = format!(
-        "a lattice with cells of size {cell_size:.4e} needs {needed} of memory, more than the limit of {limit}"
-    );
+    // The search for cells ends at the limit, so that the lower bound is often equal to it.
+    let needs = if needed == limit {
+        format!("needs more memory than the limit of {limit}")
+    } else {
+        format!("needs at least {needed} of memory, more than the limit of {limit}")
+    };
+    let message = format!("a lattice with cells of size {cell_size:.4e} {needs}");
     match fitting {
         Some(size) => format!("{message}; a cell size of {size:.4e} would fit"),
         None => format!("{message}; use fewer cells or raise the limit"),
@@ -64,6 +68,18 @@ fn readable(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_lower_bound_near_the_limit_is_not_printed() {
+        let near = too_much_memory(0.5, (1 << 30) + 1, 1 << 30, None);
+        assert!(near.starts_with(
+            "a lattice with cells of size 5.0000e-1 needs more memory than the limit of 1.0 GiB;"
+        ));
+        let far = too_much_memory(0.5, 3 << 30, 1 << 30, Some(2.0));
+        assert!(far.contains(
+            "needs at least 3.0 GiB of memory, more than the limit of 1.0 GiB; a cell size of 2.0000e0"
+        ));
+    }
 
     #[test]
     fn readable_formats_bytes_with_binary_units() {

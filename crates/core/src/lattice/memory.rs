@@ -1,6 +1,7 @@
 //! Estimates the memory that a lattice and its simulation need, and determines the memory limit.
 
 use super::error::LatticeError;
+use crate::voxel::Maxima;
 
 /// Bytes of the simulation state and scratch per lattice vertex.
 const SIMULATION_BYTES: u64 = 200;
@@ -15,6 +16,24 @@ const FALLBACK_LIMIT: u64 = 4 << 30;
 /// Returns the bytes that a lattice with `vertices` vertices and a simulation of it need.
 pub(crate) fn needed_bytes(vertices: u64) -> u64 {
     vertices.saturating_mul(LATTICE_BYTES + SIMULATION_BYTES)
+}
+
+/// Number of vertices of a lattice of one cell, less one. A lattice of n cells has at least n + 7 vertices: corner 0
+/// of each cell, and the other corners of the cell that comes last in the order of (z, y, x).
+const FURTHER_VERTICES: u64 = 7;
+
+/// Returns the bytes that a lattice with `cells` cells and a simulation of it need at least.
+pub(crate) fn needed_bytes_of_cells(cells: u64) -> u64 {
+    needed_bytes(cells.saturating_add(FURTHER_VERTICES))
+}
+
+/// Returns the numbers of cells and of faces in grid planes above which a lattice needs more than `limit` bytes.
+///
+/// Voxelizing needs less memory for a face than the simulation for a lattice vertex. The boundary of a set of cells has
+/// more faces than vertices only if it has many tunnels, or coincident faces inside.
+pub(super) fn maxima(limit: u64) -> Maxima {
+    let vertices = limit / needed_bytes(1);
+    Maxima { cells: vertices.saturating_sub(FURTHER_VERTICES), faces: vertices }
 }
 
 /// Largest number of vertices that any limit allows. Vertex indices have 32 bits, one of which stays unused.
@@ -61,6 +80,16 @@ mod tests {
         for malformed in ["", "MemTotal: x kB", "MemTotal: 12", "MemTotal: 99999999999999999999 kB"] {
             assert_eq!(total_of_meminfo(malformed), None);
         }
+    }
+
+    #[test]
+    fn more_cells_or_faces_than_the_maxima_need_more_than_the_limit() {
+        for limit in [2000, 2001, 12_345_678, limit(Some(u64::MAX))] {
+            let Maxima { cells, faces } = maxima(limit);
+            assert!(needed_bytes(faces) <= limit && needed_bytes(faces + 1) > limit);
+            assert!(needed_bytes_of_cells(cells) <= limit && needed_bytes_of_cells(cells + 1) > limit);
+        }
+        assert_eq!(maxima(1999).cells, 0);
     }
 
     #[test]

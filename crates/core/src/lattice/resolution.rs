@@ -14,6 +14,17 @@ const TOLERANCE: f64 = 0.045;
 /// vertices jumps from one side of the request to the other.
 const MIN_BRACKET: f64 = 1e-5;
 
+/// A trial ends without a result when its memory is this many times the memory for the requested vertices, unless it
+/// is less than [`MIN_TRIAL_BYTES`]. The surface of a mesh with degenerate faces can have far more cells at the
+/// estimated cell size.
+const MAX_TRIAL_RATIO: u64 = 8;
+
+/// Memory in bytes up to which each trial gives a number of vertices: that of a lattice with four million vertices.
+const MIN_TRIAL_BYTES: u64 = 1_000_000_000;
+
+/// Largest ln(vertices / requested) that is assumed for a trial without a result.
+const MAX_ASSUMED_RATIO: f64 = 5.0;
+
 /// A cell size that was tried.
 #[derive(Clone, Copy)]
 struct Trial {
@@ -36,12 +47,15 @@ pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidat
     }
     let measure = RelativeMeasure::new(request.mesh);
     let mut size = estimate_size(&measure, requested as f64);
-    memory::check(memory::needed_bytes(requested as u64), request.limit, size)?;
+    let needed_bytes = memory::needed_bytes(requested as u64);
+    memory::check(needed_bytes, request.limit, size)?;
+    let trial_limit = needed_bytes.saturating_mul(MAX_TRIAL_RATIO).max(MIN_TRIAL_BYTES).min(request.limit);
+    let trial_request = Request { limit: trial_limit, ..*request };
     let mut best: Option<(f64, Candidate)> = None;
     let mut last_error = None;
     let (mut too_many, mut too_few): (Option<Trial>, Option<Trial>) = (None, None);
     for trials in 1..=MAX_TRIALS {
-        let log_ratio = match request.candidate(size) {
+        let log_ratio = match trial_request.candidate(size) {
             Ok(candidate) => {
                 let log_ratio = (candidate.vertices as f64 / requested as f64).ln();
                 if best.as_ref().is_none_or(|(best, _)| log_ratio.abs() < *best) {
@@ -49,10 +63,14 @@ pub(super) fn search(request: &Request<'_>, requested: usize) -> Result<Candidat
                 }
                 log_ratio
             }
-            // The cells are too small for the memory limit. Treated as e times too many vertices.
+            // The cells are too small. The lower bound of the memory stands for the number of vertices, which is
+            // treated as at least e times too many.
             Err(error) => {
-                last_error = Some(error);
-                1.0
+                let LatticeError::TooMuchMemory { needed, limit, .. } = error else { return Err(error) };
+                if limit == request.limit {
+                    last_error = Some(error);
+                }
+                (needed as f64 / needed_bytes as f64).ln().clamp(1.0, MAX_ASSUMED_RATIO)
             }
         };
         // The first five trials must be within 1 %.

@@ -1,6 +1,6 @@
-//! Finds the boxes that a triangle enters, and marks them in a bitmap.
+//! Finds the boxes that a triangle enters, and adds them to a set.
 
-use super::bitmap::Bitmap;
+use super::bricks::Bricks;
 use super::triangle_box::TriangleAxes;
 
 /// A range with at most this number of boxes is tested box by box. A larger range is halved first.
@@ -19,10 +19,10 @@ pub(super) struct Boxes<'a> {
     pub(super) flat: Option<usize>,
 }
 
-/// The bitmap of a search, and what the search has found.
+/// The boxes that all searches have marked, and what this search has found.
 struct Marks<'a> {
     /// The marked boxes. A box of two cells is marked by its upper cell.
-    bitmap: &'a mut Bitmap,
+    marked: &'a mut Bricks,
     /// Whether the triangle enters a box. From then on, marked boxes are skipped: the search adds nothing there.
     entered: bool,
 }
@@ -30,14 +30,15 @@ struct Marks<'a> {
 impl Boxes<'_> {
     /// Marks each box that the triangle enters. Returns whether it enters any box, marked before or not.
     ///
-    /// `low..high` is the range of the cells that the bounding box of the triangle overlaps.
-    pub(super) fn mark(&self, low: [i32; 3], high: [i32; 3], bitmap: &mut Bitmap) -> bool {
+    /// `low..high` is the range of the cells that the bounding box of the triangle overlaps. The search ends when the
+    /// set is too large.
+    pub(super) fn mark(&self, low: [i32; 3], high: [i32; 3], marked: &mut Bricks) -> bool {
         if self.count(low, high) == 1 {
             // The bounding box of the triangle is within this one box, so the triangle enters the box.
-            bitmap.set(self.upper_cell(low));
+            marked.insert(self.upper_cell(low));
             return true;
         }
-        let mut marks = Marks { bitmap, entered: false };
+        let mut marks = Marks { marked, entered: false };
         self.mark_recursively(&TriangleAxes::new(self.corners), low, high, &mut marks);
         marks.entered
     }
@@ -48,6 +49,11 @@ impl Boxes<'_> {
             cell[axis] += 1;
         }
         cell
+    }
+
+    /// Returns the size of a box, in cells.
+    fn step(&self) -> [i32; 3] {
+        std::array::from_fn(|axis| if self.flat == Some(axis) { 2 } else { 1 })
     }
 
     /// Returns the number of boxes along an axis.
@@ -64,10 +70,21 @@ impl Boxes<'_> {
     fn mark_recursively(&self, axes: &TriangleAxes, low: [i32; 3], high: [i32; 3], marks: &mut Marks<'_>) {
         let count = self.count(low, high);
         if count > SMALL_RANGE {
-            if !axes.enters(low.map(f64::from), high.map(f64::from)) {
+            if marks.marked.is_too_large() || !axes.enters(low.map(f64::from), high.map(f64::from)) {
                 return;
             }
-            if marks.entered && count <= SKIPPED_RANGE && marks.bitmap.has_all(self.upper_cell(low), high) {
+            if marks.entered
+                && count <= SKIPPED_RANGE
+                && marks.marked.contains_all(self.upper_cell(low), high)
+            {
+                return;
+            }
+            // A range inside a triangle in a grid plane needs no test of each box.
+            if self.flat.is_some()
+                && axes.enters_all(low.map(f64::from), high.map(f64::from), self.step().map(f64::from))
+            {
+                marks.marked.insert_all(self.upper_cell(low), high);
+                marks.entered = true;
                 return;
             }
             let axis = (0..3).max_by_key(|&axis| self.extent(low, high, axis)).unwrap_or(0);
@@ -79,15 +96,15 @@ impl Boxes<'_> {
             self.mark_recursively(axes, upper_low, high, marks);
             return;
         }
-        let step: [i32; 3] = std::array::from_fn(|axis| if self.flat == Some(axis) { 2 } else { 1 });
+        let step = self.step();
         for z in (low[2]..high[2]).step_by(step[2] as usize) {
             for y in (low[1]..high[1]).step_by(step[1] as usize) {
                 for x in (low[0]..high[0]).step_by(step[0] as usize) {
                     let end = [x + step[0], y + step[1], z + step[2]];
                     let upper = self.upper_cell([x, y, z]);
-                    let is_skipped = marks.entered && marks.bitmap.get(upper);
+                    let is_skipped = marks.entered && marks.marked.contains(upper);
                     if !is_skipped && axes.enters([x, y, z].map(f64::from), end.map(f64::from)) {
-                        marks.bitmap.set(upper);
+                        marks.marked.insert(upper);
                         marks.entered = true;
                     }
                 }
@@ -99,12 +116,13 @@ impl Boxes<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::voxel::grid_set::GridSet;
 
-    /// Size of the grid. A search of the whole grid has ranges above and below [`SKIPPED_RANGE`].
+    /// Size of the space around the triangles. A search of the whole grid has ranges above and below [`SKIPPED_RANGE`].
     const SIZE: [usize; 3] = [70, 40, 30];
 
     /// Marks a triangle as `voxelize` does. `flat` as in [`Boxes`].
-    fn mark(corners: &[[f64; 3]; 3], flat: Option<usize>, bitmap: &mut Bitmap) -> bool {
+    fn mark(corners: &[[f64; 3]; 3], flat: Option<usize>, marked: &mut Bricks) -> bool {
         let ends = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
             std::array::from_fn(|a| corners.iter().map(|corner| corner[a]).reduce(pick).unwrap())
         };
@@ -113,7 +131,7 @@ mod tests {
         if let Some(axis) = flat {
             (low[axis], high[axis]) = (low[axis] - 1, high[axis] + 1);
         }
-        Boxes { corners, flat }.mark(low, high, bitmap)
+        Boxes { corners, flat }.mark(low, high, marked)
     }
 
     #[test]
@@ -125,7 +143,7 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         for flat in [None, Some(0), Some(1), Some(2)] {
-            let (mut shared, mut union) = (Bitmap::new(SIZE), Bitmap::new(SIZE));
+            let (mut shared, mut union) = (Bricks::new(u64::MAX), GridSet::default());
             for index in 0..400 {
                 // Most triangles are large; some are small, thin, or degenerate to a line in a grid plane.
                 let share = [1.0, 0.7, 0.1][index % 3];
@@ -141,12 +159,13 @@ mod tests {
                     let plane = corners[0][axis].floor();
                     corners.iter_mut().for_each(|corner| corner[axis] = plane);
                 }
-                let mut alone = Bitmap::new(SIZE);
+                let mut alone = Bricks::new(u64::MAX);
                 let entered = mark(&corners, flat, &mut alone);
-                assert_eq!(entered, alone.count() > 0, "{corners:?}");
+                let alone = alone.into_set();
+                assert_eq!(entered, alone.len() > 0, "{corners:?}");
                 assert_eq!(mark(&corners, flat, &mut shared), entered, "{corners:?}");
-                union.insert(&alone);
-                assert!(shared.cells().eq(union.cells()), "{flat:?}, triangle {index}: {corners:?}");
+                union = union.union(&alone);
+                assert_eq!(shared.clone().into_set(), union, "{flat:?}, triangle {index}: {corners:?}");
             }
         }
     }

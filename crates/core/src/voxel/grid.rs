@@ -65,6 +65,11 @@ impl Grid {
         Point3::new(at(0), at(1), at(2))
     }
 
+    /// Returns whether a cell is in the grid.
+    pub(super) fn contains(&self, cell: [i32; 3]) -> bool {
+        (0..3).all(|a| (0..self.size[a] as i32).contains(&cell[a]))
+    }
+
     /// Returns the coordinates of a point relative to the origin of the grid, in cells, clamped to the grid.
     ///
     /// A coordinate near a grid plane is snapped to the plane.

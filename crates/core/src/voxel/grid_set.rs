@@ -54,15 +54,41 @@ impl GridSet {
     /// Appends `count` positions along x, starting at `[x, y, z]`. They must come after all positions of the
     /// set in the order of (z, y, x).
     pub(crate) fn push(&mut self, [x, y, z]: [i32; 3], count: u32) {
-        let same_row = self.rows.last().is_some_and(|row| (row.z, row.y) == (z, y));
-        if !same_row {
+        let end = self.end_of_row((z, y));
+        if end.is_none() {
             self.rows.push(Row { z, y, first_run: self.runs.len() as u32 });
         }
-        let adjoins = same_row && self.span(self.runs.len() - 1).end == x;
-        if !adjoins {
+        if end != Some(x) {
             self.runs.push(Run { x, first: self.len });
         }
         self.len += count;
+    }
+
+    /// Returns the x after the last position if the last position is in the given row (z, y).
+    fn end_of_row(&self, key: (i32, i32)) -> Option<i32> {
+        self.rows.last().filter(|row| (row.z, row.y) == key)?;
+        Some(self.span(self.runs.len() - 1).end)
+    }
+
+    /// Returns the positions that are in this set or in another one.
+    pub(crate) fn union(&self, other: &Self) -> Self {
+        let mut union = Self::default();
+        let mut spans = [self, other].map(|set| set.runs().map(|(run, key)| (key, set.span(run))).peekable());
+        loop {
+            // The set whose next run comes first.
+            let starts = spans.each_mut().map(|spans| spans.peek().map(|(key, span)| (*key, span.start)));
+            let first = match starts {
+                [None, None] => return union,
+                [Some(a), Some(b)] => usize::from(b < a),
+                [a, _] => usize::from(a.is_none()),
+            };
+            let Some((key, span)) = spans[first].next() else { return union };
+            // The part of the run that the union does not contain yet.
+            let start = union.end_of_row(key).map_or(span.start, |end| span.start.max(end));
+            if start < span.end {
+                union.push([start, key.1, key.0], (span.end - start) as u32);
+            }
+        }
     }
 
     /// Returns the number of positions.
@@ -124,6 +150,13 @@ impl GridSet {
         let before = self.runs[runs.clone()].partition_point(|run| run.x <= x);
         let run = runs.start + before.checked_sub(1)?;
         self.span(run).contains(&x).then(|| self.runs[run].first + (x - self.runs[run].x) as u32)
+    }
+
+    /// Returns whether a run of the row (z, y) contains all positions of a range of x, which must not be empty.
+    pub(crate) fn has_run(&self, row: (i32, i32), x: Range<i32>) -> bool {
+        let Some(runs) = self.find_row(row).map(|row| self.row_runs(row)) else { return false };
+        let before = self.runs[runs.clone()].partition_point(|run| run.x <= x.start);
+        before > 0 && x.end <= self.span(runs.start + before - 1).end
     }
 
     /// Returns the first position of the row (z, y) with an x of at least `x`: its number and its x.
@@ -208,5 +241,37 @@ mod tests {
             assert_eq!(set.find(absent), None);
         }
         assert_eq!(GridSet::default().find([0, 0, 0]), None);
+    }
+
+    #[test]
+    fn union_and_runs_agree_with_single_positions() {
+        // A linear congruential generator (Knuth's MMIX) is random enough for positions.
+        let mut state = 7_u64;
+        let mut random = move |n: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) % n) as i32
+        };
+        let order = |&[x, y, z]: &[i32; 3]| (z, y, x);
+        for count in [0, 1, 5, 20, 60] {
+            let mut all = Vec::new();
+            let [a, b] = [count, 30].map(|count| {
+                let mut positions: Vec<_> = (0..count).map(|_| [random(12), random(3), random(2)]).collect();
+                positions.sort_by_key(order);
+                all.extend(&positions);
+                GridSet::from_sorted(&positions)
+            });
+            all.sort_by_key(order);
+            let union = a.union(&b);
+            assert_eq!(union, GridSet::from_sorted(&all));
+            assert_eq!(union, b.union(&a));
+            for (y, z, start) in
+                (0..3).flat_map(|y| (0..2).flat_map(move |z| (0..12).map(move |x| (y, z, x))))
+            {
+                for end in start + 1..14 {
+                    let expected = (start..end).all(|x| union.find([x, y, z]).is_some());
+                    assert_eq!(union.has_run((z, y), start..end), expected);
+                }
+            }
+        }
     }
 }

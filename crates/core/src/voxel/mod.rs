@@ -4,14 +4,14 @@
 //!
 //! * [`grid`]: the grid around the surface.
 //! * [`triangle_box`]: the intersection test of a triangle and a box of cells.
-//! * [`bitmap`]: one bit for each cell.
+//! * [`bricks`]: a set of cells to which cells are added in any order.
 //! * [`boxes`]: finds the cells that a triangle enters.
-//! * [`fill`]: flood fill of the cells outside the surface.
+//! * [`grid_set`]: a sorted set of grid positions.
+//! * [`fill`]: finds the cells that the surface encloses.
 //! * [`voxelize`](mod@voxelize): finds the cells that the surface passes through or encloses.
-//! * [`grid_set`]: the result, a sorted set of grid positions.
 
-mod bitmap;
 mod boxes;
+mod bricks;
 mod fill;
 mod grid;
 mod grid_set;
@@ -20,4 +20,7 @@ mod voxelize;
 
 pub(crate) use grid::{Grid, HIGHEST_INDEX};
 pub(crate) use grid_set::GridSet;
-pub(crate) use voxelize::{Voxels, bytes, voxelize};
+pub(crate) use voxelize::{Maxima, TooMany, Voxels, voxelize};
+
+#[cfg(test)]
+mod dense;

@@ -78,7 +78,28 @@ impl TriangleAxes {
         }
         !separated
     }
+
+    /// Returns whether the triangle certainly enters each box of a range.
+    ///
+    /// `low` and `high` are the corners of the range. `size` is the size of each box.
+    pub(super) fn enters_all(&self, low: [f64; 3], high: [f64; 3], size: [f64; 3]) -> bool {
+        let center: [f64; 3] = std::array::from_fn(|a| 0.5 * (low[a] + high[a]));
+        (0..AXES).all(|i| {
+            let axis = [self.x[i], self.y[i], self.z[i]];
+            let middle: f64 = (0..3).map(|a| axis[a] * center[a]).sum();
+            // The projection of each box contains an interval of this radius around the center of the box. The centers
+            // are at most `spread` from the middle.
+            let radius: f64 = (0..3).map(|a| 0.5 * axis[a].abs() * size[a]).sum();
+            let spread: f64 = (0..3).map(|a| 0.5 * axis[a].abs() * (high[a] - low[a] - size[a])).sum();
+            let reach = radius - spread - SAFE_DEPTH;
+            self.low[i] < middle + reach && self.high[i] > middle - reach
+        })
+    }
 }
+
+/// Depth, in cells, by which all boxes of a range must be entered for [`TriangleAxes::enters_all`]. Far greater than
+/// rounding errors, so that [`TriangleAxes::enters`] gives the same result for each box.
+const SAFE_DEPTH: f64 = 1e-3;
 
 /// Returns the depth along an axis up to which an intersection counts as touching.
 ///

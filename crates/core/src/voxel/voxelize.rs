@@ -1,13 +1,13 @@
 //! Finds the cells that a surface passes through or encloses.
 //!
 //! The *trace* of the triangles consists of the cells that they enter, and of the faces of cells on which
-//! they lie. A flood fill from outside stops at the trace. The result is the cells that the flood fill does
-//! not reach.
+//! they lie. The result is the cells of the trace, the cells that it encloses, and the cells to which its
+//! faces belong.
 
 use nalgebra::Vector3;
 
-use super::bitmap::Bitmap;
 use super::boxes::Boxes;
+use super::bricks::Bricks;
 use super::fill::{self, Walls};
 use super::grid::Grid;
 use super::grid_set::GridSet;
@@ -17,12 +17,6 @@ use crate::mesh::{Mesh, signed_volume};
 /// having no orientation.
 const MIN_VOLUME: f64 = 1e-9;
 
-/// Maximum number of bitmaps: entered cells, outside cells, and three bitmaps for the faces across each axis.
-const BITMAPS: f64 = 11.0;
-
-/// Bytes that the queue of the flood fill needs per row.
-const ROW_BYTES: f64 = 17.0;
-
 /// The result of [`voxelize`].
 pub(crate) struct Voxels {
     /// The cells that the surface passes through or encloses.
@@ -31,15 +25,34 @@ pub(crate) struct Voxels {
     pub(crate) surface_cells: usize,
 }
 
-/// Returns the bytes that [`voxelize`] needs for a grid with `counts` cells along each axis.
-pub(crate) fn bytes(counts: [f64; 3]) -> f64 {
-    BITMAPS * Bitmap::bytes(counts) + ROW_BYTES * Bitmap::row_count_of(counts)
+/// Largest numbers of cells and faces that [`voxelize`] accepts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Maxima {
+    /// Number of cells of the result, at most 2^31.
+    pub(crate) cells: u64,
+    /// Number of faces in grid planes on which a triangle lies, at most 2^31. Counts faces of opposite orientation in
+    /// the same place as two.
+    pub(crate) faces: u64,
+}
+
+/// A number exceeds its maximum. Contains a lower bound of the number.
+#[derive(Debug, PartialEq)]
+pub(crate) enum TooMany {
+    Cells(u64),
+    Faces(u64),
 }
 
 /// Finds the cells that a surface passes through or encloses.
-pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
+///
+/// Time and memory are proportional to the trace of the triangles and the number of runs of the result. They do not
+/// depend on the extent of the grid.
+///
+/// # Errors
+///
+/// If there are more cells or faces than the maxima allow.
+pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid, maxima: Maxima) -> Result<Voxels, TooMany> {
     let positions: Vec<[f64; 3]> = mesh.vertices().iter().map(|vertex| grid.cell_space(vertex)).collect();
-    let mut trace = Trace::new(grid.size);
+    let mut builder = TraceBuilder::new(maxima);
     let mut untraced = Vec::new();
     let mut previous = None;
     for triangle in mesh.triangles() {
@@ -48,23 +61,38 @@ pub(crate) fn voxelize(mesh: &Mesh, grid: &Grid) -> Voxels {
             continue;
         }
         let corners = triangle.map(|vertex| positions[vertex as usize]);
-        if !trace.add(&corners) {
+        if !builder.add(&corners)? {
             untraced.extend(corners);
         }
     }
-    let walls = [0, 1, 2].map(|a| trace.walls(a));
-    let mut outside =
-        fill::outside(&Walls { cells: &trace.entered, faces: walls.each_ref().map(Option::as_ref) });
-    let flipped = trace.faces.iter().any(Option::is_some) && is_inside_out(mesh, &positions, grid);
-    for cell in trace.cells_behind_faces(&outside, flipped) {
-        trace.entered.set(cell);
+    let Trace { entered, faces } = builder.into_trace();
+    let walls = faces.each_ref().map(|Faces { up, down }| up.union(down));
+    let walls = Walls { cells: &entered, faces: walls.each_ref() };
+    let enclosed = fill::enclosed(&walls, maxima.cells).map_err(TooMany::Cells)?;
+    let flipped = faces.iter().any(|faces| !faces.is_empty()) && is_inside_out(mesh, &positions, grid);
+    let is_outside = |cell: [i32; 3]| entered.find(cell).is_none() && enclosed.find(cell).is_none();
+    let behind_faces = cells_behind_faces(&faces, is_outside, flipped, grid);
+    let surface = with_cells(entered, behind_faces);
+    let cells = surface.union(&enclosed);
+    let free_cell = |corner: &[f64; 3]| free_cell_at(corner, &cells, grid);
+    let free_cells: Vec<_> = untraced.iter().filter_map(free_cell).collect();
+    let (surface, cells) = (with_cells(surface, free_cells.clone()), with_cells(cells, free_cells));
+    check(cells.len() as u64, maxima.cells).map_err(TooMany::Cells)?;
+    Ok(Voxels { surface_cells: surface.len(), cells })
+}
+
+/// Returns the number as an error if it exceeds its maximum.
+fn check(number: u64, max: u64) -> Result<(), u64> {
+    if number <= max { Ok(()) } else { Err(number) }
+}
+
+/// Returns the set with further cells, in any order.
+fn with_cells(set: GridSet, mut cells: Vec<[i32; 3]>) -> GridSet {
+    if cells.is_empty() {
+        return set;
     }
-    let free_cell = |corner: &[f64; 3]| free_cell_at(corner, &outside, &trace.entered);
-    for cell in untraced.iter().filter_map(free_cell).collect::<Vec<_>>() {
-        trace.entered.set(cell);
-    }
-    outside.remove(&trace.entered);
-    Voxels { cells: outside.unset(), surface_cells: trace.entered.count() }
+    cells.sort_unstable_by_key(|&[x, y, z]| (z, y, x));
+    set.union(&GridSet::from_sorted(&cells))
 }
 
 /// Returns whether the signed volume of a surface is negative, because its normals mostly point inwards.
@@ -80,42 +108,56 @@ fn is_inside_out(mesh: &Mesh, positions: &[[f64; 3]], grid: &Grid) -> bool {
 /// Returns a cell that contains `corner`, a corner of a triangle without a trace.
 ///
 /// Returns `None` if an occupied cell contains the corner.
-fn free_cell_at(corner: &[f64; 3], outside: &Bitmap, entered: &Bitmap) -> Option<[i32; 3]> {
+fn free_cell_at(corner: &[f64; 3], occupied: &GridSet, grid: &Grid) -> Option<[i32; 3]> {
     let upper = corner.map(|x| x.floor() as i32);
     let lower = corner.map(|x| x.ceil() as i32 - 1);
     let around = (0..8).map(|k| std::array::from_fn(|a| if k >> a & 1 == 0 { lower[a] } else { upper[a] }));
-    let mut around = around.filter(|cell| outside.in_grid(*cell));
+    let mut around = around.filter(|cell| grid.contains(*cell));
     let first = around.next()?;
-    let occupied = |cell: &[i32; 3]| entered.get(*cell) || !outside.get(*cell);
-    let free = !occupied(&first) && !around.any(|cell| occupied(&cell));
+    let is_occupied = |cell| occupied.find(cell).is_some();
+    let free = !is_occupied(first) && !around.any(is_occupied);
     free.then_some(first)
 }
 
 /// The cells and faces of the grid that the triangles occupy.
 struct Trace {
     /// Cells whose interior a triangle enters.
-    entered: Bitmap,
-    /// Faces perpendicular to each axis. `None` if no triangle lies in a grid plane perpendicular to the
-    /// axis.
-    faces: [Option<Faces>; 3],
+    entered: GridSet,
+    /// Faces perpendicular to each axis.
+    faces: [Faces<GridSet>; 3],
 }
 
 /// Faces of cells, perpendicular to one axis, on which a triangle lies. A face is stored with its upper cell:
 /// of the two cells at the face, the one with the higher index along the axis.
-struct Faces {
+struct Faces<Set> {
     /// Faces of triangles whose normal points up the axis.
-    up: Bitmap,
+    up: Set,
     /// Faces of triangles whose normal points down the axis.
-    down: Bitmap,
+    down: Set,
 }
 
-impl Trace {
-    fn new(size: [usize; 3]) -> Self {
-        Self { entered: Bitmap::new(size), faces: [None, None, None] }
+impl Faces<GridSet> {
+    fn is_empty(&self) -> bool {
+        self.up.len() + self.down.len() == 0
+    }
+}
+
+/// Builds a [`Trace`].
+struct TraceBuilder {
+    entered: Bricks,
+    faces: [Faces<Bricks>; 3],
+    maxima: Maxima,
+}
+
+impl TraceBuilder {
+    fn new(maxima: Maxima) -> Self {
+        let faces = || Bricks::new(maxima.faces);
+        let faces = [0, 1, 2].map(|_| Faces { up: faces(), down: faces() });
+        Self { entered: Bricks::new(maxima.cells), faces, maxima }
     }
 
     /// Adds a triangle. Returns false if the triangle leaves no trace because its area is zero or too small.
-    fn add(&mut self, corners: &[[f64; 3]; 3]) -> bool {
+    fn add(&mut self, corners: &[[f64; 3]; 3]) -> Result<bool, TooMany> {
         let [a, b, c] = corners;
         // No coordinate is negative, so truncation is `floor`.
         let mut low: [i32; 3] = std::array::from_fn(|k| a[k].min(b[k]).min(c[k]) as i32);
@@ -125,10 +167,12 @@ impl Trace {
         });
         let mut flat = (0..3).filter(|&k| low[k] == high[k]);
         let Some(axis) = flat.next() else {
-            return Boxes { corners, flat: None }.mark(low, high, &mut self.entered);
+            let is_traced = Boxes { corners, flat: None }.mark(low, high, &mut self.entered);
+            check(self.entered.len(), self.maxima.cells).map_err(TooMany::Cells)?;
+            return Ok(is_traced);
         };
         if flat.next().is_some() {
-            return false;
+            return Ok(false);
         }
         // A triangle in a grid plane overlaps a face in the plane iff it enters the box of the two cells at
         // the face.
@@ -136,45 +180,48 @@ impl Trace {
         high[axis] += 1;
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let area = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
-        let size = self.entered.size();
-        let faces =
-            self.faces[axis].get_or_insert_with(|| Faces { up: Bitmap::new(size), down: Bitmap::new(size) });
+        let faces = &mut self.faces[axis];
         let side = if area < 0.0 { &mut faces.down } else { &mut faces.up };
-        Boxes { corners, flat: Some(axis) }.mark(low, high, side)
+        let is_traced = Boxes { corners, flat: Some(axis) }.mark(low, high, side);
+        let number = self.faces.iter().map(|faces| faces.up.len() + faces.down.len()).sum();
+        check(number, self.maxima.faces).map_err(TooMany::Faces)?;
+        Ok(is_traced)
     }
 
-    /// Returns all faces perpendicular to an axis on which a triangle lies.
-    fn walls(&self, axis: usize) -> Option<Bitmap> {
-        let faces = self.faces[axis].as_ref()?;
-        let mut walls = faces.up.clone();
-        walls.insert(&faces.down);
-        Some(walls)
+    fn into_trace(self) -> Trace {
+        let faces = self.faces.map(|Faces { up, down }| Faces { up: up.into_set(), down: down.into_set() });
+        Trace { entered: self.entered.into_set(), faces }
     }
+}
 
-    /// Returns the cells to which the faces in the trace belong.
-    ///
-    /// A face lies between two cells. If only one of them is outside, the face belongs to the other cell. If
-    /// both are outside, the face belongs to the cell behind the normal of the triangle (to the lower cell if
-    /// triangles with both normals lie on the face). If neither is outside, no cell is returned for the face.
-    /// `flipped`: whether the normals of the triangles point inwards.
-    fn cells_behind_faces(&self, outside: &Bitmap, flipped: bool) -> Vec<[i32; 3]> {
-        let mut cells = Vec::new();
-        for (axis, faces) in self.faces.iter().enumerate() {
-            let Some(Faces { up, down }) = faces else { continue };
-            let (front, back) = if flipped { (down, up) } else { (up, down) };
-            let only_back = back.cells().filter(|cell| !front.get(*cell)).map(|cell| (cell, false));
-            for (upper, faces_up) in front.cells().map(|cell| (cell, true)).chain(only_back) {
-                let mut lower = upper;
-                lower[axis] -= 1;
-                let preferred = if faces_up { [lower, upper] } else { [upper, lower] };
-                match (outside.get(upper), outside.get(lower)) {
-                    (false, false) => {}
-                    (false, true) => cells.push(upper),
-                    (true, false) => cells.push(lower),
-                    (true, true) => cells.extend(preferred.into_iter().find(|cell| outside.in_grid(*cell))),
-                }
+/// Returns the cells to which the faces in the trace belong.
+///
+/// A face lies between two cells. If only one of them is outside, the face belongs to the other cell. If
+/// both are outside, the face belongs to the cell behind the normal of the triangle (to the lower cell if
+/// triangles with both normals lie on the face). If neither is outside, no cell is returned for the face.
+/// `flipped`: whether the normals of the triangles point inwards.
+fn cells_behind_faces(
+    faces: &[Faces<GridSet>; 3],
+    is_outside: impl Fn([i32; 3]) -> bool,
+    flipped: bool,
+    grid: &Grid,
+) -> Vec<[i32; 3]> {
+    let mut cells = Vec::new();
+    for (axis, Faces { up, down }) in faces.iter().enumerate() {
+        let (front, back) = if flipped { (down, up) } else { (up, down) };
+        let only_back = back.positions().into_iter().filter(|cell| front.find(*cell).is_none());
+        let front = front.positions().into_iter().map(|cell| (cell, true));
+        for (upper, faces_up) in front.chain(only_back.map(|cell| (cell, false))) {
+            let mut lower = upper;
+            lower[axis] -= 1;
+            let preferred = if faces_up { [lower, upper] } else { [upper, lower] };
+            match (is_outside(upper), is_outside(lower)) {
+                (false, false) => {}
+                (false, true) => cells.push(upper),
+                (true, false) => cells.push(lower),
+                (true, true) => cells.extend(preferred.into_iter().find(|cell| grid.contains(*cell))),
             }
         }
-        cells
     }
+    cells
 }
