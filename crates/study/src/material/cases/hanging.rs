@@ -21,7 +21,8 @@ const RATE: f64 = 5.0;
 /// Time in seconds in which it comes to rest, up to exp(-5 x 4) (1 + 5 x 4) of the elongation.
 const SECONDS: f64 = 4.0;
 
-/// Lets a bar hang from the vertices above `held` below the upper end, and measures the elongation.
+/// Lets a bar hang from the vertices above `held` below the upper end, and measures the elongation and the force of the
+/// hold.
 fn hung(cells: i32, held: f64, step_rate: f64) -> Outcome {
     let h = 1.0 / f64::from(cells);
     let upper = f64::from(LENGTH);
@@ -40,7 +41,9 @@ fn hung(cells: i32, held: f64, step_rate: f64) -> Outcome {
     // The lowest held layer is the first one above the plane.
     let length = h * ((upper - held) / h - 1e-9).ceil();
     let law = Bar { thickness: 1.0, length, modulus: MODULUS, density }.elongation(GRAVITY);
-    Ok(vec![Measured::by_law(elongation, law)])
+    let hold = simulation.body(0).hold_force(0)?.unwrap_or_default();
+    let weight = simulation.body(0).mass() * GRAVITY;
+    Ok(vec![Measured::by_law(elongation, law), Measured::by_law(hold.force.z, weight)])
 }
 
 /// Returns the cases of this family.
@@ -48,10 +51,11 @@ pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (cells, step_rate) in [(4, 120.0), (8, 120.0), (16, 120.0), (16, 480.0), (30, 120.0), (30, 480.0)] {
         for (name, held) in [("held 0.3 deep", 0.3), ("held by one layer", 0.5 / f64::from(cells))] {
-            let quantity = Quantity::new("elongation, m", Target::within(0.95, 1.1));
+            let elongation = Quantity::new("elongation, m", Target::within(0.95, 1.1));
+            let force = Quantity::new("force of the hold, law: weight", Target::within(0.99, 1.01));
             let vertices = bar_vertices(cells, LENGTH);
             let name = format!("{vertices} vertices, {name}, {step_rate} steps/s");
-            let case = Case::new(name, [quantity], move || hung(cells, held, step_rate));
+            let case = Case::new(name, [elongation, force], move || hung(cells, held, step_rate));
             cases.push(case.of_vertices(vertices));
         }
     }

@@ -34,9 +34,6 @@ fn case(
         ("bust", 20_000) => {
             quantity.misses("it rocks on the edges of its base; a rigid motion is not damped")
         }
-        ("bunny", 2_000) => {
-            quantity.misses("single vertices of touching cells that are filled to 2 or 3 % keep jumping")
-        }
         _ => quantity,
     };
     Case::new(format!("{name}, {vertices} vertices"), [quantity], move || dropped(mesh()?, vertices))
