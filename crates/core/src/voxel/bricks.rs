@@ -129,7 +129,7 @@ impl Bricks {
                 for line in layer.chunk_by(|a, b| a.0[1] == b.0[1]) {
                     for y in 0..SIDE {
                         for (position, index) in line {
-                            let bits = self.bricks[*index as usize][z as usize] >> (y * SIDE) as u8;
+                            let bits = self.bricks[*index as usize][z as usize] >> (y * SIDE);
                             let [bz, by, bx] = position.map(|i| i << SHIFT);
                             push_runs(&mut set, bits as u8, [bx, by + y, bz + z]);
                         }
