@@ -55,9 +55,10 @@ impl Body {
 impl BodyRef<'_> {
     /// Returns the elastic energy, in kg x length^2 / s^2, or `None` outside a simulation.
     ///
-    /// It is the potential of the accelerations towards the goal positions: alpha/(2 dt²) Σ s Σ m/n |R y + c - x|², over
-    /// the regions, with their stiffness factors s, and the vertices of each region. R y + c is the position to which the rigid motion of the region
-    /// moves a vertex. Vertices that a pin or handle holds count with the mass that they have in the fits of the regions.
+    /// It is the potential of the accelerations towards the goal positions: alpha/(2 dt²) Σ s Σ m/n |R y + c - x|²,
+    /// over the regions, with their stiffness factors s, and the vertices of each region. R y + c is the position to
+    /// which the rigid motion of the region moves a vertex. Vertices that a pin or handle holds count with the mass
+    /// that they have in the fits of the regions.
     pub fn elastic_energy(self) -> Option<f64> {
         let context = self.context()?;
         let body = self.get();

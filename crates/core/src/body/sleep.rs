@@ -1,10 +1,10 @@
 //! Sleep: a body at rest is not stepped.
 //!
-//! A body falls asleep at the beginning of a frame, if during the last half second every vertex was slower than
-//! 1e-3 √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider, and no pin, handle
-//! or near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the limit is a thousandth of the speed after
-//! a fall by about the size of the body. Its velocities are then set to zero. A component that is exactly still needs
-//! no support.
+//! A body falls asleep at the beginning of a frame, if during the last half second every vertex was slower than 1e-3
+//! √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider, and no pin, handle or
+//! near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the limit
+//! is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero. A
+//! component that is exactly still needs no support.
 //!
 //! A sleeping body wakes up when something could move it: a handle or a near collider that moves, a pin or handle
 //! that begins or ends, a force, an assigned position or velocity, and every changed setting.

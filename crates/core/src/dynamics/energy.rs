@@ -1,13 +1,12 @@
 //! Limits the energy of a free body: a body without constraints and contacts.
 //!
-//! The acceleration towards the goal positions has the potential V = alpha/(2 dt²) Σ s Σ m/n |goal - x|². The
-//! outer sum is over the regions, with the stiffness factor s of a region, and the inner sum over the vertices of a
-//! region; m/n and x are the region weight and the position of a vertex, and `goal` is the position to which the rigid motion of this region
-//! moves the vertex. The time integration is a leapfrog scheme. If V is harmonic, it conserves the energy Σ m
-//! v₋·v₊ / 2 + V exactly, with the velocities v₋ before and v₊ after the acceleration. But V has kinks where
-//! an inverted region has two optimal rotations, and steps across a kink add energy. Bodies that start
-//! collapsed to a point, or with permuted vertices, reach 6 to 300 times their initial energy in 10,000
-//! steps.
+//! The acceleration towards the goal positions has the potential V = alpha/(2 dt²) Σ s Σ m/n |goal - x|². The outer
+//! sum is over the regions, with the stiffness factor s of a region, and the inner sum over the vertices of a region;
+//! m/n and x are the region weight and the position of a vertex, and `goal` is the position to which the rigid motion
+//! of this region moves the vertex. The time integration is a leapfrog scheme. If V is harmonic, it conserves the
+//! energy Σ m v₋·v₊ / 2 + V exactly, with the velocities v₋ before and v₊ after the acceleration. But V has kinks
+//! where an inverted region has two optimal rotations, and steps across a kink add energy. Bodies that start
+//! collapsed to a point, or with permuted vertices, reach 6 to 300 times their initial energy in 10,000 steps.
 //!
 //! Newton's method for the rotations fails to converge only near a kink. So the energy is computed in the
 //! steps in which it fails to converge for a region. The first such energy becomes the limit. If a later

@@ -1,10 +1,10 @@
 //! Computes the frequency of the lowest elastic mode of a free body, by the Lanczos method (Lanczos 1950).
 //!
-//! For small displacements u, a step accelerates the vertices by -(alpha/dt²) K u with K = 1 - S, where S u is the mean
-//! of the rigid displacements of the regions at each vertex ([`RegionDamper`]). With stiffness factors up to 1, K is
-//! F (1 - S), with the factor F of each vertex and a mean that is weighted by the factors of the regions. K is symmetric in the scalar product
-//! Σ m u·v. Its eigenvalues are in [0, 1], and 0 only for rigid displacements of a component, which are projected out.
-//! The angular frequency of the mode of the eigenvalue λ is √(λ alpha)/dt.
+//! For small displacements u, a step accelerates the vertices by -(alpha/dt²) K u with K = 1 - S, where S u is the
+//! mean of the rigid displacements of the regions at each vertex ([`RegionDamper`]). With stiffness factors up to 1,
+//! K is F (1 - S), with the factor F of each vertex and a mean that is weighted by the factors of the regions. K is
+//! symmetric in the scalar product Σ m u·v. Its eigenvalues are in [0, 1], and 0 only for rigid displacements of a
+//! component, which are projected out. The angular frequency of the mode of the eigenvalue λ is √(λ alpha)/dt.
 
 use super::damping::RegionDamper;
 use super::integration::add_rigid;

@@ -167,8 +167,9 @@ impl Simulation {
         self.fps
     }
 
-    /// Sets the number of steps per frame, from the next step on, which begins a frame. The step length is then 1/(fps x steps) if the frames
-    /// per second were given; otherwise it stays the same. Neither Young's modulus nor the regions of a body change.
+    /// Sets the number of steps per frame, from the next step on, which begins a frame. The step length is then
+    /// 1/(fps x steps) if the frames per second were given; otherwise it stays the same. Neither Young's modulus nor
+    /// the regions of a body change.
     ///
     /// # Errors
     ///
