@@ -117,6 +117,51 @@ impl Observer for Driver {
     }
 }
 
+/// Lists the files in a folder at a frame, and stops the job after it.
+struct Lister<'a> {
+    folder: &'a Path,
+    at: u32,
+    found: Vec<String>,
+}
+
+impl Observer for Lister<'_> {
+    fn frame(&mut self, progress: &Progress) -> Flow {
+        if progress.frame < self.at {
+            return Flow::Continue;
+        }
+        self.found = files(self.folder);
+        Flow::Stop
+    }
+}
+
+/// Returns the names of the frames in a folder, also of incomplete ones, sorted.
+fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<_> = names.filter(|name| name.starts_with("cube_")).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn frames_of_an_earlier_run_have_temporary_names_until_they_are_replaced_or_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let job = |overrides: &[&str]| Job::new(scene(folder.path(), overrides), &out);
+    job(&["simulation.frames=8"]).run(&mut Recorder::default()).unwrap();
+    std::fs::copy(out.join("cube_0007.obj"), out.join("cube_0003.obj.part")).unwrap();
+    std::fs::copy(out.join("cube_0007.obj"), out.join("cube_00002.obj")).unwrap();
+    let mut lister = Lister { folder: &out, at: 3, found: Vec::new() };
+    job(&["simulation.frames=5"]).run(&mut lister).unwrap();
+    let name = |k: u32| format!("cube_{k:04}.obj");
+    let complete: Vec<_> = (0..4).map(name).collect();
+    let aside = (4..6).map(|k| format!("{}.part", name(k)));
+    assert_eq!(lister.found, complete.iter().cloned().chain(aside).collect::<Vec<_>>());
+    assert_eq!(files(&out), complete, "older frames are removed when the job stops");
+    job(&[]).run(&mut Recorder::default()).unwrap();
+    assert_eq!(files(&out), (0..11).map(name).collect::<Vec<_>>());
+}
+
 #[test]
 fn changes_by_an_observer_survive_stopping_and_resuming() {
     let folder = tempfile::tempdir().unwrap();

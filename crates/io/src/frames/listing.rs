@@ -15,6 +15,17 @@ pub(crate) struct Listing {
     files: Vec<Vec<ListedFile>>,
 }
 
+/// Frames of an older run under their temporary names. Dropping this removes those that were not replaced.
+#[derive(Debug, Default)]
+pub(crate) struct SetAside(Vec<PathBuf>);
+
+impl Drop for SetAside {
+    fn drop(&mut self) {
+        // Most files do not exist any more. What cannot be removed does not harm: the next run removes it.
+        self.0.iter().for_each(|path| drop(fs::remove_file(path)));
+    }
+}
+
 /// A file of a sequence.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ListedFile {
@@ -55,6 +66,33 @@ impl Listing {
     /// Returns the files of a sequence, by its index in the argument of [`Listing::read`], sorted by path.
     pub(super) fn files(&self, sequence: usize) -> &[ListedFile] {
         &self.files[sequence]
+    }
+
+    /// Renames the frames that `sequences` write again to their temporary names, and removes all other files.
+    /// `sequences` is the argument of [`Listing::read`].
+    ///
+    /// Writing a frame replaces its temporary file. If all files were removed before the first one is created, 20,000
+    /// files could take a minute: ext4 does not use inodes again that were freed in the last seconds, and each new file
+    /// searches them all.
+    pub(crate) fn set_aside(self, sequences: &[Sequence]) -> Result<SetAside, OutputError> {
+        let mut aside = SetAside::default();
+        for (files, sequence) in self.files.into_iter().zip(sequences) {
+            for ListedFile { path, frame, .. } in files {
+                let is_file = fs::symlink_metadata(&path).is_ok_and(|metadata| metadata.is_file());
+                let again = frame.filter(|frame| is_file && sequence.writes(*frame));
+                let again = again.map(|frame| sequence.path(frame));
+                let part = again.as_deref().map(part_path);
+                match part {
+                    Some(part) if part == path => aside.0.push(part),
+                    Some(part) if again.as_ref() == Some(&path) => {
+                        fs::rename(&path, &part).map_err(OutputError::io("rename", &path))?;
+                        aside.0.push(part);
+                    }
+                    _ => remove(&path)?,
+                }
+            }
+        }
+        Ok(aside)
     }
 
     /// Removes all files.

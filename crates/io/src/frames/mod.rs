@@ -35,7 +35,7 @@ mod sequence;
 mod writer;
 
 pub use error::OutputError;
-pub(crate) use listing::{Listing, check_inputs};
+pub(crate) use listing::{Listing, SetAside, check_inputs};
 pub use normal_transform::count_shared_normals;
 pub(crate) use pc2::{check_link as check_cache_link, finish as finish_cache};
 pub(crate) use present::{Present, Renames, check};

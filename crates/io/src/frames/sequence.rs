@@ -102,6 +102,11 @@ impl Sequence {
         frame.saturating_sub(self.first).div_ceil(self.every.max(1))
     }
 
+    /// Returns whether the sequence has a frame with this number.
+    pub(crate) fn writes(&self, frame: u64) -> bool {
+        (self.first..=self.last).contains(&frame) && (frame - self.first).is_multiple_of(self.every.max(1))
+    }
+
     /// Returns an error if the name of a file of the sequence would be longer than file systems allow.
     pub(crate) fn check_length(&self) -> Result<(), OutputError> {
         // The name of the last frame is the longest. While it is written, `.part` is appended.

@@ -13,8 +13,17 @@ use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
 use super::stats::{Row, Stats, Times};
 use crate::file::sync_directory;
-use crate::frames::{FrameWriter, OutputError};
+use crate::frames::{FrameWriter, OutputError, SetAside};
 use supple::{Display, Simulation};
+
+/// The output files of a job.
+pub(super) struct Files {
+    /// Frame writers, one per body.
+    pub(super) writers: Vec<FrameWriter>,
+    pub(super) stats: Option<Stats>,
+    /// Frames of an older run that this job replaces.
+    pub(super) aside: SetAside,
+}
 
 /// A running job: its simulation, open files and counters.
 pub(super) struct Running<'a> {
@@ -26,6 +35,8 @@ pub(super) struct Running<'a> {
     /// Frame writers, one per body.
     writers: Vec<FrameWriter>,
     stats: Option<Stats>,
+    /// Frames of an older run that are not replaced yet. They are removed when the job ends.
+    _aside: SetAside,
     /// Checkpoint of the last written frame. It is written from time to time.
     checkpoint: Checkpoint,
     /// Frame of the checkpoint that this run resumes from, from 0; `None` if this run starts at frame 0.
@@ -49,12 +60,12 @@ impl<'a> Running<'a> {
     pub(super) fn new(
         job: &'a Job,
         prepared: Prepared,
-        writers: Vec<FrameWriter>,
-        stats: Option<Stats>,
+        files: Files,
         checkpoint: Checkpoint,
         resumed_after: Option<u32>,
     ) -> Self {
         let Prepared { simulation, substeps, inputs } = prepared;
+        let Files { writers, stats, aside } = files;
         Self {
             job,
             simulation: Arc::new(Mutex::new(simulation)),
@@ -62,6 +73,7 @@ impl<'a> Running<'a> {
             inputs,
             writers,
             stats,
+            _aside: aside,
             checkpoint,
             resumed_after,
             step_time: Duration::ZERO,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::advance::Running;
+use super::advance::{Files, Running};
 use super::checkpoint::{CHECKPOINT, Checkpoint};
 use super::error::RunError;
 use super::fingerprint::fingerprint;
@@ -14,7 +14,7 @@ use super::report::{Outcome, RunReport};
 use super::resume::{Earlier, Start};
 use super::settings::Settings;
 use super::stats::Stats;
-use crate::frames::{FrameWriter, Listing, OutputError, Sequence};
+use crate::frames::{FrameWriter, Listing, OutputError, Sequence, SetAside};
 
 impl Job {
     /// Runs the job. All input is checked before any frame is written.
@@ -65,13 +65,14 @@ impl Job {
         Lock::acquire(&self.directory)
     }
 
-    /// Opens the files of a run from frame 0, and removes an existing sequence.
+    /// Opens the files of a run from frame 0, and removes or sets aside an existing sequence.
     fn start_fresh(&self, prepared: Prepared, settings: Settings) -> Result<Running<'_>, RunError> {
-        let existing = Listing::read(&self.sequences())?;
+        let sequences = self.sequences();
+        let existing = Listing::read(&sequences)?;
         let stats = self.stats.as_deref().map(Stats::create).transpose()?;
         // The checkpoint is removed first, so that it never describes frames of another run.
         Checkpoint::remove(&self.directory)?;
-        existing.remove_all()?;
+        let aside = existing.set_aside(&sequences)?;
         let writers = self.writers(&prepared, None)?;
         let checkpoint = Checkpoint {
             settings,
@@ -80,7 +81,7 @@ impl Job {
             frames: vec![Vec::new(); writers.len()],
             stats: None,
         };
-        Ok(Running::new(self, prepared, writers, stats, checkpoint, None))
+        Ok(Running::new(self, prepared, Files { writers, stats, aside }, checkpoint, None))
     }
 
     /// Opens the files of a run that continues after a checkpoint.
@@ -110,7 +111,8 @@ impl Job {
         renames.apply()?;
         let writers = self.writers(&prepared, Some(self.number(frame) + 1))?;
         observer.note(&Note::Resumed { frame });
-        Ok(Running::new(self, prepared, writers, stats, checkpoint, Some(frame)))
+        let files = Files { writers, stats, aside: SetAside::default() };
+        Ok(Running::new(self, prepared, files, checkpoint, Some(frame)))
     }
 
     /// Opens the frame writer of each body, which continues at frame number `next`, or starts a sequence if
