@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use supple::{Body, Display, Material, Preservation, Simulation, VolumeMeasure, VolumeOptions};
+use supple::{Body, Display, Material, Preservation, Simulation, SkinKind, VolumeMeasure, VolumeOptions};
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::{Statue, deform};
 
@@ -41,7 +41,7 @@ pub(crate) fn bench(bench: &mut Bench) {
     for (measure, target) in measures {
         let simulations = || {
             let options = [Preservation::By(measure), Preservation::Off];
-            options.map(|volume| DisplayedStatue::new(volume.into(), LATTICE_VERTICES))
+            options.map(|volume| DisplayedStatue::new(volume.into(), LATTICE_VERTICES, SkinKind::Linear))
         };
         let frames = |[corrected, uncorrected]: &mut [DisplayedStatue; 2], n| {
             let [frame, step, correction, update] = corrected.frames(n);
@@ -61,14 +61,35 @@ pub(crate) fn bench(bench: &mut Bench) {
         );
         bench.row(&format!("share of the correction `{measure}`"), (percentage, "%"), target, comparison);
     }
+    smooth(bench);
+}
+
+/// Times a frame with a smooth skin relative to a linear skin.
+fn smooth(bench: &mut Bench) {
+    let simulations = || {
+        [SkinKind::Smooth, SkinKind::Linear]
+            .map(|skin| DisplayedStatue::new(VolumeOptions::default(), LATTICE_VERTICES, skin))
+    };
+    let frames = |[smooth, linear]: &mut [DisplayedStatue; 2], n| {
+        let ([frame, _, correction, update], [linear, ..]) = (smooth.frames(n), linear.frames(n));
+        [frame, linear, correction, update]
+    };
+    let samples = bench.measure(["frame", "smooth"], Sampling::Many, simulations, frames);
+    let Some(samples) = samples else { return };
+    let [_, linear, correction, update] = std::array::from_fn(|index| samples.seconds(index) * 1e3);
+    let comparison =
+        format!("linear: {linear:.3} ms; smooth: correction {correction:.3}, mesh update {update:.3} ms");
+    let case = "frame with a smooth skin, relative to a linear skin";
+    bench.row(case, (samples.ratio(0, 1), ""), Some(AtMost(1.5)), comparison);
 }
 
 impl DisplayedStatue {
     /// Builds the simulation of a deformed statue on two threads.
-    pub(crate) fn new(volume: VolumeOptions, lattice_vertices: usize) -> Self {
+    pub(crate) fn new(volume: VolumeOptions, lattice_vertices: usize, skin: SkinKind) -> Self {
         let body = Body::builder(Statue::of_quads(QUADS).mesh())
             .material(Material::fast_lsm())
-            .lattice_vertices(lattice_vertices);
+            .lattice_vertices(lattice_vertices)
+            .skin(skin);
         let mut body = body.volume(volume).build().expect("the mesh and the body options are valid");
         deform(&mut body);
         let count = body.mesh().map_or(0, |mesh| mesh.vertices().len());

@@ -121,6 +121,7 @@ class Body:
         region_damping_rate: float | None = None,
         density: float = 1000.0,
         volume: str | Mapping[str, Any] = "auto",
+        skin: str = "linear",
         velocity: ArrayLike = (0, 0, 0),
         spin: ArrayLike = (0, 0, 0),
         memory_limit: int | None = None,
@@ -157,6 +158,8 @@ class Body:
     def lowest_frequency(self) -> float: ...
     @property
     def volume(self) -> float: ...
+    @property
+    def skin(self) -> str: ...
     @property
     def volume_options(self) -> dict[str, Any]: ...
     @volume_options.setter

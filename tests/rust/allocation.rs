@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use supple::{
     Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Material, Mesh, Pin, Preservation, Selection,
-    Simulation, Substeps, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
+    Simulation, SkinKind, Substeps, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
 
@@ -99,10 +99,17 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     assert!(count <= 16, "{count} allocations in 200 steps on two threads");
 
     // Evaluation with each volume measure: the first one allocates all buffers.
-    for measure in [VolumeMeasure::Lattice, VolumeMeasure::Cells, VolumeMeasure::Mesh] {
+    let cases = [
+        (VolumeMeasure::Lattice, SkinKind::Linear),
+        (VolumeMeasure::Cells, SkinKind::Linear),
+        (VolumeMeasure::Mesh, SkinKind::Linear),
+        (VolumeMeasure::Mesh, SkinKind::Smooth),
+    ];
+    for (measure, skin) in cases {
         let body = Body::builder(cube())
             .material(Material::fast_lsm())
             .lattice_vertices(500)
+            .skin(skin)
             .volume(Preservation::By(measure));
         let mut sim = Simulation::builder()
             .body(body.spin([1.0, 2.0, 0.0]).build().unwrap())
@@ -119,32 +126,35 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         };
         step_and_evaluate(&mut sim);
         let count = thread_allocations(|| (0..20).for_each(|_| step_and_evaluate(&mut sim)));
-        assert_eq!(count, 0, "evaluations with measure {measure}");
+        assert_eq!(count, 0, "evaluations with measure {measure}, {skin:?}");
     }
 
     // The regional correction beside colliders, once the body has come to rest.
     let volume = VolumeOptions { scope: VolumeScope::Regional, ..VolumeMeasure::Mesh.into() };
-    let body = Body::builder(cube())
-        .material(Material::fast_lsm())
-        .lattice_vertices(500)
-        .region_damping(0.2)
-        .volume(volume)
-        .build()
-        .unwrap();
-    let ball = Collider::sphere([0.5, -0.9, 0.5], 1.0);
-    let ground = Collider::plane([0.0, 0.02, 0.0], [0.0, 1.0, 0.0]);
-    let resting =
-        Simulation::builder().body(body).collider(ball).collider(ground).substeps(Substeps::Fixed(2));
-    let mut resting = resting.threads(1).build().unwrap();
-    let mut display = Display::new();
-    let mut step_and_evaluate = |count: usize| {
-        for _ in 0..count {
-            resting.steps(2);
-            assert!(display.evaluate(resting.body(0)).positions().len() > 0);
-        }
-    };
-    step_and_evaluate(200);
-    assert_eq!(thread_allocations(|| step_and_evaluate(20)), 0, "evaluations beside colliders");
+    for skin in [SkinKind::Linear, SkinKind::Smooth] {
+        let body = Body::builder(cube())
+            .material(Material::fast_lsm())
+            .lattice_vertices(500)
+            .region_damping(0.2)
+            .volume(volume)
+            .skin(skin)
+            .build()
+            .unwrap();
+        let ball = Collider::sphere([0.5, -0.9, 0.5], 1.0);
+        let ground = Collider::plane([0.0, 0.02, 0.0], [0.0, 1.0, 0.0]);
+        let resting =
+            Simulation::builder().body(body).collider(ball).collider(ground).substeps(Substeps::Fixed(2));
+        let mut resting = resting.threads(1).build().unwrap();
+        let mut display = Display::new();
+        let mut step_and_evaluate = |count: usize| {
+            for _ in 0..count {
+                resting.steps(2);
+                assert!(display.evaluate(resting.body(0)).positions().len() > 0);
+            }
+        };
+        step_and_evaluate(200);
+        assert_eq!(thread_allocations(|| step_and_evaluate(20)), 0, "evaluations beside colliders, {skin:?}");
+    }
 
     let stages = |sim: &Simulation| {
         let plan = sim.plan();

@@ -43,6 +43,7 @@ mod scene;
 mod scene_input;
 mod shapes;
 mod shipped;
+mod smooth_skin;
 mod volume;
 mod volume_contact;
 mod volume_field;

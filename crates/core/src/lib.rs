@@ -72,7 +72,7 @@
 //!    positions P^ to P~ = P^ + lambda V (Takamatsu & Kanai 2009, Eq. (1)). The field V moves the surface
 //!    along its normals, and the scale lambda is the root of a cubic (`volume::cubic`). The directions of
 //!    external forces are first removed from V (Eq. (2), `volume::external_forces`).
-//! 2. **Mesh update** (module `skin`): trilinear interpolation of the mesh in the cells
+//! 2. **Mesh update** ([`SkinKind`], module `skin`): interpolation of the mesh in the cells, trilinear or smooth
 //!    (`skin::mesh_update`), and normals.
 //!
 //! [`Simulation::plan`] lists the stages of a simulation. A stage that a body does not need takes no time and
@@ -155,7 +155,7 @@ pub use simulation::{
     ChosenSubsteps, ColliderMut, ColliderRef, Simulation, SimulationBuilder, SimulationState, StepReason,
     Substeps,
 };
-pub use skin::{VertexNormals, vertex_normals};
+pub use skin::{SkinKind, VertexNormals, vertex_normals};
 pub use state::{Placement, euler_degrees};
 pub use volume::{
     ComponentReport, FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeReport,

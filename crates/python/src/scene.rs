@@ -88,6 +88,7 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
     }
     settings.set_item("density", data.material.density)?;
     settings.set_item("volume", volume_settings(py, &data.volume)?)?;
+    settings.set_item("skin", data.skin.name())?;
     Ok(settings)
 }
 

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::lattice::{Embedding, Lattice, LatticeOptions, Resolution, vertex_masses};
 use crate::matching::Matching;
 use crate::mesh::Mesh;
-use crate::skin::Skin;
+use crate::skin::{Skin, SkinKind};
 use crate::state::{Placement, State};
 use crate::volume::{Correction, VolumeOptions};
 
@@ -29,6 +29,7 @@ pub struct BodyBuilder {
     material: Material,
     placement: Placement,
     volume: VolumeOptions,
+    skin: SkinKind,
     zones: Vec<Zone>,
     pins: Vec<Pin>,
     handles: Vec<Handle>,
@@ -58,6 +59,7 @@ impl BodyBuilder {
             material: Material::default(),
             placement: Placement::default(),
             volume: VolumeOptions::default(),
+            skin: SkinKind::default(),
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
@@ -229,6 +231,12 @@ impl BodyBuilder {
         self
     }
 
+    /// Sets how the mesh follows the lattice; default [`SkinKind::Linear`]. It has no effect on a bare lattice.
+    pub fn skin(mut self, skin: SkinKind) -> Self {
+        self.skin = skin;
+        self
+    }
+
     /// Adds a part with another stiffness. The factors of overlapping zones multiply.
     pub fn zone(mut self, zone: Zone) -> Self {
         self.zones.push(zone);
@@ -266,6 +274,10 @@ impl BodyBuilder {
                 let mesh = if self.scale == 1.0 { mesh } else { mesh.scaled(self.scale)? };
                 let lattice = Lattice::from_mesh(&mesh, &self.options)?;
                 let embedding = Embedding::new(&lattice, mesh.vertices());
+                let embedding = match self.skin {
+                    SkinKind::Linear => embedding,
+                    SkinKind::Smooth => embedding.smoothed(&lattice),
+                };
                 (lattice, Some(Surface { mesh, embedding, skin: Skin::default() }))
             }
         };

@@ -2,7 +2,7 @@
 //!
 //! The volume correction moves the lattice vertices from their positions P^ to P~ = P^ + lambda V, with the
 //! scale lambda and the field V (Takamatsu & Kanai 2009, Eq. (1); module `volume`). The mesh update then
-//! interpolates the mesh trilinearly in the cells of P~ and computes its normals (module `skin`).
+//! interpolates the mesh in the cells of P~, trilinearly or smoothly, and computes its normals (module `skin`).
 
 use std::ops::Deref;
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use nalgebra::{Point3, Vector3};
 use super::elasticity::Softened;
 use super::{Body, Surface};
 use crate::contact::{Colliders, Contacts};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
@@ -173,6 +173,10 @@ pub struct Display {
     corrected: Vec<[f32; 3]>,
     /// P~, or P^ without a correction, as the mesh update reads it: (x, y, z, x) of each vertex.
     xyzx: Vec<Xyzx>,
+    /// Slopes of `xyzx` along the axes, if the skin is smooth.
+    slopes: Vec<[Xyzx; 3]>,
+    /// Trust in the slopes of `deformed`, if the skin is smooth. It also holds for `corrected`.
+    trust: Trust,
     /// Rotations fitted to the current positions, by slot (see [`Lanes`]). The rotations of the state are
     /// fitted to the positions one step earlier.
     slot_rotations: Lanes<4>,
@@ -190,7 +194,7 @@ pub struct DisplayTimes {
     /// Time of the volume correction, including the fit of the region rotations, by which the field V is
     /// rotated.
     pub volume: Duration,
-    /// Time of the last mesh update (trilinear interpolation, and normals if they were requested). Zero
+    /// Time of the last mesh update (interpolation, and normals if they were requested). Zero
     /// before the first mesh update of an evaluation.
     pub mesh_update: Duration,
 }
@@ -212,6 +216,9 @@ impl Display {
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
         self.times = DisplayTimes::default();
+        if let Some(smoothing) = body.body.smoothing() {
+            smoothing.update_trust(&self.deformed, &mut self.trust);
+        }
         if let Some(correction) = correction {
             // The field V is rotated by the region rotations at the current positions.
             self.slot_rotations.copy_from(&state.rotations);
@@ -229,12 +236,12 @@ impl Display {
     /// Runs the volume correction: sets the constrained vertices, removes the directions of external forces
     /// from the field (Eq. (2)), solves for lambda (Eq. (1)) and limits the correction at colliders.
     fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Self { correction: workspace, deformed, corrected, rotations, external_forces, .. } = self;
+        let Self { correction: workspace, deformed, corrected, rotations, external_forces, trust, .. } = self;
         correction.set_constrained(workspace, body.constrained_vertices());
         external_forces.clear();
         external_forces
             .extend(body.context.into_iter().flat_map(|context| body.body.external_forces(context.dt)));
-        correction.solve(workspace, executor, deformed, rotations, external_forces);
+        correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
         let context = body.context.filter(|context| !context.colliders.is_empty());
         if let Some(DisplayContext { colliders, time, .. }) = context {
@@ -252,7 +259,8 @@ impl Display {
 
     /// Returns the memory of the buffers, in bytes.
     pub fn bytes(&self) -> usize {
-        let lattice = size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx);
+        let slopes = size_of_val(&*self.slopes) + self.trust.bytes();
+        let lattice = size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx) + slopes;
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes()
@@ -316,9 +324,15 @@ impl Displayed<'_> {
             lattice.clear();
             lattice.extend(self.lattice().iter().map(|&point| xyzx(point)));
             let frame = &self.body.state.frame.body_frame();
-            let pose = Pose { mesh, embedding, lattice: &lattice, frame };
+            let mut slopes = std::mem::take(&mut self.display.slopes);
+            if let Some(smoothing) = embedding.smoothing() {
+                smoothing.update_slopes(&lattice, &mut slopes);
+            }
+            let trust = self.display.trust.values();
+            let smooth = embedding.smoothing().map(|_| Slopes { slopes: &slopes, trust });
+            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, frame };
             skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
-            self.display.xyzx = lattice;
+            (self.display.xyzx, self.display.slopes) = (lattice, slopes);
         }
         self.display.times.mesh_update = start.elapsed();
     }

@@ -49,11 +49,11 @@ use crate::dynamics::{
     Constraints, ElasticDamper, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper,
     StiffnessFactors,
 };
-use crate::lattice::{Embedding, Lattice};
+use crate::lattice::{Embedding, Lattice, Smoothing};
 use crate::matching::{Matching, Purpose, Workspace};
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
-use crate::skin::Skin;
+use crate::skin::{Skin, SkinKind};
 use crate::state::State;
 use crate::volume::{self, Correction, VolumeMeasures, VolumeOptions};
 
@@ -136,6 +136,16 @@ impl Body {
     /// Returns the mesh in the model's frame, or `None` for a bare lattice.
     pub fn mesh(&self) -> Option<&Mesh> {
         self.surface.as_ref().map(|surface| &surface.mesh)
+    }
+
+    /// Returns how the mesh follows the lattice.
+    pub fn skin(&self) -> SkinKind {
+        if self.smoothing().is_some() { SkinKind::Smooth } else { SkinKind::Linear }
+    }
+
+    /// Returns the stencils of a smooth skin; `None` if the skin is linear.
+    fn smoothing(&self) -> Option<&Smoothing> {
+        self.surface.as_ref().and_then(|surface| surface.embedding.smoothing())
     }
 
     /// Returns the material.
@@ -243,7 +253,13 @@ impl Body {
     fn create_samples(&self) -> SampleCells {
         let slots = self.matching.layout.slots();
         match &self.surface {
-            Some(surface) => SampleCells::of_mesh(&surface.mesh, &self.lattice, slots, &self.masses),
+            Some(Surface { mesh, embedding, .. }) => {
+                let samples = SampleCells::of_mesh(mesh, &self.lattice, slots, &self.masses);
+                match embedding.smoothing() {
+                    None => samples,
+                    Some(_) => samples.smoothed(&self.lattice, slots, &self.masses),
+                }
+            }
             None => SampleCells::of_lattice(&self.lattice, slots, &self.masses),
         }
     }

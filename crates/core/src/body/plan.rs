@@ -42,7 +42,7 @@ impl Body {
         let mesh_update = self.surface.as_ref().map(|surface| PlannedStage {
             when: When::Display,
             name: "mesh update",
-            detail: format!("{} mesh vertices", surface.mesh.vertices().len()),
+            detail: format!("{} mesh vertices, {} skin", surface.mesh.vertices().len(), self.skin().name()),
             bytes: surface.embedding.memory() + surface.skin.bytes(),
         });
         for (name, stage) in [("volume correction", correction), ("mesh update", mesh_update)] {

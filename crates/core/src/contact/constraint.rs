@@ -14,6 +14,9 @@ use super::vec4::{Vec4, dot, narrow, wide};
 pub(super) struct SurfacePoint {
     /// Position at the end of the step in the local frame of the body, in cells.
     pub(super) position: Point3<f64>,
+    /// Distance of the surface beyond `position`, along the normal of the collider, in cells: see
+    /// [`SampleCells::offset`](super::samples::SampleCells).
+    pub(super) offset: f64,
     /// Velocity at the end of the step without contacts, in cells per second.
     pub(super) velocity: Vec4,
     /// Velocity before the step, in cells per second.
@@ -58,7 +61,7 @@ impl SurfacePoint {
         let velocity = wide(&self.velocity);
         let normal = collider.shape.signed_distance(&self.position).normal;
         let distance_before =
-            collider.shape_before.signed_distance(&(self.position - velocity * dt)).distance;
+            collider.shape_before.signed_distance(&(self.position - velocity * dt)).distance + self.offset;
         let surface = collider.velocity_at(&self.position);
         let velocity_before = wide(&self.velocity_before) - surface;
         let approach = -velocity_before.dot(&normal);

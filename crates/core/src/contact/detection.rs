@@ -4,11 +4,14 @@
 
 use fearless_simd::{Simd, dispatch};
 
-use super::field::{Field, PlaneField, ShapeField, may_touch, monomials};
+use super::field::{
+    Field, HeightSlopes, PlaneField, ShapeField, any_skin_may_touch, may_touch, monomials, smooth_may_touch,
+};
 use super::patch::{Patch, Touching};
 use super::rows::{RowSet, buffer_bytes};
 use super::samples::SampleCells;
 use super::shape::PosedShape;
+use super::smooth_rows::{RowSlopes, SmoothRows};
 use super::vec4::{Vec4, read, wide};
 use crate::simd::lanes::Lanes;
 use crate::simd::level;
@@ -30,6 +33,12 @@ pub(super) struct Detection {
     positions: Vec<Vec4>,
     /// Signed distance of the vertex of each row from the plane that is searched.
     heights: Vec<f64>,
+    /// Slopes of the positions, if the skin is smooth. Empty until a shape is near.
+    smooth: SmoothRows,
+    /// Whether `smooth` belongs to `positions`.
+    has_slopes: bool,
+    /// Slopes of `heights`, if the skin is smooth.
+    height_slopes: Vec<[f64; 3]>,
     patches: Patches,
 }
 
@@ -47,6 +56,9 @@ impl Detection {
         Self {
             positions: vec![Vec4::zeros(); rows],
             heights: vec![0.0; rows],
+            smooth: SmoothRows::default(),
+            has_slopes: false,
+            height_slopes: Vec::new(),
             patches: Patches { list: Vec::new(), rows: RowSet::new(rows) },
         }
     }
@@ -54,7 +66,8 @@ impl Detection {
     /// Returns the memory of the buffers in bytes.
     pub(super) fn bytes(&self) -> usize {
         let Patches { list, rows } = &self.patches;
-        buffer_bytes(&self.positions) + buffer_bytes(&self.heights) + buffer_bytes(list) + rows.bytes()
+        let smooth = self.smooth.bytes() + buffer_bytes(&self.height_slopes);
+        buffer_bytes(&self.positions) + buffer_bytes(&self.heights) + buffer_bytes(list) + rows.bytes() + smooth
     }
 
     /// Copies the positions of the vertices of all rows from the state. `slots`: slot of each row. The rows of
@@ -64,6 +77,23 @@ impl Detection {
         for &row in leaving {
             self.positions[row as usize] = Vec4::repeat(f32::NAN);
         }
+        self.has_slopes = false;
+    }
+
+    /// Returns false only if no sample is within `skin` of the shape. May return true in this case as well.
+    pub(super) fn may_touch(&mut self, shape: &PosedShape, samples: &SampleCells, skin: f64) -> bool {
+        let Self { positions, smooth, has_slopes, .. } = self;
+        let Some(stencils) = samples.stencils() else { return may_touch(shape, positions.iter(), skin) };
+        if !any_skin_may_touch(shape, positions.iter(), skin) {
+            return false;
+        }
+        if !*has_slopes {
+            smooth.update_slopes(stencils, positions);
+            smooth.update_trust(stencils, positions);
+            *has_slopes = true;
+        }
+        let slopes = smooth.with_trust_of(smooth).slopes;
+        smooth_may_touch(shape, positions.iter().zip(slopes), skin)
     }
 
     /// Returns the position of the vertex of each row.
@@ -84,20 +114,27 @@ impl Detection {
         skin: f64,
         report: &mut ContactReport,
     ) {
-        let Self { positions, heights, patches } = self;
-        patches.list.clear();
-        patches.rows.clear();
-        if !may_touch(shape, positions.iter(), skin) {
+        self.patches.list.clear();
+        self.patches.rows.clear();
+        if !self.may_touch(shape, samples, skin) {
             return;
         }
+        let Self { positions, heights, smooth, height_slopes, patches, .. } = self;
+        let slopes = samples.stencils().map(|_| smooth.with_trust_of(smooth));
         if let Some((normal, offset)) = shape.plane() {
             for (height, position) in heights.iter_mut().zip(&*positions) {
                 *height = normal.dot(&wide(position)) - offset;
             }
-            let field = PlaneField { heights };
+            let slopes = slopes.map(|RowSlopes { slopes, trust }| {
+                let along = |slopes: &[Vec4; 3]| slopes.map(|slope| normal.dot(&wide(&slope)));
+                height_slopes.clear();
+                height_slopes.extend(slopes.iter().map(along));
+                HeightSlopes { slopes: height_slopes, trust }
+            });
+            let field = PlaneField { heights, slopes };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         } else {
-            let field = ShapeField { shape, positions };
+            let field = ShapeField { shape, positions, slopes };
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         }
     }
@@ -105,9 +142,6 @@ impl Detection {
 
 impl Patches {
     /// Collects the touching samples into patches.
-    ///
-    /// A sample lies in the convex hull of the corners of its cell. A cell is therefore skipped if this hull
-    /// is farther than `skin` from the shape.
     #[inline(always)]
     fn search<S: Simd>(
         &mut self,

@@ -5,8 +5,9 @@ use nalgebra::{Point3, Vector3};
 
 use super::samples::SampleBlock;
 use super::shape::PosedShape;
+use super::smooth_rows::{RowSlopes, reach};
 use super::vec4::Vec4;
-use crate::lattice::{self, polynomial};
+use crate::lattice::{self, SmoothTerms, polynomial, smoothstep};
 use crate::simd::lanes::LANES;
 
 /// Signed distance of a body's samples from a shape, in cells.
@@ -14,11 +15,11 @@ use crate::simd::lanes::LANES;
 /// A point is *within `skin`* if its signed distance is at most `skin`. A row is an index into
 /// `SampleCells::vertices`.
 pub(crate) trait Field {
-    /// Trilinear interpolants in a cell: of the distance, or of the position.
+    /// Interpolants in a cell: of the distance, or of the position.
     type Cell;
 
-    /// Returns false only if no point in the convex hull of the vertices of `rows` is within `skin`. May
-    /// return true in this case as well.
+    /// Returns false only if no sample in the cells with the corners `rows` is within `skin`. May return true in this
+    /// case as well.
     fn may_touch(&self, rows: &[u32], skin: f64) -> bool;
 
     /// Computes the interpolants of the cell whose corners have the rows `corners`.
@@ -36,6 +37,15 @@ pub(crate) trait Field {
 pub(super) struct PlaneField<'a> {
     /// Signed distance of the vertex of each row.
     pub(super) heights: &'a [f64],
+    /// Slopes of the distances, if the skin is smooth.
+    pub(super) slopes: Option<HeightSlopes<'a>>,
+}
+
+/// Slopes of the distances from a plane of all rows, and the trust in them.
+#[derive(Clone, Copy)]
+pub(super) struct HeightSlopes<'a> {
+    pub(super) slopes: &'a [[f64; 3]],
+    pub(super) trust: &'a [f32],
 }
 
 /// Distance from a plane within a cell, as a polynomial (coefficients of 1, x, y, xy, z, xz, yz, xyz).
@@ -45,6 +55,47 @@ pub(super) struct PlaneCell {
     coefficients_f32: [f32; 8],
     /// Bound of the rounding error of a distance computed in f32.
     rounding: f32,
+    /// The smooth distance, if the skin is smooth.
+    smooth: Option<SmoothInterpolant>,
+}
+
+/// A smooth interpolant of a number in a cell; see `lattice::smooth`.
+pub(crate) struct SmoothInterpolant {
+    terms: SmoothTerms<f64>,
+    /// Coefficients of the trust; `None` if the slopes of all corners are trusted.
+    trust: Option<[f64; 8]>,
+}
+
+impl SmoothInterpolant {
+    /// Creates the interpolant from the values at the corners, their slopes, and the trust in the slopes. `None` if no
+    /// slope is trusted, so that the interpolant is trilinear.
+    #[inline(always)]
+    fn new(values: [f64; 8], slopes: [[f64; 3]; 8], trust: [f64; 8]) -> Option<Self> {
+        if trust == [0.0; 8] {
+            return None;
+        }
+        let mut terms = SmoothTerms::new(values, slopes);
+        terms.0[0][0] = values[0];
+        Some(Self { terms, trust: (trust != [1.0; 8]).then(|| polynomial(trust)) })
+    }
+
+    /// Evaluates the interpolant at four positions. `linear`: coefficients of the trilinear interpolant.
+    #[inline(always)]
+    fn value<S: Simd>(&self, simd: S, linear: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4<S> {
+        let local = [monomials[1], monomials[2], monomials[4]];
+        let mut steps = local;
+        for axis in 0..3 {
+            steps[axis] = smoothstep(local[axis]);
+        }
+        let steps = lattice::monomials(monomials[0], steps);
+        let mut smooth = value(simd, &self.terms.0[0], &steps);
+        for axis in 0..3 {
+            smooth += value(simd, &self.terms.0[axis + 1], &steps) * local[axis];
+        }
+        let Some(trust) = &self.trust else { return smooth };
+        let linear = value(simd, linear, monomials);
+        linear + value(simd, trust, &steps) * (smooth - linear)
+    }
 }
 
 /// Distance from a shape of any kind.
@@ -52,14 +103,26 @@ pub(crate) struct ShapeField<'a> {
     pub(crate) shape: &'a PosedShape,
     /// Position of the vertex of each row, in the body's frame.
     pub(crate) positions: &'a [Vec4],
+    /// Slopes of the positions, if the skin is smooth.
+    pub(crate) slopes: Option<RowSlopes<'a>>,
 }
+
+/// Position within a cell: for each coordinate, the coefficients of the trilinear interpolant, and the smooth
+/// interpolant if the skin is smooth.
+pub(crate) type ShapeCell = [([f64; 8], Option<SmoothInterpolant>); 3];
 
 impl Field for PlaneField<'_> {
     type Cell = PlaneCell;
 
     #[inline(always)]
     fn may_touch(&self, rows: &[u32], skin: f64) -> bool {
-        rows.iter().any(|&row| self.heights[row as usize] <= skin)
+        let Some(HeightSlopes { slopes, .. }) = self.slopes else {
+            return rows.iter().any(|&row| self.heights[row as usize] <= skin);
+        };
+        rows.iter().any(|&row| {
+            let [x, y, z] = slopes[row as usize];
+            self.heights[row as usize] - (x.abs() + y.abs() + z.abs()) <= skin
+        })
     }
 
     #[inline(always)]
@@ -74,11 +137,22 @@ impl Field for PlaneField<'_> {
             coefficients_f32[k] = coefficients[k] as f32;
             sum += coefficients_f32[k].abs();
         }
-        PlaneCell { coefficients, coefficients_f32, rounding: 8.0 * f32::EPSILON * sum }
+        let smooth = self.slopes.and_then(|HeightSlopes { slopes, trust }| {
+            let (mut corner_slopes, mut corner_trust) = ([[0.0; 3]; 8], [0.0; 8]);
+            for k in 0..8 {
+                corner_slopes[k] = slopes[corners[k] as usize];
+                corner_trust[k] = f64::from(trust[corners[k] as usize]);
+            }
+            SmoothInterpolant::new(heights, corner_slopes, corner_trust)
+        });
+        PlaneCell { coefficients, coefficients_f32, rounding: 8.0 * f32::EPSILON * sum, smooth }
     }
 
     #[inline(always)]
     fn may_touch_block<S: Simd>(&self, simd: S, cell: &PlaneCell, block: &SampleBlock, skin: f64) -> bool {
+        if cell.smooth.is_some() {
+            return true;
+        }
         let t = &cell.coefficients_f32;
         let x = f32x8::load_array_ref(simd, &block.positions[0]);
         let y = f32x8::load_array_ref(simd, &block.positions[1]);
@@ -91,37 +165,57 @@ impl Field for PlaneField<'_> {
 
     #[inline(always)]
     fn distances<S: Simd>(&self, simd: S, cell: &PlaneCell, monomials: &[f64x4<S>; 8]) -> f64x4<S> {
-        value(simd, &cell.coefficients, monomials)
+        match &cell.smooth {
+            None => value(simd, &cell.coefficients, monomials),
+            Some(smooth) => smooth.value(simd, &cell.coefficients, monomials),
+        }
     }
 }
 
 impl Field for ShapeField<'_> {
-    type Cell = [[f64; 8]; 3];
+    type Cell = ShapeCell;
 
     #[inline(always)]
     fn may_touch(&self, rows: &[u32], skin: f64) -> bool {
-        may_touch(self.shape, rows.iter().map(|&row| &self.positions[row as usize]), skin)
-    }
-
-    #[inline(always)]
-    fn cell(&self, corners: &[u32; 8]) -> [[f64; 8]; 3] {
-        let mut terms = [[0.0; 8]; 3];
-        for c in 0..3 {
-            for k in 0..8 {
-                terms[c][k] = f64::from(self.positions[corners[k] as usize][c]);
+        match self.slopes {
+            None => may_touch(self.shape, rows.iter().map(|&row| &self.positions[row as usize]), skin),
+            Some(RowSlopes { slopes, .. }) => {
+                let rows = rows.iter().map(|&row| row as usize);
+                smooth_may_touch(self.shape, rows.map(|row| (&self.positions[row], &slopes[row])), skin)
             }
-            terms[c] = polynomial(terms[c]);
         }
-        terms
     }
 
     #[inline(always)]
-    fn may_touch_block<S: Simd>(&self, _: S, _: &[[f64; 8]; 3], _: &SampleBlock, _: f64) -> bool {
+    fn cell(&self, corners: &[u32; 8]) -> ShapeCell {
+        let mut cell = [([0.0; 8], None), ([0.0; 8], None), ([0.0; 8], None)];
+        for c in 0..3 {
+            let mut values = [0.0; 8];
+            for k in 0..8 {
+                values[k] = f64::from(self.positions[corners[k] as usize][c]);
+            }
+            cell[c].0 = polynomial(values);
+            if let Some(RowSlopes { slopes, trust }) = self.slopes {
+                let (mut corner_slopes, mut corner_trust) = ([[0.0; 3]; 8], [0.0; 8]);
+                for k in 0..8 {
+                    for axis in 0..3 {
+                        corner_slopes[k][axis] = f64::from(slopes[corners[k] as usize][axis][c]);
+                    }
+                    corner_trust[k] = f64::from(trust[corners[k] as usize]);
+                }
+                cell[c].1 = SmoothInterpolant::new(values, corner_slopes, corner_trust);
+            }
+        }
+        cell
+    }
+
+    #[inline(always)]
+    fn may_touch_block<S: Simd>(&self, _: S, _: &ShapeCell, _: &SampleBlock, _: f64) -> bool {
         true
     }
 
     #[inline(always)]
-    fn distances<S: Simd>(&self, simd: S, cell: &[[f64; 8]; 3], monomials: &[f64x4<S>; 8]) -> f64x4<S> {
+    fn distances<S: Simd>(&self, simd: S, cell: &ShapeCell, monomials: &[f64x4<S>; 8]) -> f64x4<S> {
         let points = self.positions(simd, cell, monomials);
         let mut distances = [0.0; 4];
         for lane in 0..4 {
@@ -132,17 +226,31 @@ impl Field for ShapeField<'_> {
 }
 
 impl ShapeField<'_> {
+    /// Returns false only if no sample is within `skin`. May return true in this case as well.
+    pub(crate) fn any_may_touch(&self, skin: f64) -> bool {
+        match self.slopes {
+            None => may_touch(self.shape, self.positions.iter(), skin),
+            Some(RowSlopes { slopes, .. }) => {
+                smooth_may_touch(self.shape, self.positions.iter().zip(slopes), skin)
+            }
+        }
+    }
+
     /// Computes the positions of four samples in the body's frame, from their monomials in the cell.
     #[inline(always)]
     pub(crate) fn positions<S: Simd>(
         &self,
         simd: S,
-        cell: &[[f64; 8]; 3],
+        cell: &ShapeCell,
         monomials: &[f64x4<S>; 8],
     ) -> [Point3<f64>; 4] {
         let mut points = [Point3::origin(); 4];
         for c in 0..3 {
-            let values = value(simd, &cell[c], monomials).to_array();
+            let values = match &cell[c] {
+                (linear, None) => value(simd, linear, monomials),
+                (linear, Some(smooth)) => smooth.value(simd, linear, monomials),
+            };
+            let values = values.to_array();
             for lane in 0..4 {
                 points[lane][c] = values[lane];
             }
@@ -185,18 +293,44 @@ pub(crate) fn may_touch<'a>(
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,
 ) -> bool {
-    let (center, half) = aabb(positions);
+    let (center, half) = aabb(positions.map(|position| (*position, *position)));
     shape.lower_bound(&center, &half) <= skin
 }
 
-/// Returns the center and half extents of the AABB of `positions`, enlarged by the rounding error.
-fn aabb<'a>(positions: impl Iterator<Item = &'a Vec4>) -> (Point3<f64>, Vector3<f64>) {
+/// As [`may_touch`], for the smooth positions in the cells around vertices with these positions and slopes.
+pub(crate) fn smooth_may_touch<'a>(
+    shape: &PosedShape,
+    vertices: impl Iterator<Item = (&'a Vec4, &'a [Vec4; 3])>,
+    skin: f64,
+) -> bool {
+    let bounds = vertices.map(|(position, slopes)| (position - reach(slopes), position + reach(slopes)));
+    let (center, half) = aabb(bounds);
+    shape.lower_bound(&center, &half) <= skin
+}
+
+/// Returns false only if no smooth position of a body whose vertices have these positions is within `skin` of the shape,
+/// whatever the slopes are.
+///
+/// A slope is a difference of two positions, so its components are at most the extents of the AABB. A smooth position is
+/// in the AABB, enlarged by the sum of three slopes.
+pub(crate) fn any_skin_may_touch<'a>(
+    shape: &PosedShape,
+    positions: impl Iterator<Item = &'a Vec4>,
+    skin: f64,
+) -> bool {
+    let (center, half) = aabb(positions.map(|position| (*position, *position)));
+    shape.lower_bound(&center, &(half * 7.0)) <= skin
+}
+
+/// Returns the center and half extents of the AABB of boxes, given by their lower and upper bounds, enlarged by the
+/// rounding error.
+fn aabb(boxes: impl Iterator<Item = (Vec4, Vec4)>) -> (Point3<f64>, Vector3<f64>) {
     let (mut low, mut high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
-    for position in positions {
+    for (lower, upper) in boxes {
         for c in 0..4 {
             // Comparisons compile to one instruction for all components; `min` and `max` do not.
-            low[c] = if position[c] < low[c] { position[c] } else { low[c] };
-            high[c] = if position[c] > high[c] { position[c] } else { high[c] };
+            low[c] = if lower[c] < low[c] { lower[c] } else { low[c] };
+            high[c] = if upper[c] > high[c] { upper[c] } else { high[c] };
         }
     }
     let (low, high) = (low.map(f64::from), high.map(f64::from));

@@ -33,6 +33,8 @@ pub(super) struct Patch {
     vertex_sums: [f64; NEIGHBORHOOD],
     /// Sum of the sample weights, in cells.
     total_weight: f64,
+    /// Sum of sample weight times signed distance of the sample from the collider.
+    distance_sum: f64,
     /// Depth of the deepest sample below the surface of the collider, in cells; negative outside.
     pub(super) deepest: f64,
 }
@@ -46,6 +48,8 @@ pub(super) struct Touching<S: Simd> {
     pub(super) deepest: f64,
     /// Sample weights, in cells; zero for samples that do not touch.
     sample_weights: [f64x4<S>; 2],
+    /// Signed distances of the samples, in cells; zero for samples that do not touch.
+    distances: [f64x4<S>; 2],
 }
 
 impl<S: Simd> Touching<S> {
@@ -62,12 +66,13 @@ impl<S: Simd> Touching<S> {
     ) -> Option<Self> {
         let (zero, lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::NEG_INFINITY));
         let (low, high) = simd.widen_f32x8(f32x8::load_array_ref(simd, fractions));
-        let (mut sample_weights, mut count, mut deepest) = ([zero; 2], zero, lowest);
+        let (mut sample_weights, mut touching, mut count, mut deepest) = ([zero; 2], [zero; 2], zero, lowest);
         for (half, fraction) in [low, high].into_iter().enumerate() {
             // Depth below the outer bound of the skin.
             let depth = f64x4::splat(simd, skin) - distances[half];
             let touches = depth.simd_ge(zero);
             sample_weights[half] = touches.select(depth * fraction, zero);
+            touching[half] = touches.select(distances[half], zero);
             count += touches.select(fraction, zero);
             deepest = deepest.max(touches.select(depth, lowest));
         }
@@ -78,7 +83,7 @@ impl<S: Simd> Touching<S> {
         }
         // Until here `deepest` is a depth below the outer bound of the skin.
         let deepest = deepest.to_array().into_iter().fold(f64::NEG_INFINITY, f64::max) - skin;
-        Some(Self { count, deepest, sample_weights })
+        Some(Self { count, deepest, sample_weights, distances: touching })
     }
 }
 
@@ -86,7 +91,8 @@ impl Patch {
     /// Creates a patch without samples.
     pub(super) fn new() -> Self {
         let (rows, vertex_sums) = ([0; NEIGHBORHOOD], [0.0; NEIGHBORHOOD]);
-        Self { used: 0, rows, vertex_sums, total_weight: 0.0, deepest: f64::NEG_INFINITY }
+        let (total_weight, distance_sum) = (0.0, 0.0);
+        Self { used: 0, rows, vertex_sums, total_weight, distance_sum, deepest: f64::NEG_INFINITY }
     }
 
     /// Adds the touching samples of a block.
@@ -113,6 +119,9 @@ impl Patch {
             sums[k] = (a + b) + (c + d);
         }
         self.total_weight += sums[0];
+        let [low, high] = [0, 1].map(|half| touching.sample_weights[half] * touching.distances[half]);
+        let [a, b, c, d] = (low + high).to_array();
+        self.distance_sum += (a + b) + (c + d);
         let sums = corner_sums(sums);
         let nearest = OFFSETS[usize::from(block.corner)];
         for k in 0..8 {
@@ -130,6 +139,11 @@ impl Patch {
     /// outer bound of the skin has the weight zero.
     pub(super) fn has_weight(&self) -> bool {
         self.total_weight > 0.0
+    }
+
+    /// Returns the mean of the signed distances of the samples, weighted by the sample weights, in cells.
+    pub(super) fn mean_distance(&self) -> f64 {
+        self.distance_sum / self.total_weight
     }
 
     /// Returns the contact point as a weighted mean of lattice vertices: pairs of row and weight.

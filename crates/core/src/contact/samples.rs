@@ -8,7 +8,7 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 
 use super::surface_points::{MAX_SAMPLES, surface_points};
-use crate::lattice::{Embedding, Lattice, trilinear_weights};
+use crate::lattice::{Embedding, Lattice, Stencil, trilinear_weights};
 use crate::mesh::Mesh;
 use crate::simd::lanes::LANES;
 
@@ -34,6 +34,9 @@ pub struct SampleCells {
     pub(super) slots: Vec<u32>,
     /// Inverse mass of each of `vertices`, in units of 1 / (mass of a full cell).
     pub(super) mobilities: Vec<f32>,
+    /// The stencil of each row, in rows, if the skin is smooth. `vertices` then includes the neighbors of the corners,
+    /// whose stencils are never used.
+    stencils: Option<Vec<Stencil>>,
 }
 
 /// Up to eight samples of one cell that have the same nearest corner, one per lane.
@@ -103,7 +106,39 @@ impl SampleCells {
             first,
             blocks,
             vertices,
+            stencils: None,
         }
+    }
+
+    /// Makes the positions of the samples smooth; see [`Embedding::smoothed`].
+    ///
+    /// `slots` has the slot of each lattice vertex, and `masses` its mass in units of a full cell's mass.
+    #[must_use]
+    pub fn smoothed(mut self, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
+        let stencil = |&vertex: &u32| Stencil::new(lattice, vertex);
+        let around = |vertex: &u32| stencil(vertex).vertices();
+        let mut vertices: Vec<u32> = self.vertices.iter().flat_map(around).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let is_corner = |vertex: &u32| self.vertices.binary_search(vertex).is_ok();
+        let row = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
+        // The neighbors of a row that is not a corner may have no rows. Its slopes are zero.
+        let renumbered = |vertex: &u32| match is_corner(vertex) {
+            true => stencil(vertex).renumbered(row),
+            false => Stencil::isolated(row(*vertex)),
+        };
+        self.stencils = Some(vertices.iter().map(renumbered).collect());
+        let rows: Vec<u32> = self.vertices.iter().map(|&vertex| row(vertex)).collect();
+        let corners = self.corners.iter_mut().flatten().chain(self.strips.iter_mut().flatten());
+        corners.for_each(|corner| *corner = rows[*corner as usize]);
+        self.slots = vertices.iter().map(|&vertex| slots[vertex as usize]).collect();
+        self.vertices = vertices;
+        self.with_masses(masses)
+    }
+
+    /// Returns the stencil of each row, in rows; `None` if the skin is linear.
+    pub(crate) fn stencils(&self) -> Option<&[Stencil]> {
+        self.stencils.as_deref()
     }
 
     /// Creates the samples of a mesh in its lattice: points of the surface that are at most one cell apart, or
@@ -165,7 +200,8 @@ impl SampleCells {
         let cells = size_of_val(&*self.corners) + size_of_val(&*self.first) + size_of_val(&*self.blocks);
         let strips: usize = self.strips.iter().map(|rows| size_of_val(rows) + size_of_val(&**rows)).sum();
         let vertices = [&self.vertices, &self.slots].map(|list| size_of_val(&**list)).iter().sum::<usize>();
-        cells + strips + vertices + size_of_val(&*self.mobilities)
+        let stencils = self.stencils.as_deref().map_or(0, size_of_val);
+        cells + strips + vertices + size_of_val(&*self.mobilities) + stencils
     }
 
     /// Iterates over the strips: the rows of the corners of the strip's cells, and the range of these cells.
@@ -175,8 +211,8 @@ impl SampleCells {
         self.strips.iter().map(Vec::as_slice).zip(cells)
     }
 
-    /// Returns the position of each sample, with a lattice vertex of its cell. `position` returns the position of a
-    /// slot. A sample at equal distance from several corners occurs several times.
+    /// Returns the trilinear position of each sample, with a lattice vertex of its cell. `position` returns the position of
+    /// a slot. A sample at equal distance from several corners occurs several times.
     pub(crate) fn positions(
         &self,
         position: impl Fn(u32) -> Vector3<f64>,

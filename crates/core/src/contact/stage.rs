@@ -3,13 +3,13 @@
 //!
 //! A row is an index into `SampleCells::vertices`.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::SKIN;
 use super::colliders::Colliders;
 use super::constraint::{Contact, SurfacePoint, mean, mean_position};
 use super::detection::{ContactReport, Detection};
-use super::field::may_touch;
+use super::patch::Patch;
 use super::rows::buffer_bytes;
 use super::samples::SampleCells;
 use super::shape::PosedShape;
@@ -130,7 +130,7 @@ impl Contacts {
     /// Returns false only if no sample is in the shape. May return true in this case as well.
     pub(crate) fn may_touch(&mut self, shape: &PosedShape, positions: &Lanes<3>) -> bool {
         self.detection.read(positions, &self.samples.slots, &[]);
-        may_touch(shape, self.detection.positions().iter(), 0.0)
+        self.detection.may_touch(shape, &self.samples, 0.0)
     }
 
     /// Sets the lattice vertices that have no contacts: those of components that leave colliders.
@@ -173,8 +173,10 @@ impl Contacts {
                 read(velocities, state.velocities, &samples.slots);
             }
             for patch in detection.patches() {
+                let position = mean_position(patch.vertices(), detection.positions());
                 let point = SurfacePoint {
-                    position: mean_position(patch.vertices(), detection.positions()),
+                    position,
+                    offset: samples.offset(patch, &collider.shape, &position),
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
@@ -244,7 +246,8 @@ impl Contacts {
                 for patch in detection.patches() {
                     let position = mean_position(patch.vertices(), detection.positions());
                     let sdf = collider.shape.signed_distance(&position);
-                    let (normal, target) = (narrow(sdf.normal), (-sdf.distance).min(PUSH_LIMIT) as f32);
+                    let distance = sdf.distance + samples.offset(patch, &collider.shape, &position);
+                    let (normal, target) = (narrow(sdf.normal), (-distance).min(PUSH_LIMIT) as f32);
                     let contact = Contact { normal, target, limit: target, ..Contact::default() };
                     solver.add(contact, patch.vertices(), &samples.mobilities);
                 }
@@ -304,6 +307,18 @@ impl Contacts {
     pub fn displacements(&self) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
         let all = self.samples.vertices.iter().copied().zip(self.displacements.iter().copied());
         all.filter(|(_, displacement)| *displacement != [0.0; 3])
+    }
+}
+
+impl SampleCells {
+    /// Returns the mean distance of the smooth surface from the trilinear surface at a patch, along the normal of the
+    /// shape: contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin
+    /// is linear. `position`: contact point of the patch.
+    fn offset(&self, patch: &Patch, shape: &PosedShape, position: &Point3<f64>) -> f64 {
+        match self.stencils() {
+            None => 0.0,
+            Some(_) => patch.mean_distance() - shape.signed_distance(position).distance,
+        }
     }
 }
 

@@ -1,9 +1,11 @@
 //! Points that are embedded in the cells of a lattice and move with the cells.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::Lattice;
 use super::nearest::RunTree;
+use super::slopes::{Slopes, Smoothing, Trust};
+use super::smooth::SmoothCell;
 use super::trilinear;
 use crate::mesh::Csr;
 use crate::simd::xyzx::{Xyzx, xyzx};
@@ -13,6 +15,9 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 /// A point belongs to an occupied cell that contains it, boundary included. A point outside all occupied
 /// cells, such as a mesh vertex that no face uses, belongs to the nearest cell and follows its motion by
 /// extrapolation.
+///
+/// By default the position of a point is trilinear in its cell. After [`Embedding::smoothed`] it is smooth across the
+/// faces of the cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Embedding {
     /// Local coordinates of each point: relative to corner 0 of its cell, in cells.
@@ -23,6 +28,8 @@ pub struct Embedding {
     groups: Vec<Group>,
     /// The points in the cell of each group, in ascending order.
     members: Csr<u32>,
+    /// `None` if positions are trilinear.
+    smoothing: Option<Smoothing>,
 }
 
 /// A cell that contains points.
@@ -91,7 +98,20 @@ impl Embedding {
             groups.push(Group { cell, corners: lattice.cell_corners(cell) });
             starts.push(starts[starts.len() - 1] + members.len() as u32);
         }
-        Self { local, group, groups, members: Csr::from_parts(starts, order) }
+        Self { local, group, groups, members: Csr::from_parts(starts, order), smoothing: None }
+    }
+
+    /// Makes the positions of the points smooth: their first derivatives are continuous across the faces of the cells,
+    /// except where the lattice is bent so strongly that smooth positions could fold the mesh.
+    #[must_use]
+    pub fn smoothed(mut self, lattice: &Lattice) -> Self {
+        self.smoothing = Some(Smoothing::new(lattice, self.groups.iter().map(|group| group.corners)));
+        self
+    }
+
+    /// Returns the stencils of smooth positions, or `None` if positions are trilinear.
+    pub(crate) fn smoothing(&self) -> Option<&Smoothing> {
+        self.smoothing.as_ref()
     }
 
     /// Returns the number of points.
@@ -126,7 +146,7 @@ impl Embedding {
         self.group_of(point).corners
     }
 
-    /// Returns the weights of the eight corners of a point's cell; their sum is 1.
+    /// Returns the trilinear weights of the eight corners of a point's cell; their sum is 1.
     ///
     /// The weights are trilinear in the cell and continue linearly outside it, so that the position of a
     /// distant point does not depend on the cube of its distance.
@@ -157,36 +177,64 @@ impl Embedding {
     /// [`Embedding::len`].
     pub fn interpolate(&self, vertices: &[[f32; 3]], points: &mut [[f32; 3]]) {
         assert_eq!(points.len(), self.len(), "one output per embedded point");
+        let lattice: Vec<Xyzx> = vertices.iter().copied().map(xyzx).collect();
+        let (mut slopes, mut trust) = (Vec::new(), Trust::default());
+        if let Some(smoothing) = &self.smoothing {
+            smoothing.update_slopes(&lattice, &mut slopes);
+            smoothing.update_trust(vertices, &mut trust);
+        }
+        let slopes = self.smoothing.as_ref().map(|_| Slopes { slopes: &slopes, trust: trust.values() });
         for CellPoints { corners, points: members, .. } in self.by_cell() {
-            let map = trilinear::CellMap::new(corners.map(|corner| vertices[corner as usize]));
+            let map = PointMap::new(corners, &lattice, slopes);
             for &point in members {
                 points[point as usize] = map.at(self.local[point as usize]);
             }
         }
     }
 
-    /// Returns the position of one point. `lattice`: the positions of the lattice vertices. The result is in
-    /// the frame and unit of `lattice`.
-    pub(crate) fn extrapolated(&self, point: usize, lattice: &[Xyzx]) -> Xyzx {
-        extrapolate(&self.group_of(point).corners, lattice, self.local[point])
+    /// Returns the position of one point. `lattice`: the positions of the lattice vertices; `slopes`: their slopes, or
+    /// `None` for a trilinear position. The result is in the frame and unit of `lattice`.
+    pub(crate) fn position(&self, point: usize, lattice: &[Xyzx], slopes: Option<Slopes<'_>>) -> Xyzx {
+        xyzx(PointMap::new(&self.group_of(point).corners, lattice, slopes).at(self.local[point]))
     }
 
     /// Returns the memory of the embedding, in bytes.
     pub fn memory(&self) -> usize {
         let point = size_of::<[f32; 3]>() + 2 * size_of::<u32>();
         let group = size_of::<Group>() + size_of::<u32>();
-        self.len() * point + self.groups.len() * group + size_of::<Self>()
+        let smoothing = self.smoothing.as_ref().map_or(0, Smoothing::bytes);
+        self.len() * point + self.groups.len() * group + smoothing + size_of::<Self>()
     }
 }
 
-/// Returns the position at local coordinates in or outside a cell, in the frame and unit of `lattice`.
-///
-/// The map is trilinear in the cell and continues linearly outside. `corners`: lattice vertices at the
-/// corners of the cell. `lattice`: the positions of the lattice vertices.
-pub(crate) fn extrapolate(corners: &[u32; 8], lattice: &[Xyzx], local: [f32; 3]) -> Xyzx {
-    let corners = corners.map(|corner| {
-        let [x, y, z, _] = lattice[corner as usize];
-        [x, y, z]
-    });
-    xyzx(trilinear::CellMap::new(corners).at(local))
+/// The map from the local coordinates of one deformed cell to positions, in and outside the cell. Outside it is linear.
+#[expect(clippy::large_enum_variant, reason = "a map is short-lived and stays on the stack")]
+pub(crate) enum PointMap {
+    Trilinear(trilinear::CellMap),
+    Smooth(SmoothCell),
+}
+
+impl PointMap {
+    /// Builds the map of a cell. `corners`: lattice vertices at the corners of the cell. `lattice`: the positions of the
+    /// lattice vertices. `slopes`: their slopes, or `None` for the trilinear map.
+    pub(crate) fn new(corners: &[u32; 8], lattice: &[Xyzx], slopes: Option<Slopes<'_>>) -> Self {
+        let xyz = |[x, y, z, _]: Xyzx| [x, y, z];
+        let positions = corners.map(|corner| xyz(lattice[corner as usize]));
+        match slopes {
+            None => Self::Trilinear(trilinear::CellMap::new(positions)),
+            Some(Slopes { slopes, trust }) => Self::Smooth(SmoothCell::new(
+                positions.map(Vector3::from),
+                corners.map(|corner| slopes[corner as usize].map(|slope| xyz(slope).into())),
+                corners.map(|corner| trust[corner as usize]),
+            )),
+        }
+    }
+
+    /// Returns the position at local coordinates.
+    pub(crate) fn at(&self, local: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Trilinear(map) => map.at(local),
+            Self::Smooth(map) => map.at(local).into(),
+        }
+    }
 }

@@ -13,6 +13,7 @@
 //! * [`layout`]: storage of the vertices in blocks of eight.
 //! * [`masses`]: the masses of the vertices.
 //! * [`embedding`], [`trilinear`]: points that move with the cells.
+//! * [`smooth`], [`slopes`]: interpolation that is smooth across the faces of the cells.
 
 mod assemble;
 mod candidate;
@@ -26,6 +27,8 @@ mod memory;
 mod nearest;
 mod options;
 mod resolution;
+mod slopes;
+mod smooth;
 mod trilinear;
 
 use nalgebra::Point3;
@@ -34,11 +37,13 @@ use crate::voxel::GridSet;
 
 pub use components::Components;
 pub use embedding::{CellPoints, Embedding};
-pub(crate) use embedding::{Locator, extrapolate};
+pub(crate) use embedding::{Locator, PointMap};
 pub use error::LatticeError;
 pub(crate) use layout::{AxisLinks, Layout, Neighbors};
 pub(crate) use masses::vertex_masses;
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
+pub(crate) use slopes::{Slopes, Smoothing, Stencil, Trust};
+pub(crate) use smooth::{SmoothTerms, smooth_value, smoothstep, trilinear_value};
 pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.

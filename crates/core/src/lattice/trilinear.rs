@@ -29,7 +29,7 @@ pub(crate) fn weights(local: [f32; 3]) -> [f32; 8] {
 }
 
 /// Splits local coordinates into the nearest point of the cell and the offset from this point.
-fn split(local: [f32; 3]) -> [[f32; 3]; 2] {
+pub(super) fn split(local: [f32; 3]) -> [[f32; 3]; 2] {
     let inside = local.map(|x| x.clamp(0.0, 1.0));
     [inside, std::array::from_fn(|a| local[a] - inside[a])]
 }

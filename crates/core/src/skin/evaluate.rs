@@ -53,7 +53,7 @@ impl Positions {
     pub(super) fn evaluate<T: Coordinate>(&self, executor: &Executor, pose: Pose, positions: &mut [[T; 3]]) {
         executor.for_each(positions.chunks_mut(CHUNK).enumerate(), |(chunk, positions)| {
             with_tiles(|tile, _| {
-                self.embedded.interpolate(chunk, pose.lattice, tile.pairs());
+                self.embedded.interpolate(chunk, pose, tile.pairs());
                 let offsets = self.offsets[chunk * CHUNK..].iter().copied();
                 write_positions(tile, offsets, pose.frame, positions);
             });
@@ -141,7 +141,7 @@ impl Neighborhoods {
     /// the chunk's vertices in both tiles.
     fn evaluate_chunk(&self, chunk: usize, pose: Pose, write: impl FnOnce(&Tile, &Tile, &[TileOffsets])) {
         with_tiles(|tile, normals| {
-            self.embedded.interpolate(chunk, pose.lattice, tile.pairs());
+            self.embedded.interpolate(chunk, pose, tile.pairs());
             self.rings.find_normals(chunk, tile, normals);
             write(tile, normals, self.rings.offsets(chunk));
         });
@@ -150,7 +150,7 @@ impl Neighborhoods {
     /// Iterates over the vertices whose one-rings do not fit in a tile, with their unit normals.
     fn oversized(&self, pose: Pose) -> impl Iterator<Item = (usize, Xyzx)> {
         let position = move |vertex: u32| {
-            pose.embedding.extrapolated(self.points[vertex as usize] as usize, pose.lattice)
+            pose.embedding.position(self.points[vertex as usize] as usize, pose.lattice, pose.slopes)
         };
         self.rings.oversized().iter().map(move |oversized| {
             let ring = oversized.ring.iter().map(|&vertex| position(vertex));

@@ -1,5 +1,5 @@
-//! The trilinear update of the mesh: interpolates mesh vertices from the corners of their lattice cells
-//! ([`interpolate_cell`]).
+//! The update of the mesh: interpolates mesh vertices from the corners of their lattice cells, trilinearly
+//! ([`interpolate_cell`]) or smoothly ([`interpolate_smooth_cell`]).
 //!
 //! A chunk consists of the mesh vertices, here called points, that are interpolated into one tile; see
 //! `skin`. Two points that share a SIMD register are called a pair.
@@ -7,9 +7,12 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
 use super::one_ring_blocks::TileLayout;
-use crate::lattice::{Embedding, extrapolate, polynomial};
+use super::Pose;
+use crate::lattice::{
+    Embedding, PointMap, Slopes, SmoothTerms, polynomial, smooth_value, smoothstep, trilinear_value,
+};
 use crate::simd::level;
-use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes};
+use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes, xyzx};
 
 /// Largest product of the distances of a point from its cell along two axes, in squared cells, for which the
 /// polynomial of the cell is used. The polynomial and the linear continuation of the cell then differ by less
@@ -132,7 +135,8 @@ impl EmbeddedPoints {
     /// Writes the positions of the points of a chunk to `pairs`, given the positions of the lattice vertices.
     ///
     /// Positions are in cells from the origin of the body frame.
-    pub(super) fn interpolate(&self, chunk: usize, lattice: &[Xyzx], pairs: &mut [Pair]) {
+    pub(super) fn interpolate(&self, chunk: usize, pose: Pose, pairs: &mut [Pair]) {
+        let Pose { lattice, slopes, .. } = pose;
         let begin = if chunk == 0 { Ends::default() } else { self.ends[chunk - 1] };
         let end = self.ends[chunk];
         let coords = &self.coords[begin.coords..end.coords];
@@ -141,15 +145,19 @@ impl EmbeddedPoints {
             for run in &self.runs[begin.runs..end.runs] {
                 let (coords, later_coords) = remaining.0.split_at(run.pairs as usize);
                 let (pairs, later_pairs) = remaining.1.split_at_mut(run.pairs as usize);
-                interpolate_cell(simd, &self.corners[run.cell as usize], lattice, coords, pairs);
+                let corners = &self.corners[run.cell as usize];
+                match slopes {
+                    None => interpolate_cell(simd, corners, lattice, coords, pairs),
+                    Some(slopes) => interpolate_smooth_cell(simd, corners, lattice, slopes, coords, pairs),
+                }
                 remaining = (later_coords, later_pairs);
             }
         });
         for &(row, cell) in &self.outliers[begin.outliers..end.outliers] {
             let (pair, half) = (row as usize / 2, row as usize % 2 * 4);
             let local = [0, 1, 2].map(|axis| coords[pair][half + axis]);
-            let outlier = extrapolate(&self.corners[cell as usize], lattice, local);
-            pairs[pair][half..half + 4].copy_from_slice(&outlier);
+            let outlier = PointMap::new(&self.corners[cell as usize], lattice, slopes).at(local);
+            pairs[pair][half..half + 4].copy_from_slice(&xyzx(outlier));
         }
     }
 }
@@ -190,4 +198,76 @@ fn interpolate_cell<S: Simd>(
         let offset = upper.mul_add(w, u.mul_add(xy, y).mul_add(v, u * x));
         (one + offset).store_array(pair);
     }
+}
+
+/// Interpolates pairs of points of one cell by the smooth interpolant of the cell, or trilinearly where the slopes are
+/// not trusted.
+///
+/// `corners`: lattice vertices at the corners. `lattice`, `slopes`: positions and slopes of the lattice vertices.
+#[inline(always)]
+fn interpolate_smooth_cell<S: Simd>(
+    simd: S,
+    corners: &[u32; 8],
+    lattice: &[Xyzx],
+    slopes: Slopes<'_>,
+    coords: &[Pair],
+    pairs: &mut [Pair],
+) {
+    let mut trust = [0.0; 8];
+    let (mut lowest, mut highest) = (1.0_f32, 0.0_f32);
+    for k in 0..8 {
+        trust[k] = slopes.trust[corners[k] as usize];
+        (lowest, highest) = (lowest.min(trust[k]), highest.max(trust[k]));
+    }
+    if highest == 0.0 {
+        return interpolate_cell(simd, corners, lattice, coords, pairs);
+    }
+    let mut positions = [f32x4::splat(simd, 0.0); 8];
+    let mut corner_slopes = [[f32x4::splat(simd, 0.0); 3]; 8];
+    for k in 0..8 {
+        positions[k] = f32x4::load_array_ref(simd, &lattice[corners[k] as usize]);
+        for axis in 0..3 {
+            corner_slopes[k][axis] = f32x4::load_array_ref(simd, &slopes.slopes[corners[k] as usize][axis]);
+        }
+    }
+    let smooth = SmoothTerms::new(positions, corner_slopes);
+    let mut terms = SmoothTerms([[f32x8::splat(simd, 0.0); 8]; 4]);
+    for group in 0..4 {
+        for k in 0..8 {
+            terms.0[group][k] = simd.combine_f32x4(smooth.0[group][k], smooth.0[group][k]);
+        }
+    }
+    let first = simd.combine_f32x4(positions[0], positions[0]);
+    if lowest == 1.0 {
+        for (local, pair) in coords.iter().zip(pairs) {
+            let (t, s) = local_coordinates(simd, local);
+            (first + smooth_value(&terms, t, s)).store_array(pair);
+        }
+        return;
+    }
+    let (corners, trust) = (polynomial(positions), polynomial(trust));
+    let mut linear = [f32x8::splat(simd, 0.0); 8];
+    let mut trust_terms = linear;
+    for k in 0..8 {
+        trust_terms[k] = f32x8::splat(simd, trust[k]);
+        if k > 0 {
+            linear[k] = simd.combine_f32x4(corners[k], corners[k]);
+        }
+    }
+    for (local, pair) in coords.iter().zip(pairs) {
+        let (t, s) = local_coordinates(simd, local);
+        let linear = trilinear_value(&linear, t);
+        let difference = smooth_value(&terms, t, s) - linear;
+        (first + trilinear_value(&trust_terms, s).mul_add(difference, linear)).store_array(pair);
+    }
+}
+
+/// Returns the local coordinates of a pair of points, and `3 t² - 2 t³` of each coordinate `t`. All four lanes of a half
+/// contain the number of the point in that half.
+#[inline(always)]
+fn local_coordinates<S: Simd>(simd: S, local: &Pair) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
+    let local = f32x8::load_array_ref(simd, local);
+    let [u, v, w, _] = broadcast_lanes(simd, local);
+    let [a, b, c, _] = broadcast_lanes(simd, smoothstep(local));
+    ([u, v, w], [a, b, c])
 }

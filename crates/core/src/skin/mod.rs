@@ -5,8 +5,7 @@
 //! lists the neighbors of the vertex in order around it.
 //!
 //! * [`evaluate`]: runs the following steps for all chunks, and writes the outputs from the tiles.
-//! * [`mesh_update`]: the trilinear update of the mesh. Interpolates the vertices of a chunk, cell by cell,
-//!   into a tile.
+//! * [`mesh_update`]: the update of the mesh. Interpolates the vertices of a chunk, cell by cell, into a tile.
 //! * [`normals`]: computes vertex normals from the one-rings.
 //! * [`one_ring_blocks`], [`one_ring`]: the one-rings in blocks of eight. They are built once, and only if
 //!   normals are evaluated.
@@ -21,13 +20,40 @@ pub use normals::{VertexNormals, vertex_normals};
 
 use std::sync::OnceLock;
 
-use crate::lattice::Embedding;
+use crate::lattice::{Embedding, Slopes};
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::simd::Coordinate;
 use crate::simd::xyzx::{Pair, Xyzx};
 use crate::state::BodyFrame;
 use evaluate::{Normals, Positions};
+
+/// How the mesh follows the lattice. 
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum SkinKind {
+    /// Trilinear in each cell (Takamatsu & Kanai 2009). Where the body is strongly deformed, the surface has a crease at
+    /// each face of a cell. The default.
+    #[default]
+    Linear,
+    /// Smooth across the faces of the cells: the first derivatives are continuous. Where the lattice is bent or crushed so
+    /// strongly that a smooth surface could fold, it is trilinear.
+    Smooth,
+}
+
+impl SkinKind {
+    /// All values, with their names in scenes and in Python.
+    pub const NAMED: [(&'static str, Self); 2] = [("linear", Self::Linear), ("smooth", Self::Smooth)];
+
+    /// Returns the name of the value in [`SkinKind::NAMED`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Smooth => "smooth",
+        }
+    }
+}
 
 /// The evaluation tables of an embedded mesh. Each table is built at its first use. Buffers are in
 /// [`SkinBuffers`].
@@ -55,6 +81,8 @@ pub(crate) struct Pose<'a> {
     pub(crate) embedding: &'a Embedding,
     /// Position of each lattice vertex, in cells from the origin of the body frame.
     pub(crate) lattice: &'a [Xyzx],
+    /// Slopes of the lattice, if the skin is smooth.
+    pub(crate) slopes: Option<Slopes<'a>>,
     /// The body frame: its origin and cell size in world space.
     pub(crate) frame: &'a BodyFrame,
 }

@@ -9,8 +9,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::limits::Limit;
 use crate::contact::{
-    Colliders, Field, PosedShape, RowSet, SampleBlock, SampleCells, ShapeField, SignedDistance, Vec4,
-    may_touch, monomials, wide,
+    Colliders, Field, PosedShape, RowSet, SampleBlock, SampleCells, ShapeField, SignedDistance, SmoothRows,
+    Vec4, monomials, wide,
 };
 use crate::simd::level;
 use crate::state::BodyFrame;
@@ -25,6 +25,10 @@ pub(super) struct LimitSearch {
     positions: Vec<Vec4>,
     /// Position of the vertex of each row, with the correction.
     corrected: Vec<Vec4>,
+    /// Slopes of `positions` and the trust in them, if the skin is smooth.
+    slopes: SmoothRows,
+    /// Slopes of `corrected`, if the skin is smooth.
+    corrected_slopes: SmoothRows,
     /// Rows with a limit at the current collider.
     rows: RowSet,
     /// Nearest sample of each row in `rows`.
@@ -58,7 +62,8 @@ impl LimitSearch {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let positions = size_of_val(&*self.positions) + size_of_val(&*self.corrected);
-        positions + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
+        let slopes = self.slopes.bytes() + self.corrected_slopes.bytes();
+        positions + slopes + self.rows.bytes() + size_of_val(&*self.nearest) + size_of_val(&*self.limits)
     }
 
     /// Finds the limits of the vertices whose displacement by `distance` cells could move a sample into a
@@ -70,9 +75,9 @@ impl LimitSearch {
     /// `distance` of the collider. The clearance of the limit is the least distance of these samples from the
     /// collider, at least 0.
     ///
-    /// A sample is a weighted mean of the corners of its cell. If no corner moves farther against the normal
+    /// With a linear skin, a sample is a weighted mean of the corners of its cell. If no corner moves farther against the normal
     /// of a plane than the least distance of the cell's samples, no sample of the cell enters the plane. For
-    /// other shapes, whose normal is not constant,
+    /// other shapes, whose normal is not constant, and for a smooth skin,
     /// [`add_limits_for_entered_cells`](Self::add_limits_for_entered_cells) is needed as well.
     pub(super) fn find(
         &mut self,
@@ -82,12 +87,17 @@ impl LimitSearch {
         distance: f64,
     ) {
         copy_positions(&mut self.positions, samples, positions);
+        if let Some(stencils) = samples.stencils() {
+            self.slopes.update_slopes(stencils, &self.positions);
+            self.slopes.update_trust(stencils, &self.positions);
+        }
         self.rows.resize(samples.vertices.len());
         self.limits.clear();
         for shape in obstacles.shapes() {
             self.clear();
-            let field = ShapeField { shape: &shape, positions: &self.positions };
-            if may_touch(&shape, self.positions.iter(), distance) {
+            let slopes = samples.stencils().map(|_| self.slopes.with_trust_of(&self.slopes));
+            let field = ShapeField { shape: &shape, positions: &self.positions, slopes };
+            if field.any_may_touch(distance) {
                 let (rows, nearest) = (&mut self.rows, &mut self.nearest);
                 dispatch!(level(), simd => search(simd, &field, samples, distance, |cell, sample| {
                     let SignedDistance { distance: clearance, normal } =
@@ -99,8 +109,8 @@ impl LimitSearch {
         }
     }
 
-    /// Adds limits for the cells in which a corrected sample enters a collider other than a plane. Returns
-    /// whether any limit was added.
+    /// Adds limits for the cells in which a corrected sample enters a collider other than a plane, or with a smooth skin
+    /// any collider. Returns whether any limit was added.
     ///
     /// * `positions`: corrected positions, one per lattice vertex.
     ///
@@ -119,12 +129,18 @@ impl LimitSearch {
     ) -> bool {
         let previous_len = self.limits.len();
         copy_positions(&mut self.corrected, samples, positions);
-        for shape in obstacles.shapes().filter(|shape| shape.plane().is_none()) {
+        if let Some(stencils) = samples.stencils() {
+            self.corrected_slopes.update_slopes(stencils, &self.corrected);
+        }
+        for shape in obstacles.shapes().filter(|shape| needs_entered_cells(shape, samples)) {
             self.clear();
-            let Self { positions, corrected, rows, nearest, .. } = self;
-            if may_touch(&shape, corrected.iter(), 0.0) {
-                let entered = ShapeField { shape: &shape, positions: corrected };
-                let uncorrected = ShapeField { shape: &shape, positions };
+            let Self { positions, corrected, slopes, corrected_slopes, rows, nearest, .. } = self;
+            let is_smooth = samples.stencils().is_some();
+            let slopes_before = is_smooth.then(|| slopes.with_trust_of(slopes));
+            let slopes_after = is_smooth.then(|| corrected_slopes.with_trust_of(slopes));
+            let entered = ShapeField { shape: &shape, positions: corrected, slopes: slopes_after };
+            let uncorrected = ShapeField { shape: &shape, positions, slopes: slopes_before };
+            if entered.any_may_touch(0.0) {
                 dispatch!(level(), simd => search(simd, &entered, samples, 0.0, |cell, sample| {
                     let position = sample.position_in(simd, &uncorrected, &samples.corners[cell]);
                     let before = shape.signed_distance(&position);
@@ -150,16 +166,21 @@ impl LimitSearch {
 }
 
 impl Obstacles<'_> {
-    /// Returns whether any collider is not a plane and therefore needs
-    /// [`LimitSearch::add_limits_for_entered_cells`].
-    pub(super) fn has_non_planes(&self) -> bool {
-        self.shapes().any(|shape| shape.plane().is_none())
+    /// Returns whether any collider needs [`LimitSearch::add_limits_for_entered_cells`].
+    pub(super) fn need_entered_cells(&self, samples: &SampleCells) -> bool {
+        self.shapes().any(|shape| needs_entered_cells(&shape, samples))
     }
 
     /// Returns the shapes of the colliders in the body's frame.
     fn shapes(&self) -> impl Iterator<Item = PosedShape> {
         self.colliders.at(self.time, self.frame)
     }
+}
+
+/// Returns whether the limits of [`LimitSearch::find`] may let samples enter a shape: if it is not a plane, or if the
+/// skin is smooth, so that a sample is not a weighted mean of the corners of its cell with positive weights.
+fn needs_entered_cells(shape: &PosedShape, samples: &SampleCells) -> bool {
+    shape.plane().is_none() || samples.stencils().is_some()
 }
 
 /// Replaces `out` by the position of the vertex of each row. `positions`: one per lattice vertex.

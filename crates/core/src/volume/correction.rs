@@ -15,7 +15,7 @@ use super::sums::Scratch;
 use super::surface::Surface;
 use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 use crate::contact::SampleCells;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
 
 /// Relative volume error up to which the volume counts as preserved: the accuracy that positions in `f32`
@@ -212,12 +212,16 @@ impl Correction {
         forces: &[ExternalForce],
         corrected: &mut [[f32; 3]],
     ) -> &'w [ComponentReport] {
-        self.solve(workspace, &Executor::sequential(), deformed, rotations, forces);
+        let mut trust = Trust::default();
+        if let Some(smoothing) = self.measure.smoothing() {
+            smoothing.update_trust(deformed, &mut trust);
+        }
+        self.solve(workspace, &Executor::sequential(), deformed, rotations, forces, trust.values());
         self.write(workspace, deformed, corrected)
     }
 
     /// Computes the displacement of each vertex, without limits at colliders. The arguments have the meaning
-    /// of the arguments of [`Correction::apply`].
+    /// of the arguments of [`Correction::apply`]. `trust`: trust in the slopes of `deformed`, if the skin is smooth.
     pub(crate) fn solve(
         &self,
         workspace: &mut CorrectionWorkspace,
@@ -225,6 +229,7 @@ impl Correction {
         deformed: &[[f32; 3]],
         rotations: &[[f32; 4]],
         forces: &[ExternalForce],
+        trust: &[f32],
     ) {
         let n = self.adjacency.len();
         assert!(
@@ -237,6 +242,8 @@ impl Correction {
         workspace.reports.resize(self.rest.len(), ComponentReport::default());
         workspace.limits.clear();
         workspace.scratch.set_positions(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        workspace.scratch.trust.clear();
+        workspace.scratch.trust.extend_from_slice(trust);
         self.rotate_field(workspace, rotations);
         let CorrectionWorkspace { scratch, order, regional: regional_scratch, .. } = workspace;
         external_forces::remove_force_directions(forces, order, &mut scratch.points);
@@ -278,14 +285,14 @@ impl Correction {
         // Taken out of the workspace, so that `solve_with_limits` can borrow the workspace and the limits.
         let mut search = std::mem::take(&mut workspace.limit_search);
         let mut search_distance = 0.0;
-        let has_non_planes = obstacles.has_non_planes();
+        let needs_entered_cells = obstacles.need_entered_cells(samples);
         for _ in 0..ROUNDS {
             let greatest = self.greatest_displacement(workspace);
             let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
                 search.find(samples, deformed, obstacles, search_distance);
                 !search.limits.is_empty()
-            } else if search_distance > 0.0 && has_non_planes {
+            } else if search_distance > 0.0 && needs_entered_cells {
                 self.write(workspace, deformed, corrected);
                 search.add_limits_for_entered_cells(samples, corrected, obstacles)
             } else {

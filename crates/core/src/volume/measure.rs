@@ -12,7 +12,7 @@ use super::mesh_measure::MeshMeasure;
 use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
 use super::surface::{self, Surface};
 use super::{Preservation, VolumeError, VolumeMeasure};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Smoothing};
 use crate::parallel::Executor;
 use crate::simd::level;
 
@@ -61,6 +61,14 @@ impl Measure {
             Self::Lattice(_) => VolumeMeasure::Lattice,
             Self::Cells(_) => VolumeMeasure::Cells,
             Self::Mesh(_) => VolumeMeasure::Mesh,
+        }
+    }
+
+    /// Returns the stencils of the smooth surface points of the measure `mesh`, if they are smooth.
+    pub(super) fn smoothing(&self) -> Option<&Smoothing> {
+        match self {
+            Self::Mesh(measure) => measure.smoothing(),
+            Self::Lattice(_) | Self::Cells(_) => None,
         }
     }
 

@@ -7,7 +7,9 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 
 use super::line::{CrossFactor, Determinants, Line, Moving, load};
 use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
-use crate::lattice::{Embedding, monomials, polynomial};
+use crate::lattice::{
+    Embedding, SmoothTerms, Smoothing, monomials, polynomial, smooth_value, smoothstep, trilinear_value,
+};
 use crate::parallel::Executor;
 use crate::simd::level;
 
@@ -21,9 +23,13 @@ const CHUNK_PATCHES: usize = 64;
 /// triangle.
 ///
 /// A surface point is a linear combination of lattice vertices. It moves along a straight line as `lambda`
-/// changes, because the lattice vertices do; the volume is therefore an exact cubic. The triangles of a cell
-/// with many triangles are stored as a [`Patch`]. Only the other triangles are summed one by one: in a fine
-/// mesh in a coarse lattice, mostly the triangles that cross cell boundaries.
+/// changes, because the lattice vertices do; the volume is therefore an exact cubic. With trilinear positions, the
+/// triangles of a cell with many triangles are stored as a [`Patch`]. Only the other triangles are summed: in a fine
+/// mesh in a coarse lattice, mostly the triangles that cross cell boundaries. With smooth positions all triangles are
+/// summed, because 32 coefficients describe a cell.
+///
+/// Triangles are summed in pairs with a common edge, as quads `a, b, c, d` of the triangles `a, b, c` and `a, c, d`. The
+/// sum of their two determinants is `a . ((c - a) × (d - b))`. A triangle without a partner has `d = a`.
 #[derive(Clone, Debug)]
 pub(super) struct MeshMeasure {
     patches: Vec<Patch>,
@@ -31,12 +37,21 @@ pub(super) struct MeshMeasure {
     runs: Vec<Run>,
     /// End of the runs of each batch, as an index into `runs`.
     run_ends: Vec<usize>,
-    /// Trilinear weights of each surface point for the corners of its cell.
-    weights: Vec<[f32; 8]>,
-    /// Triangles that are in no patch.
-    triangles: Vec<[u32; 3]>,
-    /// Chunks of the patches, then of the triangles.
+    point_count: usize,
+    positions: Positions,
+    /// Quads of the triangles that are in no patch.
+    quads: Vec<[u32; 4]>,
+    /// Chunks of the patches, then of the quads.
     sums: ChunkedSum,
+}
+
+/// How the surface points follow the lattice.
+#[derive(Clone, Debug)]
+enum Positions {
+    /// Trilinear weights of each surface point for the corners of its cell.
+    Trilinear(Vec<[f32; 8]>),
+    /// Local coordinates of each surface point in its cell, and the stencils of the smooth positions.
+    Smooth(Vec<[f32; 3]>, Smoothing),
 }
 
 /// Terms of a [`MeshMeasure`], sorted by component.
@@ -45,11 +60,11 @@ pub(super) struct MeshTerms {
     pub(super) patches: Vec<Patch>,
     /// Number of patches of each component.
     pub(super) patch_counts: Vec<usize>,
-    /// Triangles that are in no patch, with normals that point out of the body (on the boundary of a cavity,
-    /// into the cavity).
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// Number of these triangles of each component.
-    pub(super) triangle_counts: Vec<usize>,
+    /// Quads of the triangles that are in no patch, with normals that point out of the body (on the boundary of a
+    /// cavity, into the cavity).
+    pub(super) quads: Vec<[u32; 4]>,
+    /// Number of these quads of each component.
+    pub(super) quad_counts: Vec<usize>,
 }
 
 /// Run of consecutive surface points in one cell.
@@ -62,10 +77,10 @@ struct Run {
 }
 
 impl MeshMeasure {
-    /// Creates the measure. `points`: mesh vertex of each surface point. The corners of `terms.triangles` are
+    /// Creates the measure. `points`: mesh vertex of each surface point. The corners of `terms.quads` are
     /// indices into `points`.
     pub(super) fn new(terms: MeshTerms, points: &[u32], embedding: &Embedding) -> Self {
-        let MeshTerms { patches, patch_counts, triangles, triangle_counts } = terms;
+        let MeshTerms { patches, patch_counts, quads, quad_counts } = terms;
         let cell = |point: u32| embedding.cell(point as usize);
         let (mut runs, mut run_ends) = (Vec::new(), Vec::new());
         for batch in points.chunks(BATCH) {
@@ -82,30 +97,62 @@ impl MeshMeasure {
             patches,
             runs,
             run_ends,
-            weights: points.iter().map(|&point| embedding.weights(point as usize)).collect(),
-            triangles,
-            sums: ChunkedSum::new(&patch_counts, CHUNK_PATCHES).then(&triangle_counts, CHUNK_DETERMINANTS),
+            positions: match embedding.smoothing() {
+                None => Positions::Trilinear(
+                    points.iter().map(|&point| embedding.weights(point as usize)).collect(),
+                ),
+                Some(smoothing) => Positions::Smooth(
+                    points.iter().map(|&point| embedding.local(point as usize)).collect(),
+                    smoothing.clone(),
+                ),
+            },
+            point_count: points.len(),
+            quads,
+            sums: ChunkedSum::new(&patch_counts, CHUNK_PATCHES).then(&quad_counts, CHUNK_DETERMINANTS),
+        }
+    }
+
+    /// Returns the stencils of smooth positions, or `None` if positions are trilinear.
+    pub(super) fn smoothing(&self) -> Option<&Smoothing> {
+        match &self.positions {
+            Positions::Trilinear(_) => None,
+            Positions::Smooth(_, smoothing) => Some(smoothing),
         }
     }
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let points = size_of_val(&*self.weights) + size_of_val(&*self.runs);
-        size_of_val(&*self.patches) + points + size_of_val(&*self.triangles)
+        let positions = match &self.positions {
+            Positions::Trilinear(weights) => size_of_val(&**weights),
+            Positions::Smooth(local, smoothing) => size_of_val(&**local) + smoothing.bytes(),
+        };
+        size_of_val(&*self.patches) + positions + size_of_val(&*self.runs) + size_of_val(&*self.quads)
     }
 
     /// Adds the volume of each component to `scratch.coefficients`.
     pub(super) fn add_coefficients(&self, executor: &Executor, scratch: &mut Scratch) {
-        let Scratch { points: lattice, surface_points, sums, coefficients, .. } = scratch;
-        surface_points.resize(self.weights.len(), Moving::default());
+        let Scratch { points: lattice, surface_points, slopes, trust, sums, coefficients, .. } = scratch;
+        surface_points.resize(self.point_count, Moving::default());
+        if let Some(smoothing) = self.smoothing() {
+            update_slopes(smoothing, lattice, slopes);
+        }
         let (runs, run_ends) = (&self.runs, &self.run_ends);
-        let batches = surface_points.chunks_mut(BATCH).zip(self.weights.chunks(BATCH));
-        executor.for_each(batches.enumerate(), |(batch, (surface_points, weights))| {
+        let (slopes, trust) = (&*slopes, &*trust);
+        executor.for_each(surface_points.chunks_mut(BATCH).enumerate(), |(batch, surface_points)| {
             let first = if batch == 0 { 0 } else { run_ends[batch - 1] };
             let runs = &runs[first..run_ends[batch]];
-            dispatch!(level(), simd => interpolate(simd, runs, lattice, weights, surface_points));
+            let start = batch * BATCH;
+            dispatch!(level(), simd => match &self.positions {
+                Positions::Trilinear(weights) => {
+                    interpolate(simd, runs, lattice, &weights[start..], surface_points);
+                }
+                Positions::Smooth(local, _) => {
+                    let lattice = SmoothLattice { points: lattice, slopes, trust };
+                    interpolate_smooth(simd, runs, lattice, &local[start..], surface_points);
+                }
+            });
         });
-        let (patches, surface_points, triangles) = (&self.patches, &*surface_points, &self.triangles);
+        let (patches, surface_points, quads) = (&self.patches, &*surface_points, &self.quads);
         self.sums.add_to(executor, 1.0 / 6.0, sums, coefficients, |range| {
             dispatch!(level(), simd => {
                 let mut sum = Determinants::zero(simd);
@@ -114,12 +161,12 @@ impl MeshMeasure {
                         patch.add_to(simd, lattice, &mut sum);
                     }
                 } else {
-                    for triangle in &triangles[range.start - patches.len()..range.end - patches.len()] {
-                        let [a, b, c] = load(simd, surface_points, triangle);
+                    for quad in &quads[range.start - patches.len()..range.end - patches.len()] {
+                        let [a, b, c, d] = load(simd, surface_points, quad);
                         sum.add(
                             Line::zxy(simd, a),
-                            CrossFactor::new(simd, b - a),
                             CrossFactor::new(simd, c - a),
+                            CrossFactor::new(simd, d - b),
                         );
                     }
                 }
@@ -149,6 +196,69 @@ fn interpolate<S: Simd>(
             let mut offset = corners[1] * weights[1];
             for k in 2..8 {
                 offset = corners[k].mul_add(f32x8::splat(simd, weights[k]), offset);
+            }
+            point.store(corners[0] + offset);
+        }
+    }
+}
+
+/// The lattice of smooth surface points: the points, their slopes along the axes, and the trust in the slopes.
+#[derive(Clone, Copy)]
+struct SmoothLattice<'a> {
+    points: &'a [Moving],
+    slopes: &'a [[Moving; 3]],
+    trust: &'a [f32],
+}
+
+/// Writes the slopes of the lattice points to `slopes`. A slope moves along a straight line, as the points do.
+fn update_slopes(smoothing: &Smoothing, points: &[Moving], slopes: &mut Vec<[Moving; 3]>) {
+    slopes.resize(points.len(), [Moving::default(); 3]);
+    dispatch!(level(), simd => {
+        for stencil in smoothing.stencils() {
+            let found = stencil.slopes(|vertex| load(simd, points, &[vertex])[0]);
+            for (slope, out) in found.into_iter().zip(&mut slopes[stencil.vertex as usize]) {
+                out.store(slope);
+            }
+        }
+    });
+}
+
+/// Computes surface points by the smooth interpolants of their cells. `local`: local coordinates of the points.
+#[inline(always)]
+fn interpolate_smooth<S: Simd>(
+    simd: S,
+    runs: &[Run],
+    lattice: SmoothLattice<'_>,
+    local: &[[f32; 3]],
+    surface_points: &mut [Moving],
+) {
+    let splat = |x: f32| f32x8::splat(simd, x);
+    let mut points = surface_points.iter_mut().zip(local);
+    for run in runs {
+        let corners = load(simd, lattice.points, &run.corners);
+        let (mut slopes, mut trust) = ([[corners[0]; 3]; 8], [0.0; 8]);
+        for k in 0..8 {
+            let corner = run.corners[k] as usize;
+            slopes[k] = load(simd, &lattice.slopes[corner], &[0, 1, 2]);
+            trust[k] = lattice.trust[corner];
+        }
+        let smooth = SmoothTerms::new(corners, slopes);
+        let is_trusted = trust == [1.0; 8];
+        let (mut linear, trust) = (polynomial(corners), polynomial(trust));
+        linear[0] = splat(0.0);
+        let mut trust_terms = [splat(0.0); 8];
+        for k in 0..8 {
+            trust_terms[k] = splat(trust[k]);
+        }
+        for (point, local) in points.by_ref().take(run.points) {
+            let (mut t, mut s) = ([splat(0.0); 3], [splat(0.0); 3]);
+            for axis in 0..3 {
+                (t[axis], s[axis]) = (splat(local[axis]), splat(smoothstep(local[axis])));
+            }
+            let mut offset = smooth_value(&smooth, t, s);
+            if !is_trusted {
+                let linear = trilinear_value(&linear, t);
+                offset = trilinear_value(&trust_terms, s).mul_add(offset - linear, linear);
             }
             point.store(corners[0] + offset);
         }

@@ -24,6 +24,11 @@ pub(super) struct Scratch {
     pub(super) coefficients: Vec<[f64; 4]>,
     /// Points of the embedded surface.
     pub(super) surface_points: Vec<Moving>,
+    /// Slopes of the lattice along the axes, for smooth surface points.
+    pub(super) slopes: Vec<[Moving; 3]>,
+    /// Trust in the slopes, for smooth surface points. It depends on the deformed lattice and not on `lambda`, so that
+    /// the volume is a cubic.
+    pub(super) trust: Vec<f32>,
     /// Sum of each chunk of a [`ChunkedSum`].
     pub(super) sums: Vec<[f64; 4]>,
     /// For each component: sum of the positions, number of vertices, center.
@@ -33,7 +38,8 @@ pub(super) struct Scratch {
 impl Scratch {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.points) + size_of_val(&*self.surface_points) + size_of_val(&*self.sums)
+        let smooth = size_of_val(&*self.slopes) + size_of_val(&*self.trust);
+        size_of_val(&*self.points) + size_of_val(&*self.surface_points) + size_of_val(&*self.sums) + smooth
     }
 
     /// Sets the positions of the points to `positions`, relative to the center of their component. Keeps the
@@ -71,6 +77,8 @@ impl Scratch {
     /// Sets the positions of the points to the positions of the lattice vertices at rest.
     pub(super) fn set_rest_positions(&mut self, lattice: &Lattice, adjacency: &Adjacency) {
         self.set_positions(lattice.indices().iter().map(|index| index.map(f64::from)), adjacency);
+        self.trust.clear();
+        self.trust.resize(adjacency.len(), 1.0);
     }
 }
 

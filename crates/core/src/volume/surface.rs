@@ -50,12 +50,12 @@ pub(super) fn measure(
         });
         add_component(surface.embedding, oriented.collect(), &mut terms);
     }
-    let points = renumber_corners(surface.embedding, &mut terms.triangles);
+    let points = renumber_corners(surface.embedding, &mut terms.quads);
     Ok(MeshMeasure::new(terms, &points, surface.embedding))
 }
 
-/// Adds the triangles of one component to `terms`: as a patch for each cell with many triangles, and one by
-/// one for other cells and for triangles that cross cells.
+/// Adds the triangles of one component to `terms`: as a patch for each cell with many triangles, and as quads for other
+/// cells and for triangles that cross cells. With smooth positions there are no patches.
 fn add_component(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, terms: &mut MeshTerms) {
     let cell = |corner: u32| embedding.cell(corner as usize);
     // Sort key: the cell, and whether the triangle leaves the cell. A triangle that crosses cells is sorted
@@ -67,24 +67,59 @@ fn add_component(embedding: &Embedding, mut triangles: Vec<[u32; 3]>, terms: &mu
         (a.max(b).max(c), a != b || b != c || triangle.iter().any(is_outside))
     };
     triangles.sort_by_cached_key(key);
-    let (previous_patches, previous_triangles) = (terms.patches.len(), terms.triangles.len());
+    let (previous_patches, previous_quads) = (terms.patches.len(), terms.quads.len());
+    let mut others = Vec::new();
     for group in triangles.chunk_by(|a, b| key(a) == key(b)) {
         let (_, leaves_cell) = key(&group[0]);
-        if leaves_cell || group.len() < MIN_PATCH_TRIANGLES {
-            terms.triangles.extend_from_slice(group);
+        if leaves_cell || group.len() < MIN_PATCH_TRIANGLES || embedding.smoothing().is_some() {
+            others.extend_from_slice(group);
         } else {
             let local = group.iter().map(|triangle| triangle.map(|corner| embedding.local(corner as usize)));
             terms.patches.push(Patch::new(embedding.corners(group[0][0] as usize), local));
         }
     }
+    terms.quads.extend(quads(&others));
     terms.patch_counts.push(terms.patches.len() - previous_patches);
-    terms.triangle_counts.push(terms.triangles.len() - previous_triangles);
+    terms.quad_counts.push(terms.quads.len() - previous_quads);
 }
 
-/// Replaces the corners of the triangles, which are mesh vertices, by indices into a list of surface points.
-/// Returns this list: the mesh vertices that the triangles use, sorted by cell.
-fn renumber_corners(embedding: &Embedding, triangles: &mut [[u32; 3]]) -> Vec<u32> {
-    let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+/// Joins pairs of triangles with a common edge to quads, in the order of the triangles. A triangle `a, b, c` without a
+/// partner becomes the quad `a, b, c, a`.
+fn quads(triangles: &[[u32; 3]]) -> Vec<[u32; 4]> {
+    // The directed edges of the triangles, each with its triangle and the corner that is not on it.
+    let mut edges = Vec::with_capacity(3 * triangles.len());
+    for (index, &[a, b, c]) in triangles.iter().enumerate() {
+        edges.extend([((a, b), index, c), ((b, c), index, a), ((c, a), index, b)]);
+    }
+    edges.sort_unstable();
+    let mut is_used = vec![false; triangles.len()];
+    let mut quads = Vec::with_capacity(triangles.len() / 2 + 1);
+    for (index, &[a, b, c]) in triangles.iter().enumerate() {
+        if std::mem::replace(&mut is_used[index], true) {
+            continue;
+        }
+        let partner = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find_map(|[a, b, c]| {
+            // A triangle with the edge from `a` to `c` joins the edge from `c` to `a` of this one.
+            let first = edges.partition_point(|(edge, ..)| *edge < (a, c));
+            let same = edges[first..].iter().take_while(|(edge, ..)| *edge == (a, c));
+            let found = same.into_iter().find(|(_, other, _)| !is_used[*other]);
+            found.map(|&(_, other, d)| ([a, b, c, d], other))
+        });
+        match partner {
+            Some((quad, other)) => {
+                is_used[other] = true;
+                quads.push(quad);
+            }
+            None => quads.push([a, b, c, a]),
+        }
+    }
+    quads
+}
+
+/// Replaces the corners of the quads, which are mesh vertices, by indices into a list of surface points.
+/// Returns this list: the mesh vertices that the quads use, sorted by cell.
+fn renumber_corners(embedding: &Embedding, quads: &mut [[u32; 4]]) -> Vec<u32> {
+    let mut used: Vec<u32> = quads.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
     used.sort_by_key(|&vertex| embedding.cell(vertex as usize));
@@ -92,7 +127,7 @@ fn renumber_corners(embedding: &Embedding, triangles: &mut [[u32; 3]]) -> Vec<u3
     for (point, &vertex) in used.iter().enumerate() {
         point_of_vertex[vertex as usize] = point as u32;
     }
-    for corner in triangles.iter_mut().flatten() {
+    for corner in quads.iter_mut().flatten() {
         *corner = point_of_vertex[*corner as usize];
     }
     used

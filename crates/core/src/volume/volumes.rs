@@ -5,7 +5,7 @@ use super::measure::Measure;
 use super::sums::Scratch;
 use super::surface::{self, Surface};
 use super::{ComponentReport, Correction, VolumeMeasure, VolumeReport, Volumes};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
 
 /// All volume measures that a body allows, for reports.
@@ -33,7 +33,9 @@ impl VolumeMeasures {
         let others = [Measure::lattice(&adjacency), Measure::cells(lattice, &adjacency)];
         let measures = others.into_iter().chain(mesh).collect();
         let mut this = Self { measures, rest: Vec::new(), adjacency, cell_size: lattice.cell_size() };
-        this.rest = this.evaluate(lattice.indices().iter().map(|index| index.map(f64::from)));
+        let mut scratch = Scratch::default();
+        scratch.set_rest_positions(lattice, &this.adjacency);
+        this.rest = this.evaluate(&mut scratch);
         this
     }
 
@@ -45,7 +47,7 @@ impl VolumeMeasures {
     /// Reports the volumes of a deformed lattice without correction. `deformed`: positions of the lattice
     /// vertices, shape (n, 3), in cells, in the body's frame.
     pub fn report(&self, deformed: &[[f32; 3]]) -> VolumeReport {
-        let before = self.evaluate_deformed(deformed);
+        let before = self.evaluate_deformed(deformed, deformed);
         // The last measure is the most accurate one available.
         let last = before.len() - 1;
         let component = |(&rest, &before): (&f64, &f64)| {
@@ -66,7 +68,7 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
-        let (before, after) = (self.evaluate_deformed(deformed), self.evaluate_deformed(corrected));
+        let (before, after) = (self.evaluate_deformed(deformed, deformed), self.evaluate_deformed(corrected, deformed));
         let mut components = components.to_vec();
         if let Some(preserved) = self.kinds().position(|kind| kind == correction.measure()) {
             components
@@ -77,19 +79,25 @@ impl VolumeMeasures {
         VolumeReport::new(correction.measure(), components, self.volumes(&before, &after))
     }
 
-    /// Returns the volume of each component of a deformed lattice by each measure; see `evaluate`.
-    fn evaluate_deformed(&self, positions: &[[f32; 3]]) -> Vec<Vec<f64>> {
+    /// Returns the volume of each component of a lattice with the positions `positions` by each measure; see
+    /// `evaluate`. `deformed`: the positions without the correction, which determine the trust in the slopes.
+    fn evaluate_deformed(&self, positions: &[[f32; 3]], deformed: &[[f32; 3]]) -> Vec<Vec<f64>> {
         assert_eq!(positions.len(), self.adjacency.len(), "positions and lattice vertices differ in number");
-        self.evaluate(positions.iter().map(|p| p.map(f64::from)))
+        let mut scratch = Scratch::default();
+        scratch.set_positions(positions.iter().map(|p| p.map(f64::from)), &self.adjacency);
+        if let Some(smoothing) = self.measures.iter().find_map(Measure::smoothing) {
+            let mut trust = Trust::default();
+            smoothing.update_trust(deformed, &mut trust);
+            scratch.trust.extend_from_slice(trust.values());
+        }
+        self.evaluate(&mut scratch)
     }
 
     /// Returns the volume of each component by each measure, in cubed scene units. The outer index is the
     /// measure.
-    fn evaluate(&self, positions: impl Iterator<Item = [f64; 3]> + Clone) -> Vec<Vec<f64>> {
-        let mut scratch = Scratch::default();
-        scratch.set_positions(positions, &self.adjacency);
+    fn evaluate(&self, scratch: &mut Scratch) -> Vec<Vec<f64>> {
         let volumes = |measure: &Measure| {
-            measure.evaluate(&Executor::sequential(), &mut scratch);
+            measure.evaluate(&Executor::sequential(), scratch);
             scratch.coefficients.iter().map(|c| c[0] * self.cell_size.powi(3)).collect()
         };
         self.measures.iter().map(volumes).collect()

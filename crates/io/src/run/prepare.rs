@@ -94,6 +94,7 @@ fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
         .material(data.material)
         .placement(data.placement)
         .volume(data.volume)
+        .skin(data.skin)
         .build()
         .map_err(failed)?;
     for (index, zone) in data.zones.iter().enumerate() {

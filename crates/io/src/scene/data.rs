@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys};
 use crate::frames::Format;
-use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, VolumeOptions, Zone};
+use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, VolumeOptions, Zone};
 
 /// Largest number of frames: almost four days at 30 frames per second.
 const MAX_FRAMES: u32 = 10_000_000;
@@ -114,6 +114,9 @@ pub struct BodyData {
     /// Volume preservation; by default the measure is chosen automatically.
     #[serde(with = "VolumeKeys")]
     pub volume: VolumeOptions,
+    /// How the mesh follows the lattice; default `"linear"`.
+    #[serde(with = "keys::skin")]
+    pub skin: SkinKind,
     /// `[[body.zone]]`, in the order of the file.
     #[serde(rename = "zone", with = "keys::zones")]
     pub zones: Vec<Zone>,
@@ -139,6 +142,7 @@ impl BodyData {
             join,
             material: Material::default(),
             volume: VolumeOptions::default(),
+            skin: SkinKind::default(),
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),

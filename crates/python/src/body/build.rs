@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
-use supple::{BodyBuilder, FieldKind, Placement, Preservation, VolumeOptions, VolumeScope};
+use supple::{BodyBuilder, FieldKind, Placement, Preservation, SkinKind, VolumeOptions, VolumeScope};
 use supple_io::scene::{BodyData, exclusive_keys, optional_keys};
 
 use super::material;
@@ -45,12 +45,14 @@ pub(super) fn body<'py>(
     }
     let (shape, builder) = builder(shape, settings)?;
     let default = BodyData::default();
+    let skin = settings.read("skin", |value, name| argument::choice(value, name, &SkinKind::NAMED))?;
     let builder = builder
         .name(settings.read("name", argument::text)?.unwrap_or_else(|| "body".to_owned()))
         .scale(scale(settings)?.unwrap_or(default.scale))
         .material(material::read(settings)?)
         .placement(placement(settings)?)
-        .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default());
+        .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default())
+        .skin(skin.unwrap_or_default());
     let body = py.detach(|| builder.build()).map_err(error::from_core)?;
     Ok((shape, body))
 }

@@ -68,6 +68,9 @@ use crate::pickle::{self, decode, encode};
 ///     a dict with the keys measure, scope ("global", or "regional" to correct where the volume changed),
 ///     field (deformation field of the correction: "surface", "cells" or "paper") and max_correction (cap of
 ///     the scale, >= 0, as a fraction of the thickness of the body).
+/// skin : str, default "linear"
+///     How the mesh follows the lattice: "linear" (trilinear in each cell), or "smooth" (first derivatives are
+///     continuous across the faces of the cells, so that strong deformations show no creases).
 /// velocity : (3,) float, default 0
 ///     Initial velocity in length/s.
 /// spin : (3,) float, default 0
@@ -91,7 +94,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', skin='linear', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();

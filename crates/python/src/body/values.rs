@@ -166,6 +166,12 @@ impl Body {
         slf.py().import("supple.viewer")?.call_method1("view", (slf,))
     }
 
+    /// How the mesh follows the lattice: "linear" or "smooth".
+    #[getter]
+    fn skin(&self, py: Python<'_>) -> PyResult<&'static str> {
+        Ok(self.read(py, supple::Body::skin)?.name())
+    }
+
     /// Options of the volume correction: a dict with measure, scope, field and max_correction.
     ///
     /// Settable to such a dict, the name of a measure, or "off". Setting the options rebuilds the correction.

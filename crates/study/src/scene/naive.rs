@@ -8,7 +8,7 @@ use supple::internals::{
     hold_factors,
 };
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
-use supple::{Body, Error};
+use supple::{Body, Error, SkinKind};
 use supple_io::scene::{BodyData, Scene};
 
 use crate::elasticity::{alpha, relative_masses};
@@ -237,7 +237,13 @@ impl Stages {
         let slots: Vec<u32> = (0..lattice.len() as u32).collect();
         let masses: Vec<f32> = relative_masses(body).iter().map(|&mass| mass as f32).collect();
         let samples = || match body.mesh() {
-            Some(mesh) => SampleCells::of_mesh(mesh, lattice, &slots, &masses),
+            Some(mesh) => {
+                let samples = SampleCells::of_mesh(mesh, lattice, &slots, &masses);
+                match body.skin() {
+                    SkinKind::Smooth => samples.smoothed(lattice, &slots, &masses),
+                    _ => samples,
+                }
+            }
             None => SampleCells::of_lattice(lattice, &slots, &masses),
         };
         Ok(Some(Self {

@@ -17,7 +17,7 @@ use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use supple::{FieldKind, Placement, Preservation, Preset, Resolution, VolumeOptions, VolumeScope};
+use supple::{FieldKind, Placement, Preservation, Preset, Resolution, SkinKind, VolumeOptions, VolumeScope};
 
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{colliders, handles, pins, zones};
@@ -131,14 +131,14 @@ pub(super) struct VolumeKeys {
 /// Defines modules that serialize a value as its name.
 macro_rules! words {
     ($($module:ident: $of:ident;)*) => {$(
-        mod $module {
+        pub(super) mod $module {
             use super::*;
 
-            pub(super) fn serialize<S: Serializer>(value: &$of, serializer: S) -> Result<S::Ok, S::Error> {
+            pub(in crate::scene) fn serialize<S: Serializer>(value: &$of, serializer: S) -> Result<S::Ok, S::Error> {
                 serializer.serialize_str(value.name())
             }
 
-            pub(super) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<$of, D::Error> {
+            pub(in crate::scene) fn deserialize<'de, D: Deserializer<'de>>(value: D) -> Result<$of, D::Error> {
                 let word = String::deserialize(value)?;
                 let known = $of::NAMED.iter().find(|(name, _)| *name == word);
                 known.map(|&(_, value)| value).ok_or_else(|| {
@@ -155,4 +155,5 @@ words! {
     scope: VolumeScope;
     field: FieldKind;
     preset: Preset;
+    skin: SkinKind;
 }

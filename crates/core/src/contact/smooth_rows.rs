@@ -1,0 +1,61 @@
+//! Slopes of the lattice at the rows of the samples, for a body with a smooth skin.
+//!
+//! A row is an index into `SampleCells::vertices`.
+
+use super::rows::buffer_bytes;
+use super::vec4::Vec4;
+use crate::lattice::Stencil;
+
+/// Slopes of the lattice vertices of all rows, and the trust in them; see `lattice::slopes`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SmoothRows {
+    slopes: Vec<[Vec4; 3]>,
+    /// Ratios of bend to thickness; see `Stencil::bend_ratio`.
+    ratios: Vec<f32>,
+    trust: Vec<f32>,
+}
+
+/// Slopes and trust of all rows, as an interpolation reads them.
+#[derive(Clone, Copy)]
+pub(crate) struct RowSlopes<'a> {
+    pub(crate) slopes: &'a [[Vec4; 3]],
+    pub(crate) trust: &'a [f32],
+}
+
+impl SmoothRows {
+    /// Computes the slopes of the positions of all rows.
+    pub(crate) fn update_slopes(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
+        self.slopes.clear();
+        self.slopes.extend(stencils.iter().map(|stencil| stencil.slopes(|row| positions[row as usize])));
+    }
+
+    /// Computes the trust in the slopes of the positions of all rows.
+    pub(crate) fn update_trust(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
+        let Self { ratios, trust, .. } = self;
+        let ratio = |stencil: &Stencil| match stencil.is_isolated() {
+            true => 0.0,
+            false => stencil.bend_ratio(|row| positions[row as usize].xyz()),
+        };
+        ratios.clear();
+        ratios.extend(stencils.iter().map(ratio));
+        trust.clear();
+        trust.extend(stencils.iter().map(|stencil| stencil.trust(|row| ratios[row as usize])));
+    }
+
+    /// Returns the slopes of the last update, with the trust in the slopes of `trusted`.
+    pub(crate) fn with_trust_of<'a>(&'a self, trusted: &'a Self) -> RowSlopes<'a> {
+        RowSlopes { slopes: &self.slopes, trust: &trusted.trust }
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        buffer_bytes(&self.slopes) + buffer_bytes(&self.ratios) + buffer_bytes(&self.trust)
+    }
+}
+
+/// Returns the greatest distance along each axis from a vertex to the affine map of its slopes, in the cells around it.
+/// The smooth positions in a cell are weighted means of the affine maps of the corners.
+#[inline(always)]
+pub(super) fn reach(slopes: &[Vec4; 3]) -> Vec4 {
+    slopes[0].abs() + slopes[1].abs() + slopes[2].abs()
+}

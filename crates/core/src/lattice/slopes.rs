@@ -1,0 +1,205 @@
+//! Slopes of a deformed lattice: its derivatives at the vertices, by differences along the links.
+//!
+//! The smooth skin ([`smooth`](super::smooth)) follows the slopes where they describe the lattice well. The *trust* in the
+//! slopes of a vertex, in `[0, 1]`, is less than 1 where the lattice is bent or crushed so much that a slope differs from
+//! its links by more than half of the thickness of a cell.
+
+use std::ops::{Mul, Sub};
+use std::sync::Arc;
+
+use fearless_simd::{SimdBase, dispatch, f32x4};
+use nalgebra::Vector3;
+
+use super::Lattice;
+use super::smooth::smoothstep;
+use crate::simd::level;
+use crate::simd::xyzx::Xyzx;
+
+/// Ratio of bend to thickness up to which the slopes are trusted fully. See [`Stencil::bend_ratio`].
+///
+/// With these two limits, random and layered lattices have no folds beside those of the trilinear interpolation; with 0.6
+/// and 1.2 they have some.
+const TRUSTED: f32 = 0.5;
+
+/// Ratio of bend to thickness from which the slopes are not used.
+const DISTRUSTED: f32 = 1.0;
+
+/// A vertex and its neighbors along the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stencil {
+    pub(crate) vertex: u32,
+    /// The neighbors at -x, +x, -y, +y, -z, +z. A missing neighbor is replaced by the vertex itself.
+    neighbors: [u32; 6],
+    /// Factor of the difference of the two neighbors along each axis: 1/2 if both exist, otherwise 1.
+    factors: [f32; 3],
+}
+
+impl Stencil {
+    pub(crate) fn new(lattice: &Lattice, vertex: u32) -> Self {
+        let neighbors = lattice.neighbors(vertex);
+        let has_both = |axis: usize| neighbors[2 * axis].is_some() && neighbors[2 * axis + 1].is_some();
+        Self {
+            vertex,
+            neighbors: neighbors.map(|neighbor| neighbor.unwrap_or(vertex)),
+            factors: std::array::from_fn(|axis| if has_both(axis) { 0.5 } else { 1.0 }),
+        }
+    }
+
+    /// Returns the stencil of a vertex without neighbors. Its slopes are zero.
+    pub(crate) fn isolated(vertex: u32) -> Self {
+        Self { vertex, neighbors: [vertex; 6], factors: [1.0; 3] }
+    }
+
+    /// Returns whether the vertex has no neighbors.
+    pub(crate) fn is_isolated(&self) -> bool {
+        self.neighbors == [self.vertex; 6]
+    }
+
+    /// Returns the slopes of the vertex: the derivative of `value` along x, y and z, per cell. Central differences if
+    /// both neighbors along an axis exist, otherwise the difference along the only link.
+    #[inline(always)]
+    pub(crate) fn slopes<T>(&self, value: impl Fn(u32) -> T) -> [T; 3]
+    where
+        T: Sub<Output = T> + Mul<f32, Output = T>,
+    {
+        let [x0, x1, y0, y1, z0, z1] = self.neighbors;
+        let [x, y, z] = self.factors;
+        [(value(x1) - value(x0)) * x, (value(y1) - value(y0)) * y, (value(z1) - value(z0)) * z]
+    }
+
+    /// Returns the ratio of bend to thickness, in `[0, ∞]`.
+    ///
+    /// The *bend* is half of the greatest difference between the two links along an axis, which is also the greatest
+    /// difference between a link and the slope. The *thickness* is the least height of the parallelepiped of the
+    /// slopes. Within a cell, derivatives of the smooth skin differ from the slopes by about the bend. While it is less
+    /// than the thickness, the skin does not fold.
+    #[inline(always)]
+    pub(crate) fn bend_ratio(&self, position: impl Fn(u32) -> Vector3<f32>) -> f32 {
+        let [x, y, z] = self.slopes(&position);
+        let center = position(self.vertex);
+        let mut bend = 0.0_f32;
+        for axis in 0..3 {
+            if self.factors[axis] == 0.5 {
+                let [low, high] = [0, 1].map(|side| position(self.neighbors[2 * axis + side]));
+                bend = bend.max(((high - center) - (center - low)).norm_squared());
+            }
+        }
+        let faces = [y.cross(&z), z.cross(&x), x.cross(&y)];
+        let volume = x.dot(&faces[0]);
+        let face = faces.iter().map(Vector3::norm_squared).fold(0.0, f32::max).sqrt();
+        // Also false for NaN.
+        if volume > 0.0 { 0.5 * bend.sqrt() * face / volume } else { f32::INFINITY }
+    }
+
+    /// Returns the trust in the slopes, in `[0, 1]`, from the ratios of bend to thickness of the vertices.
+    ///
+    /// The greatest ratio of the vertex and its neighbors counts: the slope at one end of a link says nothing about the
+    /// bend at the other end.
+    #[inline(always)]
+    pub(crate) fn trust(&self, ratio: impl Fn(u32) -> f32) -> f32 {
+        let mut greatest = ratio(self.vertex);
+        for neighbor in self.neighbors {
+            greatest = greatest.max(ratio(neighbor));
+        }
+        smoothstep(((DISTRUSTED - greatest) / (DISTRUSTED - TRUSTED)).clamp(0.0, 1.0))
+    }
+
+    /// Returns the stencil with other numbers for the vertices.
+    pub(crate) fn renumbered(self, number: impl Fn(u32) -> u32) -> Self {
+        Self { vertex: number(self.vertex), neighbors: self.neighbors.map(number), ..self }
+    }
+
+    /// Returns the vertex and its neighbors. A missing neighbor is replaced by the vertex itself.
+    pub(crate) fn vertices(&self) -> [u32; 7] {
+        let [x0, x1, y0, y1, z0, z1] = self.neighbors;
+        [self.vertex, x0, x1, y0, y1, z0, z1]
+    }
+}
+
+/// The stencils of the vertices whose slopes an embedding needs: the corners of the cells that contain points.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Smoothing {
+    /// By increasing vertex.
+    stencils: Arc<[Stencil]>,
+    /// Number of vertices of the lattice.
+    vertices: usize,
+}
+
+/// Slopes of the lattice at one time, `(x, y, z, x)` each, and the trust in them.
+///
+/// Arrays have one entry per lattice vertex. Entries of vertices without a stencil are not used.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slopes<'a> {
+    pub(crate) slopes: &'a [[Xyzx; 3]],
+    pub(crate) trust: &'a [f32],
+}
+
+/// Trust in the slopes of a lattice, one number in `[0, 1]` per lattice vertex.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Trust {
+    /// Ratios of bend to thickness.
+    ratios: Vec<f32>,
+    values: Vec<f32>,
+}
+
+impl Trust {
+    /// Returns the trust of each lattice vertex; empty before the first update.
+    pub(crate) fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.ratios) + size_of_val(&*self.values)
+    }
+}
+
+impl Smoothing {
+    /// Finds the stencils of the corners of cells.
+    pub(crate) fn new(lattice: &Lattice, corners: impl Iterator<Item = [u32; 8]>) -> Self {
+        let mut is_corner = vec![false; lattice.len()];
+        corners.flatten().for_each(|vertex| is_corner[vertex as usize] = true);
+        let vertices = (0..).zip(&is_corner).filter(|(_, is_corner)| **is_corner);
+        let stencils = vertices.map(|(vertex, _)| Stencil::new(lattice, vertex)).collect();
+        Self { stencils, vertices: lattice.len() }
+    }
+
+    /// Returns the stencils, by increasing vertex.
+    pub(crate) fn stencils(&self) -> &[Stencil] {
+        &self.stencils
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.stencils)
+    }
+
+    /// Computes the trust in the slopes of the lattice `positions`.
+    pub(crate) fn update_trust(&self, positions: &[[f32; 3]], trust: &mut Trust) {
+        let Trust { ratios, values } = trust;
+        // The ratios of vertices without a stencil do not count: they are not corners of cells with points.
+        ratios.clear();
+        ratios.resize(self.vertices, 0.0);
+        values.resize(self.vertices, 1.0);
+        for stencil in &*self.stencils {
+            ratios[stencil.vertex as usize] =
+                stencil.bend_ratio(|vertex| positions[vertex as usize].into());
+        }
+        for stencil in &*self.stencils {
+            values[stencil.vertex as usize] = stencil.trust(|vertex| ratios[vertex as usize]);
+        }
+    }
+
+    /// Writes the slopes of the lattice `positions`, `(x, y, z, x)` of each vertex, to `slopes`.
+    pub(crate) fn update_slopes(&self, positions: &[Xyzx], slopes: &mut Vec<[Xyzx; 3]>) {
+        slopes.resize(self.vertices, [[0.0; 4]; 3]);
+        dispatch!(level(), simd => {
+            for stencil in &*self.stencils {
+                let found = stencil.slopes(|vertex| f32x4::load_array_ref(simd, &positions[vertex as usize]));
+                for (slope, out) in found.into_iter().zip(&mut slopes[stencil.vertex as usize]) {
+                    slope.store_array(out);
+                }
+            }
+        });
+    }
+}
