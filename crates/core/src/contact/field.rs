@@ -5,10 +5,15 @@ use nalgebra::{Point3, Vector3};
 
 use super::samples::SampleBlock;
 use super::shape::PosedShape;
-use super::smooth_rows::{RowSlopes, reach};
-use super::vec4::Vec4;
-use crate::lattice::{self, SmoothTerms, polynomial, smoothstep};
+use super::smooth_rows::RowSlopes;
+use super::vec4::{Vec4, wide};
+use crate::lattice::{self, SmoothCoordinate, SmoothTerms, polynomial};
 use crate::simd::lanes::LANES;
+
+/// Greatest sum of the magnitudes of the weights of the slopes along an axis in a smooth position: the maximum of
+/// `t (1 - t)² + t² (1 - t)`. A smooth position is in the convex hull of the corners, enlarged by this multiple of the greatest
+/// slope along each axis.
+const REACH: f64 = 0.25;
 
 /// Signed distance of a body's samples from a shape, in cells.
 ///
@@ -82,15 +87,17 @@ impl SmoothInterpolant {
     /// Evaluates the interpolant at four positions. `linear`: coefficients of the trilinear interpolant.
     #[inline(always)]
     fn value<S: Simd>(&self, simd: S, linear: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4<S> {
-        let local = [monomials[1], monomials[2], monomials[4]];
-        let mut steps = local;
-        for axis in 0..3 {
-            steps[axis] = smoothstep(local[axis]);
-        }
-        let steps = lattice::monomials(monomials[0], steps);
+        let mut coordinates = [SmoothCoordinate::new(monomials[1]); 3];
+        coordinates[1] = SmoothCoordinate::new(monomials[2]);
+        coordinates[2] = SmoothCoordinate::new(monomials[4]);
+        let [x, y, z] = coordinates;
+        let steps = lattice::monomials(monomials[0], [x.s, y.s, z.s]);
         let mut smooth = value(simd, &self.terms.0[0], &steps);
         for axis in 0..3 {
-            smooth += value(simd, &self.terms.0[axis + 1], &steps) * local[axis];
+            let [u, v] = [[y.s, z.s], [x.s, z.s], [x.s, y.s]][axis];
+            let [along, across] = self.terms.along(axis);
+            let SmoothCoordinate { e, k, .. } = coordinates[axis];
+            smooth += bilinear(simd, along, u, v) * e + bilinear(simd, across, u, v) * k;
         }
         let Some(trust) = &self.trust else { return smooth };
         let linear = value(simd, linear, monomials);
@@ -119,10 +126,14 @@ impl Field for PlaneField<'_> {
         let Some(HeightSlopes { slopes, .. }) = self.slopes else {
             return rows.iter().any(|&row| self.heights[row as usize] <= skin);
         };
-        rows.iter().any(|&row| {
-            let [x, y, z] = slopes[row as usize];
-            self.heights[row as usize] - (x.abs() + y.abs() + z.abs()) <= skin
-        })
+        let (mut lowest, mut greatest) = (f64::INFINITY, [0.0_f64; 3]);
+        for &row in rows {
+            lowest = lowest.min(self.heights[row as usize]);
+            for axis in 0..3 {
+                greatest[axis] = greatest[axis].max(slopes[row as usize][axis].abs());
+            }
+        }
+        lowest - REACH * (greatest[0] + greatest[1] + greatest[2]) <= skin
     }
 
     #[inline(always)]
@@ -284,6 +295,13 @@ fn value<S: Simd>(simd: S, terms: &[f64; 8], monomials: &[f64x4<S>; 8]) -> f64x4
     sum
 }
 
+/// Evaluates a bilinear polynomial at four positions.
+#[inline(always)]
+fn bilinear<S: Simd>(simd: S, [one, x, y, xy]: [f64; 4], u: f64x4<S>, v: f64x4<S>) -> f64x4<S> {
+    let splat = |term| f64x4::splat(simd, term);
+    (splat(one) + u * splat(x)) + (splat(y) + u * splat(xy)) * v
+}
+
 /// Returns false only if no point in the AABB of `positions` is within `skin` of the shape; see [`Field`].
 /// May return true in this case as well.
 ///
@@ -293,7 +311,7 @@ pub(crate) fn may_touch<'a>(
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,
 ) -> bool {
-    let (center, half) = aabb(positions.map(|position| (*position, *position)));
+    let (center, half) = aabb(positions);
     shape.lower_bound(&center, &half) <= skin
 }
 
@@ -303,34 +321,42 @@ pub(crate) fn smooth_may_touch<'a>(
     vertices: impl Iterator<Item = (&'a Vec4, &'a [Vec4; 3])>,
     skin: f64,
 ) -> bool {
-    let bounds = vertices.map(|(position, slopes)| (position - reach(slopes), position + reach(slopes)));
-    let (center, half) = aabb(bounds);
-    shape.lower_bound(&center, &half) <= skin
+    let mut greatest = [Vec4::zeros(); 3];
+    let positions = vertices.inspect(|(_, slopes)| {
+        for (greatest, slope) in greatest.iter_mut().zip(*slopes) {
+            for c in 0..4 {
+                // Ignores NaN, as `aabb` does.
+                let length = slope[c].abs();
+                greatest[c] = if length > greatest[c] { length } else { greatest[c] };
+            }
+        }
+    });
+    let (center, half) = aabb(positions.map(|(position, _)| position));
+    let reach = wide(&(greatest[0] + greatest[1] + greatest[2])) * REACH;
+    shape.lower_bound(&center, &(half + reach)) <= skin
 }
 
 /// Returns false only if no smooth position of a body whose vertices have these positions is within `skin` of the shape,
 /// whatever the slopes are.
 ///
-/// A slope is a difference of two positions, so its components are at most the extents of the AABB. A smooth position is
-/// in the AABB, enlarged by the sum of three slopes.
+/// A slope is a difference of two positions, so its components are at most the extents of the AABB, twice its half extents.
 pub(crate) fn any_skin_may_touch<'a>(
     shape: &PosedShape,
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,
 ) -> bool {
-    let (center, half) = aabb(positions.map(|position| (*position, *position)));
-    shape.lower_bound(&center, &(half * 7.0)) <= skin
+    let (center, half) = aabb(positions);
+    shape.lower_bound(&center, &(half * (1.0 + 6.0 * REACH))) <= skin
 }
 
-/// Returns the center and half extents of the AABB of boxes, given by their lower and upper bounds, enlarged by the
-/// rounding error.
-fn aabb(boxes: impl Iterator<Item = (Vec4, Vec4)>) -> (Point3<f64>, Vector3<f64>) {
+/// Returns the center and half extents of the AABB of `positions`, enlarged by the rounding error.
+fn aabb<'a>(positions: impl Iterator<Item = &'a Vec4>) -> (Point3<f64>, Vector3<f64>) {
     let (mut low, mut high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
-    for (lower, upper) in boxes {
+    for position in positions {
         for c in 0..4 {
             // Comparisons compile to one instruction for all components; `min` and `max` do not.
-            low[c] = if lower[c] < low[c] { lower[c] } else { low[c] };
-            high[c] = if upper[c] > high[c] { upper[c] } else { high[c] };
+            low[c] = if position[c] < low[c] { position[c] } else { low[c] };
+            high[c] = if position[c] > high[c] { position[c] } else { high[c] };
         }
     }
     let (low, high) = (low.map(f64::from), high.map(f64::from));

@@ -52,10 +52,3 @@ impl SmoothRows {
         buffer_bytes(&self.slopes) + buffer_bytes(&self.ratios) + buffer_bytes(&self.trust)
     }
 }
-
-/// Returns the greatest distance along each axis from a vertex to the affine map of its slopes, in the cells around it.
-/// The smooth positions in a cell are weighted means of the affine maps of the corners.
-#[inline(always)]
-pub(super) fn reach(slopes: &[Vec4; 3]) -> Vec4 {
-    slopes[0].abs() + slopes[1].abs() + slopes[2].abs()
-}

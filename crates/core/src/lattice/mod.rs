@@ -43,7 +43,7 @@ pub(crate) use layout::{AxisLinks, Layout, Neighbors};
 pub(crate) use masses::vertex_masses;
 pub use options::{FloatingPart, LatticeOptions, LatticeReport, Resolution};
 pub(crate) use slopes::{Slopes, Smoothing, Stencil, Trust};
-pub(crate) use smooth::{SmoothTerms, smooth_value, smoothstep, trilinear_value};
+pub(crate) use smooth::{SmoothCoordinate, SmoothTerms, smooth_value, trilinear_value};
 pub(crate) use trilinear::{corner_sums, monomials, polynomial, weights as trilinear_weights};
 
 /// Lattice vertices on the corners of cubic cells, linked along the edges of the cells.

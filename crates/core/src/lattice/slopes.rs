@@ -11,7 +11,7 @@ use fearless_simd::{SimdBase, dispatch, f32x4};
 use nalgebra::Vector3;
 
 use super::Lattice;
-use super::smooth::smoothstep;
+use super::smooth::SmoothCoordinate;
 use crate::simd::level;
 use crate::simd::xyzx::Xyzx;
 
@@ -101,7 +101,7 @@ impl Stencil {
         for neighbor in self.neighbors {
             greatest = greatest.max(ratio(neighbor));
         }
-        smoothstep(((DISTRUSTED - greatest) / (DISTRUSTED - TRUSTED)).clamp(0.0, 1.0))
+        SmoothCoordinate::new(((DISTRUSTED - greatest) / (DISTRUSTED - TRUSTED)).clamp(0.0, 1.0)).s
     }
 
     /// Returns the stencil with other numbers for the vertices.

@@ -1,22 +1,26 @@
 //! Interpolation in a cell that is smooth across the faces of the cells.
 //!
-//! Corner i has the position `x_i` and the slopes `G_i`, a matrix of three columns ([`slopes`](super::slopes)). At the
-//! local coordinates `t` of a cell, the position is
+//! Corner i has the position `x_i` and the slopes `G_ia`, one vector per axis a ([`slopes`](super::slopes)). At the local
+//! coordinates `t` of a cell, the position is the cubic Hermite interpolant along each axis, without the terms of mixed
+//! derivatives (Ferguson 1964 has it for surfaces):
 //!
 //! ```text
-//! sum over i of N_i(t) (x_i + G_i (t - t_i))
+//! sum over i of N_i x_i + sum over i and axes a of K_ia G_ia
+//! N_i = product over the axes of H,        H = s or 1 - s,                s = 3 t² - 2 t³
+//! K_ia = K(t_a) times the H of other axes, K = t (1 - t)² or -t² (1 - t)
 //! ```
 //!
-//! with the local coordinates `t_i` of corner i. `N_i` is the product over the axes of `s` or `1 - s`, with
-//! `s = 3 t² - 2 t³`. The derivatives of `N_i` along an axis vanish on the faces perpendicular to the axis. The position
-//! and its first derivatives are therefore continuous across the faces. Affine motions are exact, and the position is
+//! with the second form of H and the first form of K for a corner whose local coordinate along the axis is 0. On a face, the
+//! derivatives of H vanish and those of K are 1 or 0. The position and its first derivatives are therefore continuous
+//! across the faces. Affine motions, and quadratic ones along each axis with central slopes, are exact. The position is
 //! linear in the positions of the lattice vertices.
 //!
-//! As a polynomial: `x_0 + P(s) + u X(s) + v Y(s) + w Z(s)` with `t = (u, v, w)`. Each of `P`, `X`, `Y`, `Z` is trilinear
-//! in `s` ([`polynomial`]).
+//! As a polynomial: the offset from corner 0 is trilinear in `s` ([`polynomial`]), and the terms of axis a are
+//! `e_a A + k_a B`, with `e = t - s`, `k = -t² (1 - t)`, and A and B bilinear in the `s` of the other axes. The
+//! [`polynomial`] of the slopes has the coefficients of both.
 //!
 //! Where the slopes are not trusted, the position is trilinear: it is `L + T (S - L)` with the trilinear position `L`, the
-//! smooth position `S`, and the interpolated trust `T = sum over i of N_i(t) T_i`.
+//! smooth position `S`, and the interpolated trust `T = sum over i of N_i T_i`.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -25,18 +29,29 @@ use nalgebra::Vector3;
 
 use super::trilinear::{monomials, polynomial, split};
 
-/// Returns `3 t² - 2 t³`.
-#[inline(always)]
-pub(crate) fn smoothstep<T>(t: T) -> T
-where
-    T: Copy + Mul<Output = T> + Sub<Output = T> + Add<Output = T>,
-{
-    let square = t * t;
-    let cube = square * t;
-    (square - cube) + (square - cube) + square
+/// The functions of one local coordinate `t` of which the smooth interpolant consists.
+#[derive(Clone, Copy)]
+pub(crate) struct SmoothCoordinate<T> {
+    /// `3 t² - 2 t³`.
+    pub(crate) s: T,
+    /// `t - s`.
+    pub(crate) e: T,
+    /// `t³ - t²`.
+    pub(crate) k: T,
 }
 
-/// Coefficients of the smooth interpolant of a cell: of `P`, `X`, `Y` and `Z`, without the position of corner 0.
+impl<T: Copy + Add<Output = T> + Mul<Output = T> + Sub<Output = T>> SmoothCoordinate<T> {
+    #[inline(always)]
+    pub(crate) fn new(t: T) -> Self {
+        let square = t * t;
+        let k = square * t - square;
+        // 3 t² - 2 t³ = t² - 2 (t³ - t²)
+        let s = square - (k + k);
+        Self { s, e: t - s, k }
+    }
+}
+
+/// Coefficients of the smooth interpolant of a cell: of the offset from corner 0, and of the slopes along x, y and z.
 #[derive(Clone, Copy)]
 pub(crate) struct SmoothTerms<T>(pub(crate) [[T; 8]; 4]);
 
@@ -46,43 +61,54 @@ impl<T: Copy + Sub<Output = T>> SmoothTerms<T> {
     pub(crate) fn new(positions: [T; 8], slopes: [[T; 3]; 8]) -> Self {
         let mut terms = [positions, positions, positions, positions];
         for k in 0..8 {
-            let mut offset = positions[k] - positions[0];
+            terms[0][k] = positions[k] - positions[0];
             for axis in 0..3 {
                 terms[axis + 1][k] = slopes[k][axis];
-                if k >> axis & 1 == 1 {
-                    offset = offset - slopes[k][axis];
-                }
             }
-            terms[0][k] = offset;
         }
         for group in 0..4 {
             terms[group] = polynomial(terms[group]);
         }
         Self(terms)
     }
+
+    /// Returns the coefficients of the slopes along an axis: the four of A, and the four of B, each in the order of the
+    /// monomials 1, u, v, uv of the other two axes.
+    #[inline(always)]
+    pub(crate) fn along(&self, axis: usize) -> [[T; 4]; 2] {
+        let [one, x, y, xy, z, xz, yz, xyz] = self.0[axis + 1];
+        match axis {
+            0 => [[one, y, z, yz], [x, xy, xz, xyz]],
+            1 => [[one, x, z, xz], [y, xy, yz, xyz]],
+            _ => [[one, x, y, xy], [z, xz, yz, xyz]],
+        }
+    }
 }
 
-/// Returns the smooth position relative to corner 0, from the coefficients `terms`, the local coordinates `t`, and `s`
-/// of each of them.
+/// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates.
 #[inline(always)]
 pub(crate) fn smooth_value<S: Simd>(
     terms: &SmoothTerms<f32x8<S>>,
-    t: [f32x8<S>; 3],
-    s: [f32x8<S>; 3],
+    [x, y, z]: [SmoothCoordinate<f32x8<S>>; 3],
 ) -> f32x8<S> {
-    let [position, x, y, z] = &terms.0;
-    let offset = trilinear_value(x, s).mul_add(t[0], trilinear_value(position, s));
-    let offset = trilinear_value(y, s).mul_add(t[1], offset);
-    trilinear_value(z, s).mul_add(t[2], offset)
+    let offset = trilinear_value(&terms.0[0], [x.s, y.s, z.s]);
+    let [[a, b], [c, d], [e, f]] = [terms.along(0), terms.along(1), terms.along(2)];
+    let offset = bilinear_value(a, y.s, z.s).mul_add(x.e, bilinear_value(b, y.s, z.s).mul_add(x.k, offset));
+    let offset = bilinear_value(c, x.s, z.s).mul_add(y.e, bilinear_value(d, x.s, z.s).mul_add(y.k, offset));
+    bilinear_value(e, x.s, y.s).mul_add(z.e, bilinear_value(f, x.s, y.s).mul_add(z.k, offset))
 }
 
 /// Returns the value of a trilinear polynomial.
 #[inline(always)]
 pub(crate) fn trilinear_value<S: Simd>(terms: &[f32x8<S>; 8], [u, v, w]: [f32x8<S>; 3]) -> f32x8<S> {
     let [one, x, y, xy, z, xz, yz, xyz] = *terms;
-    let upper = u.mul_add(xyz, yz).mul_add(v, u.mul_add(xz, z));
-    let lower = u.mul_add(xy, y).mul_add(v, u.mul_add(x, one));
-    upper.mul_add(w, lower)
+    bilinear_value([z, xz, yz, xyz], u, v).mul_add(w, bilinear_value([one, x, y, xy], u, v))
+}
+
+/// Returns the value of a bilinear polynomial.
+#[inline(always)]
+fn bilinear_value<S: Simd>([one, x, y, xy]: [f32x8<S>; 4], u: f32x8<S>, v: f32x8<S>) -> f32x8<S> {
+    u.mul_add(xy, y).mul_add(v, u.mul_add(x, one))
 }
 
 /// A smooth cell in f32, for single points.
@@ -111,23 +137,24 @@ impl SmoothCell {
     /// Returns the position at local coordinates. Outside the cell the map continues linearly.
     pub(crate) fn at(&self, local: [f32; 3]) -> Vector3<f32> {
         let [inside, outside] = split(local);
-        let (t, s) = (monomials(1.0, inside), monomials(1.0, inside.map(smoothstep)));
-        let value = |terms: &[Vector3<f32>; 8], monomials: &[f32; 8]| -> Vector3<f32> {
-            terms.iter().zip(monomials).map(|(term, monomial)| term * *monomial).sum()
-        };
+        let coordinates = inside.map(SmoothCoordinate::new);
+        let steps = coordinates.map(|coordinate| coordinate.s);
+        let (t, s) = (monomials(1.0, inside), monomials(1.0, steps));
         let trust: f32 = self.trust.iter().zip(&s).map(|(term, monomial)| term * monomial).sum();
         // The offsets from corner 0.
         let mut linear: Vector3<f32> = (1..8).map(|k| self.linear[k] * t[k]).sum();
-        let mut smooth = value(&self.terms.0[0], &s);
+        let mut smooth: Vector3<f32> = (1..8).map(|k| self.terms.0[0][k] * s[k]).sum();
         for axis in 0..3 {
-            let slope = value(&self.terms.0[axis + 1], &s);
-            // The derivative of `s` along an axis vanishes at 0 and 1.
-            smooth += slope * (inside[axis] + outside[axis]);
+            let [u, v] = [[1, 2], [0, 2], [0, 1]][axis].map(|other: usize| steps[other]);
+            let [a, b] = self.terms.along(axis).map(|[one, x, y, xy]| one + x * u + y * v + xy * (u * v));
+            let SmoothCoordinate { e, k, .. } = coordinates[axis];
+            smooth += a * e + b * k;
             if outside[axis] != 0.0 {
-                let bit = 1 << axis;
+                // At 0 and 1 the derivative of `s` vanishes, that of `e` is 1, and that of `k` is 0 and 1.
+                smooth += (a + b * inside[axis]) * outside[axis];
                 let rest = monomials(1.0, std::array::from_fn(|a| if a == axis { 1.0 } else { inside[a] }));
                 let slope: Vector3<f32> =
-                    (0..8).filter(|k| k & bit != 0).map(|k| self.linear[k] * rest[k]).sum();
+                    (0..8).filter(|k| k >> axis & 1 == 1).map(|k| self.linear[k] * rest[k]).sum();
                 linear += slope * outside[axis];
             }
         }

@@ -9,7 +9,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 use super::one_ring_blocks::TileLayout;
 use super::Pose;
 use crate::lattice::{
-    Embedding, PointMap, Slopes, SmoothTerms, polynomial, smooth_value, smoothstep, trilinear_value,
+    Embedding, PointMap, Slopes, SmoothCoordinate, SmoothTerms, polynomial, smooth_value, trilinear_value,
 };
 use crate::simd::level;
 use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes, xyzx};
@@ -240,8 +240,8 @@ fn interpolate_smooth_cell<S: Simd>(
     let first = simd.combine_f32x4(positions[0], positions[0]);
     if lowest == 1.0 {
         for (local, pair) in coords.iter().zip(pairs) {
-            let (t, s) = local_coordinates(simd, local);
-            (first + smooth_value(&terms, t, s)).store_array(pair);
+            let (_, coordinates) = local_coordinates(simd, local);
+            (first + smooth_value(&terms, coordinates)).store_array(pair);
         }
         return;
     }
@@ -255,19 +255,25 @@ fn interpolate_smooth_cell<S: Simd>(
         }
     }
     for (local, pair) in coords.iter().zip(pairs) {
-        let (t, s) = local_coordinates(simd, local);
+        let (t, [x, y, z]) = local_coordinates(simd, local);
         let linear = trilinear_value(&linear, t);
-        let difference = smooth_value(&terms, t, s) - linear;
-        (first + trilinear_value(&trust_terms, s).mul_add(difference, linear)).store_array(pair);
+        let difference = smooth_value(&terms, [x, y, z]) - linear;
+        let trust = trilinear_value(&trust_terms, [x.s, y.s, z.s]);
+        (first + trust.mul_add(difference, linear)).store_array(pair);
     }
 }
 
-/// Returns the local coordinates of a pair of points, and `3 t² - 2 t³` of each coordinate `t`. All four lanes of a half
-/// contain the number of the point in that half.
+/// Returns the local coordinates of a pair of points, and the functions of each of them. All four lanes of a half contain
+/// the number of the point in that half.
 #[inline(always)]
-fn local_coordinates<S: Simd>(simd: S, local: &Pair) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
+fn local_coordinates<S: Simd>(
+    simd: S,
+    local: &Pair,
+) -> ([f32x8<S>; 3], [SmoothCoordinate<f32x8<S>>; 3]) {
     let local = f32x8::load_array_ref(simd, local);
+    let SmoothCoordinate { s, e, k } = SmoothCoordinate::new(local);
     let [u, v, w, _] = broadcast_lanes(simd, local);
-    let [a, b, c, _] = broadcast_lanes(simd, smoothstep(local));
-    ([u, v, w], [a, b, c])
+    let [s, e, k] = [broadcast_lanes(simd, s), broadcast_lanes(simd, e), broadcast_lanes(simd, k)];
+    let along = |axis: usize| SmoothCoordinate { s: s[axis], e: e[axis], k: k[axis] };
+    ([u, v, w], [along(0), along(1), along(2)])
 }

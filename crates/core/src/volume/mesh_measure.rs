@@ -8,7 +8,7 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8, f64x4};
 use super::line::{CrossFactor, Determinants, Line, Moving, load};
 use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
 use crate::lattice::{
-    Embedding, SmoothTerms, Smoothing, monomials, polynomial, smooth_value, smoothstep, trilinear_value,
+    Embedding, SmoothCoordinate, SmoothTerms, Smoothing, monomials, polynomial, smooth_value, trilinear_value,
 };
 use crate::parallel::Executor;
 use crate::simd::level;
@@ -251,14 +251,15 @@ fn interpolate_smooth<S: Simd>(
             trust_terms[k] = splat(trust[k]);
         }
         for (point, local) in points.by_ref().take(run.points) {
-            let (mut t, mut s) = ([splat(0.0); 3], [splat(0.0); 3]);
-            for axis in 0..3 {
-                (t[axis], s[axis]) = (splat(local[axis]), splat(smoothstep(local[axis])));
-            }
-            let mut offset = smooth_value(&smooth, t, s);
+            let along = |axis: usize| {
+                let SmoothCoordinate { s, e, k } = SmoothCoordinate::new(local[axis]);
+                SmoothCoordinate { s: splat(s), e: splat(e), k: splat(k) }
+            };
+            let [x, y, z] = [along(0), along(1), along(2)];
+            let mut offset = smooth_value(&smooth, [x, y, z]);
             if !is_trusted {
-                let linear = trilinear_value(&linear, t);
-                offset = trilinear_value(&trust_terms, s).mul_add(offset - linear, linear);
+                let linear = trilinear_value(&linear, [splat(local[0]), splat(local[1]), splat(local[2])]);
+                offset = trilinear_value(&trust_terms, [x.s, y.s, z.s]).mul_add(offset - linear, linear);
             }
             point.store(corners[0] + offset);
         }
