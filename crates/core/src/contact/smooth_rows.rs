@@ -10,8 +10,8 @@ use crate::lattice::Stencil;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SmoothRows {
     slopes: Vec<[Vec4; 3]>,
-    /// Ratios of bend to thickness; see `Stencil::bend_ratio`.
-    ratios: Vec<f32>,
+    /// See `Stencil::bend`.
+    bends: Vec<f32>,
     trust: Vec<f32>,
 }
 
@@ -31,15 +31,15 @@ impl SmoothRows {
 
     /// Computes the trust in the slopes of the positions of all rows.
     pub(crate) fn update_trust(&mut self, stencils: &[Stencil], positions: &[Vec4]) {
-        let Self { ratios, trust, .. } = self;
-        let ratio = |stencil: &Stencil| match stencil.is_isolated() {
+        let Self { bends, trust, .. } = self;
+        let bend = |stencil: &Stencil| match stencil.is_isolated() {
             true => 0.0,
-            false => stencil.bend_ratio(|row| positions[row as usize].xyz()),
+            false => stencil.bend(|row| positions[row as usize].xyz()),
         };
-        ratios.clear();
-        ratios.extend(stencils.iter().map(ratio));
+        bends.clear();
+        bends.extend(stencils.iter().map(bend));
         trust.clear();
-        trust.extend(stencils.iter().map(|stencil| stencil.trust(|row| ratios[row as usize])));
+        trust.extend(stencils.iter().map(|stencil| stencil.trust(|row| bends[row as usize])));
     }
 
     /// Returns the slopes of the last update, with the trust in the slopes of `trusted`.
@@ -49,6 +49,6 @@ impl SmoothRows {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        buffer_bytes(&self.slopes) + buffer_bytes(&self.ratios) + buffer_bytes(&self.trust)
+        buffer_bytes(&self.slopes) + buffer_bytes(&self.bends) + buffer_bytes(&self.trust)
     }
 }

@@ -1,8 +1,8 @@
 //! Slopes of a deformed lattice: its derivatives at the vertices, by differences along the links.
 //!
 //! The smooth skin ([`smooth`](super::smooth)) follows the slopes where they describe the lattice well. The *trust* in the
-//! slopes of a vertex, in `[0, 1]`, is less than 1 where the lattice is bent or crushed so much that a slope differs from
-//! its links by more than half of the thickness of a cell.
+//! slopes of a vertex, in `[0, 1]`, is less than 1 where the lattice is bent or crushed so much that the links of a vertex
+//! differ from its slopes by half of them or more.
 
 use std::ops::{Mul, Sub};
 use std::sync::Arc;
@@ -15,13 +15,13 @@ use super::smooth::SmoothCoordinate;
 use crate::simd::level;
 use crate::simd::xyzx::Xyzx;
 
-/// Ratio of bend to thickness up to which the slopes are trusted fully. See [`Stencil::bend_ratio`].
+/// Bend up to which the slopes are trusted fully. See [`Stencil::bend`].
 ///
 /// With these two limits, random and layered lattices have no folds beside those of the trilinear interpolation; with 0.6
 /// and 1.2 they have some.
 const TRUSTED: f32 = 0.5;
 
-/// Ratio of bend to thickness from which the slopes are not used.
+/// Bend from which the slopes are not used.
 const DISTRUSTED: f32 = 1.0;
 
 /// A vertex and its neighbors along the axes.
@@ -67,39 +67,40 @@ impl Stencil {
         [(value(x1) - value(x0)) * x, (value(y1) - value(y0)) * y, (value(z1) - value(z0)) * z]
     }
 
-    /// Returns the ratio of bend to thickness, in `[0, ∞]`.
+    /// Returns the bend, in `[0, ∞]`: half of the greatest difference between the two links along an axis, relative to the
+    /// slopes.
     ///
-    /// The *bend* is half of the greatest difference between the two links along an axis, which is also the greatest
-    /// difference between a link and the slope. The *thickness* is the least height of the parallelepiped of the
-    /// slopes. Within a cell, derivatives of the smooth skin differ from the slopes by about the bend. While it is less
-    /// than the thickness, the skin does not fold.
+    /// The difference is taken back to the rest shape by the inverse of the slopes, so that an affine motion of the whole
+    /// lattice does not change the bend. It is infinite if the slopes are inverted or flat. Within a cell, the derivatives
+    /// of the smooth skin differ from the slopes by about the bend. While it is less than 1, the skin does not fold.
     #[inline(always)]
-    pub(crate) fn bend_ratio(&self, position: impl Fn(u32) -> Vector3<f32>) -> f32 {
+    pub(crate) fn bend(&self, position: impl Fn(u32) -> Vector3<f32>) -> f32 {
         let [x, y, z] = self.slopes(&position);
+        let faces = [y.cross(&z), z.cross(&x), x.cross(&y)];
+        let volume = x.dot(&faces[0]);
         let center = position(self.vertex);
-        let mut bend = 0.0_f32;
+        let mut greatest = 0.0_f32;
         for axis in 0..3 {
             if self.factors[axis] == 0.5 {
                 let [low, high] = [0, 1].map(|side| position(self.neighbors[2 * axis + side]));
-                bend = bend.max(((high - center) - (center - low)).norm_squared());
+                let difference = (high - center) - (center - low);
+                let [a, b, c] = faces.map(|face| face.dot(&difference));
+                greatest = greatest.max(a * a + b * b + c * c);
             }
         }
-        let faces = [y.cross(&z), z.cross(&x), x.cross(&y)];
-        let volume = x.dot(&faces[0]);
-        let face = faces.iter().map(Vector3::norm_squared).fold(0.0, f32::max).sqrt();
         // Also false for NaN.
-        if volume > 0.0 { 0.5 * bend.sqrt() * face / volume } else { f32::INFINITY }
+        if volume > 0.0 { 0.5 * greatest.sqrt() / volume } else { f32::INFINITY }
     }
 
-    /// Returns the trust in the slopes, in `[0, 1]`, from the ratios of bend to thickness of the vertices.
+    /// Returns the trust in the slopes, in `[0, 1]`, from the bends of the vertices.
     ///
-    /// The greatest ratio of the vertex and its neighbors counts: the slope at one end of a link says nothing about the
+    /// The greatest bend of the vertex and its neighbors counts: the slope at one end of a link says nothing about the
     /// bend at the other end.
     #[inline(always)]
-    pub(crate) fn trust(&self, ratio: impl Fn(u32) -> f32) -> f32 {
-        let mut greatest = ratio(self.vertex);
+    pub(crate) fn trust(&self, bend: impl Fn(u32) -> f32) -> f32 {
+        let mut greatest = bend(self.vertex);
         for neighbor in self.neighbors {
-            greatest = greatest.max(ratio(neighbor));
+            greatest = greatest.max(bend(neighbor));
         }
         SmoothCoordinate::new(((DISTRUSTED - greatest) / (DISTRUSTED - TRUSTED)).clamp(0.0, 1.0)).s
     }
@@ -137,8 +138,7 @@ pub(crate) struct Slopes<'a> {
 /// Trust in the slopes of a lattice, one number in `[0, 1]` per lattice vertex.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Trust {
-    /// Ratios of bend to thickness.
-    ratios: Vec<f32>,
+    bends: Vec<f32>,
     values: Vec<f32>,
 }
 
@@ -150,7 +150,7 @@ impl Trust {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&*self.ratios) + size_of_val(&*self.values)
+        size_of_val(&*self.bends) + size_of_val(&*self.values)
     }
 }
 
@@ -176,17 +176,17 @@ impl Smoothing {
 
     /// Computes the trust in the slopes of the lattice `positions`.
     pub(crate) fn update_trust(&self, positions: &[[f32; 3]], trust: &mut Trust) {
-        let Trust { ratios, values } = trust;
-        // The ratios of vertices without a stencil do not count: they are not corners of cells with points.
-        ratios.clear();
-        ratios.resize(self.vertices, 0.0);
+        let Trust { bends, values } = trust;
+        // The bends of vertices without a stencil do not count: they are not corners of cells with points.
+        bends.clear();
+        bends.resize(self.vertices, 0.0);
         values.resize(self.vertices, 1.0);
         for stencil in &*self.stencils {
-            ratios[stencil.vertex as usize] =
-                stencil.bend_ratio(|vertex| positions[vertex as usize].into());
+            bends[stencil.vertex as usize] =
+                stencil.bend(|vertex| positions[vertex as usize].into());
         }
         for stencil in &*self.stencils {
-            values[stencil.vertex as usize] = stencil.trust(|vertex| ratios[vertex as usize]);
+            values[stencil.vertex as usize] = stencil.trust(|vertex| bends[vertex as usize]);
         }
     }
 
