@@ -326,3 +326,14 @@ def test_invalid_files_are_errors_with_the_line(tmp_path, lines, message):
     (tmp_path / "bad.obj").write_text(lines)
     with pytest.raises(ObjError, match=r"bad\.obj" + message):
         read(tmp_path / "bad.obj")
+
+
+def test_the_shipped_busts_are_closed_and_end_in_the_plane_of_their_cut():
+    for name in ("bust", "bust_parts"):
+        mesh = read(ROOT / "examples" / "scenes" / f"{name}.obj")
+        assert mesh.comments[-1] == "# Cut by scripts/cut_mesh.py --point 0 5.6 0 --normal 0 1 0"
+        skin = Model(vertices=mesh.vertices, faces=[face for face in mesh.faces if face.state[0] in ("", "skin")])
+        assert is_closed(skin)
+        cap = np.array([corner[0] for face in skin.faces if face.state[1] == "cap" for corner in face.corners])
+        assert (mesh.positions()[cap, 1] == 5.6).all()
+        assert mesh.positions()[:, 1].min() == 5.6
