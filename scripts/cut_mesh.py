@@ -8,9 +8,9 @@ Needs numpy. Keeps the side that the normal points to. The result is closed if t
 * Vertices that remain keep their order and their text. The new vertices follow them: one for each edge that the plane
   crosses, then those inside the cap. Vertices at equal positions count as one vertex, so seams stay closed.
 * A vertex whose distance from the plane is at most 1e-6 of the diagonal of the bounding box counts as in the plane.
-* Texture coordinates, normals and further numbers of `v` are interpolated along cut edges. Objects, groups, materials,
-  smoothing groups and `mtllib` stay as they are. Elements that no face uses any more are removed, and so are statements
-  other than faces, such as lines and points.
+* Texture coordinates, normals and further numbers of `v` are interpolated along cut edges; inside the cap, the further
+  numbers are the means along its outline. Objects, groups, materials, smoothing groups and `mtllib` stay as they are.
+  Elements that no face uses any more are removed, and so are statements other than faces, such as lines and points.
 * The cap is in the object of the faces around it, in the group `cap`, in the material `cap` if these faces have a
   material (define it in a library of the file), and in no smoothing group. If they have texture coordinates, those of
   the cap are its shape in the plane, scaled to the unit square.
@@ -31,7 +31,7 @@ import numpy as np
 from cut_cap import Cap, caps, chain, unmatched
 from cut_clip import Clipper, plane_axes
 from cut_delaunay import CrossingError
-from cut_obj import Corner, Face, Model, ObjError, read, text, write
+from cut_obj import Corner, Face, Model, ObjError, numbers, read, text, write
 
 
 class CutError(Exception):
@@ -98,7 +98,10 @@ def cap_faces(clipper: Clipper, part: Cap, owner: Face, axes: np.ndarray, flat: 
     model = clipper.model
     with_texture, with_normal = (min(corner[kind] for corner in owner.corners) >= 0 for kind in (1, 2))
     names = np.concatenate([np.arange(len(flat)), len(model.vertices) + np.arange(len(part.added))])
-    model.vertices += [text(point) for point in part.added @ axes + clipper.point]
+    # Further numbers of vertices inside the cap, such as colors, are the means along its outline.
+    outline = [numbers(model.vertices[index])[3:] for index in part.loops[0]]
+    further = [sum(column) / len(outline) for column in zip(*outline, strict=False)]
+    model.vertices += [text([*point, *further]) for point in part.added @ axes + clipper.point]
     used = np.unique(part.triangles)
     textures = dict.fromkeys(used.tolist(), -1)
     if with_texture:

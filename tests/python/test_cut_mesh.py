@@ -159,7 +159,7 @@ def test_texture_coordinates_normals_and_colors_are_interpolated():
     mesh.normals = [text(2 * point - 1) for point in points]
     mesh.faces = [Face(tuple((v, v, v) for v, _, _ in face.corners), face.state) for face in mesh.faces]
     part = cut(mesh, np.array([0, 0, 0.375]), np.array([0.125, 0.25, -1]))
-    rows = np.array([[float(x) for x in row.split()] for row in part.vertices if len(row.split()) == 6])
+    rows = np.array([[float(x) for x in row.split()] for row in part.vertices])
     assert len(rows) == 8
     assert np.allclose(rows[:, 3:], np.column_stack([rows[:, 0], rows[:, 2], np.full(8, 0.5)]), rtol=0, atol=ROUNDING)
     textures = np.array([[float(x) for x in row.split()] for row in part.textures])
@@ -180,6 +180,18 @@ def test_texture_coordinates_normals_and_colors_are_interpolated():
     assert textures.max() <= 1
     crossed = [row for row in normals if not np.isclose(np.abs(row), 1).all()]
     assert np.allclose(np.linalg.norm(crossed, axis=1), 1, atol=2 * ROUNDING)
+
+
+def test_vertices_inside_a_cap_have_the_mean_color_of_its_outline():
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    mesh = model(np.hstack([ball.vertices, ball.vertices]), ball.faces)
+    part = cut(mesh, np.array([0, 0, 0.25]), np.array([0, 0, 1.0]))
+    rows = np.array([[float(x) for x in row.split()] for row in part.vertices])
+    in_plane = np.abs(rows[:, 2] - 0.25) < 1e-6
+    inside = in_plane & (np.hypot(rows[:, 0], rows[:, 1]) < 0.9)
+    assert inside.sum() > 10
+    mean = rows[in_plane & ~inside, 3:].mean(axis=0)
+    assert np.allclose(rows[inside, 3:], mean, rtol=0, atol=ROUNDING)
 
 
 def test_objects_groups_materials_and_libraries_stay(tmp_path):
