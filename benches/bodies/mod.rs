@@ -30,7 +30,7 @@ fn unit_lattice(cells: &[[i32; 3]]) -> Lattice {
     Lattice::from_cells(cells, 1.0, Point3::origin(), false).expect("the cells give a valid lattice")
 }
 
-/// Reads the mesh of the bust of the example scenes, which has 4,682 vertices.
+/// Reads the mesh of the bust of the example scenes, which has 4,717 vertices.
 ///
 /// # Panics
 ///

@@ -2,11 +2,11 @@
 
 Also plots the volumes over time.
 
-    pip install . pyvista
+    pip install ".[plot]"
     python examples/python/compare_volume.py docs/images
 
-Writes volume.png and volume_over_time.svg to the given directory. This takes approximately two minutes. On a machine
-without a display and without a software renderer, run the program with `xvfb-run -a`.
+Writes volume.png and volume_over_time.svg to the given directory. This takes approximately two minutes and needs no
+display.
 """
 
 from __future__ import annotations
@@ -17,9 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyvista
 from matplotlib import pyplot as plt
-from render_frames import bounds, draw
+from render_frames import Surface, bounds, draw, save
 
 import supple
 
@@ -51,7 +50,7 @@ FRAMES_PER_SECOND = 30
 class Run:
     """Surfaces and volumes by measure of a scene: one entry per frame."""
 
-    surfaces: list[pyvista.PolyData]
+    surfaces: list[Surface]
     volumes: list[dict[str, float]]
 
 
@@ -61,12 +60,11 @@ def run(scene: str, setting: str) -> Run:
     body = simulation.bodies[0]
     substeps = round(1 / (FRAMES_PER_SECOND * simulation.dt))
     assert body.mesh is not None
-    faces = np.insert(body.mesh.faces, 0, 3, axis=1)
     surfaces, volumes = [], []
     for frame in range(FRAMES[scene] + 1):
         if frame > 0:
             simulation.step(substeps)
-        surfaces.append(pyvista.PolyData(body.surface(), faces))
+        surfaces.append(Surface(body.surface(), body.mesh.faces))
         report = body.volume_report()
         volumes.append({name: after / rest for name, (rest, _, after) in report.volumes.items()})
     return Run(surfaces, volumes)
@@ -81,14 +79,14 @@ def picture(runs: dict[tuple[str, str], Run], path: Path) -> None:
     figure, grid = plt.subplots(len(SETTINGS), len(EVENTS), figsize=(2.3 * len(EVENTS), 7.2), layout="constrained")
     for setting, row in zip(SETTINGS, grid, strict=True):
         for event, cell in zip(EVENTS, row, strict=True):
-            cell.imshow(draw(meshes[setting, event], low, high), interpolation="none")
+            cell.imshow(draw(meshes[setting, event], low, high, ground=0), interpolation="none")
             cell.set(xticks=[], yticks=[])
             cell.spines[:].set_visible(False)
             cell.set_xlabel(f"volume {runs[event.scene, setting].volumes[event.frame]['mesh']:.1%}", fontsize=10)
         row[0].set_ylabel({"off": "no correction"}.get(setting, setting), fontsize=12)
     for event, cell in zip(EVENTS, grid[0], strict=True):
         cell.set_title(event.title, fontsize=12)
-    figure.savefig(path, dpi=130)
+    save(figure, path)
 
 
 def plot(runs: dict[tuple[str, str], Run], path: Path) -> None:

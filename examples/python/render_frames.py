@@ -1,99 +1,223 @@
-"""Render frames side by side: one row per run, one column per frame, with the same camera.
+"""Render frames side by side: one row per run, one column per frame, with the same camera. Needs no display.
 
-    supple run examples/scenes/stretch_and_drop.toml -o frames/kept --format ply
-    supple run examples/scenes/stretch_and_drop.toml -o frames/plain --format ply --set 'body.bust.volume="off"'
-    supple run examples/scenes/stretch_and_drop.toml -o frames/regional --format ply \
+    supple run examples/scenes/stretch_and_drop.toml -o frames/kept
+    supple run examples/scenes/stretch_and_drop.toml -o frames/plain --set 'body.bust.volume="off"'
+    supple run examples/scenes/stretch_and_drop.toml -o frames/regional \
         --set 'body.bust.volume={ scope = "regional" }'
     python examples/python/render_frames.py stretch.png "plain=frames/plain" "global=frames/kept" \
-        "regional=frames/regional" --frames 0 24 48 240 --titles rest "half way" "full stretch" landed
+        "regional=frames/regional" --frames 0 24 48 240 --titles rest "half way" "full stretch" landed --ground 0
 
-Needs pyvista, which installs matplotlib. On a machine without a display and without a software renderer, run the
-program with `xvfb-run -a`.
+A row may also be an OBJ file: `before=old.obj after=new.obj` compares two models. With one frame, the runs are columns.
+Several bodies of a frame are drawn together. Every triangle has one color, by the angle between its normal and the
+light, so that creases are visible; `--smooth` blends the colors. Needs the extra `plot`, and for PLY files `trimesh`.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-import pyvista
+
+import supple
 
 matplotlib.use("Agg")
+from matplotlib import colors
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from PIL import Image
 
-SKIN = "#e0b090"
-GROUND = "#e6e9ed"
-SHADOW = "#c3c9d0"
+SKIN, GROUND, SHADOW = (np.array(colors.to_rgb(name)) for name in ("#e0b090", "#e6e9ed", "#c3c9d0"))
 CELL = (480, 500)
+"""Width and height of one picture in pixels."""
+SAMPLES = 2
+"""Samples per pixel along each axis."""
+VIEW = (0.42, 0.26, 1.0)
+"""Default direction from the surface to the camera."""
 
 
-def load(directory: Path, frame: int) -> pyvista.PolyData:
-    """Read the surface of one frame from its PLY or OBJ file."""
-    paths = sorted(p for p in directory.glob(f"*_{frame:04d}.*") if p.suffix in (".ply", ".obj"))
+@dataclass(frozen=True)
+class Surface:
+    """Points (n, 3) and triangles (m, 3) of a surface."""
+
+    points: np.ndarray
+    triangles: np.ndarray
+
+    @property
+    def volume(self) -> float:
+        """The signed volume inside the surface."""
+        return float(np.linalg.det(self.points[self.triangles]).sum() / 6)
+
+
+def load(source: Path, frame: int) -> Surface:
+    """Read a file, or all bodies of one frame from the OBJ or PLY files of a directory."""
+    paths = [source]
+    if source.is_dir():
+        names = source.glob(f"*_{frame:04d}.*")
+        paths = sorted(path for path in names if path.suffix in (".ply", ".obj"))
     if not paths:
-        raise SystemExit(f"{directory} contains no frame {frame} (NAME_{frame:04d}.ply or .obj)")
-    return pyvista.read(paths[0])
+        raise SystemExit(f"{source} contains no frame {frame} (NAME_{frame:04d}.obj or .ply)")
+    points, triangles, count = [], [], 0
+    for path in paths:
+        vertices, faces = read(path)
+        points.append(vertices)
+        triangles.append(faces + count)
+        count += len(vertices)
+    return Surface(np.concatenate(points), np.concatenate(triangles))
 
 
-def bounds(meshes: list[pyvista.PolyData]) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the common bounding box of all meshes, so that one camera shows every frame completely."""
-    limits = np.array([mesh.bounds for mesh in meshes])
-    return limits[:, 0::2].min(axis=0), limits[:, 1::2].max(axis=0)
+def read(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Read the vertices and the triangles of an OBJ or PLY file."""
+    if path.suffix == ".obj":
+        mesh = supple.read_obj(path)
+        return mesh.vertices, mesh.faces
+    import trimesh
+
+    loaded = trimesh.load_mesh(path, process=False)
+    return np.array(loaded.vertices), np.array(loaded.faces)
 
 
-def draw(mesh: pyvista.PolyData, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Render one frame to a picture of shape (height, width, 3)."""
-    plotter = pyvista.Plotter(off_screen=True, window_size=CELL, lighting="light_kit")
-    plotter.set_background("white")
-    plotter.add_mesh(mesh, color=SKIN, smooth_shading=True, ambient=0.12, specular=0.12, specular_power=20)
-    center, size = (low + high) / 2, (high - low).max()
-    ground = pyvista.Disc(center=(center[0], -0.01, center[2]), inner=0, outer=0.535 * size, normal=(0, 1, 0), c_res=96)
-    plotter.add_mesh(ground, color=GROUND, lighting=False)
-    shadow = mesh.copy()
-    shadow.points[:, 1] = 0
-    plotter.add_mesh(shadow, color=SHADOW, lighting=False)
-    away = np.array([0.42, 0.26, 1.0])
-    aim = center - [0, 0.05 * size, 0]
-    plotter.camera_position = [aim + 4 * size * away, aim, (0, 1, 0)]
-    plotter.camera.parallel_projection = True
-    plotter.camera.parallel_scale = 0.58 * size
-    plotter.enable_anti_aliasing("ssaa")
-    picture: np.ndarray = plotter.screenshot(return_img=True)
-    plotter.close()
-    return picture
+def bounds(surfaces: list[Surface]) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the common bounding box of all surfaces, so that one camera shows every frame completely."""
+    points = np.concatenate([surface.points for surface in surfaces])
+    return points.min(axis=0), points.max(axis=0)
+
+
+def normals(surface: Surface) -> np.ndarray:
+    """Compute the normals of the triangles, with their areas as lengths: (m, 3)."""
+    a, b, c = surface.points[surface.triangles].transpose(1, 0, 2)
+    return np.cross(b - a, c - a) / 2
+
+
+def shades(surface: Surface, axes: np.ndarray, smooth: bool) -> np.ndarray:
+    """Compute the brightness of the corners of all triangles, (m, 3), under a light above and left of the camera."""
+    normal = normals(surface)
+    corner = np.repeat(normal[:, None], 3, axis=1)
+    if smooth:
+        sums = np.zeros_like(surface.points)
+        np.add.at(sums, surface.triangles, corner)
+        corner = sums[surface.triangles]
+    # The back of a triangle is lit like its front.
+    corner = corner * np.where(normal @ axes[2] < 0, -1, 1)[:, None, None]
+    length = np.linalg.norm(corner, axis=2, keepdims=True)
+    light = np.array([-0.4, -0.4, 1]) @ axes
+    cosine = (corner / np.where(length > 0, length, 1)) @ (light / np.linalg.norm(light))
+    brightness: np.ndarray = 0.3 + 0.7 * np.clip(cosine, 0, 1)
+    return brightness
+
+
+def fill(picture: np.ndarray, depth: np.ndarray, corners: np.ndarray, color: np.ndarray, shade: np.ndarray) -> None:
+    """Draw triangles. `corners` (m, 3, 3) are pixels and depths, the largest depth in front; `shade` is (m, 3)."""
+    height, width, _ = picture.shape
+    low = np.clip(np.ceil(corners[:, :, :2].min(axis=1)), 0, [width, height]).astype(int)
+    high = np.clip(np.floor(corners[:, :, :2].max(axis=1)) + 1, 0, [width, height]).astype(int)
+    edges = corners[:, 1:, :2] - corners[:, :1, :2]
+    area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    for i in np.flatnonzero((area != 0) & (high > low).all(axis=1)):
+        (x0, y0), (x1, y1) = low[i], high[i]
+        dx, dy = np.arange(x0, x1) - corners[i, 0, 0], np.arange(y0, y1)[:, None] - corners[i, 0, 1]
+        (ux, uy), (vx, vy) = edges[i]
+        second, third = (dx * vy - dy * vx) / area[i], (dy * ux - dx * uy) / area[i]
+        weights = np.stack([1 - second - third, second, third], axis=-1)
+        z = weights @ corners[i, :, 2]
+        drawn = (weights.min(axis=-1) >= 0) & (z > depth[y0:y1, x0:x1])
+        depth[y0:y1, x0:x1][drawn] = z[drawn]
+        picture[y0:y1, x0:x1][drawn] = (weights[drawn] @ shade[i])[:, None] * color
+
+
+def draw(
+    surface: Surface,
+    low: np.ndarray,
+    high: np.ndarray,
+    *,
+    ground: float | None = None,
+    view: tuple[float, ...] = VIEW,
+    smooth: bool = False,
+) -> np.ndarray:
+    """Render a surface to a picture of shape (height, width, 3) with values from 0 to 1.
+
+    `low` and `high` are the corners of the box that the picture shows. `ground` is the height of a disc with a shadow.
+    """
+    toward = np.array(view) / np.linalg.norm(view)
+    # In a view from above or below, z is vertical in the picture.
+    up = np.array([0, 1, 0]) if abs(toward[1]) < 0.99 else np.array([0, 0, -np.sign(toward[1])])
+    right = np.cross(up, toward)
+    right /= np.linalg.norm(right)
+    # Columns, rows downwards, and the distance toward the camera.
+    axes = np.array([right, np.cross(right, toward), toward])
+    # What the picture shows: the corners of the box, and the ground.
+    shown = np.array([np.where([k & 1, k & 2, k & 4], high, low) for k in range(8)])
+    if ground is not None:
+        angles = np.linspace(0, 2 * np.pi, 96, endpoint=False)
+        disc = np.column_stack([np.cos(angles), np.zeros(96), np.sin(angles)]) * 0.54 * np.ptp(shown, axis=0).max()
+        disc += [(low[0] + high[0]) / 2, ground, (low[2] + high[2]) / 2]
+        shown = np.concatenate([shown, disc])
+    extent = shown @ axes.T
+    first, last = extent.min(axis=0), extent.max(axis=0)
+    pixels = SAMPLES * np.array([*CELL, 0])
+    scale = 0.96 * (pixels[:2] / (last - first)[:2]).min()
+
+    def project(points: np.ndarray) -> np.ndarray:
+        places: np.ndarray = (points @ axes.T - (first + last) / 2) * scale + pixels / 2
+        return places
+
+    picture, depth = np.ones((pixels[1], pixels[0], 3)), np.full((pixels[1], pixels[0]), -np.inf)
+    if ground is not None:
+        fan = np.array([[0, i, i + 1] for i in range(1, 95)])
+        fill(picture, depth, project(disc)[fan], GROUND, np.ones((len(fan), 3)))
+        flat = surface.points * [1, 0, 1] + [0, ground, 0]
+        # The shadow is in front of the disc by a pixel, so that rounding does not hide it.
+        fill(picture, depth, project(flat)[surface.triangles] + [0, 0, 1], SHADOW, np.ones((len(surface.triangles), 3)))
+    fill(picture, depth, project(surface.points)[surface.triangles], SKIN, shades(surface, axes, smooth))
+    averaged: np.ndarray = picture.reshape(CELL[1], SAMPLES, CELL[0], SAMPLES, 3).mean(axis=(1, 3))
+    return averaged
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure to a PNG file of 128 colors, which takes a quarter of the space of one with all colors."""
+    data = io.BytesIO()
+    figure.savefig(data, dpi=130)
+    Image.open(data).convert("RGB").quantize(128).save(path, optimize=True)
 
 
 def main() -> None:
     """Read the arguments, render the frames and write the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("picture", type=Path, help="PNG file to write")
-    parser.add_argument("rows", nargs="+", metavar="LABEL=DIR", help="label of a run and the directory of its frames")
-    parser.add_argument("--frames", type=int, nargs="+", default=[0, 20, 40, 210])
+    parser.add_argument("rows", nargs="+", metavar="LABEL=PATH", help="label of a run, and its directory or a file")
+    parser.add_argument("--frames", type=int, nargs="+", default=[0], help="numbers of the frames (default 0)")
     parser.add_argument("--titles", nargs="+", help="one title per frame; default: the frame number")
+    parser.add_argument("--ground", type=float, metavar="Y", help="draw a ground at this height")
+    parser.add_argument("--view", type=float, nargs=3, default=VIEW, metavar=("X", "Y", "Z"), help="way to the camera")
+    parser.add_argument("--smooth", action="store_true", help="blend the colors of triangles")
     args = parser.parse_args()
     titles = args.titles or [f"frame {frame}" for frame in args.frames]
+    if len(titles) != len(args.frames):
+        parser.error(f"--titles has {len(titles)} titles, --frames {len(args.frames)} frames")
 
     rows = [row.rpartition("=")[::2] for row in args.rows]
-    meshes = [[load(Path(directory), frame) for frame in args.frames] for _, directory in rows]
-    low, high = bounds([mesh for row in meshes for mesh in row])
-
+    surfaces = [[load(Path(source), frame) for frame in args.frames] for _, source in rows]
+    low, high = bounds([surface for row in surfaces for surface in row])
     shape = (len(rows), len(args.frames))
+    if shape[1] == 1:
+        shape, titles = (1, len(rows)), [label for label, _ in rows]
     size = (2.3 * shape[1], 2.45 * shape[0])
     figure, grid = plt.subplots(*shape, figsize=size, squeeze=False, layout="constrained")
-    for (label, _), row, cells in zip(rows, meshes, grid, strict=True):
-        rest = row[0].triangulate().volume
-        for column, (mesh, cell) in enumerate(zip(row, cells, strict=True)):
-            cell.imshow(draw(mesh, low, high), interpolation="none")
+    for (label, _), row, cells in zip(rows, surfaces, grid.reshape(len(rows), -1), strict=True):
+        for column, (surface, cell) in enumerate(zip(row, cells, strict=True)):
+            picture = draw(surface, low, high, ground=args.ground, view=args.view, smooth=args.smooth)
+            cell.imshow(picture, interpolation="antialiased")
             cell.set(xticks=[], yticks=[])
             cell.spines[:].set_visible(False)
-            cell.set_xlabel(f"volume {mesh.triangulate().volume / rest:.1%}", fontsize=10)
-            if column == 0:
+            cell.set_xlabel(f"volume {surface.volume / row[0].volume:.1%}", fontsize=10)
+            if column == 0 and len(args.frames) > 1:
                 cell.set_ylabel(label, fontsize=12)
     for cell, title in zip(grid[0], titles, strict=True):
         cell.set_title(title, fontsize=12)
-    figure.savefig(args.picture, dpi=130)
+    save(figure, args.picture)
 
 
 if __name__ == "__main__":

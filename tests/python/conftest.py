@@ -30,7 +30,7 @@ def block() -> supple.Lattice:
 
 @pytest.fixture
 def bust() -> Path:
-    """The path of the bust of the example scenes, 4,682 vertices."""
+    """The path of the bust of the example scenes, 4,717 vertices."""
     return ROOT / "examples" / "scenes" / "bust.obj"
 
 

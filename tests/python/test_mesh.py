@@ -60,8 +60,8 @@ def test_trimesh_objects_and_paths_are_accepted_as_meshes(bust):
 
 def test_read_obj(bust):
     mesh = supple.read_obj(bust)
-    assert mesh.vertices.shape == (4682, 3)
-    assert "4682 vertices" in repr(mesh)
+    assert mesh.vertices.shape == (4717, 3)
+    assert "4717 vertices" in repr(mesh)
     with pytest.raises(supple.MeshError, match="no object or group `Nose`"):
         supple.read_obj(bust, object="Nose")
 

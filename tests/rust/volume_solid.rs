@@ -62,7 +62,7 @@ fn the_surface_field_brings_a_stretched_bust_closer_to_finite_elements() {
                 .material(Material::fast_lsm())
                 .lattice_vertices(vertices)
                 .volume(volume);
-            let surface = stretched_surface(body, 1, [6.183, 8.751], 1.834);
+            let surface = stretched_surface(body, 1, [6.303, 8.766], 1.759);
             rms(reference
                 .iter()
                 .map(|row| (surface[row[0] as usize] - Point3::new(row[4], row[5], row[6])).norm()))
