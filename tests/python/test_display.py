@@ -1,6 +1,7 @@
 """Plots of volumes and studies, the viewer, and conversion to trimesh."""
 
 import json
+import pickle
 import sys
 
 import numpy as np
@@ -238,3 +239,42 @@ def test_the_viewer_renders_bodies_of_equal_name(cube, polyscope):
     supple.viewer.Viewer(supple.Simulation(bodies))
     assert polyscope.get_surface_mesh("- [0]").n_vertices() == len(np.unique(QUADS))
     assert polyscope.has_surface_mesh("- [1]")
+
+
+def test_the_smooth_skin_is_exact_at_rest_and_removes_creases(bust):
+    def bent(skin):
+        body = supple.Body(bust, lattice_vertices=300, skin=skin, volume="off")
+        x, y, z = body.positions.T
+        body.positions = np.stack([x + 0.2 * (y - 7) ** 2, y, z], axis=1)
+        return body
+
+    rest = supple.Body(bust, lattice_vertices=300, skin="smooth")
+    assert rest.skin == "smooth"
+    np.testing.assert_allclose(rest.surface(), rest.mesh.vertices, atol=1e-5)
+    exact = rest.mesh.vertices.copy()
+    exact[:, 0] += 0.2 * (exact[:, 1] - 7) ** 2
+    errors = {skin: np.abs(bent(skin).surface() - exact) for skin in ("linear", "smooth")}
+    # The linear skin is off by up to 1/8 of the second derivative, 0.4, times the squared cell size. The smooth skin is
+    # exact for quadratic motions, except in the lowest and highest cells, whose slopes are one-sided.
+    cell = rest.lattice.cell_size
+    assert 0.9 < errors["linear"].max() / (0.05 * cell**2) < 1.01
+    y = rest.mesh.vertices[:, 1]
+    links = {tuple(index) for index in rest.lattice.indices}
+    cells = np.floor((rest.mesh.vertices - rest.lattice.origin) / cell).astype(int)
+    corners = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+    inner = np.array(
+        [all(tuple(c + corner + [0, s, 0]) in links for corner in corners for s in (-1, 1)) for c in cells]
+    )
+    assert inner.sum() > 100 and np.ptp(y[inner]) > 1
+    assert errors["smooth"][inner].max() < 2e-5
+
+
+def test_skin_is_kept_by_pickles_and_other_names_are_errors(cube):
+    assert supple.Body(cube).skin == "linear"
+    body = supple.Body(cube, skin="smooth")
+    assert pickle.loads(pickle.dumps(body)).skin == "smooth"
+    assert "smooth skin" in supple.Simulation([body]).plan()
+    with pytest.raises(ValueError, match='skin is "soft"; it must be "linear" or "smooth"'):
+        supple.Body(cube, skin="soft")
+    with pytest.raises(TypeError, match="skin must be"):
+        supple.Body(cube, skin=1)
