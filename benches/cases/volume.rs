@@ -3,7 +3,8 @@
 
 use supple::internals::{Correction, Embedding, Surface};
 use supple::{
-    FieldKind, Lattice, LatticeOptions, Preservation, Resolution, SkinKind, VolumeMeasure, VolumeOptions, VolumeScope,
+    FieldKind, Lattice, LatticeOptions, Preservation, Resolution, SkinKind, VolumeMeasure, VolumeOptions,
+    VolumeScope,
 };
 use supple_benches::Target::AtMost;
 use supple_benches::bodies::Statue;
@@ -32,7 +33,11 @@ fn scopes(bench: &mut Bench, vertices: usize, measure: VolumeMeasure) {
     let simulations = || {
         [VolumeScope::Global, VolumeScope::Regional].map(|scope| {
             let measure = Preservation::By(measure);
-            DisplayedStatue::new(VolumeOptions { measure, scope, ..VolumeOptions::default() }, vertices, SkinKind::Linear)
+            DisplayedStatue::new(
+                VolumeOptions { measure, scope, ..VolumeOptions::default() },
+                vertices,
+                SkinKind::Linear,
+            )
         })
     };
     let corrections = |[global, regional]: &mut [DisplayedStatue; 2], n| {

@@ -1,12 +1,15 @@
 """Measures the creases of the displayed surface at the faces of the lattice cells, with both skins.
 
-python benches/python/creases.py
+python benches/python/creases.py [--write FOLDER]
 
 A body is held at one end and stretched at the other. The *jump* of an edge of the mesh is the change of the angle
 between the normals of its two triangles since rest, in radians. The table has the 99th percentile of the jumps of edges
 whose triangles have their centroids in different cells, the same of the other edges, and the ratio of the two.
+`--write` writes the surfaces of the ball with 300 lattice vertices to the OBJ files `linear.obj` and `smooth.obj`, in
+place of the table.
 """
 
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -82,9 +85,24 @@ def stretched(mesh: supple.Mesh, vertices: int, skin: str, ends: tuple[float, fl
     return body
 
 
+def write(folder: Path, mesh: supple.Mesh, triangles: Triangles) -> None:
+    """Write the surfaces of the stretched ball."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for skin in ("linear", "smooth"):
+        points = stretched(mesh, 300, skin, (-0.7, 0.7), 1.0).surface()
+        lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in points] + [f"f {a} {b} {c}" for a, b, c in triangles + 1]
+        (folder / f"{skin}.obj").write_text("\n".join(lines) + "\n")
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the table, or write the surfaces."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--write", type=Path, metavar="FOLDER", help="write two surfaces as OBJ files")
+    folder = parser.parse_args().write
     ball, triangles = sphere()
+    if folder is not None:
+        write(folder, supple.Mesh(ball, triangles), triangles)
+        return
     turn = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]])
     egg = ball * [1, 1.5, 0.8] @ turn.T
     bust = supple.read_obj(BUST)

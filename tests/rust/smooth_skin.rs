@@ -2,7 +2,9 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use supple::internals::Embedding;
-use supple::{Body, Collider, Display, Lattice, Mesh, Preservation, Preset, Simulation, SkinKind, VolumeScope};
+use supple::{
+    Body, Collider, Display, Lattice, Mesh, Preservation, Preset, Simulation, SkinKind, VolumeScope,
+};
 
 use crate::shapes::{ball, block, lattice, posed};
 
@@ -118,7 +120,8 @@ fn least_determinant(lattice: &Lattice, positions: &[[f32; 3]], skin: SkinKind) 
         }
     }
     let found = interpolated(lattice, &points, positions, skin);
-    let determinant = |p: &[Vector3<f64>]| (p[1] - p[0]).cross(&(p[2] - p[0])).dot(&(p[3] - p[0])) / step.powi(3);
+    let determinant =
+        |p: &[Vector3<f64>]| (p[1] - p[0]).cross(&(p[2] - p[0])).dot(&(p[3] - p[0])) / step.powi(3);
     let determinants: Vec<f64> = found.chunks(4).map(determinant).collect();
     let least = determinants.iter().copied().fold(f64::INFINITY, f64::min);
     (least, determinants.iter().filter(|d| **d <= 0.0).count())
@@ -137,7 +140,8 @@ fn a_crushed_lattice_folds_the_smooth_skin_no_more_than_the_linear_skin() {
     }
     // Layers of alternately 1 and `thin` cells, which slopes by central differences do not show.
     for thin in [0.5, 0.2, 0.05, 0.01] {
-        let height = |z: f32| z * (1.0 + thin) / 2.0 + if z as i32 % 2 == 1 { (1.0 - thin) / 2.0 } else { 0.0 };
+        let height =
+            |z: f32| z * (1.0 + thin) / 2.0 + if z as i32 % 2 == 1 { (1.0 - thin) / 2.0 } else { 0.0 };
         let positions = posed(&lattice, |[x, y, z]| [x, y, height(z)]);
         let (least, folded) = least_determinant(&lattice, &positions, SkinKind::Smooth);
         assert!(folded == 0 && least > 0.0, "{thin}: {folded}");
@@ -170,7 +174,9 @@ fn deform(body: &mut Body, amount: f64) {
 
 #[test]
 fn the_displayed_mesh_is_that_of_the_embedding_and_keeps_its_volume() {
-    for (amount, scope) in [(0.3, VolumeScope::Global), (1.0, VolumeScope::Global), (1.0, VolumeScope::Regional)] {
+    for (amount, scope) in
+        [(0.3, VolumeScope::Global), (1.0, VolumeScope::Global), (1.0, VolumeScope::Regional)]
+    {
         let options = supple::VolumeOptions { scope, ..Preservation::By(supple::VolumeMeasure::Mesh).into() };
         let mut body = smooth_ball(SkinKind::Smooth).volume(options).build().unwrap();
         assert_eq!(body.skin(), SkinKind::Smooth);

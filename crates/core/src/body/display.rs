@@ -260,7 +260,8 @@ impl Display {
     /// Returns the memory of the buffers, in bytes.
     pub fn bytes(&self) -> usize {
         let slopes = size_of_val(&*self.slopes) + self.trust.bytes();
-        let lattice = size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx) + slopes;
+        let lattice =
+            size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx) + slopes;
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes()

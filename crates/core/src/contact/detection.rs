@@ -5,8 +5,9 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::field::{
-    Field, HeightSlopes, PlaneField, ShapeField, any_skin_may_touch, may_touch, monomials, smooth_may_touch,
+    Field, HeightSlopes, PlaneField, ShapeField, any_skin_may_touch, may_touch, smooth_may_touch,
 };
+use super::interpolant::monomials;
 use super::patch::{Patch, Touching};
 use super::rows::{RowSet, buffer_bytes};
 use super::samples::SampleCells;
@@ -67,7 +68,11 @@ impl Detection {
     pub(super) fn bytes(&self) -> usize {
         let Patches { list, rows } = &self.patches;
         let smooth = self.smooth.bytes() + buffer_bytes(&self.height_slopes);
-        buffer_bytes(&self.positions) + buffer_bytes(&self.heights) + buffer_bytes(list) + rows.bytes() + smooth
+        buffer_bytes(&self.positions)
+            + buffer_bytes(&self.heights)
+            + buffer_bytes(list)
+            + rows.bytes()
+            + smooth
     }
 
     /// Copies the positions of the vertices of all rows from the state. `slots`: slot of each row. The rows of

@@ -182,8 +182,7 @@ impl Smoothing {
         bends.resize(self.vertices, 0.0);
         values.resize(self.vertices, 1.0);
         for stencil in &*self.stencils {
-            bends[stencil.vertex as usize] =
-                stencil.bend(|vertex| positions[vertex as usize].into());
+            bends[stencil.vertex as usize] = stencil.bend(|vertex| positions[vertex as usize].into());
         }
         for stencil in &*self.stencils {
             values[stencil.vertex as usize] = stencil.trust(|vertex| bends[vertex as usize]);

@@ -121,11 +121,7 @@ pub(crate) struct SmoothCell {
 
 impl SmoothCell {
     /// Builds the map of a cell from the positions of its corners, their slopes, and the trust in them.
-    pub(crate) fn new(
-        corners: [Vector3<f32>; 8],
-        slopes: [[Vector3<f32>; 3]; 8],
-        trust: [f32; 8],
-    ) -> Self {
+    pub(crate) fn new(corners: [Vector3<f32>; 8], slopes: [[Vector3<f32>; 3]; 8], trust: [f32; 8]) -> Self {
         Self {
             corner: corners[0],
             linear: polynomial(corners),

@@ -6,8 +6,8 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
-use super::one_ring_blocks::TileLayout;
 use super::Pose;
+use super::one_ring_blocks::TileLayout;
 use crate::lattice::{
     Embedding, PointMap, Slopes, SmoothCoordinate, SmoothTerms, polynomial, smooth_value, trilinear_value,
 };
@@ -266,10 +266,7 @@ fn interpolate_smooth_cell<S: Simd>(
 /// Returns the local coordinates of a pair of points, and the functions of each of them. All four lanes of a half contain
 /// the number of the point in that half.
 #[inline(always)]
-fn local_coordinates<S: Simd>(
-    simd: S,
-    local: &Pair,
-) -> ([f32x8<S>; 3], [SmoothCoordinate<f32x8<S>>; 3]) {
+fn local_coordinates<S: Simd>(simd: S, local: &Pair) -> ([f32x8<S>; 3], [SmoothCoordinate<f32x8<S>>; 3]) {
     let local = f32x8::load_array_ref(simd, local);
     let SmoothCoordinate { s, e, k } = SmoothCoordinate::new(local);
     let [u, v, w, _] = broadcast_lanes(simd, local);

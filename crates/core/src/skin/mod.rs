@@ -28,7 +28,7 @@ use crate::simd::xyzx::{Pair, Xyzx};
 use crate::state::BodyFrame;
 use evaluate::{Normals, Positions};
 
-/// How the mesh follows the lattice. 
+/// How the mesh follows the lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

@@ -30,7 +30,7 @@
 //! | `adjacency` | tables of the lattice: links, boundary faces, occupied cells around each vertex |
 //! | `line` | points that move along straight lines, and their determinants, which are cubics in `lambda` |
 //! | `sums` | buffers of an evaluation; sums in a fixed order |
-//! | `measure`, `mesh_measure` | the volume as a cubic in `lambda`, for each measure |
+//! | `measure`, `mesh_measure`, `patch` | the volume as a cubic in `lambda`, for each measure |
 //! | `surface`, `shells` | construction of the measure `mesh`; which shells of the mesh bound the body |
 //! | `volumes` | all measures of a body, for reports |
 //! | `field` | the field `V` |
@@ -51,6 +51,7 @@ mod line;
 mod measure;
 mod mesh_measure;
 mod options;
+mod patch;
 mod regional;
 mod report;
 mod shells;

@@ -5,7 +5,8 @@
 
 use super::VolumeError;
 use super::adjacency::Adjacency;
-use super::mesh_measure::{MIN_PATCH_TRIANGLES, MeshMeasure, MeshTerms, Patch};
+use super::mesh_measure::{MeshMeasure, MeshTerms};
+use super::patch::{MIN_PATCH_TRIANGLES, Patch};
 use super::shells::{self, Shell};
 use crate::lattice::{Embedding, Lattice};
 use crate::mesh::{Mesh, UnionFind};

@@ -68,7 +68,8 @@ impl VolumeMeasures {
         deformed: &[[f32; 3]],
         corrected: &[[f32; 3]],
     ) -> VolumeReport {
-        let (before, after) = (self.evaluate_deformed(deformed, deformed), self.evaluate_deformed(corrected, deformed));
+        let (before, after) =
+            (self.evaluate_deformed(deformed, deformed), self.evaluate_deformed(corrected, deformed));
         let mut components = components.to_vec();
         if let Some(preserved) = self.kinds().position(|kind| kind == correction.measure()) {
             components

@@ -9,7 +9,9 @@ use serde_json::{Map, Value};
 
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys};
 use crate::frames::Format;
-use supple::{Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, VolumeOptions, Zone};
+use supple::{
+    Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, VolumeOptions, Zone,
+};
 
 /// Largest number of frames: almost four days at 30 frames per second.
 const MAX_FRAMES: u32 = 10_000_000;
