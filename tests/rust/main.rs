@@ -48,6 +48,7 @@ mod volume;
 mod volume_contact;
 mod volume_field;
 mod volume_limits;
+mod volume_passes;
 mod volume_regional;
 mod volume_solid;
 mod voxels;

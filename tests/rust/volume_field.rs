@@ -57,7 +57,7 @@ fn a_stretched_bar_has_the_width_of_an_incompressible_solid() {
     // 1/sqrt(1.5) = 0.8165.
     let [paper, cells, surface] = FIELDS.map(|field| bar(field, 0.25, Rotation3::identity()));
     for (width, error) in [cells, surface] {
-        assert!((width / 0.8165 - 1.0).abs() < 0.02 && error < 0.8 * paper.1, "{width}, {error} {paper:?}");
+        assert!((width / 0.8165 - 1.0).abs() < 0.006 && error < 0.5 * paper.1, "{width}, {error} {paper:?}");
     }
 }
 
@@ -66,8 +66,8 @@ fn a_rotated_stretched_bar_has_the_width_of_an_incompressible_solid() {
     for axis in [Vector3::z(), Vector3::new(1.0, 1.0, 1.0).normalize()] {
         let turn = Rotation3::new(axis * 30.0_f64.to_radians());
         let [paper, _, surface] = FIELDS.map(|field| bar(field, 0.25, turn));
-        assert!(surface.1 < 0.7 * paper.1, "{surface:?} {paper:?}");
-        assert!((surface.0 / 0.8165 - 1.0).abs() < 0.04, "{surface:?}");
+        assert!(surface.1 < 0.5 * paper.1, "{surface:?} {paper:?}");
+        assert!((surface.0 / 0.8165 - 1.0).abs() < 0.025, "{surface:?}");
     }
 }
 

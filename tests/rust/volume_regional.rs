@@ -104,6 +104,30 @@ fn the_regional_scope_halves_the_cell_error_of_a_dumbbell_with_a_stretched_neck(
     assert!(outcome.creases[1] < 0.75, "{:?}", outcome.creases);
 }
 
+/// A thick bar is stretched evenly by 1.25. The exact displacement of its sides is `(1 / sqrt(1.25) - 1) / 2 = -0.0528`
+/// of its width, at the edges of the section as in the middle of the sides. The ends move as well: if all six sides move
+/// by the same distance, it is -0.0499. The bound is 0.005 and this difference.
+#[test]
+fn the_regional_scope_keeps_the_section_of_a_stretched_bar_square() {
+    let (vertices, quads) = surface_of(&block([80, 13, 13]));
+    let mesh = Mesh::new(vertices, &quads).unwrap();
+    let exact = 0.5 * (1.25_f64.sqrt().recip() - 1.0);
+    let volume = VolumeOptions { scope: VolumeScope::Regional, ..VolumeMeasure::Mesh.into() };
+    let body = Body::builder(mesh).material(Material::fast_lsm()).cell_size(1.0).volume(volume);
+    let mut body = body.build().unwrap();
+    let stretched: Vec<_> = body.positions().iter().map(|p| Point3::new(1.25 * p.x, p.y, p.z)).collect();
+    body.set_positions(&stretched).unwrap();
+    let corrected = body.alone().corrected_positions();
+    let mean = |is_there: fn(f64) -> bool| {
+        let top = stretched.iter().zip(&corrected).filter(|(p, _)| p.y == 13.0 && (p.x - 50.0).abs() < 10.0);
+        let moved: Vec<f64> = top.filter(|(p, _)| is_there(p.z)).map(|(p, q)| (q.y - p.y) / 13.0).collect();
+        assert!(!moved.is_empty());
+        moved.iter().sum::<f64>() / moved.len() as f64
+    };
+    let (edge, middle) = (mean(|z| z == 0.0 || z == 13.0), mean(|z| z == 6.0 || z == 7.0));
+    assert!((edge - exact).abs() < 0.008 && (middle - exact).abs() < 0.005, "{edge}, {middle}: {exact}");
+}
+
 /// Pins the lowest fifth of a soft body and moves its highest tenth up by half of the height.
 fn stretched(body: BodyBuilder, [low, high]: [f64; 2]) -> Simulation {
     let height = high - low;

@@ -46,14 +46,17 @@ const MAX_FORCE: f64 = 1e4;
 /// force begins; with Eq. (2) it would jump. Several strong forces remove all directions in their span,
 /// independently of their order.
 ///
-/// `order` is a buffer that keeps its capacity between calls.
+/// * `acts`: returns whether a force is considered.
+/// * `order`: a buffer that keeps its capacity between calls.
 pub(super) fn remove_force_directions(
     forces: &[ExternalForce],
+    acts: impl Fn(&ExternalForce) -> bool,
     order: &mut Vec<(u32, u32)>,
     points: &mut [Moving],
 ) {
     order.clear();
-    order.extend(forces.iter().enumerate().map(|(index, force)| (force.vertex, index as u32)));
+    let acting = forces.iter().enumerate().filter(|(_, force)| acts(force));
+    order.extend(acting.map(|(index, force)| (force.vertex, index as u32)));
     order.sort_unstable();
     for group in order.chunk_by(|a, b| a.0 == b.0) {
         // Upper triangle of I + F: xx, xy, xz, yy, yz, zz.
@@ -116,7 +119,7 @@ mod tests {
         let forces: Vec<ExternalForce> =
             force_vectors.iter().map(|&force| ExternalForce { vertex: 0, force }).collect();
         let mut points = [Moving::new([0.0; 3], v)];
-        remove_force_directions(&forces, &mut Vec::new(), &mut points);
+        remove_force_directions(&forces, |_| true, &mut Vec::new(), &mut points);
         points[0].direction()
     }
 

@@ -38,8 +38,8 @@ struct LimitedVertex {
     position: Vector3<f64>,
     /// Vector of the field.
     direction: Vector3<f64>,
-    /// Scale of the vertex by the scope `regional`; 0 with the scope `global`.
-    scale: f64,
+    /// Displacement to which `lambda` times `direction` is added, in cells.
+    offset: Vector3<f64>,
     motion: Motion,
 }
 
@@ -69,8 +69,9 @@ impl Limits {
     /// Replaces the limits by `limits`, which may be in any order.
     ///
     /// * `points`: points of the lattice. The points of the previously limited vertices are reset.
-    /// * `scales`: scale of each vertex by the scope `regional`, by which its point has already moved.
-    pub(super) fn replace(&mut self, limits: &[Limit], points: &mut [Moving], scales: Option<&[f32]>) {
+    /// * `offsets`: displacement of each vertex by which its point has already moved, in cells. Empty if all are
+    ///   zero.
+    pub(super) fn replace(&mut self, limits: &[Limit], points: &mut [Moving], offsets: &[[f32; 3]]) {
         for limited in &self.limited {
             limited.reset(&mut points[limited.vertex as usize]);
         }
@@ -86,15 +87,15 @@ impl Limits {
             let point = &points[vertex as usize];
             let to_f64 = |v: [f32; 3]| Vector3::from(v.map(f64::from));
             let direction = to_f64(point.direction());
-            let scale = scales.map_or(0.0, |scales| f64::from(scales[vertex as usize]));
-            let position = to_f64(point.position()) - direction * scale;
+            let offset = to_f64(offsets.get(vertex as usize).copied().unwrap_or_default());
+            let position = to_f64(point.position()) - offset;
             let limit_range = (first, first + group.len() as u32);
             self.limited.push(LimitedVertex {
                 vertex,
                 limit_range,
                 position,
                 direction,
-                scale,
+                offset,
                 motion: Motion::Free,
             });
             first = limit_range.1;
@@ -150,7 +151,7 @@ impl Limit {
 impl LimitedVertex {
     /// Resets the point of the vertex to its position and direction without limits.
     fn reset(&self, point: &mut Moving) {
-        point.set_position((self.position + self.direction * self.scale).map(|x| x as f32).into());
+        point.set_position((self.position + self.offset).map(|x| x as f32).into());
         point.set_direction(self.direction.map(|x| x as f32).into());
     }
 
@@ -161,7 +162,7 @@ impl LimitedVertex {
     /// obstacles at an acute angle. The displacement is then scaled down until it satisfies this other limit.
     fn motion_at(&self, sorted: &[Limit], lambda: f64) -> (Motion, Vector3<f64>) {
         let limits = (self.limit_range.0..self.limit_range.1).map(|index| (index, &sorted[index as usize]));
-        let mut displacement = self.direction * (self.scale + lambda);
+        let mut displacement = self.offset + self.direction * lambda;
         // After a projection to a limit with clearance 0, the component along the normal is only rounding
         // error.
         let rounding = 1e-9 * displacement.norm();
@@ -197,17 +198,13 @@ mod tests {
         Limit { vertex: 0, normal: Vector3::from(normal).normalize(), clearance }
     }
 
-    /// Returns the displacement of a vertex at `lambda`.
-    fn displacement_of(
-        direction: [f32; 3],
-        scales: Option<&[f32]>,
-        limits: &[Limit],
-        lambda: f64,
-    ) -> [f32; 3] {
-        let position = std::array::from_fn(|k| 10.0 + scales.map_or(0.0, |scales| scales[0]) * direction[k]);
+    /// Returns the displacement of a vertex at `lambda`, with an offset of `scale` times its direction.
+    fn displacement_of(direction: [f32; 3], scale: Option<f32>, limits: &[Limit], lambda: f64) -> [f32; 3] {
+        let offsets: Vec<_> = scale.iter().map(|scale| direction.map(|v| scale * v)).collect();
+        let position = std::array::from_fn(|k| 10.0 + offsets.first().map_or(0.0, |offset| offset[k]));
         let mut points = [Moving::new(position, direction)];
         let mut active_set = Limits::default();
-        active_set.replace(limits, &mut points, scales);
+        active_set.replace(limits, &mut points, &offsets);
         active_set.update_motions(|_| lambda, &mut points);
         let mut out = [[f32::NAN; 3]];
         active_set.write(|_| lambda, &[[10.0; 3]], &mut out);
@@ -232,8 +229,8 @@ mod tests {
         assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], 2.0), [1.2, -0.5, 0.0]);
         assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.0)], 2.0), [1.2, 0.0, 0.0]);
         assert_near(displacement_of(DOWN, None, &[limit(FLOOR, 0.5)], -2.0), [-1.2, 1.6, 0.0]);
-        // The regional scale is part of the displacement.
-        assert_near(displacement_of(DOWN, Some(&[1.5]), &[limit(FLOOR, 0.5)], 0.5), [1.2, -0.5, 0.0]);
+        // The offset is part of the displacement.
+        assert_near(displacement_of(DOWN, Some(1.5), &[limit(FLOOR, 0.5)], 0.5), [1.2, -0.5, 0.0]);
     }
 
     #[test]
@@ -270,7 +267,7 @@ mod tests {
     fn update_motions_returns_whether_a_motion_changed() {
         let mut points = [Moving::new([0.0; 3], DOWN)];
         let mut limits = Limits::default();
-        limits.replace(&[limit(FLOOR, 0.4)], &mut points, None);
+        limits.replace(&[limit(FLOOR, 0.4)], &mut points, &[]);
         let changed = [0.2, 0.4, 0.6, 0.9, 0.1].map(|lambda| limits.update_motions(|_| lambda, &mut points));
         assert_eq!(changed, [false, false, true, false, true]);
     }

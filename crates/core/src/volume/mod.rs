@@ -12,8 +12,9 @@
 //! 2. scope `regional` only: move each vertex along V by its own scale, from the volume loss around it
 //! 3. vol(P^ + lambda V) = c0 + c1 lambda + c2 lambda^2 + c3 lambda^3 = vol(P)  (Eq. 1):
 //!    solve for lambda, the root of least absolute value
+//!    if there is none within the cap: turn V to the present shape, move, and solve again, in several passes
 //! 4. only with colliders: stop vertices before they enter a collider; solve again for the other vertices
-//! 5. P~ = P^ + lambda V, plus the displacements of step 2
+//! 5. P~ = P^ + lambda V, plus the displacements of step 2 and of the passes
 //! ```
 //!
 //! `P~` is used for the display only: it deforms the displayed mesh and never feeds back into the dynamics.
@@ -38,7 +39,7 @@
 //! | `cubic` | the root of the cubic (Eq. 1) |
 //! | `regional` | scope `regional`: a scale for each vertex, before the cubic is solved |
 //! | `clearance`, `limits` | search for limits at colliders; vertices that slide or stop at their limits |
-//! | `correction` | the whole correction, in the order of the steps above |
+//! | `correction` | the whole correction, in the order of the steps above; passes where one cubic is not enough |
 
 mod adjacency;
 mod clearance;

@@ -132,8 +132,10 @@ pub struct VolumeOptions {
     /// Field along which the correction moves the lattice vertices. Default: [`FieldKind::Surface`].
     pub field: FieldKind,
     /// Cap: greatest magnitude of the scale `lambda`, as a fraction of the thickness. The thickness of a
-    /// component of the lattice is the greatest depth of its vertices below its boundary. Finite, >= 0; at 0
-    /// no vertex moves. Default: 1.
+    /// component of the lattice is the greatest depth of its vertices below its boundary. Where no scale within
+    /// the cap preserves the volume, the correction moves the vertices in several passes with scales of at most
+    /// half of the thickness; with a cap below 1 the sum of their magnitudes is at most the cap. Finite, >= 0;
+    /// at 0 no vertex moves. Default: 1.
     pub max_correction: f64,
 }
 

@@ -28,13 +28,14 @@ pub struct ComponentReport {
     /// Scale `lambda` of the correction as a length, in scene units. The field moves the boundary by 1 along
     /// its normals, approximately, so `lambda` is approximately the displacement of the free boundary,
     /// outwards if positive. With the scope `regional` it is the scale that corrects the remaining error
-    /// after the scales of the vertices.
+    /// after the scales of the vertices. Where a single scale within the cap does not preserve the volume, it is
+    /// the scale of the last pass.
     pub lambda: f64,
     /// `(after - rest) / rest`.
     pub residual: f64,
-    /// Whether the magnitude of `residual` exceeds 1e-6. The reason is one of two: no scale within the cap
-    /// preserves the volume, and `lambda` is the scale with the least residual; or colliders prevent a
-    /// complete correction.
+    /// Whether the magnitude of `residual` exceeds 1e-6. The reason is one of three: a correction that is limited
+    /// by `max_correction` below 1; a body that is flat or inside out, so that neither a scale within the cap nor
+    /// further passes preserve the volume; or colliders or constrained vertices that leave too little space.
     pub capped: bool,
 }
 

@@ -43,20 +43,18 @@ impl Field {
         }
         let normals = paper::boundary_normals(adjacency, lattice.indices(), &octants);
         let paper_field = paper::fill(adjacency, &depth, &greatest_depth, normals.clone());
+        let thickness: Vec<f64> = greatest_depth.into_iter().map(|depth| f64::from(depth).max(0.5)).collect();
         let directions = match (kind, surface) {
             (FieldKind::Paper, _) => paper_field,
             (FieldKind::Surface, Some(surface)) => {
                 let walls = walls::of_surface(lattice, surface, adjacency, &normals);
-                smooth::fill(adjacency, &walls, paper_field)
+                smooth::fill(adjacency, &thickness, &walls, paper_field)
             }
             (FieldKind::Cells | FieldKind::Surface, _) => {
-                smooth::fill(adjacency, &walls::of_cells(lattice), paper_field)
+                smooth::fill(adjacency, &thickness, &walls::of_cells(lattice), paper_field)
             }
         };
-        Self {
-            directions: directions.into_iter().map(|v| v.map(|x| x as f32).into()).collect(),
-            thickness: greatest_depth.into_iter().map(|depth| f64::from(depth).max(0.5)).collect(),
-        }
+        Self { directions: directions.into_iter().map(|v| v.map(|x| x as f32).into()).collect(), thickness }
     }
 }
 

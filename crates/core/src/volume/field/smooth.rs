@@ -1,19 +1,24 @@
 //! Computes the smoothest field that moves the boundary by 1 along its normals.
 //!
-//! A wall is a piece of the boundary at a lattice vertex. The field has a vector `v_i` at each vertex `i` and
-//! minimizes the sum of
+//! A wall is a piece of the boundary at a lattice vertex. Two fields are computed. Each has a vector `v_i` at
+//! each vertex `i` and minimizes a sum of terms of links, walls and vertices:
 //!
 //! ```text
-//! for each link between vertices i and j:  |v_i - v_j|^2
-//! for each wall at a vertex i:             STIFFNESS m ((n . v_i - 1)^2 + SLIDING |v_i - (n . v_i) n|^2)
+//! both fields, for each link between vertices i and j:  |v_i - v_j|^2
+//! both fields, for each wall at a vertex i:             STIFFNESS m (n . v_i - 1)^2
+//! near field u, for each vertex i:                      (DECAY / thickness)^2 |u_i|^2
+//! field v, for each wall at a vertex i:                 STIFFNESS m SLIDING |t_i|^2,
+//!                                                       t_i = (v_i - u_i) - (n . (v_i - u_i)) n
 //! ```
 //!
-//! where `m` is the area of the wall in faces of a cell, and `n` its outward unit normal. The first term of a
-//! wall is the error along its normal, and the second term is its tangential motion.
+//! where `m` is the area of the wall in faces of a cell, and `n` its outward unit normal. The motion that a wall
+//! demands reaches about half of the thickness into the near field. The near field thus has the tangential
+//! motion of a wall by which other walls nearby move along their normals: beside the edges of a bar, the sides
+//! contract. It does not have the motion along a long body by which distant walls, such as its ends, would move.
+//! The field `v` takes its tangential motion at the walls from the near field, and is smooth in between.
 //!
 //! If the walls are pieces of a surface mesh, the field does not depend on the staircase shape of the lattice
-//! boundary. Edges of the surface stay sharp: a vertex beside an edge has several walls, and may slide along
-//! each wall to move the other walls along their normals.
+//! boundary. Edges of the surface stay sharp: a vertex beside an edge has several walls.
 
 use nalgebra::Vector3;
 
@@ -23,11 +28,13 @@ use crate::volume::adjacency::Adjacency;
 /// Weight of the walls relative to the links.
 const STIFFNESS: f64 = 10.0;
 
-/// Weight of the tangential motion of a wall, relative to the error along its normal.
-///
-/// With 0, evenly stretched shapes are corrected exactly, but long shapes with constrained ends slide along
-/// themselves. With 1, long shapes do not slide, but evenly stretched shapes are not corrected exactly.
-const SLIDING: f64 = 0.3;
+/// Weight of the tangential motion of a wall relative to the near field, in units of the weight of the error along
+/// its normal.
+const SLIDING: f64 = 1.0;
+
+/// Decay of the near field, per thickness. With 0, evenly stretched shapes are corrected best, but long shapes
+/// with constrained ends slide along themselves. Large values suppress all tangential motion.
+const DECAY: f64 = 2.0;
 
 /// Tolerance for the norm of the residual, relative to the norm of the right-hand side.
 const TOLERANCE: f64 = 1e-2;
@@ -35,10 +42,22 @@ const TOLERANCE: f64 = 1e-2;
 /// Maximum number of iterations; an approximate minimizer is sufficient.
 const MAX_ITERATIONS: usize = 200;
 
-/// Computes the field by conjugate gradients (Hestenes & Stiefel 1952) with Jacobi preconditioner, from the
-/// initial value `start`.
-pub(super) fn fill(adjacency: &Adjacency, walls: &[Wall], start: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
-    let system = System::new(adjacency, walls);
+/// Computes the field. `thickness`: thickness of each component; see [`Field`](super::Field). `start`: initial
+/// value.
+pub(super) fn fill(
+    adjacency: &Adjacency,
+    thickness: &[f64],
+    walls: &[Wall],
+    start: Vec<Vector3<f64>>,
+) -> Vec<Vector3<f64>> {
+    let decay = |vertex| (DECAY / thickness[adjacency.component(vertex)]).powi(2);
+    let near = solve(&System::new(adjacency, walls, &decay, None), start);
+    solve(&System::new(adjacency, walls, &|_| 0.0, Some(&near)), near.clone())
+}
+
+/// Solves a system by conjugate gradients (Hestenes & Stiefel 1952) with Jacobi preconditioner, from the initial
+/// value `start`.
+fn solve(system: &System<'_>, start: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     let mut field = start;
     let mut image = vec![Vector3::zeros(); field.len()];
     system.apply(&field, &mut image);
@@ -75,25 +94,38 @@ pub(super) fn fill(adjacency: &Adjacency, walls: &[Wall], start: Vec<Vector3<f64
 struct System<'a> {
     adjacency: &'a Adjacency,
     walls: &'a [Wall],
+    /// Weight of the square of each vector.
+    decay: &'a dyn Fn(usize) -> f64,
+    /// The near field; `None` if it is the unknown of the system.
+    near: Option<&'a [Vector3<f64>]>,
     /// Upper bound of the three diagonal elements of each vertex.
     diagonal: Vec<f64>,
 }
 
 impl<'a> System<'a> {
-    fn new(adjacency: &'a Adjacency, walls: &'a [Wall]) -> Self {
+    fn new(
+        adjacency: &'a Adjacency,
+        walls: &'a [Wall],
+        decay: &'a dyn Fn(usize) -> f64,
+        near: Option<&'a [Vector3<f64>]>,
+    ) -> Self {
+        let vertices = 0..adjacency.len();
         let mut diagonal: Vec<f64> =
-            (0..adjacency.len()).map(|i| adjacency.linked(i).count() as f64).collect();
+            vertices.map(|i| adjacency.linked(i).count() as f64 + decay(i)).collect();
         for wall in walls {
             diagonal[wall.vertex as usize] += STIFFNESS * wall.area;
         }
-        Self { adjacency, walls, diagonal }
+        Self { adjacency, walls, decay, near, diagonal }
     }
 
-    /// Returns the right-hand side, from the terms that move the walls by 1 along their normals.
+    /// Returns the right-hand side: the motion of the walls by 1 along their normals, and the tangential motion
+    /// of the near field.
     fn right_hand_side(&self) -> Vec<Vector3<f64>> {
         let mut sums = vec![Vector3::zeros(); self.diagonal.len()];
-        for wall in self.walls {
-            sums[wall.vertex as usize] += wall.normal * (STIFFNESS * wall.area);
+        for Wall { vertex, normal, area } in self.walls {
+            let vertex = *vertex as usize;
+            let tangential = self.near.map_or(Vector3::zeros(), |near| tangential(&near[vertex], normal));
+            sums[vertex] += (normal + tangential * SLIDING) * (STIFFNESS * area);
         }
         sums
     }
@@ -101,13 +133,19 @@ impl<'a> System<'a> {
     /// Writes the product of the matrix and `field` to `image`.
     fn apply(&self, field: &[Vector3<f64>], image: &mut [Vector3<f64>]) {
         for ((i, v), image) in field.iter().enumerate().zip(&mut *image) {
-            *image = self.adjacency.linked(i).map(|j| v - field[j]).sum();
+            let differences: Vector3<f64> = self.adjacency.linked(i).map(|j| v - field[j]).sum();
+            *image = differences + v * (self.decay)(i);
         }
-        for wall in self.walls {
-            let v = &field[wall.vertex as usize];
-            let normal_part = wall.normal * wall.normal.dot(v);
-            image[wall.vertex as usize] +=
-                (normal_part + (v - normal_part) * SLIDING) * (STIFFNESS * wall.area);
+        let sliding = if self.near.is_some() { SLIDING } else { 0.0 };
+        for Wall { vertex, normal, area } in self.walls {
+            let v = &field[*vertex as usize];
+            let along_normal = normal * normal.dot(v);
+            image[*vertex as usize] += (along_normal + tangential(v, normal) * sliding) * (STIFFNESS * area);
         }
     }
+}
+
+/// Returns the part of `v` perpendicular to the unit vector `normal`.
+fn tangential(v: &Vector3<f64>, normal: &Vector3<f64>) -> Vector3<f64> {
+    v - normal * normal.dot(v)
 }

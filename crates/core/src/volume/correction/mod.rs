@@ -1,7 +1,12 @@
 //! Runs the volume correction of a deformed lattice: field, scales, cubics, limits at colliders.
+//!
+//! `passes` restores the volume where a single cubic cannot.
+
+mod passes;
 
 use std::sync::{Arc, Weak};
 
+use self::passes::Passes;
 use super::adjacency::Adjacency;
 use super::clearance::{LimitSearch, Obstacles};
 use super::cubic::smallest_root;
@@ -55,6 +60,8 @@ pub struct Correction {
     rest: Vec<f64>,
     /// Greatest magnitude of `lambda` of each component, in cells.
     caps: Vec<f64>,
+    /// See [`VolumeOptions::max_correction`].
+    max_correction: f64,
     regional: Option<Regional>,
 }
 
@@ -69,6 +76,10 @@ pub struct CorrectionWorkspace {
     regional: RegionalScratch,
     /// Pairs `(vertex, index)` of the external forces, sorted.
     order: Vec<(u32, u32)>,
+    passes: Passes,
+    /// Displacement of each vertex, in cells, to which `lambda` times its direction is added. Empty if all are
+    /// zero.
+    offsets: Vec<[f32; 3]>,
     limits: Limits,
     limit_search: LimitSearch,
     /// `lambda` of each component, in cells.
@@ -95,6 +106,12 @@ impl Ramp {
 }
 
 impl CorrectionWorkspace {
+    /// Returns the displacement of a vertex to which `lambda` times its direction is added; `None` if the
+    /// displacements of all vertices are zero.
+    fn offset(&self, vertex: usize) -> Option<[f32; 3]> {
+        self.offsets.get(vertex).copied()
+    }
+
     /// Returns the memory in bytes.
     pub fn bytes(&self) -> usize {
         let ramp = self
@@ -104,6 +121,8 @@ impl CorrectionWorkspace {
         ramp + self.scratch.bytes()
             + self.regional.bytes()
             + size_of_val(&*self.order)
+            + self.passes.bytes()
+            + size_of_val(&*self.offsets)
             + self.limits.bytes()
             + self.limit_search.bytes()
             + size_of_val(&*self.lambdas)
@@ -142,7 +161,7 @@ impl Correction {
             for (point, direction) in scratch.points.iter_mut().zip(&field.directions) {
                 point.set_direction(*direction);
             }
-            Regional::new(&adjacency, &scratch.points)
+            Regional::new(&adjacency, &scratch.points, &field.thickness)
         });
         Ok(Some(Self {
             measure,
@@ -152,6 +171,7 @@ impl Correction {
                 as u32,
             rest: scratch.coefficients.iter().map(|c| c[0]).collect(),
             caps: field.thickness.iter().map(|thickness| thickness * max_correction).collect(),
+            max_correction,
             field,
             adjacency: Arc::new(adjacency),
         }))
@@ -178,7 +198,7 @@ impl Correction {
         workspace: &mut CorrectionWorkspace,
         constrained: impl Iterator<Item = u32> + Clone,
     ) {
-        let ramp = workspace.ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency));
+        let ramp = self.ramp_of(&workspace.ramp);
         if !ramp.map_or(&[][..], |ramp| &ramp.constrained).iter().copied().eq(constrained.clone()) {
             let constrained: Vec<u32> = constrained.collect();
             workspace.ramp = (!constrained.is_empty()).then(|| Ramp {
@@ -241,30 +261,35 @@ impl Correction {
         workspace.lambdas.resize(self.rest.len(), 0.0);
         workspace.reports.resize(self.rest.len(), ComponentReport::default());
         workspace.limits.clear();
+        workspace.offsets.clear();
         workspace.scratch.set_positions(deformed.iter().map(|p| p.map(f64::from)), &self.adjacency);
         workspace.scratch.trust.clear();
         workspace.scratch.trust.extend_from_slice(trust);
         self.rotate_field(workspace, rotations);
-        let CorrectionWorkspace { scratch, order, regional: regional_scratch, .. } = workspace;
-        external_forces::remove_force_directions(forces, order, &mut scratch.points);
+        let CorrectionWorkspace { scratch, order, regional: regional_scratch, offsets, .. } = workspace;
+        external_forces::remove_force_directions(forces, |_| true, order, &mut scratch.points);
         if let Some(regional) = &self.regional {
             regional.correct(regional_scratch, executor, &self.adjacency, &self.caps, &mut scratch.points);
+            let points = regional_scratch.scales.iter().zip(&scratch.points);
+            offsets.extend(points.map(|(scale, point)| point.direction().map(|v| scale * v)));
         }
         self.solve_cubics(workspace, executor);
         let cell_volume = self.cell_size.powi(3);
         for (report, c) in workspace.reports.iter_mut().zip(&workspace.scratch.coefficients) {
             report.before = c[0] * cell_volume;
         }
+        if workspace.reports.iter().any(|report| report.capped) {
+            self.solve_in_passes(workspace, executor, forces);
+        }
     }
 
     /// Returns the greatest displacement of a vertex, in cells.
     fn greatest_displacement(&self, workspace: &CorrectionWorkspace) -> f64 {
         let lambda = lambda_of(&workspace.lambdas, &self.adjacency);
-        let scales = self.scales(&workspace.regional);
         let length = |(i, point): (usize, &Moving)| {
-            let scale = lambda(i as u32) + scales.map_or(0.0, |s| f64::from(s[i]));
-            let length_squared: f64 = point.direction().iter().map(|&v| f64::from(v).powi(2)).sum();
-            scale.abs() * length_squared.sqrt()
+            let (lambda, offset) = (lambda(i as u32), workspace.offset(i).unwrap_or_default());
+            let displacement = point.direction().into_iter().zip(offset);
+            displacement.map(|(v, o)| (lambda * f64::from(v) + f64::from(o)).powi(2)).sum::<f64>().sqrt()
         };
         workspace.scratch.points.iter().enumerate().map(length).fold(0.0, f64::max)
     }
@@ -311,8 +336,8 @@ impl Correction {
     /// A vertex at its limit slides along the obstacle or stops, and the other vertices restore the volume.
     /// In each pass all vertices move along straight lines, so that the volume remains an exact cubic.
     fn solve_with_limits(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
-        let scales = self.scales(&workspace.regional);
-        workspace.limits.replace(limits, &mut workspace.scratch.points, scales);
+        let CorrectionWorkspace { limits: active_set, scratch, offsets, .. } = &mut *workspace;
+        active_set.replace(limits, &mut scratch.points, offsets);
         for _ in 0..LIMITED_PASSES {
             if !self.update_motions(workspace) {
                 return;
@@ -358,21 +383,22 @@ impl Correction {
             deformed.len(),
             corrected.len()
         );
-        let scales = self.scales(&workspace.regional);
         let lambda = lambda_of(&workspace.lambdas, &self.adjacency);
         let points = deformed.iter().zip(&workspace.scratch.points);
         for (i, (corrected, (deformed, point))) in corrected.iter_mut().zip(points).enumerate() {
-            let scale = lambda(i as u32) as f32 + scales.map_or(0.0, |scales| scales[i]);
-            let v = point.direction();
-            *corrected = std::array::from_fn(|k| deformed[k] + scale * v[k]);
+            let (lambda, v) = (lambda(i as u32) as f32, point.direction());
+            *corrected = std::array::from_fn(|k| deformed[k] + lambda * v[k]);
+            if let Some(offset) = workspace.offset(i) {
+                *corrected = std::array::from_fn(|k| corrected[k] + offset[k]);
+            }
         }
         workspace.limits.write(&lambda, deformed, corrected);
         &workspace.reports
     }
 
-    /// Returns the regional scale of each vertex; `None` with the scope `global`.
-    fn scales<'w>(&self, regional: &'w RegionalScratch) -> Option<&'w [f32]> {
-        self.regional.as_ref().map(|_| &*regional.scales)
+    /// Returns the ramp of a workspace, if it was built for this lattice.
+    fn ramp_of<'w>(&self, ramp: &'w Option<Ramp>) -> Option<&'w Ramp> {
+        ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency))
     }
 
     /// Sets the directions of the points to the field at rest, rotated, times the factors of the ramp.
@@ -382,7 +408,7 @@ impl Correction {
         {
             point.set_direction(rotated(q, v));
         }
-        if let Some(ramp) = workspace.ramp.as_ref().filter(|ramp| ramp.belongs_to(&self.adjacency)) {
+        if let Some(ramp) = self.ramp_of(&workspace.ramp) {
             for (point, factor) in workspace.scratch.points.iter_mut().zip(&ramp.factors) {
                 point.set_direction(point.direction().map(|v| v * factor));
             }
