@@ -34,12 +34,13 @@ class ComponentReport:
     #: Volume after the correction.
     after: float
     #: Scale of the correction: displacement of a free boundary vertex along its normal, as a length, positive outwards.
-    #: With the scope "regional", the scale of the global correction that follows the regional correction.
+    #: With the scope "regional", the scale of the global correction that follows the regional correction. Where several
+    #: passes restore the volume, the scale of the last pass.
     lambda_: float
     #: `(after - rest) / rest`.
     residual: float
-    #: Whether the magnitude of the residual exceeds 1e-6, because no scale within the cap preserves the volume or
-    #: because colliders limit the correction.
+    #: Whether the magnitude of the residual exceeds 1e-6: the correction is limited by `max_correction` below 1,
+    #: the body is flat or inside out, or colliders or held vertices leave too little space.
     capped: bool
 
 

@@ -104,9 +104,9 @@ fn the_regional_scope_halves_the_cell_error_of_a_dumbbell_with_a_stretched_neck(
     assert!(outcome.creases[1] < 0.75, "{:?}", outcome.creases);
 }
 
-/// A thick bar is stretched evenly by 1.25. The exact displacement of its sides is `(1 / sqrt(1.25) - 1) / 2 = -0.0528`
-/// of its width, at the edges of the section as in the middle of the sides. The ends move as well: if all six sides move
-/// by the same distance, it is -0.0499. The bound is 0.005 and this difference.
+/// A thick bar is stretched evenly by 1.25. The exact displacement of its sides is `(1 / sqrt(1.25) - 1) / 2 =
+/// -0.0528` of its width, at the edges of the section as in the middle of the sides. The ends move as well: if all
+/// six sides move by the same distance, it is -0.0499. The bound is 0.005 and this difference.
 #[test]
 fn the_regional_scope_keeps_the_section_of_a_stretched_bar_square() {
     let (vertices, quads) = surface_of(&block([80, 13, 13]));

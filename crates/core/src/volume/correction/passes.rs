@@ -12,10 +12,10 @@
 //! ```
 //!
 //! The field `Material` moves the vertices as if the rest shape had been moved along `V` before it was
-//! deformed, so that thin parts move less than thick parts, and sections of a body are not turned inside out while
-//! the scale is less than the thickness. Vectors in directions in which the body is stretched are shortened, because they
-//! would grow with the stretch. It cannot restore the volume of a body of which large parts are inside out, and
-//! hardly where the cells beside constrained vertices are stretched the most.
+//! deformed, so that thin parts move less than thick parts, and sections of a body are not turned inside out
+//! while the scale is less than the thickness. Vectors in directions in which the body is stretched are
+//! shortened, because they would grow with the stretch. It cannot restore the volume of a body of which large
+//! parts are inside out, and hardly where the cells beside constrained vertices are stretched the most.
 //!
 //! The field `Normals` is used for the rest. It consists of the area vectors of the deformed body (Nanson's
 //! formula), which exist for every shape. They approximate the gradient of the volume.
