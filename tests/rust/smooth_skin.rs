@@ -243,3 +243,39 @@ fn smooth_surfaces_and_steps_have_the_same_bits_for_any_number_of_threads() {
         assert!(run(threads) == one, "{threads} threads differ from one");
     }
 }
+
+#[test]
+fn vertices_that_no_face_uses_follow_their_cell_linearly() {
+    let ball = ball(1.0);
+    let mut vertices: Vec<[f64; 3]> = ball.vertices().iter().map(|p| (*p).into()).collect();
+    // Straight outside along one axis, by several cells.
+    vertices.extend([[0.3, 3.0, 0.1], [-2.5, -0.2, 0.1], [0.31, -0.2, 2.2]]);
+    let faces: Vec<Vec<u32>> = ball.triangles().iter().map(|triangle| triangle.to_vec()).collect();
+    let mesh = Mesh::new(vertices, &faces).unwrap();
+    let body = Body::builder(mesh).lattice_vertices(600).skin(SkinKind::Smooth);
+    let mut body = body.volume(supple::VolumeOptions::off()).build().unwrap();
+    deform(&mut body, 0.5);
+    let mesh = body.mesh().unwrap();
+    let embedding = Embedding::new(body.lattice(), mesh.vertices()).smoothed(body.lattice());
+    let positions: Vec<_> = body.positions().iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
+    let mut expected = vec![[0.0; 3]; embedding.len()];
+    embedding.interpolate(&positions, &mut expected);
+    for (found, expected) in body.alone().surface().positions.iter().zip(expected) {
+        let expected = Point3::from(expected.map(f64::from));
+        assert!((found - expected).norm() < 2e-5, "{found} {expected}");
+        assert!(found.coords.norm() < 10.0, "{found}");
+    }
+}
+
+#[test]
+fn one_display_evaluates_bodies_with_different_skins_as_new_displays_do() {
+    let bodies =
+        [(900, SkinKind::Smooth), (300, SkinKind::Smooth), (600, SkinKind::Linear), (900, SkinKind::Smooth)];
+    let mut shared = Display::new();
+    for (index, (vertices, skin)) in bodies.into_iter().enumerate() {
+        let mut body = Body::builder(ball(1.0)).lattice_vertices(vertices).skin(skin).build().unwrap();
+        deform(&mut body, 0.4 + 0.3 * index as f64);
+        let expected = Display::new().evaluate(&body).surface();
+        assert!(shared.evaluate(&body).surface() == expected, "body {index}");
+    }
+}

@@ -5,7 +5,7 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::field::{
-    Field, HeightSlopes, PlaneField, ShapeField, any_skin_may_touch, may_touch, smooth_may_touch,
+    Field, HeightSlopes, PlaneField, ShapeField, may_touch, may_touch_for_any_slopes, smooth_may_touch,
 };
 use super::interpolant::monomials;
 use super::patch::{Patch, Touching};
@@ -89,7 +89,7 @@ impl Detection {
     pub(super) fn may_touch(&mut self, shape: &PosedShape, samples: &SampleCells, skin: f64) -> bool {
         let Self { positions, smooth, has_slopes, .. } = self;
         let Some(stencils) = samples.stencils() else { return may_touch(shape, positions.iter(), skin) };
-        if !any_skin_may_touch(shape, positions.iter(), skin) {
+        if !may_touch_for_any_slopes(shape, positions.iter(), skin) {
             return false;
         }
         if !*has_slopes {

@@ -11,9 +11,13 @@ use super::vec4::{Vec4, wide};
 use crate::lattice::polynomial;
 
 /// Greatest sum of the magnitudes of the weights of the slopes along an axis in a smooth position: the maximum of
-/// `t (1 - t)² + t² (1 - t)`. A smooth position is in the convex hull of the corners, enlarged by this multiple of the greatest
-/// slope along each axis.
-const REACH: f64 = 0.25;
+/// `t (1 - t)² + t² (1 - t)`. A smooth position is in the convex hull of the corners, enlarged by this multiple of the
+/// greatest slope along each axis.
+const SLOPE_BOUND: f64 = 0.25;
+
+/// Greatest displacement of a smooth position, relative to the greatest displacement of a lattice vertex: a slope along each
+/// axis changes by at most twice the displacement of a vertex.
+pub(crate) const SMOOTH_DISPLACEMENT: f64 = 1.0 + 6.0 * SLOPE_BOUND;
 
 /// Signed distance of a body's samples from a shape, in cells.
 ///
@@ -92,7 +96,7 @@ impl Field for PlaneField<'_> {
                 greatest[axis] = greatest[axis].max(slopes[row as usize][axis].abs());
             }
         }
-        lowest - REACH * (greatest[0] + greatest[1] + greatest[2]) <= skin
+        lowest - SLOPE_BOUND * (greatest[0] + greatest[1] + greatest[2]) <= skin
     }
 
     #[inline(always)]
@@ -259,7 +263,7 @@ pub(crate) fn smooth_may_touch<'a>(
         }
     });
     let (center, half) = aabb(positions.map(|(position, _)| position));
-    let reach = wide(&(greatest[0] + greatest[1] + greatest[2])) * REACH;
+    let reach = wide(&(greatest[0] + greatest[1] + greatest[2])) * SLOPE_BOUND;
     shape.lower_bound(&center, &(half + reach)) <= skin
 }
 
@@ -267,13 +271,13 @@ pub(crate) fn smooth_may_touch<'a>(
 /// whatever the slopes are.
 ///
 /// A slope is a difference of two positions, so its components are at most the extents of the AABB, twice its half extents.
-pub(crate) fn any_skin_may_touch<'a>(
+pub(crate) fn may_touch_for_any_slopes<'a>(
     shape: &PosedShape,
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,
 ) -> bool {
     let (center, half) = aabb(positions);
-    shape.lower_bound(&center, &(half * (1.0 + 6.0 * REACH))) <= skin
+    shape.lower_bound(&center, &(half * (1.0 + 6.0 * SLOPE_BOUND))) <= skin
 }
 
 /// Returns the center and half extents of the AABB of `positions`, enlarged by the rounding error.

@@ -63,7 +63,7 @@ pub use self::colliders::Colliders;
 pub(crate) use self::colliders::DrivenCollider;
 #[cfg(feature = "internals")]
 pub use self::detection::ContactReport;
-pub(crate) use self::field::{Field, ShapeField};
+pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
 pub(crate) use self::interpolant::monomials;
 pub(crate) use self::rows::RowSet;
 pub(crate) use self::samples::SampleBlock;

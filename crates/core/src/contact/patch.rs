@@ -7,7 +7,8 @@
 //! of the skin (skin thickness minus signed distance). The contact point of a patch is the mean of the
 //! positions of its samples, weighted by `s_i`. The position of a sample is a sum over the corners k of its
 //! cell: the position of the corner times the trilinear coefficient `t_ik`. The contact point is therefore a
-//! weighted mean of lattice vertices, in which vertex k has the weight `sum_i s_i t_ik / sum_i s_i`.
+//! weighted mean of lattice vertices, in which vertex k has the weight `sum_i s_i t_ik / sum_i s_i`. With a smooth skin, these
+//! weights spread the impulses, and only the distances are those of the smooth positions.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
 

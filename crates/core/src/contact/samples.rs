@@ -35,7 +35,7 @@ pub struct SampleCells {
     /// Inverse mass of each of `vertices`, in units of 1 / (mass of a full cell).
     pub(super) mobilities: Vec<f32>,
     /// The stencil of each row, in rows, if the skin is smooth. `vertices` then includes the neighbors of the corners,
-    /// whose stencils are never used.
+    /// whose own stencils have no neighbors.
     stencils: Option<Vec<Stencil>>,
 }
 

@@ -311,9 +311,9 @@ impl Contacts {
 }
 
 impl SampleCells {
-    /// Returns the mean distance of the smooth surface from the trilinear surface at a patch, along the normal of the
-    /// shape: contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin
-    /// is linear. `position`: contact point of the patch.
+    /// Returns the mean distance of the touching samples of a patch from the shape, minus the distance of the contact point:
+    /// contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin is linear,
+    /// which uses the distance of the contact point. `position`: contact point of the patch.
     fn offset(&self, patch: &Patch, shape: &PosedShape, position: &Point3<f64>) -> f64 {
         match self.stencils() {
             None => 0.0,

@@ -10,13 +10,13 @@ use super::trilinear;
 use crate::mesh::Csr;
 use crate::simd::xyzx::{Xyzx, xyzx};
 
-/// Points embedded in the cells of a lattice: each is a weighted mean of the eight corners of its cell.
+/// Points embedded in the cells of a lattice, whose positions follow from the positions of the lattice vertices.
 ///
 /// A point belongs to an occupied cell that contains it, boundary included. A point outside all occupied
 /// cells, such as a mesh vertex that no face uses, belongs to the nearest cell and follows its motion by
 /// extrapolation.
 ///
-/// By default the position of a point is trilinear in its cell. After [`Embedding::smoothed`] it is smooth across the
+/// By default the position of a point is trilinear in its cell: a weighted mean of the eight corners. After [`Embedding::smoothed`] it is smooth across the
 /// faces of the cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Embedding {

@@ -1,8 +1,12 @@
 //! Slopes of a deformed lattice: its derivatives at the vertices, by differences along the links.
 //!
-//! The smooth skin ([`smooth`](super::smooth)) follows the slopes where they describe the lattice well. The *trust* in the
-//! slopes of a vertex, in `[0, 1]`, is less than 1 where the lattice is bent or crushed so much that the links of a vertex
-//! differ from its slopes by half of them or more.
+//! The smooth skin ([`smooth`](super::smooth)) is limited, as the slopes of finite-volume schemes are: where the links of a
+//! vertex differ from its slopes by half of them or more, it changes to the trilinear skin. The *trust* in the slopes of a
+//! vertex, in `[0, 1]`, is the factor of the smooth skin.
+//!
+//! Only vertices with a stencil have a bend, and only their bends count for the trust of their neighbors. They are the
+//! corners of the cells that contain mesh vertices, or for contact, samples. So where the mesh is coarser than the cells, the
+//! trust for contact may be less than the trust for the display.
 
 use std::ops::{Mul, Sub};
 use std::sync::Arc;
@@ -18,7 +22,7 @@ use crate::simd::xyzx::Xyzx;
 /// Bend up to which the slopes are trusted fully. See [`Stencil::bend`].
 ///
 /// With these two limits, random and layered lattices have no folds beside those of the trilinear interpolation; with 0.6
-/// and 1.2 they have some.
+/// and 1.2 some have more folds.
 const TRUSTED: f32 = 0.5;
 
 /// Bend from which the slopes are not used.
@@ -71,8 +75,9 @@ impl Stencil {
     /// slopes.
     ///
     /// The difference is taken back to the rest shape by the inverse of the slopes, so that an affine motion of the whole
-    /// lattice does not change the bend. It is infinite if the slopes are inverted or flat. Within a cell, the derivatives
-    /// of the smooth skin differ from the slopes by about the bend. While it is less than 1, the skin does not fold.
+    /// lattice does not change the bend. It is infinite if the slopes are inverted or flat. Along one axis, the
+    /// derivative of the smooth skin at the middle of a cell is at least 1 minus 3/2 of the bend, so that it does not fold up
+    /// to a bend of 2/3.
     #[inline(always)]
     pub(crate) fn bend(&self, position: impl Fn(u32) -> Vector3<f32>) -> f32 {
         let [x, y, z] = self.slopes(&position);
@@ -84,18 +89,19 @@ impl Stencil {
             if self.factors[axis] == 0.5 {
                 let [low, high] = [0, 1].map(|side| position(self.neighbors[2 * axis + side]));
                 let difference = (high - center) - (center - low);
-                let [a, b, c] = faces.map(|face| face.dot(&difference));
-                greatest = greatest.max(a * a + b * b + c * c);
+                let relative = faces.map(|face| 0.5 * face.dot(&difference) / volume);
+                let bend = Vector3::from(relative).norm();
+                greatest = if bend <= greatest { greatest } else { bend };
             }
         }
-        // Also false for NaN.
-        if volume > 0.0 { 0.5 * greatest.sqrt() / volume } else { f32::INFINITY }
+        // The comparisons are false for NaN.
+        if volume > 0.0 && greatest.is_finite() { greatest } else { f32::INFINITY }
     }
 
     /// Returns the trust in the slopes, in `[0, 1]`, from the bends of the vertices.
     ///
-    /// The greatest bend of the vertex and its neighbors counts: the slope at one end of a link says nothing about the
-    /// bend at the other end.
+    /// The greatest bend of the vertex and its neighbors counts: a slope does not depend on the bend at the
+    /// other end of a link.
     #[inline(always)]
     pub(crate) fn trust(&self, bend: impl Fn(u32) -> f32) -> f32 {
         let mut greatest = bend(self.vertex);

@@ -14,8 +14,8 @@ use crate::lattice::{
 use crate::simd::level;
 use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes, xyzx};
 
-/// Largest product of the distances of a point from its cell along two axes, in squared cells, for which the
-/// polynomial of the cell is used. The polynomial and the linear continuation of the cell then differ by less
+/// Largest product of the distances of a point from its cell along two axes (for a smooth skin, largest square of a
+/// distance), in squared cells, for which the polynomial of the cell is used. The polynomial and the linear continuation of the cell then differ by less
 /// than the rounding error of `f32`.
 const MAX_OUTSIDE: f32 = 1e-8;
 
@@ -57,6 +57,7 @@ struct CellRun {
 pub(super) struct EmbeddedPointsBuilder {
     /// Cell of each point (index in `corners`), and local coordinates of the point in the cell.
     points: Vec<(u32, [f32; 3])>,
+    is_smooth: bool,
     embedded: EmbeddedPoints,
 }
 
@@ -70,7 +71,8 @@ impl EmbeddedPointsBuilder {
             group.points.iter().for_each(|&point| cell_of[point as usize] = cell);
         }
         let entry = |&point: &u32| (cell_of[point as usize], embedding.local(point as usize));
-        Self { points: points.iter().map(entry).collect(), embedded }
+        let is_smooth = embedding.smoothing().is_some();
+        Self { points: points.iter().map(entry).collect(), is_smooth, embedded }
     }
 
     /// Returns the points of all chunks that were added.
@@ -102,12 +104,13 @@ impl TileLayout for EmbeddedPointsBuilder {
     fn add(&mut self, points: &[u32]) {
         let order = self.by_cell(points);
         let point = |&k: &usize| self.points[points[k] as usize];
+        let is_smooth = self.is_smooth;
         let EmbeddedPoints { ends, runs, coords, outliers, .. } = &mut self.embedded;
         let begin = coords.len();
         for run in order.chunk_by(|a, b| point(a).0 == point(b).0) {
             let cell = point(&run[0]).0;
             let first = 2 * (coords.len() - begin) as u32;
-            let outside = (first..).zip(run).filter(|(_, k)| is_outside(point(k).1));
+            let outside = (first..).zip(run).filter(|(_, k)| is_outside(point(k).1, is_smooth));
             outliers.extend(outside.map(|(row, _)| (row, cell)));
             coords.extend(run.chunks(2).map(|pair| {
                 let ([a, b, c], [d, e, f]) = (point(&pair[0]).1, point(&pair[pair.len() - 1]).1);
@@ -162,11 +165,15 @@ impl EmbeddedPoints {
     }
 }
 
-/// Returns whether the polynomial and the linear continuation of a cell differ at local coordinates.
-fn is_outside(local: [f32; 3]) -> bool {
+/// Returns whether the polynomial and the linear continuation of a cell differ at local coordinates. The trilinear
+/// polynomial is linear along each axis, and the smooth one is not.
+fn is_outside(local: [f32; 3], is_smooth: bool) -> bool {
     let [u, v, w] = local.map(|x| (x - x.clamp(0.0, 1.0)).abs());
     // Coordinates that are not finite count as outside.
-    let use_polynomial = u * v <= MAX_OUTSIDE && v * w <= MAX_OUTSIDE && w * u <= MAX_OUTSIDE;
+    let use_polynomial = match is_smooth {
+        false => u * v <= MAX_OUTSIDE && v * w <= MAX_OUTSIDE && w * u <= MAX_OUTSIDE,
+        true => u * u <= MAX_OUTSIDE && v * v <= MAX_OUTSIDE && w * w <= MAX_OUTSIDE,
+    };
     !use_polynomial
 }
 

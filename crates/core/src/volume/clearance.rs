@@ -120,7 +120,8 @@ impl LimitSearch {
     /// the tangent plane of the collider with this normal (or the plane through the uncorrected sample, if
     /// the sample is inside). The limits reduce the displacement of each corner against `n` by the distance
     /// of the corrected sample behind `P`, so that the sample does not pass `P`. A convex collider lies
-    /// entirely behind its tangent planes, so a sample that was outside does not enter the collider.
+    /// entirely behind its tangent planes, so a sample that was outside does not enter the collider. A sample of a smooth
+    /// skin also depends on vertices around its cell, so that further rounds may be needed.
     pub(super) fn add_limits_for_entered_cells(
         &mut self,
         samples: &SampleCells,

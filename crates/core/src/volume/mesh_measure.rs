@@ -125,7 +125,8 @@ impl MeshMeasure {
     pub(super) fn bytes(&self) -> usize {
         let positions = match &self.positions {
             Positions::Trilinear(weights) => size_of_val(&**weights),
-            Positions::Smooth(local, smoothing) => size_of_val(&**local) + smoothing.bytes(),
+            // The embedding counts the stencils, which are shared.
+            Positions::Smooth(local, _) => size_of_val(&**local),
         };
         size_of_val(&*self.patches) + positions + size_of_val(&*self.runs) + size_of_val(&*self.quads)
     }
@@ -251,6 +252,7 @@ fn interpolate_smooth<S: Simd>(
         for k in 0..8 {
             trust_terms[k] = splat(trust[k]);
         }
+        // Points of the surface are up to 0.002 cells outside their cell, where the polynomial is accurate enough.
         for (point, local) in points.by_ref().take(run.points) {
             let along = |axis: usize| {
                 let SmoothCoordinate { s, e, k } = SmoothCoordinate::new(local[axis]);

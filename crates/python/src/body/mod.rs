@@ -70,7 +70,8 @@ use crate::pickle::{self, decode, encode};
 ///     the scale, >= 0, as a fraction of the thickness of the body).
 /// skin : str, default "linear"
 ///     How the mesh follows the lattice: "linear" (trilinear in each cell), or "smooth" (first derivatives are
-///     continuous across the faces of the cells, so that strong deformations show no creases).
+///     continuous across the faces of the cells, which reduces creases; trilinear where the lattice is bent or
+///     crushed very strongly).
 /// velocity : (3,) float, default 0
 ///     Initial velocity in length/s.
 /// spin : (3,) float, default 0

@@ -19,7 +19,7 @@ use super::regional::{Regional, RegionalScratch};
 use super::sums::Scratch;
 use super::surface::Surface;
 use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
-use crate::contact::SampleCells;
+use crate::contact::{SMOOTH_DISPLACEMENT, SampleCells};
 use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
 
@@ -34,7 +34,7 @@ const LIMITED_PASSES: usize = 8;
 /// Maximum number of rounds of [`Correction::limit_at_colliders`]. Each round finds limits and solves again.
 ///
 /// A further round is needed if vertices move farther than the search distance, or if the corrected surface
-/// still enters a collider other than a plane. One or two rounds are common.
+/// still enters a collider other than a plane, or with a smooth skin any collider. One or two rounds are common.
 const ROUNDS: usize = 16;
 
 /// Search distance for limits, as a multiple of the greatest displacement. The margin avoids a second search
@@ -312,7 +312,8 @@ impl Correction {
         let mut search_distance = 0.0;
         let needs_entered_cells = obstacles.need_entered_cells(samples);
         for _ in 0..ROUNDS {
-            let greatest = self.greatest_displacement(workspace);
+            let factor = if samples.stencils().is_some() { SMOOTH_DISPLACEMENT } else { 1.0 };
+            let greatest = factor * self.greatest_displacement(workspace);
             let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
                 search.find(samples, deformed, obstacles, search_distance);
