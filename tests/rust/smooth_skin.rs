@@ -6,7 +6,7 @@ use supple::{
     Body, Collider, Display, Lattice, Mesh, Preservation, Preset, Simulation, SkinKind, VolumeScope,
 };
 
-use crate::shapes::{ball, block, lattice, posed};
+use crate::shapes::{ball, block, enclosed_volume, lattice, posed};
 
 /// Distance of two points on the two sides of a face of a cell, in cells.
 const STEP: f64 = 1.0 / 256.0;
@@ -148,14 +148,22 @@ fn a_crushed_lattice_folds_the_smooth_skin_no_more_than_the_linear_skin() {
     }
 }
 
-/// Returns the volume of a surface.
+/// Returns the volume that a mesh encloses with its vertices at `points`.
 fn volume(mesh: &Mesh, points: &[Point3<f64>]) -> f64 {
-    let center = points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / points.len() as f64;
-    let terms = mesh.triangles().iter().map(|triangle| {
-        let [a, b, c] = triangle.map(|corner| points[corner as usize].coords - center);
-        a.dot(&b.cross(&c))
-    });
-    terms.sum::<f64>() / 6.0
+    enclosed_volume(mesh, &points.iter().map(|point| point.coords).collect::<Vec<_>>())
+}
+
+/// Asserts that each vertex of the displayed surface is within `tolerance` of its position in the embedding.
+fn assert_displays_embedding(body: &Body, tolerance: f64) {
+    let mesh = body.mesh().unwrap();
+    let embedding = Embedding::new(body.lattice(), mesh.vertices()).smoothed(body.lattice());
+    let positions: Vec<_> = body.positions().iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
+    let mut expected = vec![[0.0; 3]; embedding.len()];
+    embedding.interpolate(&positions, &mut expected);
+    for (found, expected) in body.alone().surface().positions.iter().zip(expected) {
+        let expected = Point3::from(expected.map(f64::from));
+        assert!((found - expected).norm() < tolerance, "{found} {expected}");
+    }
 }
 
 fn smooth_ball(skin: SkinKind) -> supple::BodyBuilder {
@@ -191,15 +199,7 @@ fn the_displayed_mesh_is_that_of_the_embedding_and_keeps_its_volume() {
 
         let mut body = smooth_ball(SkinKind::Smooth).volume(supple::VolumeOptions::off()).build().unwrap();
         deform(&mut body, amount);
-        let mesh = body.mesh().unwrap();
-        let embedding = Embedding::new(body.lattice(), mesh.vertices()).smoothed(body.lattice());
-        let positions: Vec<_> = body.positions().iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
-        let mut expected = vec![[0.0; 3]; embedding.len()];
-        embedding.interpolate(&positions, &mut expected);
-        for (found, expected) in body.alone().surface().positions.iter().zip(expected) {
-            let expected = Point3::from(expected.map(f64::from));
-            assert!((found - expected).norm() < 1e-5, "{found} {expected}");
-        }
+        assert_displays_embedding(&body, 1e-5);
     }
 }
 
@@ -255,15 +255,9 @@ fn vertices_that_no_face_uses_follow_their_cell_linearly() {
     let body = Body::builder(mesh).lattice_vertices(600).skin(SkinKind::Smooth);
     let mut body = body.volume(supple::VolumeOptions::off()).build().unwrap();
     deform(&mut body, 0.5);
-    let mesh = body.mesh().unwrap();
-    let embedding = Embedding::new(body.lattice(), mesh.vertices()).smoothed(body.lattice());
-    let positions: Vec<_> = body.positions().iter().map(|p| p.coords.map(|x| x as f32).into()).collect();
-    let mut expected = vec![[0.0; 3]; embedding.len()];
-    embedding.interpolate(&positions, &mut expected);
-    for (found, expected) in body.alone().surface().positions.iter().zip(expected) {
-        let expected = Point3::from(expected.map(f64::from));
-        assert!((found - expected).norm() < 2e-5, "{found} {expected}");
-        assert!(found.coords.norm() < 10.0, "{found}");
+    assert_displays_embedding(&body, 2e-5);
+    for vertex in body.alone().surface().positions {
+        assert!(vertex.coords.norm() < 10.0, "{vertex}");
     }
 }
 

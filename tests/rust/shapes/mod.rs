@@ -73,12 +73,17 @@ pub(crate) fn surface_volume(
     let mut points = vec![[0.0_f32; 3]; mesh.vertices().len()];
     embedding.interpolate(positions, &mut points);
     let points: Vec<Vector3<f64>> = points.iter().map(|p| Vector3::from(p.map(f64::from))).collect();
+    enclosed_volume(mesh, &points) * lattice.cell_size().powi(3)
+}
+
+/// Returns the volume that the triangles of a mesh enclose with its vertices at `points`.
+pub(crate) fn enclosed_volume(mesh: &Mesh, points: &[Vector3<f64>]) -> f64 {
     let center = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
     let six_times_volume = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| points[i as usize] - center);
         a.dot(&b.cross(&c))
     };
-    mesh.triangles().iter().map(six_times_volume).sum::<f64>() / 6.0 * lattice.cell_size().powi(3)
+    mesh.triangles().iter().map(six_times_volume).sum::<f64>() / 6.0
 }
 
 /// Returns the corrected positions of an unrotated body.

@@ -16,8 +16,8 @@ use crate::simd::xyzx::{Xyzx, xyzx};
 /// cells, such as a mesh vertex that no face uses, belongs to the nearest cell and follows its motion by
 /// extrapolation.
 ///
-/// By default the position of a point is trilinear in its cell: a weighted mean of the eight corners. After [`Embedding::smoothed`] it is smooth across the
-/// faces of the cells.
+/// By default the position of a point is trilinear in its cell: a weighted mean of the eight corners. After
+/// [`Embedding::smoothed`] it is smooth across the faces of the cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Embedding {
     /// Local coordinates of each point: relative to corner 0 of its cell, in cells.

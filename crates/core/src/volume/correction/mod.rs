@@ -311,8 +311,8 @@ impl Correction {
         let mut search = std::mem::take(&mut workspace.limit_search);
         let mut search_distance = 0.0;
         let needs_entered_cells = obstacles.need_entered_cells(samples);
+        let factor = if samples.stencils().is_some() { SMOOTH_DISPLACEMENT } else { 1.0 };
         for _ in 0..ROUNDS {
-            let factor = if samples.stencils().is_some() { SMOOTH_DISPLACEMENT } else { 1.0 };
             let greatest = factor * self.greatest_displacement(workspace);
             let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
