@@ -9,7 +9,8 @@
 
 A row may also be an OBJ file: `before=old.obj after=new.obj` compares two models. With one frame, the runs are columns.
 Several bodies of a frame are drawn together. Every triangle has one color, by the angle between its normal and the
-light, so that creases are visible; `--smooth` blends the colors. Needs the extra `plot`, and for PLY files `trimesh`.
+light, so that creases are visible; `--smooth` blends the colors, and `--colored` gives the bodies different ones. Needs
+the extra `plot`, and for PLY files `trimesh`.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 SKIN, GROUND, SHADOW = (np.array(colors.to_rgb(name)) for name in ("#e0b090", "#e6e9ed", "#c3c9d0"))
+COLORS = np.array([colors.to_rgb(name) for name in ("#e0b090", "#8fb4d9", "#d9908f", "#a3c78d", "#e3c878", "#b9a3d3")])
+"""Colors of bodies, repeated."""
 CELL = (480, 500)
 """Width and height of one picture in pixels."""
 SAMPLES = 2
@@ -41,10 +44,11 @@ VIEW = (0.42, 0.26, 1.0)
 
 @dataclass(frozen=True)
 class Surface:
-    """Points (n, 3) and triangles (m, 3) of a surface."""
+    """Points (n, 3) and triangles (m, 3) of a surface; index of the body of each triangle (m,)."""
 
     points: np.ndarray
     triangles: np.ndarray
+    bodies: np.ndarray | None = None
 
     @property
     def volume(self) -> float:
@@ -60,13 +64,14 @@ def load(source: Path, frame: int) -> Surface:
         paths = sorted(path for path in names if path.suffix in (".ply", ".obj"))
     if not paths:
         raise SystemExit(f"{source} contains no frame {frame} (NAME_{frame:04d}.obj or .ply)")
-    points, triangles, count = [], [], 0
-    for path in paths:
+    points, triangles, bodies, count = [], [], [], 0
+    for body, path in enumerate(paths):
         vertices, faces = read(path)
         points.append(vertices)
         triangles.append(faces + count)
+        bodies.append(np.full(len(faces), body))
         count += len(vertices)
-    return Surface(np.concatenate(points), np.concatenate(triangles))
+    return Surface(np.concatenate(points), np.concatenate(triangles), np.concatenate(bodies))
 
 
 def read(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -110,8 +115,12 @@ def shades(surface: Surface, axes: np.ndarray, smooth: bool) -> np.ndarray:
 
 
 def fill(picture: np.ndarray, depth: np.ndarray, corners: np.ndarray, color: np.ndarray, shade: np.ndarray) -> None:
-    """Draw triangles. `corners` (m, 3, 3) are pixels and depths, the largest depth in front; `shade` is (m, 3)."""
+    """Draw triangles. `corners` (m, 3, 3) are pixels and depths, the largest depth in front; `shade` is (m, 3).
+
+    `color` is (3,), or (m, 3) for a color of each triangle.
+    """
     height, width, _ = picture.shape
+    color = np.broadcast_to(color, (len(corners), 3))
     low = np.clip(np.ceil(corners[:, :, :2].min(axis=1)), 0, [width, height]).astype(int)
     high = np.clip(np.floor(corners[:, :, :2].max(axis=1)) + 1, 0, [width, height]).astype(int)
     edges = corners[:, 1:, :2] - corners[:, :1, :2]
@@ -125,7 +134,7 @@ def fill(picture: np.ndarray, depth: np.ndarray, corners: np.ndarray, color: np.
         z = weights @ corners[i, :, 2]
         drawn = (weights.min(axis=-1) >= 0) & (z > depth[y0:y1, x0:x1])
         depth[y0:y1, x0:x1][drawn] = z[drawn]
-        picture[y0:y1, x0:x1][drawn] = (weights[drawn] @ shade[i])[:, None] * color
+        picture[y0:y1, x0:x1][drawn] = (weights[drawn] @ shade[i])[:, None] * color[i]
 
 
 def draw(
@@ -136,10 +145,12 @@ def draw(
     ground: float | None = None,
     view: tuple[float, ...] = VIEW,
     smooth: bool = False,
+    colored: bool = False,
 ) -> np.ndarray:
     """Render a surface to a picture of shape (height, width, 3) with values from 0 to 1.
 
     `low` and `high` are the corners of the box that the picture shows. `ground` is the height of a disc with a shadow.
+    If `colored`, bodies have different colors.
     """
     toward = np.array(view) / np.linalg.norm(view)
     # In a view from above or below, z is vertical in the picture.
@@ -171,7 +182,9 @@ def draw(
         flat = surface.points * [1, 0, 1] + [0, ground, 0]
         # The shadow is in front of the disc by a pixel, so that rounding does not hide it.
         fill(picture, depth, project(flat)[surface.triangles] + [0, 0, 1], SHADOW, np.ones((len(surface.triangles), 3)))
-    fill(picture, depth, project(surface.points)[surface.triangles], SKIN, shades(surface, axes, smooth))
+    bodies = surface.bodies if colored else None
+    color = SKIN if bodies is None else COLORS[bodies % len(COLORS)]
+    fill(picture, depth, project(surface.points)[surface.triangles], color, shades(surface, axes, smooth))
     averaged: np.ndarray = picture.reshape(CELL[1], SAMPLES, CELL[0], SAMPLES, 3).mean(axis=(1, 3))
     return averaged
 
@@ -193,6 +206,7 @@ def main() -> None:
     parser.add_argument("--ground", type=float, metavar="Y", help="draw a ground at this height")
     parser.add_argument("--view", type=float, nargs=3, default=VIEW, metavar=("X", "Y", "Z"), help="way to the camera")
     parser.add_argument("--smooth", action="store_true", help="blend the colors of triangles")
+    parser.add_argument("--colored", action="store_true", help="give the bodies of a frame different colors")
     args = parser.parse_args()
     titles = args.titles or [f"frame {frame}" for frame in args.frames]
     if len(titles) != len(args.frames):
@@ -208,7 +222,9 @@ def main() -> None:
     figure, grid = plt.subplots(*shape, figsize=size, squeeze=False, layout="constrained")
     for (label, _), row, cells in zip(rows, surfaces, grid.reshape(len(rows), -1), strict=True):
         for column, (surface, cell) in enumerate(zip(row, cells, strict=True)):
-            picture = draw(surface, low, high, ground=args.ground, view=args.view, smooth=args.smooth)
+            picture = draw(
+                surface, low, high, ground=args.ground, view=args.view, smooth=args.smooth, colored=args.colored
+            )
             cell.imshow(picture, interpolation="antialiased")
             cell.set(xticks=[], yticks=[])
             cell.spines[:].set_visible(False)

@@ -23,13 +23,15 @@ Contents:
                                             material, youngs_modulus, damping_ratio; mass, momenta, energies
     Simulation                              advance(frames), step(n); substeps, time, gravity, colliders, sleep can be
                                             set between steps
-    Plane, Sphere, Box, Capsule             colliders; sim.colliders[i].move_to moves one
+                                            contacts lists the contacts of the last step; sim["name"] is a body
+    Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view
     rotations, reference.goals              rotations of matrices; goal positions by naive sums
     SuppleError                             base class of MeshError, LatticeError, SceneError (also ValueErrors) and
                                             OutputError (also an OSError)
+    ContactWarning                          bodies overlap at the start
     MaterialWarning                         a body is softer than its material, because the steps are too long
 
 Lengths are in the units of the mesh, times in seconds, masses in kilograms, angles in degrees (spin: rad/s). No axis is
@@ -46,8 +48,8 @@ of threads. Bodies and simulations can be pickled and deep-copied; a copy contin
 
 from . import edits, errors, plots, reference, reports, viewer
 from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
-from .colliders import Box, Capsule, Collider, Plane, Sphere
-from .errors import LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
+from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
+from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
@@ -61,11 +63,13 @@ __all__ = [
     "Capsule",
     "Collider",
     "ComponentReport",
+    "ContactWarning",
     "Hold",
     "Lattice",
     "LatticeError",
     "MaterialWarning",
     "Mesh",
+    "MeshCollider",
     "MeshError",
     "OutputError",
     "Plane",

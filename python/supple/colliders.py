@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 
-__all__ = ["Box", "Capsule", "Collider", "Key", "Plane", "Sphere"]
+__all__ = ["Box", "Capsule", "Collider", "Key", "MeshCollider", "Plane", "Sphere"]
 
 #: A keyframe: `(time, translate, rotate)`, or a dict with these keys. In seconds, (3,) length and (3,) degrees.
 Key: TypeAlias = Sequence[Any] | Mapping[str, Any]
@@ -23,7 +23,7 @@ _Self = TypeVar("_Self", bound="Collider")
 
 
 class Collider:
-    """Base class of Plane, Sphere, Box and Capsule.
+    """Base class of Plane, Sphere, Box, Capsule and MeshCollider.
 
     friction : float, default 0.5
         Coulomb coefficient, >= 0. At 0 bodies slide without friction.
@@ -38,9 +38,10 @@ class Collider:
 
     Raises ValueError for an invalid number.
 
-    The items of `Simulation.colliders` are the colliders of the simulation: move_to moves them, and translation,
-    rotation, velocity and spin are their current motion. On any other collider, and after `Simulation.colliders` was
-    set, these raise RuntimeError. A pickle or a copy of a collider has only the fields that were given.
+    The items of `Simulation.colliders` are the colliders of the simulation: move_to moves them, translation, rotation,
+    velocity and spin are their current motion, and force is that of the bodies on them. On any other collider, and
+    after `Simulation.colliders` was set, these raise RuntimeError. A pickle or a copy of a collider has only the fields
+    that were given.
     """
 
     shape: ClassVar[str]
@@ -92,6 +93,14 @@ class Collider:
     def velocity(self) -> NDArray[np.float64]:
         """Velocity of the center in the next step, in length/s, zero at rest: (3,) float64, read-only."""
         return self._in_simulation().velocity
+
+    @property
+    def force(self) -> NDArray[np.float64]:
+        """Force of the bodies on the collider in the last step, in mass x length/s^2: (3,) float64, read-only.
+
+        The opposite of the sum of the forces in Simulation.contacts().
+        """
+        return self._in_simulation().force
 
     @property
     def spin(self) -> NDArray[np.float64]:
@@ -185,3 +194,42 @@ class Capsule(Collider):
     friction: float = 0.5
     restitution: float = 0.0
     keys: Sequence[Key] = ()
+
+
+@dataclass(frozen=True)
+class MeshCollider(Collider):
+    """A mesh: a solid if it is closed, a thin shell if it is open. For friction, restitution and keys see Collider.
+
+    mesh : Mesh
+        Bodies may lie on either side of an open mesh, and do not pass it. Several colliders can share a mesh.
+    scale : float, > 0, default 1
+        Factor of the lengths of the mesh, applied first, about its origin.
+    rotate : (3,) float, default 0
+        Degrees about the fixed axes x, then y, then z through the origin.
+    translate : (3,) float, default 0
+        Displacement, applied last. Keyframes and move_to turn the mesh about the center of its bounding box.
+
+    frames : (f, n, 3) float, default None
+        Positions of the n vertices of the mesh at f times, in its coordinates. Between two frames the vertices move
+        linearly, before the first and after the last frame they are at rest. Bodies in contact feel the velocity of the
+        surface at the point of contact. Without frames the mesh is rigid.
+    fps : float, > 0, default 30
+        Frames per second.
+    start : float, default 0
+        Time of the first frame in seconds.
+
+    Raises TypeError for another type than Mesh, and ValueError for a mesh whose triangles have no area, or for frames
+    of another shape.
+    """
+
+    shape: ClassVar[str] = "mesh"
+    mesh: _core.Mesh
+    scale: float = 1.0
+    rotate: ArrayLike = _NO_ROTATION
+    translate: ArrayLike = _NO_ROTATION
+    friction: float = 0.5
+    restitution: float = 0.0
+    keys: Sequence[Key] = ()
+    frames: ArrayLike | None = field(default=None, compare=False, repr=False)
+    fps: float = 30.0
+    start: float = 0.0

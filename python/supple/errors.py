@@ -1,6 +1,14 @@
 """Defines the exceptions and warnings of supple. Other invalid values raise `ValueError`, wrong types `TypeError`."""
 
-__all__ = ["LatticeError", "MaterialWarning", "MeshError", "OutputError", "SceneError", "SuppleError"]
+__all__ = [
+    "ContactWarning",
+    "LatticeError",
+    "MaterialWarning",
+    "MeshError",
+    "OutputError",
+    "SceneError",
+    "SuppleError",
+]
 
 
 class SuppleError(Exception):
@@ -21,6 +29,13 @@ class SceneError(SuppleError, ValueError):
 
 class OutputError(SuppleError, OSError):
     """Frames that cannot be written: no space, no permission, or another run in the same directory."""
+
+
+class ContactWarning(UserWarning):
+    """Two bodies overlap at the start by more than a tenth of a cell, and the first steps push them apart.
+
+    The message names the bodies, the depth, and the argument `ignore`, with which they pass through each other.
+    """
 
 
 class MaterialWarning(UserWarning):

@@ -29,12 +29,12 @@ def _simulation(**settings):
         (
             {"colliders": None},
             TypeError,
-            "colliders must be a list of Plane, Sphere, Box or Capsule, or one of them, not None",
+            "colliders must be a list of Plane, Sphere, Box, Capsule or MeshCollider, or one of them, not None",
         ),
         (
             {"colliders": [supple.Collider()]},
             TypeError,
-            r"colliders\[0\] must be a Plane, Sphere, Box or Capsule, not Collider",
+            r"colliders\[0\] must be a Plane, Sphere, Box, Capsule or MeshCollider, not Collider",
         ),
         ({"threads": np.array([1])}, TypeError, "threads must be a whole number, not ndarray"),
         ({"threads": 1.5}, TypeError, "threads must be a whole number, not float"),

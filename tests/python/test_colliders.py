@@ -9,12 +9,15 @@ import pytest
 
 import supple
 
+SHEET = supple.Mesh([(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], [(0, 1, 2, 3)])
+
 COLLIDERS = [
     supple.Plane((0, 0, 0), (0, 1, 0)),
     supple.Sphere((0, -5, 0), 5),
     supple.Box((0, -1, 0), (5, 1, 5)),
     supple.Box((0, -1, 0), half_extents=(5, 5, 1), rotate=(90, 0, 0)),
     supple.Capsule((-5, -1, 0), (5, -1, 0), 1, friction=0.9),
+    supple.MeshCollider(SHEET, scale=5, friction=0.9),
 ]
 
 
@@ -245,3 +248,70 @@ def test_invalid_targets_are_errors(arguments, error, message):
     assert sim.colliders[0].velocity.tolist() == [0, 0, 0]
     with pytest.raises(IndexError):
         sim.colliders[1].move_to((0, 0, 0))
+
+
+def test_mesh_colliders_take_a_mesh_and_check_it(cube):
+    bowl = supple.MeshCollider(cube, scale=2.0, rotate=(0, 90, 0), translate=[0, 1, 0], keys=[(0,), (1, (0, 1, 0))])
+    assert bowl.mesh is cube
+    assert (bowl.scale, bowl.rotate, bowl.translate) == (2.0, (0.0, 90.0, 0.0), (0.0, 1.0, 0.0))
+    assert repr(bowl).startswith("MeshCollider(mesh=<supple.Mesh: ")
+    restored = pickle.loads(pickle.dumps(bowl))
+    assert np.array_equal(restored.mesh.vertices, cube.vertices)
+    assert (restored.scale, restored.keys) == (bowl.scale, bowl.keys)
+    assert copy.copy(bowl) == bowl
+    for arguments, error, words in [
+        ({"mesh": cube, "scale": 0}, ValueError, "scale is 0; it must be greater than 0"),
+        ({"mesh": cube, "translate": (0, float("nan"), 0)}, ValueError, "translate"),
+        ({"mesh": cube.vertices}, TypeError, "mesh must be a supple.Mesh, not ndarray"),
+        ({"mesh": supple.Mesh([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)])}, ValueError, "no triangle"),
+    ]:
+        with pytest.raises(error, match=words):
+            supple.MeshCollider(**arguments)
+
+
+def test_a_driven_mesh_carries_a_body(cube):
+    body = supple.Body(cube, lattice_vertices=64, translate=(0, 1.02, 0))
+    sim = supple.Simulation([body], dt=1 / 120, colliders=[supple.MeshCollider(SHEET, scale=3)], sleep=False)
+    (sheet,) = sim.colliders
+    assert sheet.mesh is SHEET
+    sim.step(60)
+    sheet.move_to((0.5, 0, 0), duration=1.0)
+    sim.step(120)
+    assert body.positions[:, 0].mean() == pytest.approx(0.5, abs=0.1)
+    assert body.surface()[:, 1].min() > 0
+
+
+def test_a_scene_with_a_mesh_collider_loads(tmp_path, cube):
+    lines = [f"v {x} {y} {z}" for x, y, z in cube.vertices]
+    lines += ["f " + " ".join(str(index + 1) for index in face) for face in cube.faces]
+    (tmp_path / "cube.obj").write_text("\n".join(lines))
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[[body]]\nmesh = "cube.obj"\ntranslate = [0, 3, 0]\n[[collider]]\nmesh = "cube.obj"\nscale = 2\n')
+    (collider,) = supple.load_scene(scene).colliders
+    assert isinstance(collider, supple.MeshCollider)
+    assert (collider.scale, len(collider.mesh.vertices)) == (2.0, len(cube.vertices))
+
+
+def test_a_mesh_that_deforms_lifts_a_body(cube):
+    frames = np.stack([SHEET.vertices + (0, height, 0) for height in (0, 0, 1)])
+    sheet = supple.MeshCollider(SHEET, scale=2, frames=frames, fps=1, start=0.5)
+    assert np.array_equal(sheet.frames, frames)
+    assert (sheet.fps, sheet.start) == (1.0, 0.5)
+    restored = pickle.loads(pickle.dumps(sheet))
+    assert np.array_equal(restored.frames, frames)
+    body = supple.Body(cube, lattice_vertices=64, translate=(0, 1.02, 0))
+    sim = supple.Simulation([body], dt=1 / 120, colliders=[restored])
+    heights = []
+    for _ in range(4):
+        sim.step(75)
+        heights.append(body.positions[:, 1].mean())
+    # From 1.5 s to 2.5 s the sheet rises by 2.
+    assert heights[3] - heights[1] == pytest.approx(2, abs=0.15)
+    for arguments, words in [
+        ({"frames": frames[:, :3]}, r"frames has the shape \(3, 3, 3\); it must be \(frames, 4, 3\)"),
+        ({"frames": frames[0]}, "frames must have the shape"),
+        ({"frames": frames, "fps": 0}, "fps is 0"),
+        ({"frames": frames * np.nan}, "not finite"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            supple.MeshCollider(SHEET, **arguments)

@@ -85,7 +85,7 @@ def test_threads_change_no_bit(threads):
     results = []
     for count in (1, threads):
         bodies = [supple.Body(lattice, region_damping=0.1, half_width=w, spin=(0, 1, 2)) for w in (1, 4)]
-        sim = supple.Simulation(bodies, threads=count, colliders=[supple.Sphere((15, -5, 15), 8)])
+        sim = supple.Simulation(bodies, threads=count, contact=False, colliders=[supple.Sphere((15, -5, 15), 8)])
         sim.step(20)
         assert sim.threads == count
         results.append([body.positions.tobytes() for body in bodies])
@@ -326,7 +326,7 @@ def test_repr_and_plan(block, cube):
         "mesh update",
     ]
     assert [[name for name in stages if name in line] for line in lines] == [[name] for name in stages]
-    assert left_out == "  left out: external forces, region damping, contacts, pins and handles"
+    assert left_out == "  left out: external forces, region damping, contact of bodies, contacts, pins and handles"
     # The total also has the lattice and the state, which are not stages.
     kilobytes = [float(re.search(r"([\d.]+) kB$", line)[1]) for line in lines]
     assert 0 < sum(kilobytes) < 1000 * float(re.search(r"([\d.]+) MB$", total)[1])

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use supple::{
     Body, BodyBuilder, Collider, Display, Handle, Key, Lattice, Material, Mesh, Pin, Preservation, Selection,
-    Simulation, SkinKind, Substeps, TimeWindow, VolumeMeasure, VolumeOptions, VolumeScope,
+    Simulation, SkinKind, Substeps, TimeWindow, Touched, VolumeMeasure, VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
 
@@ -23,6 +23,12 @@ fn cube() -> Mesh {
     let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from)).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     Mesh::new(corners, &quads).unwrap()
+}
+
+/// Returns a square sheet below the origin.
+fn sheet() -> Mesh {
+    let vertices = vec![[-9.0, -0.01, -9.0], [9.0, -0.01, -9.0], [9.0, -0.01, 9.0], [-9.0, -0.01, 9.0]];
+    Mesh::new(vertices, &[[0, 1, 2, 3]]).unwrap()
 }
 
 /// Returns a simulation with both kinds of damping, a pin, a moving handle and contact with the ground.
@@ -83,10 +89,30 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     };
     assert_eq!(thread_allocations(|| (0..200).for_each(drive)), 0, "a driven collider");
 
+    let stacked =
+        |k: usize| block(6).damping_ratio(0.5).translate([0.1, 0.01 + 0.6 * k as f64, 0.0]).build().unwrap();
+    let ground = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]);
+    let stack = Simulation::builder().body(stacked(0)).body(stacked(1)).collider(ground).sleep(false);
+    let mut stack = stack.dt(1.0 / 240.0).threads(1).build().unwrap();
+    stack.steps(600);
+    assert!(stack.contacts().iter().any(|contact| matches!(contact.other, Touched::Body(_))));
+    assert_eq!(thread_allocations(|| stack.steps(200)), 0, "two bodies that touch each other");
+
     let mut at_rest = resting_simulation(false);
     at_rest.steps(300);
     assert_eq!(thread_allocations(|| at_rest.steps(200)), 0, "two components that rest on the ground");
     assert!(!at_rest.body(0).is_asleep());
+    let mut on_mesh = Simulation::builder()
+        .body(block(6).build().unwrap())
+        .collider(Collider::mesh(sheet()).unwrap())
+        .collider(Collider::capsule([-9.0, -0.04, 0.3], [9.0, -0.04, 0.3], 0.05))
+        .threads(1)
+        .sleep(false)
+        .build()
+        .unwrap();
+    on_mesh.steps(300);
+    assert_eq!(thread_allocations(|| on_mesh.steps(200)), 0, "on a mesh and a thin rod");
+
     let mut asleep = resting_simulation(true);
     asleep.steps(300);
     assert!(asleep.body(0).is_asleep());
@@ -173,7 +199,7 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
         "volume correction",
     ];
     assert_eq!(stages(&sim), all);
-    assert_eq!(sim.plan().bodies[0].left_out, ["external forces", "mesh update"]);
+    assert_eq!(sim.plan().bodies[0].left_out, ["external forces", "contact of bodies", "mesh update"]);
     let bare =
         Simulation::builder().body(block(6).volume(VolumeOptions::off()).build().unwrap()).build().unwrap();
     assert_eq!(stages(&bare), ["momentum tracker", "shape matching", "integration"]);

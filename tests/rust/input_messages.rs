@@ -208,18 +208,19 @@ fn body_names_have_letters_of_any_language() {
 
 #[test]
 fn unknown_shapes_and_extensions_are_errors_with_the_known_ones() {
-    let message = scene_error(&format!("{BODY}[[collider]]\nmesh = \"bowl.obj\"\n"), "x.toml", &[]);
-    let expected = "x.toml:5: unknown key `collider.0.mesh`; give one of `plane`, `sphere`, `box`, `capsule`";
+    let message = scene_error(&format!("{BODY}[[collider]]\ntorus = 1\n"), "x.toml", &[]);
+    let expected = "x.toml:5: unknown key `collider.0.torus`; give one of `plane`, `sphere`, `box`, `capsule`, \
+         `mesh`";
     assert_eq!(message, expected);
     let message = scene_error(&format!("{BODY}[[body.pin]]\ncylinder = 1\n"), "x.toml", &[]);
     assert!(message.ends_with("give one of `box`, `sphere`, `plane`, `vertices`"), "{message}");
     // Misspelled keys, and keys beside a shape.
     for (lines, nearest) in
-        [("spere = 1", "sphere"), ("sphere = 1\nmesh = 1", "sphere"), ("fricton = 1", "friction")]
+        [("spere = 1", "sphere"), ("sphere = 1\ntorus = 1", "sphere"), ("fricton = 1", "friction")]
     {
         let message = scene_error(&format!("{BODY}[[collider]]\n{lines}\n"), "x.toml", &[]);
         let near = message.contains("; the nearest known one is `");
-        assert!(near && (lines.contains("mesh") || message.ends_with(&format!("`{nearest}`"))), "{message}");
+        assert!(near && (lines.contains("torus") || message.ends_with(&format!("`{nearest}`"))), "{message}");
     }
     for (path, expected) in [
         (

@@ -1,6 +1,7 @@
 //! Tests of the crates through their public interfaces, in one program, so that it is built and linked once.
 
 mod block_body;
+mod body_contact;
 mod collider;
 mod common;
 mod constraints;
@@ -28,6 +29,7 @@ mod lattice;
 mod lowest_mode;
 mod matching;
 mod mesh;
+mod mesh_colliders;
 mod obj;
 mod obj_frames;
 mod quantities;
@@ -44,6 +46,7 @@ mod scene_input;
 mod shapes;
 mod shipped;
 mod smooth_skin;
+mod swept;
 mod volume;
 mod volume_contact;
 mod volume_field;

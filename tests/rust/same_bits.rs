@@ -54,7 +54,8 @@ fn damped_simulation(threads: usize) -> Simulation {
         .build()
         .unwrap();
     assert!(large.lattice().components().count == 2 && large.lattice().len() > 8_192);
-    let cube = Body::from_lattice(lattice_of(&block([3, 3, 3]))).damping_ratio(1.0).build().unwrap();
+    let cube = Body::from_lattice(lattice_of(&block([3, 3, 3]))).translate([-6.0, 0.0, 0.0]);
+    let cube = cube.damping_ratio(1.0).build().unwrap();
     let world = Simulation::builder().body(large).body(cube).threads(threads);
     let world = world.collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]));
     world.fps(30.0).substeps(Substeps::Auto).build().unwrap()

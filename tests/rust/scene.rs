@@ -4,10 +4,10 @@ use std::path::Path;
 
 use supple::{
     Damping, Elasticity, FieldKind, Material, Preservation, Preset, RegionDamping, RegionSize, Resolution,
-    Selection, Shape, Stiffness, VolumeMeasure, VolumeScope, Zone,
+    Selection, Stiffness, TouchingOptions, VolumeMeasure, VolumeScope, Zone,
 };
 use supple_io::frames::Format;
-use supple_io::scene::{Scene, SceneError, Substeps, body_keys, exclusive_keys};
+use supple_io::scene::{ColliderShape, Scene, SceneError, Substeps, body_keys, exclusive_keys};
 
 const FULL: &str = r#"
 [simulation]
@@ -16,6 +16,8 @@ fps = 24
 substeps = "auto"
 gravity = [0, 0, -9.81]
 threads = 2
+contact = false
+self_contact = true
 sleep = false
 
 [output]
@@ -39,6 +41,10 @@ density = 500
 volume = { measure = "mesh", scope = "regional", field = "paper", max_correction = 0.5 }
 velocity = [1, 2, 3]
 spin = [4, 5, 6]
+friction = 0.25
+restitution = 0.75
+ignore = ["ball.2"]
+self_contact = false
 
 [[body.pin]]
 box = { min = [0, 0, 0], max = [1, 1, 1] }
@@ -92,6 +98,7 @@ fn every_key_is_read() {
     assert_eq!((scene.simulation.frames, scene.simulation.fps), (12, 24.0));
     assert_eq!((scene.simulation.substeps, scene.simulation.threads), (Substeps::Auto, 2));
     assert_eq!((scene.simulation.gravity, scene.simulation.sleep), ([0.0, 0.0, -9.81], false));
+    assert_eq!((scene.simulation.contact, scene.simulation.self_contact), (false, true));
     assert_eq!(scene.output.format, Format::Ply);
     assert_eq!(scene.resolve(&scene.output.directory), Path::new("folder/out"));
 
@@ -118,6 +125,13 @@ fn every_key_is_read() {
         (body.material.density, body.placement.velocity, body.placement.spin),
         (500.0, [1.0, 2.0, 3.0], [4.0, 5.0, 6.0])
     );
+    let touching = TouchingOptions {
+        friction: 0.25,
+        restitution: 0.75,
+        self_contact: Some(false),
+        ignored: vec!["ball.2".to_owned()],
+    };
+    assert_eq!(body.touching, touching);
     let pin = &body.pins[0];
     assert_eq!(pin.selection, Selection::Box { min: [0.0; 3], max: [1.0; 3] });
     assert_eq!((pin.window.start, pin.window.end), (0.0, 2.0));
@@ -133,7 +147,8 @@ fn every_key_is_read() {
         (Resolution::Vertices(1000), Elasticity::Preset(Preset::Rubber))
     );
     assert_eq!((ball.material.damping, ball.material.region_damping), (None, RegionDamping::PerStep(0.0)));
-    assert!(matches!(scene.colliders[2].shape, Shape::Capsule { radius: 0.25, .. }));
+    assert!(matches!(scene.colliders[2].shape, ColliderShape::Capsule { radius: 0.25, .. }));
+    assert_eq!(ball.touching, TouchingOptions::default());
     assert_eq!((scene.colliders[0].friction, scene.colliders[1].restitution), (0.5, 0.9));
 }
 
@@ -223,6 +238,8 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
         ("frequency = 0", 4, "frequency", "0", "a number above 0"),
         ("frequency = nan", 4, "frequency", "NaN", "a number above 0"),
         ("scale = inf", 4, "scale", "inf", "a number above 0"),
+        ("friction = -0.1", 4, "friction", "-0.1", "a number of at least 0"),
+        ("restitution = 1.1", 4, "restitution", "1.1", "in [0, 1]"),
         ("density = 0", 4, "density", "0", "a number above 0"),
         ("cell_size = 0.0", 4, "cell_size", "0", "a number above 0"),
         ("lattice_vertices = 7", 4, "lattice_vertices", "7", "a whole number from 8 to 2000000000"),
@@ -300,6 +317,9 @@ fn values_of_the_wrong_type_are_errors_with_the_expected_type() {
     for (text, key, expected, found) in [
         ("stiffness = \"hard\"", "stiffness", "a number", "\"hard\""),
         ("join = 1", "join", "true or false", "1"),
+        ("self_contact = 1", "self_contact", "true or false", "1"),
+        ("ignore = \"eyes\"", "ignore", "a list of names of bodies", "\"eyes\""),
+        ("ignore = [3]", "ignore.0", "a string in quotes", "3"),
         ("material = 3", "material", "in quotes", "3"),
         ("youngs_modulus = \"soft\"", "youngs_modulus", "a number", "\"soft\""),
         ("rotate = [0, 1]", "rotate", "three numbers", "[0, 1]"),
@@ -332,6 +352,49 @@ fn sleep_is_true_or_false() {
     assert!(!awake.simulation.sleep && !parse(&awake.to_toml()).unwrap().simulation.sleep);
     let message = sleep("1").unwrap_err().to_string();
     assert_eq!(message, "scene.toml:2: `simulation.sleep` must be true or false, not 1");
+}
+
+#[test]
+fn contact_is_between_bodies_by_default_and_not_of_a_body_with_itself() {
+    let settings = |text: &str| {
+        let scene = parse(&format!("[simulation]\n{text}\n{SMALL}")).unwrap();
+        let again = parse(&scene.to_toml()).unwrap();
+        assert_eq!(again, scene);
+        (scene.simulation.contact, scene.simulation.self_contact)
+    };
+    assert_eq!(settings(""), (true, false));
+    assert_eq!(settings("contact = false\nself_contact = true"), (false, true));
+    let message = parse(&format!("[simulation]\ncontact = 1\n{SMALL}")).unwrap_err().to_string();
+    assert_eq!(message, "scene.toml:2: `simulation.contact` must be true or false, not 1");
+    // The setting of a body that is left out is not written, because the simulation decides.
+    assert_eq!(parse(SMALL).unwrap().to_toml().matches("self_contact = ").count(), 1);
+}
+
+#[test]
+fn ignored_bodies_must_be_other_bodies_of_the_scene() {
+    let other = "[[body]]\nname = \"eyes\"\nmesh = \"eyes.obj\"\n";
+    let ignoring = |name: &str| format!("{SMALL}ignore = [\"{name}\"]\n{other}");
+    assert_eq!(parse(&ignoring("eyes")).unwrap().bodies[0].touching.ignored, ["eyes"]);
+    assert_eq!(
+        parse(&ignoring("eyse")).unwrap_err().to_string(),
+        "scene.toml:4: `body.bust.ignore.0` is \"eyse\", and no body has this name; the nearest name of another body is \
+         `eyes`"
+    );
+    assert_eq!(
+        parse(&ignoring("bust")).unwrap_err().to_string(),
+        "scene.toml:4: `body.bust.ignore.0` is \"bust\", the body itself, whose contact with itself is `self_contact`; \
+         the nearest name of another body is `eyes`"
+    );
+    assert_eq!(
+        refusal("ignore = [\"eyes\"]"),
+        "scene.toml:4: `body.bust.ignore.0` is \"eyes\", and no body has this name; the scene has no other body; \
+         leave it out"
+    );
+    // A name that follows from the mesh counts, and an override is checked as the file is.
+    let unnamed = format!("{SMALL}[[body]]\nmesh = \"tongue.obj\"\n");
+    assert!(parse_with(&unnamed, &["body.bust.ignore=[\"tongue\"]"]).is_ok());
+    let message = parse_with(&unnamed, &["body.bust.ignore=[\"tong\"]"]).unwrap_err().to_string();
+    assert!(message.starts_with("--set body.bust.ignore=") && message.ends_with("is `tongue`"), "{message}");
 }
 
 #[test]

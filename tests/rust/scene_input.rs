@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use supple::{Damping, Elasticity, Preservation, Preset, RegionSize, Shape, Stiffness};
+use supple::{Damping, Elasticity, Preservation, Preset, RegionSize, Stiffness};
 use supple_io::frames::Format;
-use supple_io::scene::{Scene, SceneError, Up};
+use supple_io::scene::{ColliderShape, Scene, SceneError, Up};
 
 const TWO: &str = r#"
 [output]
@@ -131,7 +131,7 @@ fn in_the_default_scene_a_model_falls_its_own_height_in_half_a_second() {
         let low = [-1.0, -2.0, -3.0][axis];
         let g = -scene.simulation.gravity[axis];
         assert!((0.5 * g * 0.25 - height).abs() < 1e-4 * height);
-        let Shape::Plane { point, normal } = scene.colliders[0].shape else { panic!("a plane") };
+        let ColliderShape::Plane { point, normal } = scene.colliders[0].shape else { panic!("a plane") };
         assert!(point[axis] < low && point[axis] > low - 0.2 * height);
         assert_eq!(normal[axis], 1.0);
         assert_eq!(scene.bodies[0].name, "red_ball");

@@ -1,9 +1,9 @@
-//! The example scenes keep their volume, and the stretched head comes to rest.
+//! The example scenes keep their volume, the stretched head comes to rest, the tower stands and the pile stays in its bin.
 
 use std::path::Path;
 
 use nalgebra::Matrix3;
-use supple::{Body, BodyRef, Display};
+use supple::{Body, BodyRef, ContactPoint, Display, Touched};
 use supple_io::run::{Prepared, prepare};
 use supple_io::scene::Scene;
 
@@ -89,7 +89,7 @@ fn the_stretched_head_swells_without_the_volume_correction() {
 
 #[test]
 fn every_example_scene_keeps_its_volume() {
-    for name in ["drop.toml", "squeeze.toml", "twist.toml", "bust_parts.toml"] {
+    for name in ["drop.toml", "squeeze.toml", "twist.toml", "bust_parts.toml", "hammock.toml", "press.toml"] {
         let (scene, mut prepared) = scene(name, &[]);
         let rest = prepared.simulation.body(0).volume_report().rest;
         for _ in 0..scene.simulation.frames {
@@ -99,4 +99,75 @@ fn every_example_scene_keeps_its_volume() {
             assert!(preserved, "{name} at {}: {report:?}", prepared.simulation.time());
         }
     }
+}
+
+/// Runs `frames` frames of a scene of bodies that touch each other, and checks their volumes in every tenth one. Returns the
+/// greatest depth between two bodies in the last step too, as a fraction of the smaller cell size.
+fn run_bodies(name: &str, frames: u32) -> (Prepared, f64) {
+    let (_, mut prepared) = scene(name, &[]);
+    assert!(prepared.overlaps.is_empty(), "{name}: {:?}", prepared.overlaps);
+    for frame in 0..frames {
+        prepared.simulation.steps(u64::from(prepared.substeps));
+        if frame % 10 == 9 || frame + 1 == frames {
+            for index in 0..prepared.simulation.bodies().len() {
+                let report = prepared.simulation.body(index).volume_report();
+                let kept = (report.after / report.rest - 1.0).abs() < 1e-5;
+                assert!(kept, "{name}, frame {frame}, body {index}: {report:?}");
+            }
+        }
+    }
+    let simulation = &prepared.simulation;
+    let cell_size = |index: usize| simulation.bodies()[index].lattice().cell_size();
+    let depth = |contact: &ContactPoint| match contact.other {
+        Touched::Body(other) => contact.depth / cell_size(contact.body).min(cell_size(other)),
+        Touched::Collider(_) => 0.0,
+    };
+    let deepest = simulation.contacts().iter().map(depth).fold(0.0, f64::max);
+    (prepared, deepest)
+}
+
+#[test]
+fn the_tower_stands() {
+    let (prepared, deepest) = run_bodies("tower.toml", 60);
+    let heights: Vec<f64> = prepared.simulation.bodies().iter().map(|body| body.center_of_mass().y).collect();
+    for (k, height) in heights[..5].iter().enumerate() {
+        // The centers of rigid boxes of edge 1. The own weight compresses the k-th box of rubber, whose Young's modulus is
+        // 300 ρ L max(g, 8 L), by less than its share of the weight above it, 6/300.
+        let expected = 0.5 + k as f64;
+        let sag = (k as f64 + 1.0) * 6.0 / 300.0;
+        assert!((expected - sag..expected + 0.02).contains(height), "box {k}: {height}");
+    }
+    for body in prepared.simulation.bodies() {
+        let center = body.center_of_mass();
+        assert!(center.x.hypot(center.z) < 0.1, "{} leans: {center}", body.name());
+    }
+    assert!(deepest < 0.1, "{deepest} cells deep");
+}
+
+/// Checks that the pile is inside the bin: above its bottom, and its centers within its walls, which lean outwards.
+fn is_in_the_bin(prepared: &Prepared) {
+    for body in prepared.simulation.bodies() {
+        let center = body.center_of_mass();
+        let lean = center.y / 4.0;
+        let inside = center.y > 0.0 && center.x.abs() < 2.2 + lean && center.z.abs() < 1.8 + lean;
+        assert!(inside, "{} is at {center}", body.name());
+    }
+}
+
+#[test]
+fn the_pile_begins_without_overlap() {
+    let (prepared, _) = run_bodies("pile.toml", 8);
+    assert_eq!(prepared.simulation.bodies().len(), 30);
+    is_in_the_bin(&prepared);
+}
+
+#[test]
+#[ignore = "takes half a minute"]
+fn the_pile_stays_in_its_bin() {
+    let (prepared, deepest) = run_bodies("pile.toml", 120);
+    is_in_the_bin(&prepared);
+    // Bodies that touch overlap by less than half a cell, the distance of the samples.
+    assert!(deepest < 0.5, "{deepest} cells deep");
+    let highest = prepared.simulation.bodies().iter().map(|body| body.center_of_mass().y).fold(0.0, f64::max);
+    assert!(highest < 4.0, "{highest}");
 }

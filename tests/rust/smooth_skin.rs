@@ -203,6 +203,53 @@ fn the_displayed_mesh_is_that_of_the_embedding_and_keeps_its_volume() {
     }
 }
 
+/// The volume correction computes the surface together with the volume, and the display does not interpolate it again.
+#[test]
+fn the_displayed_mesh_is_that_of_the_corrected_lattice() {
+    // Two balls, so that the lattice has two components. An unused vertex is several cells outside.
+    let (mut vertices, mut faces) = crate::shapes::sphere([0.0; 3], 1.0, 12);
+    let (others, other_faces) = crate::shapes::sphere([3.0, 0.2, 0.1], 0.8, 12);
+    let first = vertices.len() as u32;
+    vertices.extend(others);
+    faces.extend(other_faces.into_iter().map(|face| face.into_iter().map(|v| first + v).collect()));
+    vertices.push([0.3, 2.0, 0.1]);
+    let mesh = Mesh::new(vertices, &faces).unwrap();
+    for scope in [VolumeScope::Global, VolumeScope::Regional] {
+        let options = supple::VolumeOptions { scope, ..Preservation::By(supple::VolumeMeasure::Mesh).into() };
+        let body = Body::builder(mesh.clone()).lattice_vertices(900).skin(SkinKind::Smooth);
+        let body = body.join(false).volume(options);
+        let mut body = body.build().unwrap();
+        let middle =
+            body.positions().iter().map(|p| p.coords).sum::<Vector3<f64>>() / body.lattice().len() as f64;
+        let stretched: Vec<_> =
+            body.positions().iter().map(|p| middle + (p - Point3::from(middle)) * 1.1).collect();
+        let stretched: Vec<_> = stretched.into_iter().map(Point3::from).collect();
+        body.set_positions(&stretched).unwrap();
+        let lowest = body.alone().surface().positions.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+        let cell = body.lattice().cell_size();
+        // The surface rises from the floor where the body shrinks, and the floor limits the vertices below.
+        let floor = Collider::plane([0.0, lowest + 0.05 * cell, 0.0], [0.0, 1.0, 0.0]);
+        let sim = Simulation::builder().body(body).collider(floor).build().unwrap();
+        let mut display = Display::new();
+        let mut displayed = display.evaluate(sim.body(0));
+        let lattice: Vec<_> = displayed.positions().map(|p| p.coords.map(|x| x as f32).into()).collect();
+        let surface = displayed.surface();
+        assert!(
+            displayed.corrections().iter().all(|report| report.lambda != 0.0 && report.residual.abs() < 1e-6)
+        );
+        let lattice_of = sim.body(0).lattice();
+        let embedding = Embedding::new(lattice_of, mesh.vertices()).smoothed(lattice_of);
+        let mut expected = vec![[0.0; 3]; embedding.len()];
+        embedding.interpolate(&lattice, &mut expected);
+        for (found, expected) in surface.positions.iter().zip(expected) {
+            let expected = Point3::from(expected.map(f64::from));
+            // Positions of up to 16 cells in f32, in sums of 32 terms.
+            let bound = 32.0 * 16.0 * f64::from(f32::EPSILON) * cell;
+            assert!((found - expected).norm() < bound, "{scope:?}: {found} {expected}");
+        }
+    }
+}
+
 #[test]
 fn a_smooth_body_rests_with_its_displayed_surface_on_the_floor() {
     for kind in [SkinKind::Linear, SkinKind::Smooth] {

@@ -70,7 +70,7 @@ fn statistics_on_a_full_disk_stay_valid() {
             serde_json::from_str::<Vec<serde_json::Value>>(&text).unwrap().len()
         } else {
             assert!(text.ends_with('\n'));
-            assert!(text.lines().all(|line| line.split(',').count() == 15));
+            assert!(text.lines().all(|line| line.split(',').count() == 17));
             text.lines().count() - 1
         };
         // The row of the last frame did not fit.

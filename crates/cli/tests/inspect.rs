@@ -60,15 +60,6 @@ fn text_contains_the_plan_only_with_the_flag() {
 }
 
 #[test]
-fn output_states_that_contact_between_bodies_is_not_simulated() {
-    let second = "\n[[body]]\nname = \"other\"\nmesh = \"block.obj\"\ntranslate = [9, 1, 0]\n";
-    let workspace = Workspace::with_scene(&format!("{SCENE}{second}"));
-    let words = "contact between bodies is not simulated";
-    assert!(workspace.supple(&["inspect", "scene.toml"]).out.contains(words));
-    assert!(!Workspace::new().supple(&["inspect", "scene.toml"]).out.contains(words));
-}
-
-#[test]
 fn zones_are_printed_with_their_factors_and_vertices() {
     let zone = "\n[[body.zone]]\nplane = { point = [0, 3, 0], normal = [0, 1, 0] }\nfactor = 0.25\n";
     let workspace = Workspace::with_scene(&SCENE.replace("\n[[collider]]", &format!("{zone}\n[[collider]]")));

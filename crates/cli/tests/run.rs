@@ -95,12 +95,12 @@ fn statistics_have_one_row_per_frame_and_body() {
     assert_eq!(
         lines.next().unwrap(),
         "frame,time,body,ms_step,ms_volume,ms_embed,ms_write,volume_rest,volume_before,volume_after,\
-         lambda,residual,capped,energy_kinetic,max_speed"
+         lambda,residual,capped,energy_kinetic,max_speed,contacts,overlap"
     );
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), 5);
     for (frame, row) in rows.iter().enumerate() {
-        assert_eq!((row[0].parse(), row[2], row.len()), (Ok(frame), "block", 15));
+        assert_eq!((row[0].parse(), row[2], row.len()), (Ok(frame), "block", 17));
         let number = |column: usize| row[column].parse::<f64>().unwrap();
         assert!((number(1) - frame as f64 / 30.0).abs() < 1e-12);
         assert!((number(9) / number(7) - 1.0).abs() < 1e-5, "the volume is not preserved: {row:?}");

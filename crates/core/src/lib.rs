@@ -59,6 +59,8 @@
 //! 6. **Contacts** ([`Collider`], module `contact`): impulses in the Coulomb friction cone
 //!    (`contact::constraint`), at samples of the surface or at the boundary vertices of a bare lattice. Then
 //!    samples that are still inside a collider are pushed out.
+//!    Bodies that touch each other form an island, whose impulses are computed together with those of its colliders
+//!    (module `contact::bodies`).
 //! 7. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
 //!    position and the velocity of their pin or handle.
 //!
@@ -91,7 +93,8 @@
 //! * Corner k of a cell is at the offset `(k & 1, k >> 1 & 1, k >> 2 & 1)`. Lattice vertices are sorted by z,
 //!   then y, then x.
 //! * Results are bit-identical for any number of threads.
-//! * Contact between bodies is not simulated.
+//! * Bodies touch each other ([`SimulationBuilder::contact`], [`BodyBuilder::ignore`]), and themselves on request
+//!   ([`SimulationBuilder::self_contact`]). [`Simulation::contacts`] lists the contacts of the last step.
 //!
 //! # Features
 //!
@@ -134,9 +137,11 @@ mod voxel;
 
 pub use body::{
     ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface,
-    HoldForce, Softened, StateError,
+    HoldForce, Softened, StateError, TouchingOptions,
 };
-pub use contact::{Collider, ColliderError, ColliderFault, Shape, SignedDistance};
+pub use contact::{
+    Collider, ColliderError, ColliderFault, CollisionMesh, MeshAnimation, Shape, SignedDistance,
+};
 pub use dynamics::{
     Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, Key, Material, MotionError, Pin,
     Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow, Zone,
@@ -148,12 +153,12 @@ pub use lattice::{
 pub use matching::rotations;
 pub use mesh::{Mesh, MeshError};
 pub use parallel::Executor;
-pub use plan::{BodyPlan, Plan, PlannedStage, When};
+pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
 pub use range::RangeError;
 pub use simd::{Coordinate, SimdError, check_simd_request, simd_level};
 pub use simulation::{
-    ChosenSubsteps, ColliderMut, ColliderRef, Simulation, SimulationBuilder, SimulationState, StepReason,
-    Substeps,
+    ChosenSubsteps, ColliderMut, ColliderRef, ContactPoint, Simulation, SimulationBuilder, SimulationState,
+    StepReason, Substeps, Touched,
 };
 pub use skin::{SkinKind, VertexNormals, vertex_normals};
 pub use state::{Placement, euler_degrees};

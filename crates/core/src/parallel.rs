@@ -80,6 +80,20 @@ impl Executor {
         items.iter_mut().for_each(work);
     }
 
+    /// Calls `work(index, item)` for each item, in parallel.
+    pub(crate) fn for_each_indexed<T: Send>(
+        &self,
+        items: &mut [T],
+        work: impl Fn(u32, &mut T) + Send + Sync,
+    ) {
+        #[cfg(feature = "rayon")]
+        if self.pool.is_some() && items.len() > 1 {
+            use rayon::prelude::*;
+            return items.par_iter_mut().enumerate().for_each(|(index, item)| work(index as u32, item));
+        }
+        (0..).zip(items).for_each(|(index, item)| work(index, item));
+    }
+
     /// Returns the index of the current thread, less than [`Executor::threads`].
     pub(crate) fn worker(&self) -> usize {
         #[cfg(feature = "rayon")]

@@ -5,6 +5,9 @@
 
 use std::fmt;
 
+/// Name of the stage in which a body touches other bodies and itself.
+pub const CONTACT_OF_BODIES: &str = "contact of bodies";
+
 /// The stages of each body of a [`Simulation`](crate::Simulation). `Display` prints them as a table.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -17,6 +20,9 @@ pub struct Plan {
     pub threads: usize,
     /// One plan per body.
     pub bodies: Vec<BodyPlan>,
+    /// Current memory of the search and the impulses of contact between bodies, which all bodies share, in bytes; `None` if
+    /// no body can touch another one or itself.
+    pub contact_bytes: Option<usize>,
 }
 
 /// The stages of one body.
@@ -69,7 +75,7 @@ impl BodyPlan {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { dt, substeps, threads, bodies } = self;
+        let Self { dt, substeps, threads, bodies, contact_bytes } = self;
         writeln!(f, "dt: {dt:.6} s, steps per frame: {substeps}, threads: {threads}")?;
         for body in bodies {
             writeln!(f, "{}: {:.1} MB", body.name, body.bytes() as f64 / 1e6)?;
@@ -85,8 +91,9 @@ impl fmt::Display for Plan {
                 writeln!(f, "  left out: {}", body.left_out.join(", "))?;
             }
         }
-        if bodies.len() > 1 {
-            writeln!(f, "contact between bodies is not simulated")?;
+        if let Some(bytes) = contact_bytes {
+            let kilobytes = *bytes as f64 / 1e3;
+            writeln!(f, "contact of bodies: {kilobytes:.1} kB in common")?;
         }
         Ok(())
     }

@@ -3,16 +3,17 @@
 
 use std::sync::Arc;
 
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::{Collider, ColliderRef, Key, Shape};
+use supple::{Collider, ColliderRef, CollisionMesh, Key, MeshAnimation, Shape, Touched};
 
 use crate::argument::{conversion_error, number, wrong_type};
 use crate::arrays::{self, vector};
 use crate::body::SharedSimulation;
+use crate::mesh::Mesh;
 use crate::{constraint, error};
 
 /// Reads the `colliders` argument, a list or one collider, and returns the Python objects as a tuple.
@@ -20,7 +21,7 @@ pub(crate) fn as_tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py
     if is_collider(colliders)? {
         return PyTuple::new(colliders.py(), [colliders]);
     }
-    let expected = "a list of Plane, Sphere, Box or Capsule, or one of them";
+    let expected = "a list of Plane, Sphere, Box, Capsule or MeshCollider, or one of them";
     let items =
         colliders.try_iter().map_err(|error| conversion_error(error, colliders, "colliders", expected))?;
     PyTuple::new(colliders.py(), items.collect::<PyResult<Vec<_>>>()?)
@@ -37,7 +38,14 @@ pub(crate) fn check_collider<'py>(collider: &Bound<'py, PyAny>) -> PyResult<Boun
     let class = collider.get_type().name()?.to_string();
     let read = read(collider, &class)?;
     read.validate().map_err(|fault| PyValueError::new_err(format!("{class}: {fault}")))?;
-    Ok(fields(collider.py(), &read)?.1)
+    let fields = fields(collider.py(), &read)?.1;
+    if let Shape::Mesh { .. } = read.shape {
+        // Keeps the object, so that colliders share it.
+        fields.set_item("mesh", collider.getattr("mesh")?)?;
+        fields.set_item("fps", number(&collider.getattr("fps")?, "fps")?)?;
+        fields.set_item("start", number(&collider.getattr("start")?, "start")?)?;
+    }
+    Ok(fields)
 }
 
 /// Returns whether an object is an instance of `supple.Collider`.
@@ -49,13 +57,13 @@ fn is_collider(object: &Bound<'_, PyAny>) -> PyResult<bool> {
 /// Converts a collider to the core, without checking ranges.
 fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
     if !is_collider(collider)? {
-        return Err(wrong_type(collider, name, "a Plane, Sphere, Box or Capsule"));
+        return Err(wrong_type(collider, name, "a Plane, Sphere, Box, Capsule or MeshCollider"));
     }
     let read_vector = |key| vector(&collider.getattr(key)?, key);
     let read_number = |key| number(&collider.getattr(key)?, key);
     // The base class has no shape.
     let Ok(shape) = collider.getattr("shape") else {
-        return Err(wrong_type(collider, name, "a Plane, Sphere, Box or Capsule"));
+        return Err(wrong_type(collider, name, "a Plane, Sphere, Box, Capsule or MeshCollider"));
     };
     let shape = match shape.extract::<String>()?.as_str() {
         "plane" => Shape::Plane { point: read_vector("point")?, normal: read_vector("normal")? },
@@ -68,11 +76,56 @@ fn read(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<Collider> {
         "capsule" => {
             Shape::Capsule { a: read_vector("a")?, b: read_vector("b")?, radius: read_number("radius")? }
         }
+        "mesh" => Shape::Mesh {
+            mesh: read_mesh(collider, name)?,
+            scale: read_number("scale")?,
+            rotate: read_vector("rotate")?,
+            translate: read_vector("translate")?,
+        },
         shape => return Err(PyValueError::new_err(format!("{name} has the unknown shape {shape:?}"))),
     };
     let (friction, restitution) = (read_number("friction")?, read_number("restitution")?);
     let keys = constraint::keys(&collider.getattr("keys")?)?;
     Ok(Collider { shape, friction, restitution, keys })
+}
+
+/// Returns the mesh of a `MeshCollider`. The search tree of a rigid mesh is built once, and stored in the `Mesh`.
+fn read_mesh(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<CollisionMesh> {
+    let (mesh, frames) = (collider.getattr("mesh")?, collider.getattr("frames")?);
+    let Ok(mesh) = mesh.cast::<Mesh>() else { return Err(wrong_type(&mesh, "mesh", "a supple.Mesh")) };
+    let fault = |fault| PyValueError::new_err(format!("{name}: {fault}"));
+    if frames.is_none() {
+        return mesh.get().collision_mesh(mesh.py()).map_err(fault);
+    }
+    let (fps, start) =
+        (number(&collider.getattr("fps")?, "fps")?, number(&collider.getattr("start")?, "start")?);
+    if !(fps.is_finite() && fps > 0.0) {
+        return Err(PyValueError::new_err(format!("{name}: fps is {fps}; it must be greater than 0")));
+    }
+    let core = mesh.get().mesh.clone();
+    let vertices = core.vertices().len();
+    let array = frames_array(&frames)?;
+    let array = array.readonly();
+    let view = array.as_array();
+    if view.shape()[0] == 0 || view.shape()[1..] != [vertices, 3] {
+        let shape = view.shape();
+        return Err(PyValueError::new_err(format!(
+            "frames has the shape ({}, {}, {}); it must be (frames, {vertices}, 3), with at least one frame",
+            shape[0], shape[1], shape[2]
+        )));
+    }
+    let numbers: Vec<f32> = view.iter().copied().collect();
+    let positions = numbers.as_chunks::<3>().0.to_vec();
+    MeshAnimation::new(positions, vertices, start, 1.0 / fps)
+        .and_then(|animation| CollisionMesh::animated(core, animation))
+        .map_err(fault)
+}
+
+/// Converts the `frames` of a `MeshCollider` to an array.
+fn frames_array<'py>(frames: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    let numpy = frames.py().import("numpy")?;
+    let array = numpy.call_method1("array", (frames, "float32"))?;
+    array.cast_into().map_err(|_| PyValueError::new_err("frames must have the shape (frames, vertices, 3)"))
 }
 
 /// Converts a collider to its Python object.
@@ -83,20 +136,34 @@ pub(crate) fn to_python<'py>(py: Python<'py>, collider: &Collider) -> PyResult<B
 
 /// Returns the name of the Python class of a collider, and its fields.
 fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
-    let (class, vectors, radius) = match collider.shape {
+    let (class, vectors, number) = match collider.shape {
         Shape::Plane { point, normal } => ("Plane", vec![("point", point), ("normal", normal)], None),
-        Shape::Sphere { center, radius } => ("Sphere", vec![("center", center)], Some(radius)),
+        Shape::Sphere { center, radius } => ("Sphere", vec![("center", center)], Some(("radius", radius))),
         Shape::Box { center, half_extents, rotate } => {
             ("Box", vec![("center", center), ("half_extents", half_extents), ("rotate", rotate)], None)
         }
-        Shape::Capsule { a, b, radius } => ("Capsule", vec![("a", a), ("b", b)], Some(radius)),
+        Shape::Capsule { a, b, radius } => ("Capsule", vec![("a", a), ("b", b)], Some(("radius", radius))),
+        Shape::Mesh { scale, rotate, translate, .. } => {
+            ("MeshCollider", vec![("rotate", rotate), ("translate", translate)], Some(("scale", scale)))
+        }
     };
     let fields = PyDict::new(py);
+    if let Shape::Mesh { mesh, .. } = &collider.shape {
+        fields.set_item("mesh", Bound::new(py, Mesh::from_collision(py, mesh))?)?;
+        if let Some(animation) = mesh.animation() {
+            let shape = [animation.samples(), animation.vertices(), 3];
+            let frames = PyArray1::from_slice(py, animation.positions().as_flattened()).reshape(shape)?;
+            frames.call_method1("setflags", (false,))?;
+            fields.set_item("frames", frames)?;
+            fields.set_item("fps", 1.0 / animation.interval())?;
+            fields.set_item("start", animation.start())?;
+        }
+    }
     for (name, vector) in vectors {
         fields.set_item(name, <(f64, f64, f64)>::from(vector))?;
     }
-    if let Some(radius) = radius {
-        fields.set_item("radius", radius)?;
+    if let Some((name, number)) = number {
+        fields.set_item(name, number)?;
     }
     let key =
         |key: &Key| (key.time, <(f64, f64, f64)>::from(key.translate), <(f64, f64, f64)>::from(key.rotate));
@@ -200,6 +267,17 @@ impl ColliderMotion {
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.vector(py, |collider| collider.velocity())
+    }
+
+    /// See supple.Collider.force.
+    #[getter]
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let force = self.with(py, |simulation| {
+            let contacts = simulation.contacts().into_iter();
+            let own = contacts.filter(|contact| contact.other == Touched::Collider(self.index));
+            own.fold([0.0; 3], |sum, contact| [0, 1, 2].map(|axis| sum[axis] - contact.force[axis]))
+        })?;
+        Ok(arrays::frozen(PyArray1::from_slice(py, &force)))
     }
 
     /// See supple.Collider.spin.

@@ -7,6 +7,7 @@ use pyo3::exceptions::{PyOverflowError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyTuple, PyType};
+use supple::{ColliderFault, CollisionMesh};
 use supple_io::counted;
 
 use crate::argument::{self, is_from_python, wrong_type};
@@ -30,11 +31,29 @@ pub(crate) struct Mesh {
     pub(crate) mesh: supple::Mesh,
     vertices: PyOnceLock<Py<PyArray2<f64>>>,
     faces: PyOnceLock<Py<PyArray2<i64>>>,
+    /// The mesh as the shape of colliders.
+    collision: PyOnceLock<Result<CollisionMesh, ColliderFault>>,
 }
 
 impl Mesh {
     pub(crate) fn from_core(mesh: supple::Mesh) -> Self {
-        Self { mesh, vertices: PyOnceLock::new(), faces: PyOnceLock::new() }
+        let (vertices, faces, collision) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
+        Self { mesh, vertices, faces, collision }
+    }
+
+    /// Returns the mesh of a collider.
+    pub(crate) fn from_collision(py: Python<'_>, mesh: &CollisionMesh) -> Self {
+        let core = Self::from_core(mesh.mesh().clone());
+        if mesh.animation().is_none() {
+            // The lock is empty.
+            let _ = core.collision.set(py, Ok(mesh.clone()));
+        }
+        core
+    }
+
+    /// Returns the mesh as the shape of colliders. It is built at the first call.
+    pub(crate) fn collision_mesh(&self, py: Python<'_>) -> Result<CollisionMesh, ColliderFault> {
+        self.collision.get_or_init(py, || CollisionMesh::new(self.mesh.clone())).clone()
     }
 }
 

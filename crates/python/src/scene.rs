@@ -1,14 +1,17 @@
 //! Loads scenes as live simulations, and runs them to frames on disk.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyTuple};
-use supple::{Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Stiffness};
+use supple::{
+    Collider, Damping, Elasticity, Placement, RegionDamping, RegionSize, Resolution, Stiffness,
+    TouchingOptions,
+};
 use supple_io::frames::Format;
 use supple_io::run::{
-    BodyReport, Flow, Input, Job, Observer, Outcome, Progress, RunError, RunReport, Softened, UnkeptVolume,
-    prepare,
+    BodyReport, Flow, Input, Job, Note, Observer, Outcome, Progress, RunError, RunReport, Softened,
+    UnkeptVolume, prepare,
 };
 use supple_io::scene::{BodyData, Scene, SceneError, Up};
 
@@ -16,8 +19,11 @@ use crate::argument::{self, Settings};
 use crate::body::{SharedBody, SharedSimulation, Storage, volume_settings};
 use crate::error::{self, Exception};
 use crate::mesh::Mesh;
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, warn_of_overlaps};
 use crate::{collider, report};
+
+/// Level of the stack of the code that calls `supple.load_scene` or `supple.run`, which are Python functions.
+const CALLER: i32 = 2;
 
 /// Load a scene file as a simulation at time zero. `overrides` contains strings `KEY=VALUE`.
 #[pyfunction]
@@ -28,7 +34,9 @@ pub(crate) fn load_scene<'py>(
 ) -> PyResult<Bound<'py, Simulation>> {
     let scene = open(path, &overrides)?;
     let prepared = py.detach(|| prepare(&scene)).map_err(run_error)?;
-    to_python(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))
+    let simulation = to_python(py, &scene, &prepared.inputs, Arc::new(Mutex::new(prepared.simulation)))?;
+    warn_of_overlaps(py, &prepared.overlaps, CALLER)?;
+    Ok(simulation)
 }
 
 /// Creates the Python object of the simulation of a scene.
@@ -38,6 +46,11 @@ fn to_python<'py>(
     inputs: &[Input],
     simulation: Arc<Mutex<supple::Simulation>>,
 ) -> PyResult<Bound<'py, Simulation>> {
+    let colliders: Vec<Collider> = {
+        let simulation = simulation.lock().unwrap_or_else(PoisonError::into_inner);
+        let collider = |index| simulation.collider(index).description().clone();
+        (0..simulation.collider_count()).map(collider).collect()
+    };
     let shared = Arc::new(SharedSimulation::new(simulation, scene.simulation.threads));
     let bodies = scene.bodies.iter().zip(inputs).enumerate().map(|(index, (data, input))| {
         let shape = Bound::new(py, Mesh::from_core(input.part.mesh().clone()))?.into_any();
@@ -45,7 +58,7 @@ fn to_python<'py>(
         Ok(Arc::new(SharedBody::new(Storage::In(shared.clone(), index), arguments)))
     });
     let bodies = bodies.collect::<PyResult<_>>()?;
-    let colliders = scene.colliders.iter().map(|collider| collider::to_python(py, collider));
+    let colliders = colliders.iter().map(|collider| collider::to_python(py, collider));
     let colliders = PyTuple::new(py, colliders.collect::<PyResult<Vec<_>>>()?)?;
     Bound::new(py, Simulation::from_parts(shared, bodies, &colliders)?)
 }
@@ -89,6 +102,11 @@ fn settings<'py>(py: Python<'py>, data: &BodyData) -> PyResult<Bound<'py, PyDict
     settings.set_item("density", data.material.density)?;
     settings.set_item("volume", volume_settings(py, &data.volume)?)?;
     settings.set_item("skin", data.skin.name())?;
+    let TouchingOptions { friction, restitution, self_contact, ignored } = &data.touching;
+    settings.set_item("friction", friction)?;
+    settings.set_item("restitution", restitution)?;
+    settings.set_item("self_contact", self_contact)?;
+    settings.set_item("ignore", PyTuple::new(py, ignored)?)?;
     Ok(settings)
 }
 
@@ -155,6 +173,13 @@ impl Observer for CallbackObserver<'_> {
                 Ok(simulation) => self.simulation = Some(simulation),
                 Err(error) => self.raised = Some(error),
             }
+        }
+    }
+
+    fn note(&mut self, note: &Note) {
+        if let Note::Overlap(overlap) = note {
+            let warned = Python::attach(|py| warn_of_overlaps(py, std::slice::from_ref(overlap), CALLER));
+            self.raised = self.raised.take().or(warned.err());
         }
     }
 

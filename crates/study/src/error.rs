@@ -22,6 +22,12 @@ pub enum StudyError {
         /// Name of the body.
         body: String,
     },
+    /// Bodies of the scene can touch each other or themselves, which the reference of a study does not compute.
+    #[error(
+        "bodies of the scene can touch each other or themselves, which a study does not support; set \
+         simulation.contact = false and simulation.self_contact = false"
+    )]
+    BodyContact,
     /// No case has the text of the filter in its name.
     #[error(
         "--filter {filter:?}: no {}case has this text in its name or family; the families are: {}",
@@ -87,7 +93,11 @@ impl StudyError {
     pub fn is_input(&self) -> bool {
         match self {
             Self::Run(error) => error.is_input(),
-            Self::NoFrames | Self::Zones { .. } | Self::NoCase { .. } | Self::Resume { .. } => true,
+            Self::NoFrames
+            | Self::Zones { .. }
+            | Self::BodyContact
+            | Self::NoCase { .. }
+            | Self::Resume { .. } => true,
             Self::Point(_) | Self::AfterStart { .. } | Self::File { .. } | Self::Plot { .. } => false,
         }
     }

@@ -1,12 +1,13 @@
 //! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
-use supple::{Body, Lattice, Plan, Preservation, Selection, StepReason};
+use supple::{Body, Lattice, Plan, Preservation, Selection, Shape, StepReason};
 use supple_io::counted;
 use supple_io::frames::{Format, count_shared_normals};
 use supple_io::run::{Input, Prepared};
-use supple_io::scene::{BodyData, Scene, Substeps};
+use supple_io::scene::{BodyData, ColliderData, Scene, Substeps};
 
+use super::contact::{ContactFacts, TouchingFacts, contact, touching};
 use super::material::MaterialFacts;
 use super::placed::{Placed, SelectionFacts, ZoneFacts};
 use super::warnings::warnings;
@@ -31,12 +32,25 @@ pub(super) struct Facts {
     pub(super) bytes_on_disk: u64,
     pub(super) bodies: Vec<BodyFacts>,
     pub(super) colliders: usize,
+    /// The colliders that are meshes.
+    pub(super) collider_meshes: Vec<ColliderMeshFacts>,
+    pub(super) contact: ContactFacts,
     /// The stages of a step and of an evaluation, in order, with the memory of each.
     pub(super) plan: String,
-    /// Limitations that affect the scene.
-    pub(super) notes: Vec<String>,
     /// Probable mistakes in the scene.
     pub(super) warnings: Vec<String>,
+}
+
+/// Facts about a collider that is a mesh.
+#[derive(Debug, Serialize)]
+pub(super) struct ColliderMeshFacts {
+    /// Index of the collider, from 0.
+    pub(super) collider: usize,
+    /// OBJ file, as in the scene.
+    pub(super) file: String,
+    pub(super) triangles: usize,
+    /// Whether the mesh is a solid; otherwise it is a shell.
+    pub(super) closed: bool,
 }
 
 /// Facts about a body.
@@ -53,6 +67,8 @@ pub(super) struct BodyFacts {
     pub(super) handles: Vec<SelectionFacts>,
     #[serde(flatten)]
     pub(super) material: Option<MaterialFacts>,
+    /// How the body touches other bodies and itself; `None` if it can touch neither.
+    pub(super) touching: Option<TouchingFacts>,
     /// Half-width of the regions, in cells.
     pub(super) half_width: usize,
     /// Size of a frame on disk, in bytes.
@@ -167,11 +183,29 @@ impl Facts {
             bytes_on_disk: bodies.iter().map(|body| body.frame_bytes * frames).sum(),
             bodies,
             colliders: scene.colliders.len(),
+            collider_meshes: collider_meshes(scene, prepared),
+            contact: contact(scene, prepared),
             plan: plan.to_string(),
-            notes: notes(scene),
             warnings: warnings(scene, prepared),
         }
     }
+}
+
+/// Returns the facts about the colliders that are meshes.
+fn collider_meshes(scene: &Scene, prepared: &Prepared) -> Vec<ColliderMeshFacts> {
+    let facts = |(collider, data): (usize, &ColliderData)| {
+        let Shape::Mesh { mesh, .. } = &prepared.simulation.collider(collider).description().shape else {
+            return None;
+        };
+        let file = data.mesh()?.display().to_string();
+        Some(ColliderMeshFacts {
+            collider,
+            file,
+            triangles: mesh.mesh().triangles().len(),
+            closed: mesh.is_closed(),
+        })
+    };
+    scene.colliders.iter().enumerate().filter_map(facts).collect()
 }
 
 /// Returns what determined the automatic number of steps per frame.
@@ -182,15 +216,6 @@ fn substeps_reason(prepared: &Prepared) -> Option<String> {
         StepReason::One => description.to_owned(),
         _ => format!("{description} {}", prepared.simulation.bodies()[chosen.body].name()),
     })
-}
-
-/// Returns the limitations that affect a scene.
-fn notes(scene: &Scene) -> Vec<String> {
-    let mut notes = Vec::new();
-    if scene.bodies.len() > 1 {
-        notes.push("contact between bodies is not simulated, so bodies pass through each other".to_owned());
-    }
-    notes
 }
 
 /// Collects the facts about the body with the given index.
@@ -210,6 +235,7 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
         handles: selections(data.pins.len(), &mut data.handles.iter().map(|handle| &handle.selection)),
         lattice: lattice(body.lattice(), &body),
         material: MaterialFacts::new(body),
+        touching: touching(scene, &body, &plan.bodies[index]),
         half_width: body.half_width(),
         frame_bytes: source.frame_bytes(scene.output.format),
         memory_bytes: plan.bodies[index].bytes(),

@@ -1,5 +1,6 @@
 //! `supple inspect`: prints facts about a scene without running it.
 
+mod contact;
 mod facts;
 mod material;
 mod placed;

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use supple_io::counted;
 
-use super::facts::{BodyFacts, Facts, LatticeFacts, MeshFacts};
+use super::contact::{ContactFacts, OverlapFacts, TouchingFacts};
+use super::facts::{BodyFacts, ColliderMeshFacts, Facts, LatticeFacts, MeshFacts};
 use super::placed::{SelectionFacts, ZoneFacts};
 use crate::terminal::{self, number};
 
@@ -25,6 +26,11 @@ pub(super) fn format(facts: &Facts, plan: bool) -> String {
     page.entry("threads", &facts.threads.to_string());
     page.entry("SIMD level", &facts.simd);
     page.entry("colliders", &facts.colliders.to_string());
+    for ColliderMeshFacts { collider, file, triangles, closed } in &facts.collider_meshes {
+        let kind = if *closed { "closed, a solid" } else { "open, a shell" };
+        page.entry("", &format!("collider.{collider}: {file}, {}, {kind}", counted(*triangles, "triangle")));
+    }
+    page.contact(facts);
     for body in &facts.bodies {
         page.body(body);
     }
@@ -35,10 +41,9 @@ pub(super) fn format(facts: &Facts, plan: bool) -> String {
             page.line(&format!("  {line}"));
         }
     }
-    let notes = facts.notes.iter().map(|note| format!("note: {note}"));
-    for line in notes.chain(facts.warnings.iter().map(|warning| format!("warning: {warning}"))) {
+    for warning in &facts.warnings {
         page.line("");
-        page.line(&line);
+        page.line(&format!("warning: {warning}"));
     }
     page.0
 }
@@ -65,6 +70,30 @@ impl Page {
         }
     }
 
+    /// Adds the settings of contact between bodies, and the bodies that do not touch each other.
+    fn contact(&mut self, facts: &Facts) {
+        let ContactFacts { between_bodies, self_contact, ignored, overlapping } = &facts.contact;
+        let own = facts.bodies.iter().filter(|body| body.touching.as_ref().is_some_and(|t| t.self_contact));
+        let own: Vec<&str> = own.map(|body| body.name.as_str()).collect();
+        let between = match (facts.bodies.len(), *between_bodies) {
+            (1, _) => "none, the scene has one body",
+            (_, true) => "on",
+            (_, false) => "off (`contact = false`)",
+        };
+        let own = match own.len() {
+            0 => "off".to_owned(),
+            count if count == facts.bodies.len() && *self_contact => "on".to_owned(),
+            _ => format!("on for {}", own.join(", ")),
+        };
+        self.entry("contact", &format!("between bodies: {between}; of a body with itself: {own}"));
+        for [a, b] in ignored {
+            self.entry("", &format!("{a} and {b} pass through each other (`ignore`)"));
+        }
+        for OverlapFacts { bodies: [a, b], depth } in overlapping {
+            self.entry("", &format!("{a} and {b} overlap at the start, up to {} deep", number(*depth)));
+        }
+    }
+
     fn body(&mut self, body: &BodyFacts) {
         self.line("");
         self.line(&format!("body {}", body.name));
@@ -82,6 +111,14 @@ impl Page {
             let [first, second] = material.lines();
             self.entry("material", &first);
             self.entry("", &second);
+        }
+        if let Some(touching) = &body.touching {
+            let TouchingFacts { friction, restitution, samples, bytes, .. } = touching;
+            let (samples, bytes) = (counted(*samples, "surface sample"), terminal::bytes(*bytes as u64));
+            self.entry(
+                "contact",
+                &format!("friction {friction}, restitution {restitution}, {samples}, {bytes}"),
+            );
         }
         self.entry("half-width", &counted(body.half_width, "cell"));
         self.entry("memory", &terminal::bytes(body.memory_bytes as u64));

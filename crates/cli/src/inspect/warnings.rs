@@ -1,5 +1,5 @@
-//! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that positions in `f32`
-//! cannot represent, and bodies that are softer than specified.
+//! Finds probable mistakes in a scene: bodies that begin inside a collider, bodies that overlap, bodies
+//! that positions in `f32` cannot represent, and bodies that are softer than specified.
 
 use supple::{Body, Collider, Key, Shape, euler_degrees};
 use supple_io::run::{Prepared, Softened};
@@ -27,11 +27,15 @@ pub(super) fn warnings(scene: &Scene, prepared: &Prepared) -> Vec<String> {
         let body = simulation.body(index);
         let placed = Placed::new(data, &body);
         warnings.extend(precision(&placed, &body));
-        let colliders = scene.colliders.iter().enumerate();
-        warnings.extend(colliders.filter_map(|(index, collider)| overlap(&placed, &body, index, collider)));
+        let colliders =
+            (0..simulation.collider_count()).map(|index| simulation.collider(index).description());
+        let overlaps =
+            colliders.enumerate().filter_map(|(index, collider)| overlap(&placed, &body, index, collider));
+        warnings.extend(overlaps);
         let softened = Softened::of(body, prepared.substeps, simulation.dt());
         warnings.extend(softened.map(|softened| format!("body {}: {softened}", data.name)));
     }
+    warnings.extend(prepared.overlaps.iter().map(ToString::to_string));
     warnings
 }
 

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::elasticity::{extent, initial_half_width, size_of};
 use super::material::check_cell_mass;
-use super::{Body, MAX_CELLS, Surface};
+use super::{Body, MAX_CELLS, Surface, TouchingOptions};
 use crate::dynamics::{
     Damping, ElasticDamper, Elasticity, Handle, Material, MomentumTracker, Pin, Preset, RegionDamper,
     RegionDamping, RegionSize, Stiffness, Zone,
@@ -30,6 +30,7 @@ pub struct BodyBuilder {
     placement: Placement,
     volume: VolumeOptions,
     skin: SkinKind,
+    touching: TouchingOptions,
     zones: Vec<Zone>,
     pins: Vec<Pin>,
     handles: Vec<Handle>,
@@ -60,6 +61,7 @@ impl BodyBuilder {
             placement: Placement::default(),
             volume: VolumeOptions::default(),
             skin: SkinKind::default(),
+            touching: TouchingOptions::default(),
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
@@ -237,6 +239,39 @@ impl BodyBuilder {
         self
     }
 
+    /// Sets how the body touches other bodies: friction, restitution, self-contact and the bodies that it does not touch.
+    pub fn touching(mut self, touching: TouchingOptions) -> Self {
+        self.touching = touching;
+        self
+    }
+
+    /// Sets the Coulomb friction coefficient of the body at other bodies, >= 0; default 0.5. The coefficient of two bodies
+    /// is the geometric mean of theirs. At a collider, that of the collider holds.
+    pub fn friction(mut self, friction: f64) -> Self {
+        self.touching.friction = friction;
+        self
+    }
+
+    /// Sets the coefficient of restitution of the body at other bodies, in [0, 1]; default 0. That of two bodies is the
+    /// greater of theirs. At a collider, that of the collider holds.
+    pub fn restitution(mut self, restitution: f64) -> Self {
+        self.touching.restitution = restitution;
+        self
+    }
+
+    /// Sets whether parts of the body touch each other. By default the
+    /// [simulation](crate::SimulationBuilder::self_contact) decides.
+    pub fn self_contact(mut self, enabled: bool) -> Self {
+        self.touching.self_contact = Some(enabled);
+        self
+    }
+
+    /// Adds the name of a body that this one does not touch, whichever of the two names the other.
+    pub fn ignore(mut self, name: impl Into<String>) -> Self {
+        self.touching.ignored.push(name.into());
+        self
+    }
+
     /// Adds a part with another stiffness. The factors of overlapping zones multiply.
     pub fn zone(mut self, zone: Zone) -> Self {
         self.zones.push(zone);
@@ -265,6 +300,7 @@ impl BodyBuilder {
     pub fn build(self) -> Result<Body, Error> {
         self.material.validate()?;
         self.placement.validate()?;
+        self.touching.validate()?;
         let (lattice, surface) = match self.shape {
             Shape::Lattice(lattice) => {
                 let scaled = if self.scale == 1.0 { *lattice } else { lattice.scaled(self.scale)? };
@@ -306,6 +342,8 @@ impl BodyBuilder {
             lowest_eigenvalue: OnceLock::new(),
             forces: None,
             contacts: None,
+            body_contact: None,
+            touching: self.touching,
             leaving: Vec::new(),
             constraints: None,
             stiffness_factors: None,

@@ -21,7 +21,8 @@ use crate::simd::lanes::Lanes;
 use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Obstacles, VolumeMeasures, VolumeReport,
+    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, Obstacles, VolumeMeasures,
+    VolumeReport,
 };
 
 /// A reference to a body, with the data of its simulation that the displayed surface, the elasticity in force and the
@@ -183,6 +184,8 @@ pub struct Display {
     /// `slot_rotations` in vertex order.
     rotations: Vec<[f32; 4]>,
     external_forces: Vec<ExternalForce>,
+    /// Limits of the correction at bodies that the body touches.
+    contact_limits: Vec<Limit>,
     components: Vec<ComponentReport>,
     times: DisplayTimes,
 }
@@ -236,22 +239,40 @@ impl Display {
     /// Runs the volume correction: sets the constrained vertices, removes the directions of external forces
     /// from the field (Eq. (2)), solves for lambda (Eq. (1)) and limits the correction at colliders.
     fn correct(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
-        let Self { correction: workspace, deformed, corrected, rotations, external_forces, trust, .. } = self;
+        let Self {
+            correction: workspace,
+            deformed,
+            corrected,
+            rotations,
+            external_forces,
+            contact_limits,
+            trust,
+            ..
+        } = self;
         correction.set_constrained(workspace, body.constrained_vertices());
         external_forces.clear();
         external_forces
             .extend(body.context.into_iter().flat_map(|context| body.body.external_forces(context.dt)));
         correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
-        let context = body.context.filter(|context| !context.colliders.is_empty());
+        body.body.contact_limits(contact_limits);
+        let context =
+            body.context.filter(|context| !(context.colliders.is_empty() && contact_limits.is_empty()));
         if let Some(DisplayContext { colliders, time, .. }) = context {
             let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
             // A body that has not yet been stepped in this simulation may have no contact stage.
-            let new_samples = body.contacts.is_none().then(|| body.create_samples());
+            let is_missing = body.contacts.is_none() && !colliders.is_empty();
+            let new_samples = is_missing.then(|| body.create_samples(1.0));
             let samples = body.contacts.as_ref().map(Contacts::samples).or(new_samples.as_ref());
-            if let Some(samples) = samples {
-                correction.limit_at_colliders(workspace, executor, samples, &obstacles, deformed, corrected);
-            }
+            let surroundings = (samples, &obstacles);
+            correction.limit_at_obstacles(
+                workspace,
+                executor,
+                surroundings,
+                contact_limits,
+                deformed,
+                corrected,
+            );
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
@@ -263,6 +284,7 @@ impl Display {
         let lattice =
             size_of_val(&*self.deformed) + size_of_val(&*self.corrected) + size_of_val(&*self.xyzx) + slopes;
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
+        let correction = correction + size_of_val(&*self.contact_limits);
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
         lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes()
     }
@@ -331,7 +353,10 @@ impl Displayed<'_> {
             }
             let trust = self.display.trust.values();
             let smooth = embedding.smoothing().map(|_| Slopes { slopes: &slopes, trust });
-            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, frame };
+            let correction = self.body.correction.as_ref();
+            let motion =
+                correction.and_then(|correction| correction.surface_motion(&self.display.correction));
+            let pose = Pose { mesh, embedding, lattice: &lattice, slopes: smooth, motion, frame };
             skin.evaluate(&self.executor, pose, outputs, &mut self.display.skin);
             (self.display.xyzx, self.display.slopes) = (lattice, slopes);
         }

@@ -30,10 +30,13 @@ impl Body {
 
     /// Looks for components inside colliders where needed, and stores the state of the components that leave colliders.
     pub(super) fn begin_escapes(&mut self, context: &StepContext) {
-        let Self { momentum, state, .. } = self;
+        let Self { contacts, momentum, state, .. } = self;
         state.escapes.retain(|escape| !momentum.is_constrained(escape.component as usize));
         if state.escapes.searches {
             state.escapes.searches = false;
+            if let Some(contacts) = contacts {
+                contacts.set_sides(&[]);
+            }
             self.find_ways_out(context.colliders, context.interval, context.gravity);
         }
         let Self { contacts, lattice, leaving, matching, state, .. } = self;
@@ -61,7 +64,7 @@ impl Body {
         else {
             return;
         };
-        let shapes: Vec<_> = colliders.at(interval.start, state.frame.body_frame()).collect();
+        let shapes: Vec<_> = colliders.before(interval, state.frame.body_frame()).collect();
         if !shapes.iter().any(|shape| contacts.may_touch(shape, &state.positions)) {
             return;
         }

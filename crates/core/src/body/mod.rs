@@ -12,10 +12,12 @@
 //! | `hold_force` | the forces that pins and handles exert |
 //! | `quantities` | sums mass, momenta and energies |
 //! | `snapshot` | saves and restores the state |
+//! | `body_contact` | contact with other bodies |
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
 
+mod body_contact;
 mod builder;
 mod display;
 mod elasticity;
@@ -30,13 +32,15 @@ mod snapshot;
 mod step;
 mod zones;
 
+pub use body_contact::TouchingOptions;
 pub use builder::BodyBuilder;
 pub(crate) use display::DisplayContext;
 pub use display::{BodyRef, Display, DisplayTimes, Displayed, DisplayedSurface};
 pub use elasticity::Softened;
 pub use hold_force::HoldForce;
+pub(crate) use sleep::RestVote;
 pub use snapshot::{BodySnapshot, StateError};
-pub(crate) use step::StepContext;
+pub(crate) use step::{BodyContactPart, StepContext};
 
 use escape::Leaving;
 
@@ -44,7 +48,8 @@ use std::sync::OnceLock;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
-use crate::contact::{Colliders, Contacts, SampleCells};
+use crate::contact::bodies::BodyContact;
+use crate::contact::{Colliders, Contacts, Pressure, SampleCells};
 use crate::dynamics::{
     Constraints, ElasticDamper, EnergyLimiter, Forces, Material, MomentumTracker, RegionDamper,
     StiffnessFactors,
@@ -54,7 +59,7 @@ use crate::matching::{Matching, Purpose, Workspace};
 use crate::mesh::Mesh;
 use crate::parallel::Executor;
 use crate::skin::{Skin, SkinKind};
-use crate::state::State;
+use crate::state::{BodyFrame, State};
 use crate::volume::{self, Correction, VolumeMeasures, VolumeOptions};
 
 /// Greatest valid magnitude of coordinates, in cells, and of speeds, in cells/s. Adjacent f64 numbers are
@@ -92,6 +97,9 @@ pub struct Body {
     elastic_damping: Option<ElasticDamper>,
     forces: Option<Forces>,
     contacts: Option<Contacts>,
+    /// Present in a simulation in which the body can touch bodies.
+    body_contact: Option<BodyContact>,
+    touching: TouchingOptions,
     /// Vertices of components that leave colliders in the current step: see `escape`.
     leaving: Vec<Leaving>,
     constraints: Option<Constraints>,
@@ -229,7 +237,7 @@ impl Body {
     }
 
     /// Returns the mass of a full cell.
-    fn cell_mass(&self) -> f64 {
+    pub(crate) fn cell_mass(&self) -> f64 {
         self.material.density * self.lattice.cell_size().powi(3)
     }
 
@@ -238,29 +246,42 @@ impl Body {
         self.cell_mass() * f64::from(self.masses[vertex as usize])
     }
 
-    /// Creates the contact stage if there are colliders, and removes it if there are none.
+    /// Creates the contact stage if there are colliders, and removes it if there are none. Narrow colliders need more samples.
     pub(crate) fn update_contact_stage(&mut self, colliders: &Colliders) {
         if colliders.is_empty() {
             self.contacts = None;
             self.state.supports.clear();
-        } else if self.contacts.is_none() {
-            self.contacts = Some(Contacts::new(self.create_samples()));
+            return;
+        }
+        let spacing = colliders.sample_spacing(self.lattice.cell_size());
+        if self.contacts.as_ref().is_none_or(|contacts| contacts.spacing() != spacing) {
+            self.contacts = Some(Contacts::within(spacing, self.create_samples(spacing)));
         }
     }
 
-    /// Creates the samples on which contacts act: points of the mesh, or the boundary vertices of a bare
-    /// lattice.
-    fn create_samples(&self) -> SampleCells {
+    /// Returns the transformation from local coordinates to world space.
+    pub(crate) fn frame(&self) -> BodyFrame {
+        self.state.frame.body_frame()
+    }
+
+    /// Returns the contacts with colliders of the last step.
+    pub(crate) fn pressures(&self) -> &[Pressure] {
+        self.contacts.as_ref().map_or(&[], Contacts::pressures)
+    }
+
+    /// Creates the samples on which contacts act, at most `spacing` cells apart: points of the mesh, or of the boundary of a
+    /// bare lattice.
+    fn create_samples(&self, spacing: f64) -> SampleCells {
         let slots = self.matching.layout.slots();
         match &self.surface {
             Some(Surface { mesh, embedding, .. }) => {
-                let samples = SampleCells::of_mesh(mesh, &self.lattice, slots, &self.masses);
+                let samples = SampleCells::of_mesh_within(spacing, mesh, &self.lattice, slots, &self.masses);
                 match embedding.smoothing() {
                     None => samples,
                     Some(_) => samples.smoothed(&self.lattice, slots, &self.masses),
                 }
             }
-            None => SampleCells::of_lattice(&self.lattice, slots, &self.masses),
+            None => SampleCells::of_lattice_within(spacing, &self.lattice, slots, &self.masses),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::Body;
 use super::step::{STEP, Stage};
 use crate::dynamics::{Damping, RegionDamping, StiffnessFactors};
-use crate::plan::{BodyPlan, PlannedStage, When};
+use crate::plan::{BodyPlan, CONTACT_OF_BODIES, PlannedStage, When};
 use crate::volume::VolumeMeasures;
 
 impl Body {
@@ -26,6 +26,9 @@ impl Body {
             left_out: Vec::new(),
         };
         for stage in STEP {
+            if stage == Stage::Contacts {
+                self.plan_body_contact(&mut plan);
+            }
             if self.has(stage) {
                 plan.stages.push(self.describe(stage));
             } else if stage.is_main() {
@@ -52,6 +55,20 @@ impl Body {
             }
         }
         plan
+    }
+
+    /// Adds contact with bodies. It is computed for all bodies together, at the beginning of the contacts with colliders.
+    fn plan_body_contact(&self, plan: &mut BodyPlan) {
+        match self.planned_body_contact() {
+            Some((samples, bytes)) => {
+                let detail = match samples {
+                    Some(samples) => format!("{samples} samples"),
+                    None => "no samples before a body is near".to_owned(),
+                };
+                plan.stages.push(PlannedStage { when: When::Step, name: CONTACT_OF_BODIES, detail, bytes });
+            }
+            None => plan.left_out.push(CONTACT_OF_BODIES),
+        }
     }
 
     /// Returns the name, the parameters and the memory of a stage.

@@ -1,10 +1,13 @@
 //! Sleep: a body at rest is not stepped.
 //!
 //! A body falls asleep at the beginning of a frame, if during the last half second every vertex was slower than 1e-3
-//! √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider, and no pin, handle or
+//! √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider or a body, and no pin, handle or
 //! near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the limit
 //! is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero. A
 //! component that is exactly still needs no support.
+//!
+//! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body that
+//! another one touches wakes up.
 //!
 //! A sleeping body wakes up when something could move it: a handle or a near collider that moves, a pin or handle
 //! that begins or ends, a force, an assigned position or velocity, and every changed setting.
@@ -33,6 +36,19 @@ const GREATEST_NOISE: f64 = 10.0;
 /// Distance in cells below which a moving collider wakes a sleeping body.
 const NEAR: f64 = 2.0;
 
+/// Whether a body, or bodies that touch each other, may sleep. The first that holds for one of them counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum RestVote {
+    /// Something may move the body.
+    Disturbed,
+    /// The body has not been at rest for long enough.
+    Awake,
+    /// The body may fall asleep.
+    Rested,
+    /// The body sleeps.
+    Asleep,
+}
+
 impl Body {
     /// Returns whether the body sleeps: it is at rest and is not stepped.
     pub fn is_asleep(&self) -> bool {
@@ -44,20 +60,43 @@ impl Body {
         self.state.rest = Rest::default();
     }
 
-    /// Decides at the beginning of a step whether the body sleeps during the step.
-    pub(super) fn sleeps(&mut self, context: &StepContext) -> bool {
+    /// Returns at the beginning of a step whether the body may sleep during the step.
+    pub(crate) fn rest_vote(&self, context: &StepContext) -> RestVote {
         let Rest { is_asleep, time } = self.state.rest;
-        if !context.sleep {
-            self.state.rest = Rest::default();
-            return false;
+        match () {
+            _ if !context.sleep => RestVote::Disturbed,
+            _ if (is_asleep || time > 0.0) && self.is_disturbed(context) => RestVote::Disturbed,
+            _ if is_asleep => RestVote::Asleep,
+            _ if context.is_frame_start && time >= REST_TIME => RestVote::Rested,
+            _ => RestVote::Awake,
         }
-        let disturbed = (is_asleep || time > 0.0) && self.is_disturbed(context);
-        if disturbed {
+    }
+
+    /// Lets the body sleep, or wakes it up, at the beginning of a step. `vote` is that of the body and of all bodies that
+    /// it touches.
+    pub(crate) fn follow(&mut self, vote: RestVote) {
+        match vote {
+            RestVote::Disturbed => self.wake(),
+            RestVote::Rested if !self.is_asleep() => self.fall_asleep(),
+            RestVote::Awake if self.is_asleep() => self.wake(),
+            _ => {}
+        }
+    }
+
+    /// Returns whether a collider, a pin or a handle holds the body, or it is exactly still.
+    pub(crate) fn has_own_support(&self) -> bool {
+        let Self { lattice, matching, momentum, state, .. } = self;
+        let is_still = |&slot: &u32| state.velocities.get(slot) == [0.0; 3];
+        !state.supports.list().is_empty()
+            || (0..lattice.components().count).any(|component| momentum.is_constrained(component))
+            || state.frame.velocity() == Vector3::zeros() && matching.layout.slots().iter().all(is_still)
+    }
+
+    /// Wakes a body up that another body touched.
+    pub(super) fn wake_in_contact(&mut self) {
+        if self.is_asleep() {
             self.wake();
-        } else if !is_asleep && context.is_frame_start && time >= REST_TIME {
-            self.fall_asleep();
         }
-        self.state.rest.is_asleep
     }
 
     /// Updates the time for which the body has been at rest, at the end of a step.
@@ -78,6 +117,7 @@ impl Body {
         state.momenta.fill(None);
         state.energy_limit = None;
         state.rest.is_asleep = true;
+        self.measure_contact_bounds();
     }
 
     /// Returns the limit of the speeds of a body at rest, in cells/s.
@@ -125,6 +165,7 @@ impl Body {
         let is_held = |component: usize| {
             momentum.is_constrained(component)
                 || state.supports.list().iter().any(|support| support.component as usize == component)
+                || state.touches.bodies().iter().any(|(touched, _)| *touched as usize == component)
         };
         if (0..lattice.components().count).all(is_held) {
             return true;

@@ -2,10 +2,11 @@
 
 use super::zones::check_stiffness;
 use super::{Body, Surface};
+use crate::contact::Side;
 use crate::dynamics::{Constraints, Forces, Material, StiffnessFactors};
 use crate::error::Error;
 use crate::range::in_range;
-use crate::state::State;
+use crate::state::{State, Touches};
 use crate::volume::{Correction, VolumeOptions};
 
 /// The saved state of a body: all data that steps and changes of settings modify. It can be restored in any
@@ -25,6 +26,8 @@ pub struct BodySnapshot {
     forces: Option<Forces>,
     /// Displacements by contacts since the frame began, for the volume correction.
     displacements: Vec<[f32; 3]>,
+    /// Side points of the samples at colliders; see `contact::sides`.
+    sides: Vec<Side>,
 }
 
 /// A saved state that does not match the body or simulation.
@@ -56,6 +59,9 @@ pub enum StateError {
         /// Index of the collider, from 0.
         index: usize,
     },
+    /// Invalid supports of bodies by each other.
+    #[error("the state has invalid supports of bodies by each other")]
+    Supports,
     /// A different cell size.
     #[error("body {body:?} has the cell size {cell_size}, but the state has {found}")]
     CellSize {
@@ -110,6 +116,7 @@ impl Body {
                 .contacts
                 .as_ref()
                 .map_or_else(Vec::new, |contacts| contacts.all_displacements().to_vec()),
+            sides: self.contacts.as_ref().map_or_else(Vec::new, |contacts| contacts.sides().to_vec()),
         }
     }
 
@@ -138,11 +145,21 @@ impl Body {
             self.set_volume(snapshot.volume)?;
         }
         self.state = snapshot.state.clone();
+        if self.body_contact.is_none() {
+            self.state.touches = Touches::default();
+        }
+        self.measure_contact_bounds();
+        // The limits of the displayed surface at touching bodies need it.
+        if !self.state.touches.samples().is_empty() {
+            self.create_contact_surface();
+        }
         self.constraints = snapshot.constraints.clone();
         self.track_constraints();
         self.forces = snapshot.forces.clone();
         if let Some(contacts) = &mut self.contacts {
             contacts.set_displacements(&snapshot.displacements);
+            contacts.clear_pressures();
+            contacts.set_sides(&snapshot.sides);
         }
         Ok(())
     }
@@ -155,7 +172,9 @@ impl Body {
             return Err(StateError::CellSize { body: body(), cell_size, found });
         }
         let (blocks, found) = (self.state.positions.blocks().len(), snapshot.state.positions.blocks().len());
-        if !(blocks == found && snapshot.state.is_valid(blocks, self.state.momenta.len())) {
+        let are_sides_valid = snapshot.sides.iter().all(Side::is_valid);
+        if !(blocks == found && are_sides_valid && snapshot.state.is_valid(blocks, self.state.momenta.len()))
+        {
             return Err(StateError::Lattice { body: body(), blocks, found });
         }
         let vertices = self.lattice.len();

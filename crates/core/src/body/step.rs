@@ -23,6 +23,7 @@ use nalgebra::Vector3;
 
 use super::Body;
 use crate::contact::Colliders;
+use crate::contact::bodies::{BodyContacts, Island};
 use crate::dynamics::{Accelerate, Advance, Constraints, EnergyLimiter, RegionDamper};
 use crate::matching::{Purpose, Regions};
 use crate::parallel::{CHUNK, Executor};
@@ -55,7 +56,7 @@ pub(super) enum Stage {
     Constraints,
 }
 
-/// The stages in execution order. [`Body::step`] runs this list. The plan prints the list with the memory of
+/// The stages in execution order. A step runs this list. The plan prints the list with the memory of
 /// each stage, followed by the two stages that evaluate the displayed surface.
 pub(super) const STEP: [Stage; 10] = [
     Stage::BeginConstraints,
@@ -70,20 +71,83 @@ pub(super) const STEP: [Stage; 10] = [
     Stage::Constraints,
 ];
 
+/// The part of a body in the contacts between bodies of a step.
+pub(crate) enum BodyContactPart<'a> {
+    /// No body is near, and the body cannot touch itself.
+    Alone,
+    /// A body is near, or the body can touch itself, but nothing touches.
+    Near,
+    /// The body is the `member`-th one of an island, and the `index`-th one of the simulation.
+    InIsland { contacts: &'a BodyContacts, island: &'a Island, member: usize, index: u32 },
+}
+
+/// Index in [`STEP`] of the first stage after the damping, whose reference motions bodies that press on each other have in
+/// common.
+const FIRST_STAGE_AFTER_DAMPING: usize = 5;
+
+/// Index in [`STEP`] of the stage in which bodies touch each other.
+const FIRST_CONTACT_STAGE: usize = 8;
+
+const _: () = assert!(matches!(
+    (STEP[FIRST_STAGE_AFTER_DAMPING], STEP[FIRST_CONTACT_STAGE]),
+    (Stage::BeginContacts, Stage::Contacts)
+));
+
 impl Body {
-    /// Advances the body by one step: runs the existing stages of the body in the order of [`STEP`], unless it sleeps.
-    pub(crate) fn step(&mut self, context: &StepContext, executor: &Executor) {
+    /// Begins a step: runs the existing stages of the body up to the damping, in the order of [`STEP`], unless it sleeps.
+    pub(crate) fn begin_step(&mut self, context: &StepContext, executor: &Executor) {
         self.update_contact_stage(context.colliders);
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
-        if self.sleeps(context) {
-            return;
+        if !self.is_asleep() {
+            self.run_all(&STEP[..FIRST_STAGE_AFTER_DAMPING], context, executor);
         }
-        for stage in STEP {
+    }
+
+    /// Continues a step: runs the existing stages up to the contacts, unless the body sleeps.
+    pub(crate) fn advance_step(&mut self, context: &StepContext, executor: &Executor) {
+        if !self.is_asleep() {
+            self.run_all(&STEP[FIRST_STAGE_AFTER_DAMPING..FIRST_CONTACT_STAGE], context, executor);
+            self.measure_contact_bounds();
+        }
+    }
+
+    /// Finishes a step: runs the existing stages of the body from the contacts on, unless it sleeps.
+    pub(crate) fn finish_step(&mut self, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
+        match part {
+            BodyContactPart::InIsland { contacts, island, member, index } => {
+                self.apply_island(context, (island, *member, *index), contacts.touches(*index), executor);
+                self.finish_contacts(context);
+                self.apply_constraints(context);
+            }
+            _ if self.is_asleep() => {
+                if let Some(contacts) = &mut self.contacts {
+                    contacts.restore_pressures();
+                }
+                return;
+            }
+            BodyContactPart::Alone => self.run_all(&STEP[FIRST_CONTACT_STAGE..], context, executor),
+            BodyContactPart::Near => {
+                let Self { contacts, state, .. } = self;
+                if let Some(contacts) = contacts {
+                    contacts.finish_alone(&mut state.body_state(), context.colliders, context.interval);
+                }
+                self.finish_contacts(context);
+                self.apply_constraints(context);
+            }
+        }
+        if self.body_contact.is_some() && !matches!(part, BodyContactPart::InIsland { .. }) {
+            self.state.touches.set(std::iter::empty(), std::iter::empty());
+        }
+        self.track_rest(context, executor);
+    }
+
+    /// Runs those of some stages that exist.
+    fn run_all(&mut self, stages: &[Stage], context: &StepContext, executor: &Executor) {
+        for &stage in stages {
             if self.has(stage) {
                 self.run(stage, context, executor);
             }
         }
-        self.track_rest(context, executor);
     }
 
     /// Returns whether a stage of the body exists. A missing stage takes no time and no memory.
@@ -93,7 +157,8 @@ impl Body {
             Stage::Forces => self.forces.is_some(),
             Stage::RegionDamping => self.region_damping.is_some(),
             Stage::ElasticDamping => self.elastic_damping.is_some(),
-            Stage::BeginContacts | Stage::Contacts => self.contacts.is_some(),
+            Stage::BeginContacts => self.contacts.is_some() || self.body_contact.is_some(),
+            Stage::Contacts => self.contacts.is_some(),
             Stage::Momentum | Stage::Matching | Stage::Integration => true,
         }
     }
@@ -267,7 +332,10 @@ impl Body {
     }
 
     /// Stores the velocities before the impacts of this step.
-    fn begin_contacts(&mut self, context: &StepContext) {
+    pub(super) fn begin_contacts(&mut self, context: &StepContext) {
+        if let Some(contact) = &mut self.body_contact {
+            contact.begin(&self.state);
+        }
         self.begin_escapes(context);
         if let Some(contacts) = &mut self.contacts {
             contacts.begin(&self.state.velocities);
@@ -287,6 +355,9 @@ impl Body {
         let dt = context.interval.dt;
         let alpha = self.alpha(dt);
         let Self { matching, workspace, momentum, energy, elastic_damping, lattice, state, .. } = self;
+        if let Some(damping) = elastic_damping {
+            damping.finish(state, momentum);
+        }
         let mut velocity_change = context.gravity * (dt / lattice.cell_size());
         if is_free {
             state.frame.advance_origin(velocity_change, dt);
@@ -344,20 +415,31 @@ impl Body {
         advance.run(executor, &mut state.positions, &mut state.compensation, &mut state.velocities);
     }
 
-    /// Applies contact impulses and pushes samples out of colliders. This invalidates the momenta of the
-    /// touched components; the next step measures them.
+    /// Applies contact impulses and pushes samples out of colliders.
     fn resolve_contacts(&mut self, context: &StepContext) {
+        self.detect_contacts(context);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.finish_alone(&mut self.state.body_state(), context.colliders, context.interval);
+        }
+        self.finish_contacts(context);
+    }
+
+    /// Moves components out of colliders in which they began, and finds the contacts with colliders.
+    pub(super) fn detect_contacts(&mut self, context: &StepContext) {
         self.move_out();
-        let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
-        if context.is_frame_start {
+        let is_asleep = self.is_asleep();
+        let Self { contacts: Some(contacts), state, .. } = self else { return };
+        if context.is_frame_start && !is_asleep {
             contacts.clear_displacements();
         }
-        contacts.resolve(
-            &mut state.body_state(),
-            context.colliders,
-            context.interval,
-            context.gravity.into(),
-        );
+        let (colliders, interval) = (context.colliders, context.interval);
+        contacts.detect(&state.body_state(), colliders, interval, context.gravity.into());
+    }
+
+    /// Invalidates the momenta of the components that touched colliders, which the next step measures, and stores what
+    /// supports the body.
+    fn finish_contacts(&mut self, context: &StepContext) {
+        let Self { contacts: Some(contacts), lattice, state, .. } = self else { return };
         for vertex in contacts.touched() {
             state.invalidate_momentum(lattice, vertex);
         }
@@ -372,7 +454,7 @@ impl Body {
     }
 
     /// Moves constrained vertices to the targets of their pins and handles.
-    fn apply_constraints(&mut self, context: &StepContext) {
+    pub(super) fn apply_constraints(&mut self, context: &StepContext) {
         if let Some(constraints) = &self.constraints {
             constraints.apply(context.interval, &mut self.state.body_state(), self.matching.layout.slots());
         }

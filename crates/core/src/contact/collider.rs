@@ -1,9 +1,10 @@
 //! Descriptions of colliders: shapes with friction, restitution and keyframes.
 
-use thiserror::Error;
-
+use super::collision_mesh::CollisionMesh;
+use super::fault::ColliderFault;
 use super::shape::Shape;
-use crate::dynamics::{Key, Motion, MotionError, direction};
+use crate::dynamics::{Key, Motion, direction};
+use crate::mesh::Mesh;
 
 /// Rigid obstacle that bodies cannot enter.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,39 +22,6 @@ pub struct Collider {
     pub restitution: f64,
     /// Keyframes of the motion of the shape about its center. Default: no keyframes; the collider is at rest.
     pub keys: Vec<Key>,
-}
-
-/// An invalid collider of a scene.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-#[error("collider {collider}: {fault}")]
-pub struct ColliderError {
-    /// Index of the collider, from 0.
-    pub collider: usize,
-    /// The fault.
-    pub fault: ColliderFault,
-}
-
-/// Fault of a collider.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum ColliderFault {
-    /// A number is not finite or out of its range.
-    #[error("{name} is {value}; {range}")]
-    OutOfRange {
-        /// Field of the collider or its shape.
-        name: &'static str,
-        /// Value of the field.
-        value: f64,
-        /// Valid range of the field, as a clause.
-        range: &'static str,
-    },
-    /// The normal of a plane is zero.
-    #[error("the plane's normal is zero; give the direction of the free side")]
-    ZeroNormal,
-    /// The keyframes are invalid.
-    #[error(transparent)]
-    Motion(#[from] MotionError),
 }
 
 impl Collider {
@@ -80,6 +48,16 @@ impl Collider {
     /// Creates a capsule about the segment from `a` to `b`.
     pub fn capsule(a: [f64; 3], b: [f64; 3], radius: f64) -> Self {
         Self::new(Shape::Capsule { a, b, radius })
+    }
+
+    /// Creates a mesh as it is: a solid if it is closed, a thin shell if it is open. For a mesh that is scaled or placed, and
+    /// for several colliders of one mesh, see [`Shape::Mesh`].
+    ///
+    /// # Errors
+    /// [`ColliderFault::NoArea`] if no triangle has an area.
+    pub fn mesh(mesh: Mesh) -> Result<Self, ColliderFault> {
+        let (mesh, zero) = (CollisionMesh::new(mesh)?, [0.0; 3]);
+        Ok(Self::new(Shape::Mesh { mesh, scale: 1.0, rotate: zero, translate: zero }))
     }
 
     /// Checks the numbers and the keyframes.
@@ -128,6 +106,11 @@ impl Collider {
                 finite("a", a)?;
                 finite("b", b)?;
                 positive("radius", &[*radius])?;
+            }
+            Shape::Mesh { scale, rotate, translate, .. } => {
+                positive("scale", &[*scale])?;
+                finite("rotate", rotate)?;
+                finite("translate", translate)?;
             }
         }
         finite("friction", &[self.friction])?;

@@ -1,12 +1,26 @@
 //! The validated colliders of a simulation, and their poses: at rest, along keyframes, or driven.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::Point3;
 
-use super::collider::{Collider, ColliderError, ColliderFault};
-use super::shape::PosedShape;
+use super::collider::Collider;
+use super::deformation::AnimatedSurface;
+use super::fault::{ColliderError, ColliderFault};
+use super::posed_collider::{PosedCollider, SurfaceMotion};
+use super::shape::{PosedShape, Shape};
 use crate::dynamics::{Drive, EulerPose, Motion, Pose};
 use crate::range::RangeError;
 use crate::state::{BodyFrame, Interval};
+
+/// Radius in cells below which a ball, a capsule or a rod is narrow. Where a fast body hits one, its cells are stretched
+/// about four times: samples that are a cell apart then leave holes with a radius of up to 2.8 cells.
+const NARROW: f64 = 3.0;
+
+/// Distance of samples relative to the radius of a narrow collider. At the same stretch they leave holes with 0.7 times the
+/// radius.
+const SPACING: f64 = 0.25;
+
+/// Least distance of samples, in cells.
+const LEAST_SPACING: f64 = 0.25;
 
 /// Validated colliders of a scene, for all of its bodies. Without colliders there are no contacts.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +31,8 @@ pub struct Colliders(Vec<ValidCollider>);
 struct ValidCollider {
     collider: Collider,
     motion: ColliderMotion,
+    /// The surface of an animated mesh. In a box, so that the other colliders are not larger.
+    animated: Option<Box<AnimatedSurface>>,
 }
 
 /// Motion of a collider.
@@ -40,7 +56,20 @@ pub(crate) struct DrivenCollider {
 impl ValidCollider {
     fn new(collider: &Collider) -> Result<Self, ColliderFault> {
         let motion = ColliderMotion::from_keys(collider.validated_motion()?);
-        Ok(Self { collider: collider.clone(), motion })
+        let animated = match &collider.shape {
+            Shape::Mesh { mesh, .. } => AnimatedSurface::new(mesh).map(Box::new),
+            _ => None,
+        };
+        Ok(Self { collider: collider.clone(), motion, animated })
+    }
+
+    /// Returns the shape in a pose, with the surface of an animated mesh before or after the step.
+    fn posed(&self, pose: &Pose, frame: BodyFrame, is_after: bool) -> PosedShape<'_> {
+        let shape = self.collider.shape.posed(pose, frame).with_shell();
+        match &self.animated {
+            Some(animated) => shape.with_surface(animated.surface(is_after)),
+            None => shape,
+        }
     }
 }
 
@@ -116,9 +145,28 @@ impl Colliders {
         self.0.iter().map(|collider| &collider.collider)
     }
 
+    /// Returns whether any collider is not a plane. Only planes need no paths: every point behind them is nearest to the side
+    /// from which it came.
+    pub(super) fn any_needs_paths(&self) -> bool {
+        self.0.iter().any(|collider| !matches!(collider.collider.shape, Shape::Plane { .. }))
+    }
+
+    /// Returns the greatest distance of samples, in cells, at which no collider fits between them: one cell, or less for
+    /// narrow colliders. A body that falls on one is stretched there, and with it the distances of its samples.
+    pub(crate) fn sample_spacing(&self, cell_size: f64) -> f64 {
+        let radius =
+            self.list().filter_map(|collider| collider.shape.narrow_radius()).fold(f64::INFINITY, f64::min);
+        match radius / cell_size {
+            radius if radius < NARROW => (radius * SPACING).max(LEAST_SPACING),
+            _ => 1.0,
+        }
+    }
+
     /// Returns whether any collider may move.
     pub(crate) fn any_moves(&self) -> bool {
-        self.0.iter().any(|collider| !matches!(collider.motion, ColliderMotion::Rest))
+        self.0
+            .iter()
+            .any(|collider| collider.animated.is_some() || !matches!(collider.motion, ColliderMotion::Rest))
     }
 
     /// Returns whether a collider that moves during a step comes within `distance` of a point in the frame of a body,
@@ -187,7 +235,7 @@ impl Colliders {
     /// Replaces the motions of the driven colliders. All other colliders follow their keyframes again.
     /// The indices must be less than [`len`](Self::len).
     pub(crate) fn set_driven(&mut self, driven: &[DrivenCollider]) {
-        for ValidCollider { collider, motion } in &mut self.0 {
+        for ValidCollider { collider, motion, .. } in &mut self.0 {
             if let ColliderMotion::Driven(_) = motion {
                 let keys = collider.validated_motion().expect("the collider was validated");
                 *motion = ColliderMotion::from_keys(keys);
@@ -198,22 +246,54 @@ impl Colliders {
         }
     }
 
-    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body.
-    pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape> {
-        self.0
-            .iter()
-            .map(move |ValidCollider { collider, motion }| collider.shape.posed(&motion.pose(time), frame))
+    /// Computes the surfaces of animated meshes at the start and at the end of a step.
+    pub(crate) fn animate(&mut self, step: Interval) {
+        for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
+            animated.advance([step.start, step.end]);
+        }
+    }
+
+    /// Computes the surfaces of animated meshes at a time in seconds.
+    pub(crate) fn animate_to(&mut self, time: f64) {
+        for animated in self.0.iter_mut().filter_map(|collider| collider.animated.as_mut()) {
+            animated.advance([time, time]);
+        }
+    }
+
+    /// Returns the shape of each collider at `time` (in seconds), in the frame of a body. Animated meshes are as at the end of
+    /// the last step, or at the time that was set.
+    pub(crate) fn at(&self, time: f64, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> {
+        self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(time), frame, true))
+    }
+
+    /// Returns the shape of each collider at the start of a step, in the frame of a body.
+    pub(crate) fn before(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedShape<'_>> {
+        self.0.iter().map(move |collider| collider.posed(&collider.motion.pose(step.start), frame, false))
     }
 
     /// Returns each collider during one step, in the frame of a body.
-    pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider> {
-        self.0.iter().map(move |ValidCollider { collider, motion }| {
+    pub(super) fn during(&self, step: Interval, frame: BodyFrame) -> impl Iterator<Item = PosedCollider<'_>> {
+        self.0.iter().map(move |valid| {
+            let ValidCollider { collider, motion, animated } = valid;
             let ([start, end], is_moving) = motion.poses(step);
+            let (shape_before, shape) = (valid.posed(&start, frame, false), valid.posed(&end, frame, true));
+            let deformation = match (animated, shape_before, shape) {
+                (Some(animated), PosedShape::Mesh(before), PosedShape::Mesh(after)) => {
+                    animated.deformation(before, after)
+                }
+                _ => None,
+            };
             PosedCollider {
-                shape_before: collider.shape.posed(&start, frame),
-                shape: collider.shape.posed(&end, frame),
+                shape_before,
+                shape,
+                deformation,
                 friction: collider.friction,
                 restitution: collider.restitution,
+                start,
+                end,
+                center: collider.shape.center(),
+                frame,
+                rate: 1.0 / step.dt,
                 motion: is_moving.then(|| SurfaceMotion {
                     center: Point3::from((collider.shape.center() - frame.origin) / frame.cell_size),
                     rotation_to_start: start.rotation * end.rotation.transpose(),
@@ -222,56 +302,6 @@ impl Colliders {
                     rate: 1.0 / step.dt,
                 }),
             }
-        })
-    }
-}
-
-/// Collider during a step, in the local frame of a body. Lengths are in cells.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PosedCollider {
-    /// The shape at the start of the step.
-    pub(super) shape_before: PosedShape,
-    /// The shape at the end of the step.
-    pub(super) shape: PosedShape,
-    pub(super) friction: f64,
-    pub(super) restitution: f64,
-    /// Motion during the step; `None` for a collider at rest.
-    motion: Option<SurfaceMotion>,
-}
-
-/// Rigid motion of a collider during a step.
-#[derive(Clone, Copy, Debug)]
-struct SurfaceMotion {
-    /// Center of the shape at time 0, in cells.
-    center: Point3<f64>,
-    /// Rotation from the orientation at the end of the step to the orientation at its start.
-    rotation_to_start: Matrix3<f64>,
-    /// Translation from time 0 to the start of the step, in cells.
-    translation_at_start: Vector3<f64>,
-    /// Translation from time 0 to the end of the step, in cells.
-    translation_at_end: Vector3<f64>,
-    /// `1 / dt`, in 1/s.
-    rate: f64,
-}
-
-impl PosedCollider {
-    /// Returns the angular velocity of the collider in rad/s, averaged over the step.
-    pub(super) fn spin(&self) -> Vector3<f64> {
-        self.motion.as_ref().map_or_else(Vector3::zeros, |motion| {
-            // The skew part of the rotation from the end to the start is minus the sine of the angle times the axis.
-            let r = &motion.rotation_to_start;
-            Vector3::new(r.m23 - r.m32, r.m31 - r.m13, r.m12 - r.m21) * (0.5 * motion.rate)
-        })
-    }
-
-    /// Returns the velocity of the point of the collider that is at `p` at the end of the step, averaged over
-    /// the step, in cells per second.
-    pub(super) fn velocity_at(&self, p: &Point3<f64>) -> Vector3<f64> {
-        self.motion.as_ref().map_or_else(Vector3::zeros, |motion| {
-            let end = p - motion.center;
-            let rotated = motion.rotation_to_start * (end - motion.translation_at_end);
-            let start = rotated + motion.translation_at_start;
-            (end - start) * motion.rate
         })
     }
 }

@@ -6,7 +6,8 @@ use std::ops::Range;
 use nalgebra::Point3;
 
 use super::SKIN;
-use super::colliders::PosedCollider;
+use super::patch::PatchSide;
+use super::posed_collider::PosedCollider;
 use super::vec4::{Vec4, dot, narrow, wide};
 
 /// Contact point of a patch during a step.
@@ -21,6 +22,8 @@ pub(super) struct SurfacePoint {
     pub(super) velocity: Vec4,
     /// Velocity before the step, in cells per second.
     pub(super) velocity_before: Vec4,
+    /// The surface, if it is not that of the shape nearest to `position`.
+    pub(super) side: Option<PatchSide>,
 }
 
 /// Contact of a point of the surface with a collider. Velocities are in cells per second. In a push-out they
@@ -44,6 +47,19 @@ pub(super) struct Contact {
     pub(super) depth: f32,
 }
 
+impl Contact {
+    /// Returns the contact with velocities times `factor`.
+    pub(super) fn scaled(&self, factor: f32) -> Self {
+        Self {
+            velocity: self.velocity * factor,
+            slip_before: self.slip_before * factor,
+            target: self.target * factor,
+            limit: self.limit * factor,
+            ..*self
+        }
+    }
+}
+
 impl SurfacePoint {
     /// Computes the contact with a collider at the end of a step of `dt` seconds.
     ///
@@ -57,11 +73,20 @@ impl SurfacePoint {
     ///
     /// `depth` is the depth of the deepest sample of the patch, in cells. `min_bounce` is the least speed of
     /// approach that bounces, in cells per second.
-    pub(super) fn contact(&self, collider: &PosedCollider, depth: f64, dt: f64, min_bounce: f64) -> Contact {
+    pub(super) fn contact(
+        &self,
+        collider: &PosedCollider<'_>,
+        depth: f64,
+        dt: f64,
+        min_bounce: f64,
+    ) -> Contact {
         let velocity = wide(&self.velocity);
-        let normal = collider.shape.signed_distance(&self.position).normal;
-        let distance_before =
-            collider.shape_before.signed_distance(&(self.position - velocity * dt)).distance + self.offset;
+        let nearest = || PatchSide {
+            normal: collider.shape.signed_distance(&self.position).normal,
+            distance_before: collider.shape_before.signed_distance(&(self.position - velocity * dt)).distance
+                + self.offset,
+        };
+        let PatchSide { normal, distance_before } = self.side.unwrap_or_else(nearest);
         let surface = collider.velocity_at(&self.position);
         let velocity_before = wide(&self.velocity_before) - surface;
         let approach = -velocity_before.dot(&normal);
@@ -127,7 +152,8 @@ impl ContactConstraint {
     /// Sets the velocity change of the contact point if every constraint has a unit impulse.
     pub(super) fn set_response(&mut self, response: f32) {
         self.response = response;
-        self.inverse_response = 1.0 / response;
+        // Zero if no impulse moves the point.
+        self.inverse_response = if response > 0.0 { 1.0 / response } else { 0.0 };
     }
 
     /// Returns the magnitude of the velocity change of the contact point if every constraint has this

@@ -9,12 +9,15 @@ use super::field::{
 };
 use super::interpolant::monomials;
 use super::patch::{Patch, Touching};
+use super::posed_collider::PosedCollider;
 use super::rows::{RowSet, buffer_bytes};
 use super::samples::SampleCells;
 use super::shape::PosedShape;
+use super::sides::Side;
 use super::smooth_rows::{RowSlopes, SmoothRows};
+use super::swept::{Paths, Sweep, distances};
 use super::vec4::{Vec4, read, wide};
-use crate::simd::lanes::Lanes;
+use crate::simd::lanes::{LANES, Lanes};
 use crate::simd::level;
 
 /// Contacts of one step.
@@ -41,6 +44,9 @@ pub(super) struct Detection {
     /// Slopes of `heights`, if the skin is smooth.
     height_slopes: Vec<[f64; 3]>,
     patches: Patches,
+    paths: Paths,
+    /// Whether the last step found samples by their paths, so that samples may have side points.
+    has_swept: bool,
 }
 
 /// Patches of one collider, in a fixed order.
@@ -61,6 +67,8 @@ impl Detection {
             has_slopes: false,
             height_slopes: Vec::new(),
             patches: Patches { list: Vec::new(), rows: RowSet::new(rows) },
+            paths: Paths::default(),
+            has_swept: false,
         }
     }
 
@@ -73,6 +81,7 @@ impl Detection {
             + buffer_bytes(list)
             + rows.bytes()
             + smooth
+            + self.paths.bytes()
     }
 
     /// Copies the positions of the vertices of all rows from the state. `slots`: slot of each row. The rows of
@@ -85,20 +94,49 @@ impl Detection {
         self.has_slopes = false;
     }
 
+    /// Begins the paths of the samples in a step, at whose end the positions were read. `velocities` are those in the step.
+    pub(super) fn begin_paths(&mut self, velocities: &Lanes<3>, slots: &[u32], dt: f64) {
+        self.paths.begin(&self.positions, velocities, slots, dt);
+    }
+
     /// Returns false only if no sample is within `skin` of the shape. May return true in this case as well.
-    pub(super) fn may_touch(&mut self, shape: &PosedShape, samples: &SampleCells, skin: f64) -> bool {
-        let Self { positions, smooth, has_slopes, .. } = self;
-        let Some(stencils) = samples.stencils() else { return may_touch(shape, positions.iter(), skin) };
+    pub(super) fn may_touch(&mut self, shape: &PosedShape<'_>, samples: &SampleCells, skin: f64) -> bool {
+        let positions = &self.positions;
+        if samples.stencils().is_none() {
+            return may_touch(shape, positions.iter(), skin);
+        }
         if !may_touch_for_any_slopes(shape, positions.iter(), skin) {
             return false;
         }
-        if !*has_slopes {
+        self.update_slopes(samples);
+        let Self { positions, smooth, .. } = self;
+        let slopes = smooth.with_trust_of(smooth).slopes;
+        smooth_may_touch(shape, positions.iter().zip(slopes), skin)
+    }
+
+    /// Computes the slopes of the positions if the skin is smooth.
+    fn update_slopes(&mut self, samples: &SampleCells) {
+        let Self { positions, smooth, has_slopes, .. } = self;
+        if let (Some(stencils), false) = (samples.stencils(), *has_slopes) {
             smooth.update_slopes(stencils, positions);
             smooth.update_trust(stencils, positions);
             *has_slopes = true;
         }
-        let slopes = smooth.with_trust_of(smooth).slopes;
-        smooth_may_touch(shape, positions.iter().zip(slopes), skin)
+    }
+
+    /// Updates the paths after positions were changed and read.
+    pub(super) fn update_paths(&mut self) {
+        self.paths.update(&self.positions);
+    }
+
+    /// Returns the side points.
+    pub(super) fn sides(&self) -> &[Side] {
+        self.paths.sides()
+    }
+
+    /// Restores side points. Ignores those that do not belong to these samples.
+    pub(super) fn set_sides(&mut self, sides: &[Side], samples: &SampleCells) {
+        self.paths.set_sides(sides, samples.block_count() * LANES);
     }
 
     /// Returns the position of the vertex of each row.
@@ -111,17 +149,21 @@ impl Detection {
         self.patches.list.iter().filter(|patch| patch.has_weight())
     }
 
-    /// Finds the samples inside the shape or within `skin` cells of it, and adds them to the report.
+    /// Finds the samples inside a collider or within `skin` cells of it, and adds them to the report. Where the nearest
+    /// surface may be on the wrong side, the paths of the samples decide. `collider`: with its index.
     pub(super) fn find(
         &mut self,
-        shape: &PosedShape,
+        (index, collider): (u32, &PosedCollider<'_>),
         samples: &SampleCells,
         skin: f64,
         report: &mut ContactReport,
     ) {
         self.patches.list.clear();
         self.patches.rows.clear();
-        if !self.may_touch(shape, samples, skin) {
+        let shape = &collider.shape;
+        if self.finds_by_paths((index, collider), samples, skin, report)
+            || !self.may_touch(shape, samples, skin)
+        {
             return;
         }
         let Self { positions, heights, smooth, height_slopes, patches, .. } = self;
@@ -143,6 +185,92 @@ impl Detection {
             dispatch!(level(), simd => patches.search(simd, &field, samples, skin, report));
         }
     }
+
+    /// Finds the samples by their paths, as [`find`](Self::find), if the collider needs it. Returns whether it does.
+    fn finds_by_paths(
+        &mut self,
+        (index, collider): (u32, &PosedCollider<'_>),
+        samples: &SampleCells,
+        skin: f64,
+        report: &mut ContactReport,
+    ) -> bool {
+        let Some(motion) = self.paths.motion(index, collider, &self.positions) else { return false };
+        if self.is_far((index, collider), samples, skin + motion) {
+            return true;
+        }
+        let Self { positions, smooth, patches, paths, has_swept, .. } = self;
+        let slopes = samples.stencils().map(|_| smooth.with_trust_of(smooth));
+        let sweep =
+            paths.sweep(index, collider, ShapeField { shape: &collider.shape, positions, slopes }, motion);
+        let (count, is_mesh) = (report.contacts, matches!(collider.shape, PosedShape::Mesh(_)));
+        dispatch!(level(), simd => patches.search_paths(simd, &sweep, samples, (skin, is_mesh), report));
+        *has_swept |= report.contacts > count;
+        true
+    }
+
+    /// Returns true only if no sample has a side point at a collider, and none is within `distance` of it.
+    fn is_far(
+        &mut self,
+        (index, collider): (u32, &PosedCollider<'_>),
+        samples: &SampleCells,
+        distance: f64,
+    ) -> bool {
+        let may_touch = self.may_touch(&collider.shape, samples, distance);
+        let is_far = !may_touch && self.paths.sides_at(index).is_empty();
+        if !is_far {
+            self.update_slopes(samples);
+        }
+        is_far
+    }
+
+    /// Stores the side points of the samples after the step. `colliders`: during the step.
+    pub(super) fn keep_sides<'a>(
+        &mut self,
+        state: &Lanes<3>,
+        (samples, leaving): (&SampleCells, &[u32]),
+        colliders: impl Iterator<Item = PosedCollider<'a>>,
+    ) {
+        if !std::mem::take(&mut self.has_swept) {
+            self.paths.clear_sides();
+            return;
+        }
+        self.read(state, &samples.slots, leaving);
+        self.update_paths();
+        let mut found = self.paths.take_scratch();
+        for (index, collider) in (0..).zip(colliders) {
+            let Some(motion) = self.paths.motion(index, &collider, &self.positions) else { continue };
+            if self.is_far((index, &collider), samples, motion) {
+                continue;
+            }
+            let Self { positions, smooth, paths, .. } = &*self;
+            let slopes = samples.stencils().map(|_| smooth.with_trust_of(smooth));
+            let field = ShapeField { shape: &collider.shape, positions, slopes };
+            let sweep = paths.sweep(index, &collider, field, motion);
+            dispatch!(level(), simd => find_sides(simd, &sweep, samples, index, &mut found));
+        }
+        self.paths.replace_sides(found);
+    }
+}
+
+/// Adds the side points of the samples of a sweep.
+#[inline(always)]
+fn find_sides<S: Simd>(
+    simd: S,
+    sweep: &Sweep<'_>,
+    samples: &SampleCells,
+    collider: u32,
+    found: &mut Vec<Side>,
+) {
+    sweep.search(simd, samples, 0.0, |_, (block, _), ends, contacts| {
+        for lane in 0..LANES {
+            let point =
+                contacts[lane].and_then(|contact| sweep.collider.shape.side_point(&ends[lane], &contact));
+            if let Some(point) = point {
+                let point = sweep.collider.rest_point(&point).into();
+                found.push(Side { collider, sample: block * LANES as u32 + lane as u32, point });
+            }
+        }
+    });
 }
 
 impl Patches {
@@ -184,6 +312,30 @@ impl Patches {
             }
         }
         // The fractions are powers of two, so the sum is exact.
+        report.contacts += count as usize;
+    }
+
+    /// Collects the samples that a sweep finds into patches, as [`search`](Self::search). `is_mesh`: whether the shape is a
+    /// mesh.
+    #[inline(always)]
+    fn search_paths<S: Simd>(
+        &mut self,
+        simd: S,
+        sweep: &Sweep<'_>,
+        samples: &SampleCells,
+        (skin, is_mesh): (f64, bool),
+        report: &mut ContactReport,
+    ) {
+        let mut count = 0.0;
+        sweep.search(simd, samples, skin, |corners, (_, block), _, contacts| {
+            let distances = distances(simd, contacts);
+            let Some(touching) = Touching::within(simd, distances, &block.fractions, skin) else { return };
+            count += touching.count;
+            report.deepest = report.deepest.max(touching.deepest);
+            let patch = self.patch_at(corners[usize::from(block.corner)]);
+            patch.add(simd, &touching, block, corners, &monomials(simd, &block.positions));
+            patch.add_sides(contacts, &block.fractions, skin, is_mesh);
+        });
         report.contacts += count as usize;
     }
 

@@ -69,8 +69,9 @@ pub(super) struct PlaneCell {
 }
 
 /// Distance from a shape of any kind.
+#[derive(Clone, Copy)]
 pub(crate) struct ShapeField<'a> {
-    pub(crate) shape: &'a PosedShape,
+    pub(crate) shape: &'a PosedShape<'a>,
     /// Position of the vertex of each row, in the body's frame.
     pub(crate) positions: &'a [Vec4],
     /// Slopes of the positions, if the skin is smooth.
@@ -238,17 +239,17 @@ impl ShapeField<'_> {
 ///
 /// Ignores coordinates that are NaN. If all coordinates along an axis are NaN, returns false.
 pub(crate) fn may_touch<'a>(
-    shape: &PosedShape,
+    shape: &PosedShape<'_>,
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,
 ) -> bool {
     let (center, half) = aabb(positions);
-    shape.lower_bound(&center, &half) <= skin
+    shape.may_touch(&center, &half, skin)
 }
 
 /// As [`may_touch`], for the smooth positions in the cells around vertices with these positions and slopes.
 pub(crate) fn smooth_may_touch<'a>(
-    shape: &PosedShape,
+    shape: &PosedShape<'_>,
     vertices: impl Iterator<Item = (&'a Vec4, &'a [Vec4; 3])>,
     skin: f64,
 ) -> bool {
@@ -264,7 +265,7 @@ pub(crate) fn smooth_may_touch<'a>(
     });
     let (center, half) = aabb(positions.map(|(position, _)| position));
     let reach = wide(&(greatest[0] + greatest[1] + greatest[2])) * SLOPE_BOUND;
-    shape.lower_bound(&center, &(half + reach)) <= skin
+    shape.may_touch(&center, &(half + reach), skin)
 }
 
 /// Returns false only if no smooth position of a body whose vertices have these positions is within `skin` of the shape,
@@ -272,16 +273,16 @@ pub(crate) fn smooth_may_touch<'a>(
 ///
 /// A slope is a difference of two positions, so its components are at most the extents of the AABB, twice its half extents.
 pub(crate) fn may_touch_for_any_slopes<'a>(
-    shape: &PosedShape,
+    shape: &PosedShape<'_>,
     positions: impl Iterator<Item = &'a Vec4>,
     skin: f64,
 ) -> bool {
     let (center, half) = aabb(positions);
-    shape.lower_bound(&center, &(half * (1.0 + 6.0 * SLOPE_BOUND))) <= skin
+    shape.may_touch(&center, &(half * (1.0 + 6.0 * SLOPE_BOUND)), skin)
 }
 
 /// Returns the center and half extents of the AABB of `positions`, enlarged by the rounding error.
-fn aabb<'a>(positions: impl Iterator<Item = &'a Vec4>) -> (Point3<f64>, Vector3<f64>) {
+pub(super) fn aabb<'a>(positions: impl Iterator<Item = &'a Vec4>) -> (Point3<f64>, Vector3<f64>) {
     let (mut low, mut high) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
     for position in positions {
         for c in 0..4 {

@@ -6,12 +6,20 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `animation` | positions of the vertices of a mesh at several times |
+//! | `deformation` | the surface of an animated mesh during a step, and its velocity |
+//! | `distance` | the signed distance from a shape |
+//! | `fault` | errors of colliders |
+//! | `collision_mesh` | meshes as shapes: solids if they are closed, shells if they are open |
 //! | `shape` | collider shapes and their signed distances, in world space and in the frame of a body |
 //! | `collider` | description of a collider: shape, friction, restitution, keyframes |
 //! | `colliders` | the validated colliders of a simulation, at rest, along keyframes or driven |
+//! | `posed_collider` | a collider during a step: its shapes, and the motion of its surface |
 //! | `surface_points` | points of a mesh that are samples |
 //! | `samples` | the samples, grouped by lattice cell |
 //! | `field` | distances of the samples of a cell from a shape, and lower bounds of these distances |
+//! | `sides` | the side of a shape from which a sample came, and its contact there |
+//! | `swept` | the paths of the samples in a step, and the search for those that touch |
 //! | `patch` | contact patches: the touching samples nearest to one vertex act as one contact point |
 //! | `detection` | finds the patches that touch a shape |
 //! | `constraint` | contact constraints: normal, target velocity, Coulomb friction cone, impulse |
@@ -41,37 +49,52 @@
 //! * Impulses are computed up to a tolerance, so that a resting body sinks slightly until the push-out lifts
 //!   it. The tolerance therefore determines the residual motion of a resting body.
 
+mod animation;
+pub(crate) mod bodies;
 mod collider;
 mod colliders;
+mod collision_mesh;
 mod constraint;
+mod deformation;
 mod detection;
+mod distance;
+mod fault;
 mod field;
 mod interpolant;
 mod patch;
+mod posed_collider;
 mod rows;
 mod samples;
 mod shape;
+mod sides;
 mod smooth_rows;
 mod solver;
 mod stage;
 mod surface_points;
+mod swept;
 mod vec4;
 mod way_out;
 
-pub use self::collider::{Collider, ColliderError, ColliderFault};
+pub use self::animation::MeshAnimation;
+pub use self::collider::Collider;
 pub use self::colliders::Colliders;
 pub(crate) use self::colliders::DrivenCollider;
+pub use self::collision_mesh::CollisionMesh;
 #[cfg(feature = "internals")]
 pub use self::detection::ContactReport;
+pub use self::distance::SignedDistance;
+pub use self::fault::{ColliderError, ColliderFault};
 pub(crate) use self::field::{Field, SMOOTH_DISPLACEMENT, ShapeField};
 pub(crate) use self::interpolant::monomials;
 pub(crate) use self::rows::RowSet;
 pub(crate) use self::samples::SampleBlock;
 pub use self::samples::SampleCells;
 pub(crate) use self::shape::PosedShape;
-pub use self::shape::{Shape, SignedDistance};
+pub use self::shape::Shape;
+pub(crate) use self::sides::Side;
 pub(crate) use self::smooth_rows::SmoothRows;
 pub use self::stage::Contacts;
+pub(crate) use self::stage::Pressure;
 pub(crate) use self::vec4::{Vec4, wide};
 pub(crate) use self::way_out::BodyPoints;
 

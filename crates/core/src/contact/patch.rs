@@ -11,8 +11,10 @@
 //! weights spread the impulses, and only the distances are those of the smooth positions.
 
 use fearless_simd::{Select, Simd, SimdBase, f32x8, f64x4};
+use nalgebra::Vector3;
 
 use super::samples::SampleBlock;
+use super::sides::SidedContact;
 use crate::lattice::corner_sums;
 use crate::simd::lanes::LANES;
 
@@ -38,6 +40,21 @@ pub(super) struct Patch {
     distance_sum: f64,
     /// Depth of the deepest sample below the surface of the collider, in cells; negative outside.
     pub(super) deepest: f64,
+    /// Whether the nearest surface of the shape is not that of the contact: see `sides`.
+    has_side: bool,
+    /// Sums of sample weight times normal, and times distance before the step, if the search computes them.
+    side_sums: (Vector3<f64>, f64),
+    /// Normal of the deepest sample.
+    deepest_normal: Vector3<f64>,
+}
+
+/// Surface of a patch whose samples came from one side of a shape.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PatchSide {
+    /// Mean normal, a unit vector.
+    pub(super) normal: Vector3<f64>,
+    /// Mean signed distance before the step, in cells.
+    pub(super) distance_before: f64,
 }
 
 /// Touching samples of one [`SampleBlock`] of eight samples.
@@ -93,7 +110,17 @@ impl Patch {
     pub(super) fn new() -> Self {
         let (rows, vertex_sums) = ([0; NEIGHBORHOOD], [0.0; NEIGHBORHOOD]);
         let (total_weight, distance_sum) = (0.0, 0.0);
-        Self { used: 0, rows, vertex_sums, total_weight, distance_sum, deepest: f64::NEG_INFINITY }
+        Self {
+            used: 0,
+            rows,
+            vertex_sums,
+            total_weight,
+            distance_sum,
+            deepest: f64::NEG_INFINITY,
+            has_side: false,
+            side_sums: (Vector3::zeros(), 0.0),
+            deepest_normal: Vector3::zeros(),
+        }
     }
 
     /// Adds the touching samples of a block.
@@ -134,6 +161,37 @@ impl Patch {
                 self.vertex_sums[index] += sums[k];
             }
         }
+    }
+
+    /// Adds the sides of the touching samples of a block. `is_mesh`: whether the patch uses the mean normal in any case.
+    pub(super) fn add_sides(
+        &mut self,
+        contacts: &[Option<SidedContact>; LANES],
+        fractions: &[f32; LANES],
+        skin: f64,
+        is_mesh: bool,
+    ) {
+        for (contact, &fraction) in contacts.iter().zip(fractions) {
+            let Some(contact) = contact else { continue };
+            let weight = f64::from(fraction) * (skin - contact.distance);
+            self.side_sums.0 += contact.normal * weight;
+            self.side_sums.1 += contact.before * weight;
+            self.has_side |= is_mesh || contact.has_passed;
+            if -contact.distance >= self.deepest {
+                self.deepest_normal = contact.normal;
+            }
+        }
+    }
+
+    /// Returns the surface of the patch if it is not the nearest one of the shape, or if the shape is a mesh.
+    pub(super) fn side(&self) -> Option<PatchSide> {
+        self.has_side.then(|| {
+            let (normal, before) = self.side_sums;
+            // The normals at an edge may cancel each other.
+            let mean = (normal / self.total_weight).try_normalize(0.1);
+            let normal = mean.unwrap_or(self.deepest_normal);
+            PatchSide { normal, distance_before: before / self.total_weight }
+        })
     }
 
     /// Returns whether at least one sample of the patch has a weight above zero. A sample exactly at the

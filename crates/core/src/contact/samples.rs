@@ -141,17 +141,28 @@ impl SampleCells {
         self.stencils.as_deref()
     }
 
-    /// Creates the samples of a mesh in its lattice: points of the surface that are at most one cell apart, or
+    /// Creates the samples of a mesh in its lattice, at most one cell apart: see [`of_mesh_within`](Self::of_mesh_within).
+    pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
+        Self::of_mesh_within(1.0, mesh, lattice, slots, masses)
+    }
+
+    /// Creates the samples of a mesh in its lattice: points of the surface that are at most `spacing` cells apart, or
     /// farther if that gives more than [`MAX_SAMPLES`].
     ///
     /// Mesh and lattice are in the model frame. `slots` has the slot of each lattice vertex, and `masses` its mass in
     /// units of a full cell's mass.
-    pub fn of_mesh(mesh: &Mesh, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
+    pub(crate) fn of_mesh_within(
+        spacing: f64,
+        mesh: &Mesh,
+        lattice: &Lattice,
+        slots: &[u32],
+        masses: &[f32],
+    ) -> Self {
         let points = surface_points(
             mesh.vertices(),
             mesh.triangles(),
             mesh.weld(),
-            lattice.cell_size(),
+            spacing * lattice.cell_size(),
             MAX_SAMPLES * lattice.len(),
         );
         let embedding = Embedding::new(lattice, &points);
@@ -160,11 +171,17 @@ impl SampleCells {
         Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(masses)
     }
 
-    /// Creates the samples of a bare lattice (without a mesh): its vertices with fewer than eight occupied
-    /// cells, which lie on the surface of the lattice.
+    /// Creates the samples of a bare lattice (without a mesh), one cell apart: see
+    /// [`of_lattice_within`](Self::of_lattice_within).
+    pub fn of_lattice(lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
+        Self::of_lattice_within(1.0, lattice, slots, masses)
+    }
+
+    /// Creates the samples of a bare lattice: its vertices with fewer than eight occupied cells, which lie on the surface of
+    /// the lattice, and points of the faces of its cells there, at most `spacing` cells apart.
     ///
     /// `slots` has the slot of each lattice vertex, and `masses` its mass in units of a full cell's mass.
-    pub fn of_lattice(lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
+    pub(crate) fn of_lattice_within(spacing: f64, lattice: &Lattice, slots: &[u32], masses: &[f32]) -> Self {
         let (mut cells, mut local) = (Vec::new(), Vec::new());
         let boundary =
             lattice.occupied_cells().iter().zip(lattice.indices()).filter(|(count, _)| **count < 8);
@@ -178,6 +195,27 @@ impl SampleCells {
             if let Some((cell, position)) = found {
                 cells.push(cell);
                 local.push(position);
+            }
+        }
+        let steps = (1.0 / spacing).ceil() as u32;
+        for (cell, index) in (0..).zip(lattice.cells()) {
+            for (axis, side) in (0..6).map(|k| (k / 2, k % 2)).filter(|_| steps > 1) {
+                let mut beyond = *index;
+                beyond[axis] += 2 * side as i32 - 1;
+                if lattice.cell_at(beyond).is_some() {
+                    continue;
+                }
+                // Points on edges that two faces share occur twice, which does no harm: weights are relative.
+                for k in 0..(steps + 1) * (steps + 1) {
+                    let along = [k % (steps + 1), k / (steps + 1)];
+                    if along.iter().any(|k| k % steps > 0) {
+                        let mut position = [side as f32; 3];
+                        position[(axis + 1) % 3] = along[0] as f32 / steps as f32;
+                        position[(axis + 2) % 3] = along[1] as f32 / steps as f32;
+                        cells.push(cell);
+                        local.push(position);
+                    }
+                }
             }
         }
         Self::new(&cells, &local, |cell| lattice.cell_corners(cell), slots).with_masses(masses)
@@ -230,6 +268,16 @@ impl SampleCells {
                 (self.vertices[rows[0]], sum.into())
             })
         })
+    }
+
+    /// Returns the range of the indices of the blocks of a range of cells.
+    pub(super) fn block_range(&self, cells: Range<usize>) -> Range<u32> {
+        self.first[cells.start]..self.first[cells.end]
+    }
+
+    /// Returns the number of blocks.
+    pub(super) fn block_count(&self) -> usize {
+        self.blocks.len()
     }
 
     /// Returns the sample blocks of one cell.

@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use super::collision_mesh::{CollisionMesh, CollisionSurface, PosedMesh};
+use super::distance::SignedDistance;
 use crate::dynamics::{Pose, direction};
 use crate::state::{BodyFrame, euler_degrees};
 
@@ -40,40 +42,52 @@ pub enum Shape {
         /// Radius, > 0.
         radius: f64,
     },
-}
-
-/// Signed distance from a shape's surface, negative inside, and its gradient.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SignedDistance {
-    /// Distance, in the unit of the point.
-    pub distance: f64,
-    /// Gradient of the distance, a unit vector. Where the gradient does not exist, this is:
-    ///
-    /// * at the center of a sphere, and of a capsule with `a` = `b`: the x axis;
-    /// * on the segment of a capsule: a direction perpendicular to the segment;
-    /// * inside a box, at equal distance from several nearest faces: the normal of the first of these faces
-    ///   in the order x, y, z.
-    pub normal: Vector3<f64>,
+    /// A mesh: a solid if it is closed, a thin shell if it is open.
+    Mesh {
+        /// The mesh.
+        mesh: CollisionMesh,
+        /// Factor of the lengths of the mesh, > 0, applied first, about the origin.
+        scale: f64,
+        /// Euler angles in degrees: rotations about the fixed axes x, then y, then z through the origin.
+        rotate: [f64; 3],
+        /// Displacement, applied last.
+        translate: [f64; 3],
+    },
 }
 
 impl Shape {
-    /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes.
+    /// Returns the center of rotation of a moving collider: a plane's `point`, the center of other shapes. That of a mesh is
+    /// the center of its bounding box before it is rotated.
     pub fn center(&self) -> Point3<f64> {
         match self {
             Self::Plane { point, .. } => Point3::from(*point),
             Self::Sphere { center, .. } | Self::Box { center, .. } => Point3::from(*center),
             Self::Capsule { a, b, .. } => nalgebra::center(&Point3::from(*a), &Point3::from(*b)),
+            Self::Mesh { mesh, scale, rotate, translate } => {
+                let center = euler_degrees(*rotate) * (mesh.center().coords * *scale);
+                Point3::from(center + Vector3::from(*translate))
+            }
         }
     }
 
-    /// Returns the signed distance of a world-space point from the shape at time 0.
+    /// Returns the radius of a ball or a rod that samples of a surface can pass on all sides, in scene units: that of a sphere
+    /// or a capsule, or the second half extent of a box. `None` for other shapes.
+    pub(super) fn narrow_radius(&self) -> Option<f64> {
+        match self {
+            Self::Plane { .. } | Self::Mesh { .. } => None,
+            Self::Sphere { radius, .. } | Self::Capsule { radius, .. } => Some(*radius),
+            Self::Box { half_extents: [x, y, z], .. } => Some(x.min(*y).max(x.max(*y).min(*z))),
+        }
+    }
+
+    /// Returns the signed distance of a world-space point from the shape at time 0. That of an open mesh is not negative.
     pub fn signed_distance(&self, point: [f64; 3]) -> SignedDistance {
         let world = BodyFrame { origin: Point3::origin(), cell_size: 1.0 };
         self.posed(&Pose::identity(), world).signed_distance(&Point3::from(point))
     }
 
     /// Moves the shape by `pose` about its center, and returns it in the local frame of a body.
-    pub(super) fn posed(&self, pose: &Pose, frame: BodyFrame) -> PosedShape {
+    pub(super) fn posed(&self, pose: &Pose, frame: BodyFrame) -> PosedShape<'_> {
         let center = self.center();
         let local = |p: &[f64; 3]| {
             let moved = pose.apply(&center, &Point3::from(*p));
@@ -96,20 +110,44 @@ impl Shape {
                 let start = local(a);
                 PosedShape::Capsule { a: start, axis: local(b) - start, radius: radius / frame.cell_size }
             }
+            Self::Mesh { mesh, scale, rotate, translate } => PosedShape::Mesh(PosedMesh {
+                surface: mesh.surface(),
+                origin: local(translate),
+                rotation: pose.rotation * euler_degrees(*rotate),
+                scale: scale / frame.cell_size,
+                shell: 0.0,
+            }),
         }
     }
 }
 
 /// Shape at one time in the local frame of a body, with lengths in cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum PosedShape {
+pub(crate) enum PosedShape<'a> {
     Plane { point: Point3<f64>, normal: Vector3<f64> },
     Sphere { center: Point3<f64>, radius: f64 },
     Box { center: Point3<f64>, half: Vector3<f64>, rotation: Matrix3<f64> },
     Capsule { a: Point3<f64>, axis: Vector3<f64>, radius: f64 },
+    Mesh(PosedMesh<'a>),
 }
 
-impl PosedShape {
+impl<'a> PosedShape<'a> {
+    /// Returns the shape with another surface if it is a mesh.
+    pub(super) fn with_surface(self, surface: &'a CollisionSurface) -> Self {
+        match self {
+            Self::Mesh(mesh) => Self::Mesh(PosedMesh { surface, ..mesh }),
+            shape => shape,
+        }
+    }
+
+    /// Returns the shape with the thickness of a shell if it is an open mesh.
+    pub(super) fn with_shell(self) -> Self {
+        match self {
+            Self::Mesh(mesh) => Self::Mesh(mesh.with_shell()),
+            shape => shape,
+        }
+    }
+
     /// Returns the signed distance of a point in the local frame, in cells.
     pub(crate) fn signed_distance(&self, p: &Point3<f64>) -> SignedDistance {
         match self {
@@ -142,6 +180,7 @@ impl PosedShape {
                     SignedDistance { distance: -radius, normal: across.normalize() }
                 }
             }
+            Self::Mesh(mesh) => mesh.signed_distance(p),
         }
     }
 
@@ -155,16 +194,18 @@ impl PosedShape {
         }
     }
 
-    /// Returns a lower bound of the signed distance over the AABB `center ± half`, in cells.
+    /// Returns false only if no point of the AABB `center ± half` is within `skin`, in cells. May return true in this case
+    /// as well.
     ///
-    /// The bound is exact for a plane. The other distance functions are 1-Lipschitz: anywhere in the AABB
-    /// the distance is at least the distance at its center minus half its diagonal.
-    pub(crate) fn lower_bound(&self, center: &Point3<f64>, half: &Vector3<f64>) -> f64 {
+    /// The test is exact for a plane. The other distance functions are 1-Lipschitz: anywhere in the AABB the distance is at
+    /// least the distance at its center minus half its diagonal.
+    pub(crate) fn may_touch(&self, center: &Point3<f64>, half: &Vector3<f64>, skin: f64) -> bool {
         let spread = match self {
             Self::Plane { normal, .. } => normal.abs().dot(half),
+            Self::Mesh(mesh) => return mesh.may_touch(center, half, skin),
             _ => half.norm(),
         };
-        self.signed_distance(center).distance - spread
+        self.signed_distance(center).distance - spread <= skin
     }
 }
 

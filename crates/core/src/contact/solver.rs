@@ -60,7 +60,16 @@ struct Link {
     response: f32,
 }
 
-/// Contact problem of one body at one time. Its buffers are reused, and grow if there are more contacts than
+/// Factors that convert a problem to other units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Units {
+    /// Factor of velocities.
+    pub(super) velocity: f32,
+    /// Factor of inverse masses.
+    pub(super) mobility: f32,
+}
+
+/// Contact problem of one body, or of several bodies that touch each other, at one time. Its buffers are reused, and grow if there are more contacts than
 /// before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
@@ -96,19 +105,36 @@ impl Solver {
         self.sums.clear();
     }
 
-    /// Adds a contact.
-    ///
-    /// * `vertices`: the contact point as a mean of vertices: pairs of row and weight.
-    /// * `mobilities`: inverse mass of the vertex of each row.
-    pub(super) fn add(
-        &mut self,
-        contact: Contact,
-        vertices: impl Iterator<Item = (u32, f32)>,
-        mobilities: &[f32],
-    ) {
+    /// Changes the possible rows to `0..rows`. The problem has to be empty.
+    pub(super) fn resize(&mut self, rows: usize) {
+        self.rows.resize(rows);
+    }
+
+    /// Returns the number of contacts.
+    pub(super) fn len(&self) -> usize {
+        self.constraints.len()
+    }
+
+    /// Adds the contacts of another problem, without its impulses. `row` returns the row of a row of the other problem,
+    /// and `units` converts to the units of this problem.
+    pub(super) fn append(&mut self, other: &Self, row: impl Fn(u32) -> u32, units: Units) {
+        for ContactConstraint { contact, links, .. } in &other.constraints {
+            let links = other.links[links.clone()].iter();
+            let vertices = links.map(|&Link { vertex, weight, response }| {
+                let row = row(other.rows.list()[vertex as usize]);
+                (row, weight, response / weight * units.mobility)
+            });
+            self.add(contact.scaled(units.velocity), vertices);
+        }
+    }
+
+    /// Adds a contact. `vertices`: the contact point as a mean of vertices: row, weight, and inverse mass. If the contact
+    /// is one between two points, its velocity is the difference of theirs, and the weights of the second one are
+    /// negative.
+    pub(super) fn add(&mut self, contact: Contact, vertices: impl Iterator<Item = (u32, f32, f32)>) {
         let start = self.links.len();
-        for (row, weight) in vertices {
-            let (vertex, response) = (self.rows.index_or_insert(row), weight * mobilities[row as usize]);
+        for (row, weight, mobility) in vertices {
+            let (vertex, response) = (self.rows.index_or_insert(row), weight * mobility);
             self.links.push(Link { vertex, weight, response });
         }
         self.changes.resize(self.rows.list().len(), Vec4::zeros());
@@ -183,6 +209,37 @@ impl Solver {
         })
     }
 
+    /// Returns the normal impulse and the friction impulse of each contact.
+    pub(super) fn impulses(&self) -> impl Iterator<Item = (f32, Vec4)> {
+        self.constraints.iter().map(|constraint| (constraint.normal_impulse, constraint.friction_impulse))
+    }
+
+    /// Replaces the impulses by those of a problem to which these contacts were [appended](Self::append) with `units`, and
+    /// the velocity changes by those that these impulses cause.
+    pub(super) fn set_impulses(&mut self, impulses: &[(f32, Vec4)], units: Units) {
+        let scale = units.mobility / units.velocity;
+        self.changes.fill(Vec4::zeros());
+        for (constraint, (normal, friction)) in self.constraints.iter_mut().zip(impulses) {
+            constraint.normal_impulse = normal * scale;
+            constraint.friction_impulse = friction * scale;
+            for link in &self.links[constraint.links.clone()] {
+                self.changes[link.vertex as usize] += constraint.impulse() * link.response;
+            }
+        }
+    }
+
+    /// Begins another problem with the same contact points: without impulses, and with the contacts that `contact` returns
+    /// for the index of a constraint, its contact and the change of its velocity.
+    pub(super) fn restart(&mut self, mut contact: impl FnMut(usize, &Contact, &Vec4) -> Contact) {
+        let Self { constraints, links, changes, .. } = self;
+        for (index, constraint) in constraints.iter_mut().enumerate() {
+            let change = mean(links, constraint, changes);
+            let contact = contact(index, &constraint.contact, &change);
+            *constraint = ContactConstraint::new(contact, constraint.links.clone());
+        }
+        changes.fill(Vec4::zeros());
+    }
+
     /// Returns, for each contact, its normal impulse and the row of one of its vertices.
     pub(super) fn normal_impulses(&self) -> impl Iterator<Item = (f32, u32)> {
         self.constraints.iter().map(|constraint| {
@@ -192,16 +249,17 @@ impl Solver {
     }
 
     /// Computes the response of each constraint: the velocity change of its contact point if every constraint
-    /// had a unit impulse in the same direction.
+    /// had a unit impulse in the direction that moves its point most.
     fn find_responses(&mut self) {
         let Self { constraints, links, sums, .. } = self;
         sums.fill(Vec4::zeros());
         for link in &*links {
-            sums[link.vertex as usize][0] += link.response;
+            sums[link.vertex as usize][0] += link.response.abs();
         }
         for constraint in constraints {
             let links = links[constraint.links.clone()].iter();
-            constraint.set_response(links.map(|link| link.weight * sums[link.vertex as usize][0]).sum());
+            constraint
+                .set_response(links.map(|link| link.weight.abs() * sums[link.vertex as usize][0]).sum());
         }
     }
 
@@ -273,14 +331,14 @@ mod tests {
         let mut solver = Solver::new(5);
         // Contacts with common vertices: one pass is approximate, because the row sums differ.
         for row in 0..4 {
-            solver.add(up(0.0, falling), [(row, 0.5), (row + 1, 0.5)].into_iter(), &[1.0; 5]);
+            solver.add(up(0.0, falling), [(row, 0.5, 1.0), (row + 1, 0.5, 1.0)].into_iter());
         }
         solver.solve(ONE_PASS);
         assert!(solver.changes().all(|(_, change)| (change.y - 3.0).abs() < 1.5));
         // One contact per vertex: one pass is exact for any masses.
         solver.clear();
         for row in 0..5 {
-            solver.add(up(1.5, falling), std::iter::once((row, 1.0)), &mobilities);
+            solver.add(up(1.5, falling), std::iter::once((row, 1.0, mobilities[row as usize])));
         }
         solver.solve(ONE_PASS);
         assert!(solver.changes().all(|(_, change)| *change == vector(0.0, 4.5, 0.0)));
@@ -291,7 +349,7 @@ mod tests {
     fn contact_that_separates_faster_than_its_target_gets_no_impulse() {
         let mut solver = Solver::new(1);
         let contact = Contact { friction: 1.0, ..up(1.0, vector(5.0, 1.5, 0.0)) };
-        solver.add(contact, std::iter::once((0, 1.0)), &[1.0]);
+        solver.add(contact, std::iter::once((0, 1.0, 1.0)));
         solver.solve(TOLERANCE);
         assert!(solver.changes().all(|(_, change)| *change == Vec4::zeros()));
     }
@@ -301,7 +359,7 @@ mod tests {
         for (friction, slip) in [(0.0, 3.0), (0.5, 2.0), (1.5, 0.0), (f32::MAX, 0.0)] {
             let mut solver = Solver::new(2);
             let contact = Contact { friction, ..up(0.0, vector(3.0, -2.0, 0.0)) };
-            solver.add(contact, [(0, 0.5), (1, 0.5)].into_iter(), &[1.0, 1.0]);
+            solver.add(contact, [(0, 0.5, 1.0), (1, 0.5, 1.0)].into_iter());
             solver.solve(TOLERANCE);
             let (velocity, _) = outcome(&solver, 0);
             assert!((velocity.x - slip).abs() < 1e-5 && velocity.y.abs() < 1e-5, "{friction}: {velocity:?}");
@@ -327,7 +385,8 @@ mod tests {
                 // The velocity before the step is the velocity without contact.
                 let slip_before = vector(velocity.x, 0.0, velocity.z);
                 let contact = Contact { friction, slip_before, ..up(-velocity.y, velocity) };
-                solver.add(contact, [(a, weight), (b, 1.0 - weight)].into_iter(), &mobilities);
+                let links = [(a, weight), (b, 1.0 - weight)];
+                solver.add(contact, links.map(|(row, w)| (row, w, mobilities[row as usize])).into_iter());
             }
             solver.solve(Tolerance { passes: 1 + case % 8, ..ONE_PASS });
             let work: f32 = (0..10)

@@ -13,20 +13,21 @@ use super::patch::Patch;
 use super::rows::buffer_bytes;
 use super::samples::SampleCells;
 use super::shape::PosedShape;
-use super::solver::{Solver, Tolerance};
+use super::sides::Side;
+use super::solver::{Solver, Tolerance, Units};
 use super::vec4::{Vec4, narrow, read, wide};
 use crate::simd::lanes::Lanes;
 use crate::state::{BodyState, Interval, Support};
 
 /// Least speed of approach that bounces, divided by the speed that one step of free fall adds. A body with
 /// slower impacts comes to rest.
-const MIN_BOUNCE_STEPS: f64 = 2.0;
+pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 
 /// Penetration that is tolerated without a push-out, in cells.
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
-const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
+pub(super) const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Greatest push-out in a step, in cells. Deeper samples leave the collider over several steps, because a
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
@@ -56,6 +57,10 @@ pub(crate) struct Pressure {
     pub(crate) vertex: u32,
     /// Normal impulse, 0 if the contact does not press on the body.
     pub(crate) impulse: f64,
+    /// Friction impulse, in the unit of `impulse`: a full cell's mass times cells/s.
+    pub(crate) friction: Vector3<f64>,
+    /// Greatest depth of a sample before the impulses in cells, negative outside.
+    pub(crate) depth: f64,
     /// Contact point, in cells from the body's origin.
     pub(crate) point: Vector3<f64>,
     /// Normal of the collider, a unit vector.
@@ -79,6 +84,8 @@ impl Pressure {
 #[derive(Clone, Debug)]
 pub struct Contacts {
     samples: SampleCells,
+    /// Greatest distance of the samples in cells.
+    spacing: f64,
     /// Velocity of the vertex of each row before the step.
     velocities_before: Vec<Vec4>,
     /// Velocity of the vertex of each row at the end of the step, before the impulses.
@@ -89,6 +96,8 @@ pub struct Contacts {
     leaving: Vec<u32>,
     /// The contacts of the last step.
     pressures: Vec<Pressure>,
+    /// The contacts with which a sleeping body fell asleep, while those of a step are in `pressures`.
+    kept_pressures: Vec<Pressure>,
     /// Rows of the vertices that the contacts of the last step may have moved.
     touched: Vec<u32>,
     /// Contact displacement of the vertex of each row since `clear_displacements`, in cells; see
@@ -97,8 +106,13 @@ pub struct Contacts {
 }
 
 impl Contacts {
-    /// Creates the stage of a body with these surface samples.
+    /// Creates the stage of a body with these surface samples, at most one cell apart.
     pub fn new(samples: SampleCells) -> Self {
+        Self::within(1.0, samples)
+    }
+
+    /// Creates the stage of a body with these surface samples, at most `spacing` cells apart.
+    pub(crate) fn within(spacing: f64, samples: SampleCells) -> Self {
         let rows = samples.vertices.len();
         Self {
             velocities_before: vec![Vec4::zeros(); rows],
@@ -107,10 +121,17 @@ impl Contacts {
             solver: Solver::new(rows),
             leaving: Vec::new(),
             pressures: Vec::new(),
+            kept_pressures: Vec::new(),
             touched: Vec::new(),
             displacements: vec![[0.0; 3]; rows],
+            spacing,
             samples,
         }
+    }
+
+    /// Returns the greatest distance of the samples in cells.
+    pub(crate) fn spacing(&self) -> f64 {
+        self.spacing
     }
 
     /// Returns the samples on which contacts act.
@@ -128,7 +149,7 @@ impl Contacts {
     }
 
     /// Returns false only if no sample is in the shape. May return true in this case as well.
-    pub(crate) fn may_touch(&mut self, shape: &PosedShape, positions: &Lanes<3>) -> bool {
+    pub(crate) fn may_touch(&mut self, shape: &PosedShape<'_>, positions: &Lanes<3>) -> bool {
         self.detection.read(positions, &self.samples.slots, &[]);
         self.detection.may_touch(shape, &self.samples, 0.0)
     }
@@ -158,17 +179,44 @@ impl Contacts {
         step: Interval,
         gravity: [f64; 3],
     ) -> ContactReport {
+        let report = self.detect(state, colliders, step, gravity);
+        self.finish_alone(state, colliders, step);
+        report
+    }
+
+    /// Solves and applies the contacts that [`detect`](Self::detect) found: the second part of
+    /// [`resolve`](Self::resolve) for a body that touches no other body.
+    pub(crate) fn finish_alone(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
+        if !self.pressures.is_empty() {
+            self.solver.solve(IMPACT);
+            self.apply_impulses(state, step.dt);
+            self.finish(state, colliders, step);
+        }
+        self.keep_sides(state, colliders, step);
+    }
+
+    /// Finds the contacts: the first part of [`resolve`](Self::resolve).
+    pub(crate) fn detect(
+        &mut self,
+        state: &BodyState<'_>,
+        colliders: &Colliders,
+        step: Interval,
+        gravity: [f64; 3],
+    ) -> ContactReport {
         let Self { samples, velocities_before, velocities, detection, solver, pressures, touched, .. } = self;
         let leaving = &self.leaving;
         pressures.clear();
         touched.clear();
         solver.clear();
         detection.read(state.positions, &samples.slots, leaving);
+        if colliders.any_needs_paths() {
+            detection.begin_paths(state.velocities, &samples.slots, step.dt);
+        }
         let min_bounce = MIN_BOUNCE_STEPS * Vector3::from(gravity).norm() / state.frame.cell_size * step.dt;
         let mut report = ContactReport::default();
         for (index, collider) in colliders.during(step, state.frame).enumerate() {
             let untouched = report.contacts == 0;
-            detection.find(&collider.shape, samples, SKIN, &mut report);
+            detection.find((index as u32, &collider), samples, SKIN, &mut report);
             if untouched && report.contacts > 0 {
                 read(velocities, state.velocities, &samples.slots);
             }
@@ -177,6 +225,7 @@ impl Contacts {
                 let point = SurfacePoint {
                     position,
                     offset: samples.offset(patch, &collider.shape, &position),
+                    side: patch.side(),
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
@@ -186,48 +235,79 @@ impl Contacts {
                     collider: index as u32,
                     vertex: 0,
                     impulse: 0.0,
+                    friction: Vector3::zeros(),
+                    depth: patch.deepest,
                     point: position.coords,
                     normal,
                     velocity: collider.velocity_at(&position),
                     spin: collider.spin(),
                 });
-                solver.add(contact, patch.vertices(), &samples.mobilities);
+                solver.add(contact, samples.links(patch));
             }
-        }
-        if report.contacts > 0 {
-            solver.solve(IMPACT);
-            for (pressure, (impulse, row)) in pressures.iter_mut().zip(solver.normal_impulses()) {
-                pressure.impulse = f64::from(impulse);
-                pressure.vertex = samples.vertices[row as usize];
-            }
-            if self.apply_impulses(state, step.dt) > ALLOWED_DEPTH {
-                self.push_out(state, colliders, step);
-            }
-            self.touched.sort_unstable();
-            self.touched.dedup();
         }
         report
     }
 
+    /// Returns the contact problem of the contacts that [`detect`](Self::detect) found.
+    pub(super) fn solver(&self) -> &Solver {
+        &self.solver
+    }
+
+    /// Takes the impulses from the problem of an island, which moved the vertices already, and pushes samples out of
+    /// colliders: the second part of [`resolve`](Self::resolve). `impulses` and `units`: see [`Solver::set_impulses`].
+    pub(super) fn finish_in_island(
+        &mut self,
+        state: &mut BodyState<'_>,
+        (colliders, step): (&Colliders, Interval),
+        (impulses, units): (&[(f32, Vec4)], Units),
+    ) {
+        if !self.pressures.is_empty() {
+            self.solver.set_impulses(impulses, units);
+            self.touched.extend(self.solver.changes().map(|(row, _)| row));
+            self.finish(state, colliders, step);
+        }
+        self.keep_sides(state, colliders, step);
+    }
+
+    /// Stores on which side of the colliders the samples are at the end of a step.
+    fn keep_sides(&mut self, state: &BodyState<'_>, colliders: &Colliders, step: Interval) {
+        let Self { samples, detection, leaving, .. } = self;
+        detection.keep_sides(state.positions, (samples, leaving), colliders.during(step, state.frame));
+    }
+
+    /// Stores the impulses, and pushes samples out of colliders.
+    fn finish(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
+        let Self { samples, solver, pressures, displacements, .. } = self;
+        for (pressure, (impulse, row)) in pressures.iter_mut().zip(solver.normal_impulses()) {
+            pressure.impulse = f64::from(impulse);
+            pressure.vertex = samples.vertices[row as usize];
+        }
+        for (pressure, (_, friction)) in pressures.iter_mut().zip(solver.impulses()) {
+            pressure.friction = wide(&friction);
+        }
+        // The greatest remaining depth in cells, if every sample of a patch moves like the contact point of the patch.
+        let depths = solver.contacts();
+        let depths = depths.map(|(contact, change)| f64::from(contact.depth) - f64::from(change) * step.dt);
+        let remaining = depths.fold(0.0, f64::max);
+        for (row, change) in solver.normal_changes() {
+            // The displacement plus the velocity change times the step; the two are equal.
+            add_displacement(&mut displacements[row as usize], change, 2.0 * step.dt as f32);
+        }
+        if remaining > ALLOWED_DEPTH {
+            self.push_out(state, colliders, step);
+        }
+        self.touched.sort_unstable();
+        self.touched.dedup();
+    }
+
     /// Adds the velocity changes to the velocities, and the velocity changes times the step to the positions.
-    ///
-    /// Returns the greatest remaining depth in cells, assuming that every sample of a patch moves like the
-    /// contact point of the patch.
-    fn apply_impulses(&mut self, state: &mut BodyState<'_>, dt: f64) -> f64 {
+    fn apply_impulses(&mut self, state: &mut BodyState<'_>, dt: f64) {
         for (row, change) in self.solver.changes() {
             let (slot, change) = (self.samples.slots[row as usize], wide(change));
             state.set_position(slot, state.position(slot) + change * dt);
             state.set_velocity(slot, state.velocity(slot) + change);
             self.touched.push(row);
         }
-        let depths = self.solver.contacts();
-        let depths = depths.map(|(contact, change)| f64::from(contact.depth) - f64::from(change) * dt);
-        let remaining = depths.fold(0.0, f64::max);
-        for (row, change) in self.solver.normal_changes() {
-            // The displacement plus the velocity change times the step; the two are equal.
-            add_displacement(&mut self.displacements[row as usize], change, 2.0 * dt as f32);
-        }
-        remaining
     }
 
     /// Pushes samples that are still inside a collider out of it. Changes positions, but not velocities.
@@ -240,16 +320,22 @@ impl Contacts {
         for round in 0..PUSH_ROUNDS {
             solver.clear();
             detection.read(state.positions, &samples.slots, leaving);
+            detection.update_paths();
             let mut report = ContactReport::default();
-            for collider in colliders.during(step, state.frame) {
-                detection.find(&collider.shape, samples, 0.0, &mut report);
+            for (index, collider) in colliders.during(step, state.frame).enumerate() {
+                detection.find((index as u32, &collider), samples, 0.0, &mut report);
                 for patch in detection.patches() {
-                    let position = mean_position(patch.vertices(), detection.positions());
-                    let sdf = collider.shape.signed_distance(&position);
-                    let distance = sdf.distance + samples.offset(patch, &collider.shape, &position);
-                    let (normal, target) = (narrow(sdf.normal), (-distance).min(PUSH_LIMIT) as f32);
+                    let (normal, distance) = match patch.side() {
+                        Some(side) => (side.normal, patch.mean_distance()),
+                        None => {
+                            let position = mean_position(patch.vertices(), detection.positions());
+                            let sdf = collider.shape.signed_distance(&position);
+                            (sdf.normal, sdf.distance + samples.offset(patch, &collider.shape, &position))
+                        }
+                    };
+                    let (normal, target) = (narrow(normal), (-distance).min(PUSH_LIMIT) as f32);
                     let contact = Contact { normal, target, limit: target, ..Contact::default() };
-                    solver.add(contact, patch.vertices(), &samples.mobilities);
+                    solver.add(contact, samples.links(patch));
                 }
             }
             if report.deepest <= ALLOWED_DEPTH {
@@ -268,6 +354,25 @@ impl Contacts {
                 break;
             }
         }
+    }
+
+    /// Keeps the contacts of the last step, before those of a sleeping body are searched because another body is near.
+    pub(crate) fn keep_pressures(&mut self) {
+        std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
+    }
+
+    /// Returns to the contacts that were [kept](Self::keep_pressures), as the body still sleeps. Does nothing if none were.
+    pub(crate) fn restore_pressures(&mut self) {
+        if !self.kept_pressures.is_empty() {
+            std::mem::swap(&mut self.pressures, &mut self.kept_pressures);
+            self.kept_pressures.clear();
+        }
+    }
+
+    /// Forgets the contacts of the last step.
+    pub(crate) fn clear_pressures(&mut self) {
+        self.pressures.clear();
+        self.kept_pressures.clear();
     }
 
     /// Returns the contacts of the last step, by collider.
@@ -299,6 +404,16 @@ impl Contacts {
         }
     }
 
+    /// Returns the side points of the samples, for a snapshot.
+    pub(crate) fn sides(&self) -> &[Side] {
+        self.detection.sides()
+    }
+
+    /// Restores [`sides`](Self::sides). Without side points each sample is on the side of its position.
+    pub(crate) fn set_sides(&mut self, sides: &[Side]) {
+        self.detection.set_sides(sides, &self.samples);
+    }
+
     /// Returns the contact displacements in cells since [`clear_displacements`](Self::clear_displacements).
     ///
     /// Each step adds the displacement by the normal impulses and by the push-out, and the velocity change by
@@ -311,11 +426,16 @@ impl Contacts {
 }
 
 impl SampleCells {
+    /// Returns the contact point of a patch as a mean of vertices: row, weight and inverse mass.
+    fn links<'a>(&'a self, patch: &'a Patch) -> impl Iterator<Item = (u32, f32, f32)> + 'a {
+        patch.vertices().map(|(row, weight)| (row, weight, self.mobilities[row as usize]))
+    }
+
     /// Returns the mean distance of the touching samples of a patch from the shape, minus the distance of the contact point:
     /// contacts act on the smooth surface, and move it by the trilinear weights of the samples. Zero if the skin is linear,
-    /// which uses the distance of the contact point. `position`: contact point of the patch.
-    fn offset(&self, patch: &Patch, shape: &PosedShape, position: &Point3<f64>) -> f64 {
-        match self.stencils() {
+    /// which uses the distance of the contact point, and if the patch has a side. `position`: contact point of the patch.
+    fn offset(&self, patch: &Patch, shape: &PosedShape<'_>, position: &Point3<f64>) -> f64 {
+        match self.stencils().filter(|_| patch.side().is_none()) {
             None => 0.0,
             Some(_) => patch.mean_distance() - shape.signed_distance(position).distance,
         }

@@ -46,15 +46,15 @@ impl BodyPoints {
     /// The body is in a collider if a sample is deeper than the greatest push-out of a step, or if a vertex inside the
     /// body is near or in the collider. A body whose center is outside of all colliders is not moved farther than its
     /// radius: a body that is pressed between two plates does not leave sideways.
-    pub(crate) fn way_out(&self, shapes: &[PosedShape], up: Vector3<f64>) -> Option<Vector3<f64>> {
-        let hit: Vec<&PosedShape> = shapes.iter().filter(|shape| self.is_in(shape)).collect();
+    pub(crate) fn way_out(&self, shapes: &[PosedShape<'_>], up: Vector3<f64>) -> Option<Vector3<f64>> {
+        let hit: Vec<&PosedShape<'_>> = shapes.iter().filter(|shape| self.is_in(shape)).collect();
         if hit.is_empty() {
             return None;
         }
         let points = || self.samples.iter().chain(&self.inner);
         let count = points().count() as f64;
         let center = Point3::from(points().map(|point| point.coords / count).sum::<Vector3<f64>>());
-        let is_inside = |shape: &&PosedShape| shape.signed_distance(&center).distance < 0.0;
+        let is_inside = |shape: &&PosedShape<'_>| shape.signed_distance(&center).distance < 0.0;
         let radius = points().map(|point| (point - center).norm()).fold(0.0, f64::max);
         let mut least = if hit.iter().any(is_inside) { MAX_WAY } else { radius };
         let mut way = None;
@@ -82,7 +82,7 @@ impl BodyPoints {
         samples.chain(self.inner.iter().map(|point| (point, INNER_RADIUS)))
     }
 
-    fn is_in(&self, shape: &PosedShape) -> bool {
+    fn is_in(&self, shape: &PosedShape<'_>) -> bool {
         let depth = |point: &Point3<f64>| -shape.signed_distance(point).distance;
         self.samples.iter().any(|point| depth(point) > PUSH_LIMIT)
             || self.inner.iter().any(|point| depth(point) > -INNER_RADIUS)
@@ -91,16 +91,17 @@ impl BodyPoints {
     /// Returns the length of the way out of `shapes` in a direction; infinity if there is none.
     fn way_along<'a>(
         &self,
-        shapes: impl Iterator<Item = &'a PosedShape>,
+        shapes: impl Iterator<Item = &'a PosedShape<'a>>,
         direction: &Vector3<f64>,
         free_depth: f64,
     ) -> f64 {
         let mut intervals = Vec::new();
         for shape in shapes {
             for (point, radius) in self.all(free_depth) {
-                intervals.extend(shape.overlap_along(point, direction, radius).filter(|&[_, end]| end > 0.0));
+                shape.add_overlaps(point, direction, radius, &mut intervals);
             }
         }
+        intervals.retain(|&[_, end]| end > 0.0);
         intervals.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
         let mut end = 0.0_f64;
         for interval in intervals {
@@ -114,13 +115,14 @@ impl BodyPoints {
 }
 
 /// Returns unit vectors along which a body with its center at `center` may leave a shape.
-fn directions(shape: &PosedShape, center: &Point3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+fn directions(shape: &PosedShape<'_>, center: &Point3<f64>) -> impl Iterator<Item = Vector3<f64>> {
     let normal = shape.signed_distance(center).normal;
     let axes = match shape {
         PosedShape::Plane { .. } => [Vector3::zeros(); 3],
         PosedShape::Box { rotation, .. } => [0, 1, 2].map(|axis| rotation.column(axis).into_owned()),
         PosedShape::Sphere { .. } => perpendicular(normal, Vector3::ith(normal.iamin(), 1.0)),
         PosedShape::Capsule { axis, .. } => perpendicular(normal, *axis),
+        PosedShape::Mesh(mesh) => mesh.axes(),
     };
     std::iter::once(normal).chain(axes.into_iter().flat_map(|axis| [axis, -axis]))
 }
@@ -132,10 +134,30 @@ fn perpendicular(first: Vector3<f64>, second: Vector3<f64>) -> [Vector3<f64>; 3]
     [first, third.cross(&first), third]
 }
 
-impl PosedShape {
+impl PosedShape<'_> {
+    /// Adds the intervals of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with the
+    /// shape; those of a mesh belong to the center of the ball, and are longer by the radius at both ends.
+    fn add_overlaps(
+        &self,
+        point: &Point3<f64>,
+        direction: &Vector3<f64>,
+        ball: f64,
+        intervals: &mut Vec<[f64; 2]>,
+    ) {
+        match self {
+            Self::Mesh(mesh) => mesh.add_overlaps(point, direction, ball, intervals),
+            shape => intervals.extend(shape.overlap_along(point, direction, ball)),
+        }
+    }
+
     /// Returns the interval of t for which the ball with the radius `ball` around `point` + t `direction` overlaps with
-    /// the shape, or `None`. A box is enlarged by the radius at each face. `direction` is a unit vector.
-    fn overlap_along(&self, point: &Point3<f64>, direction: &Vector3<f64>, ball: f64) -> Option<[f64; 2]> {
+    /// the shape other than a mesh, or `None`. A box is enlarged by the radius at each face. `direction` is a unit vector.
+    pub(super) fn overlap_along(
+        &self,
+        point: &Point3<f64>,
+        direction: &Vector3<f64>,
+        ball: f64,
+    ) -> Option<[f64; 2]> {
         match self {
             Self::Plane { point: origin, normal } => {
                 slab(normal.dot(&(point - origin)), normal.dot(direction), [f64::NEG_INFINITY, ball])
@@ -162,6 +184,7 @@ impl PosedShape {
                     .flatten()
                     .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
             }
+            Self::Mesh(_) => None,
         }
     }
 }
@@ -212,7 +235,7 @@ mod tests {
         points
     }
 
-    fn cuboid(center: [f64; 3], half: [f64; 3]) -> PosedShape {
+    fn cuboid(center: [f64; 3], half: [f64; 3]) -> PosedShape<'static> {
         PosedShape::Box { center: center.into(), half: half.into(), rotation: Matrix3::identity() }
     }
 
@@ -259,7 +282,7 @@ mod tests {
         let up = Vector3::y();
         let half = [4.0; 3];
         let way =
-            |low, shapes: &[PosedShape]| cube(low).way_out(shapes, up).map(|way| way.map(|x| x.round()));
+            |low, shapes: &[PosedShape<'_>]| cube(low).way_out(shapes, up).map(|way| way.map(|x| x.round()));
         // In the middle of a box, and nearer to one side of it.
         assert_eq!(way([-2.0; 3], &[cuboid([0.0; 3], half)]), Some(up * 6.0));
         assert_eq!(way([-2.0, -2.0, 1.0], &[cuboid([0.0; 3], half)]), Some(Vector3::z() * 3.0));
@@ -281,7 +304,7 @@ mod tests {
 
     #[test]
     fn a_body_that_touches_or_is_pressed_stays() {
-        let way = |shapes: &[PosedShape]| cube([-2.0; 3]).way_out(shapes, Vector3::y());
+        let way = |shapes: &[PosedShape<'_>]| cube([-2.0; 3]).way_out(shapes, Vector3::y());
         let at = |y| cuboid([0.0, y, 0.0], [90.0, 1.0, 90.0]);
         assert_eq!(way(&[at(-3.0), at(3.0)]), None);
         assert_eq!(way(&[at(-2.8)]), None);

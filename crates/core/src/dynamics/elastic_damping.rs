@@ -12,26 +12,18 @@
 //! way: each [`Support`] has a [`Deflection`], the rotation or the sliding of the component since the motion last
 //! reversed, up to a limit, as the bristles of a model of friction have (Dahl 1968). Below the limit, the reference
 //! motion does not take part; at the limit it does, in the direction of the deflection. So a body that rolls or slides
-//! is damped only at the start, over an angle of [`LEAST_LIMIT`] or that part of its size, and one that sways is damped
-//! after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`], and a long way in one direction lowers it
+//! is damped only at the start, over an angle of [`LEAST_LIMIT`](super::deflection) or that part of its size, and one that sways is damped
+//! after each reversal. A reversal doubles the limit, up to [`GREATEST_LIMIT`](super::deflection), and a long way in one direction lowers it
 //! again, so that oscillations over short ways are damped most.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 
 use super::constraints::Constraints;
+use super::coupling::CoupledComponent;
+use super::deflection::{axes_without, deflect};
 use super::momentum::{MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums, Weight};
 use crate::simd::lanes::Lanes;
-use crate::state::{Deflection, State, Support};
-
-/// Least limit of a deflection: an angle in rad, or a length as a fraction of the size of the body. A body that sways
-/// loses up to 4 c times the limit of its angular velocity between two reversals.
-const LEAST_LIMIT: f64 = 5e-4;
-
-/// Greatest limit of a deflection.
-const GREATEST_LIMIT: f64 = 0.02;
-
-/// Way beyond the limit after which the limit is divided by e.
-const MEMORY: f64 = 0.2;
+use crate::state::{State, Support};
 
 /// The elastic-damping stage. It computes the reference motions at the beginning of a step, and the acceleration towards
 /// the goal positions applies them to the velocities before the step. So damping acts neither on the gravity of the step
@@ -40,7 +32,20 @@ const MEMORY: f64 = 0.2;
 pub(crate) struct ElasticDamper {
     /// Sums over the constrained vertices of each component, with unit masses, and their number.
     constrained: Vec<(Sums, f64)>,
+    /// The reference motion of each component.
+    references: Vec<Reference>,
+    keep: f64,
     damped: Damped,
+}
+
+/// The reference motion of a component.
+#[derive(Clone, Debug)]
+struct Reference {
+    /// Rigid motion with the momenta of the component.
+    motion: RigidMotion,
+    reference: RigidMotion,
+    /// Present if the component is constrained or supported.
+    projection: Option<Projection>,
 }
 
 /// The damping of a step: velocities v become `keep` v + r, with a rigid velocity r of each component.
@@ -69,7 +74,9 @@ impl Damped {
 impl ElasticDamper {
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.constrained.as_slice()) + size_of_val(self.damped.rigid.as_slice())
+        size_of_val(self.constrained.as_slice())
+            + size_of_val(self.references.as_slice())
+            + size_of_val(self.damped.rigid.as_slice())
     }
 
     /// Returns the damping of the step.
@@ -89,19 +96,71 @@ impl ElasticDamper {
         (keep, size, dt): (f64, f64, f64),
     ) {
         self.read_constrained(constraints, (state, slots), tracker);
-        let mut rigid = std::mem::take(&mut self.damped.rigid);
-        rigid.clear();
-        for (component, measured) in tracker.states().iter().enumerate() {
+        let mut references = std::mem::take(&mut self.references);
+        references.clear();
+        references.extend(tracker.states().iter().enumerate().map(|(component, measured)| {
             let motion = measured.motion(measured.momentum);
             let supports = state.supports.list_mut();
-            let reference = self.reference((component, measured), motion, supports, (size, dt));
+            self.reference((component, measured), motion, supports, (size, dt))
+        }));
+        (self.references, self.keep) = (references, keep);
+    }
+
+    /// Returns the reference motion of a component that presses on other bodies, to be coupled with theirs. `size` is the
+    /// size of the body in scene units.
+    pub(crate) fn coupled(
+        &self,
+        side: (u32, u32),
+        (state, tracker): (&State, &MomentumTracker),
+        (size, cell_mass): (f64, f64),
+    ) -> CoupledComponent {
+        let (frame, measured) = (state.frame, &tracker.states()[side.1 as usize]);
+        let Reference { motion, reference, projection } = &self.references[side.1 as usize];
+        let cell_size = frame.cell_size();
+        let world = |motion: &RigidMotion| {
+            let linear = (motion.linear + frame.velocity()) * cell_size;
+            Vector6::new(linear.x, linear.y, linear.z, motion.angular.x, motion.angular.y, motion.angular.z)
+        };
+        let free = || *Projection::new(measured, *motion).mobility();
+        let mut mobility = projection.as_ref().map_or_else(free, |projection| *projection.mobility());
+        // From cells to scene units: angular impulses have two lengths and a mass, linear impulses have one.
+        for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
+            let lengths = [row, column].map(|index| if index < 3 { 0 } else { -1 }).iter().sum();
+            mobility[(row, column)] *= cell_size.powi(lengths) / cell_mass;
+        }
+        CoupledComponent {
+            side,
+            center: frame.to_world(measured.center).coords,
+            motion: world(motion),
+            reference: world(reference),
+            mobility,
+            fraction: 1.0 - self.keep,
+            size,
+            change: Vector6::zeros(),
+        }
+    }
+
+    /// Changes the reference motion of a component by the change of a coupling. `cell_size` is in scene units.
+    pub(crate) fn add_change(&mut self, component: &CoupledComponent, cell_size: f64) {
+        let change = component.change;
+        let reference = &mut self.references[component.side.1 as usize].reference;
+        reference.linear += change.fixed_rows::<3>(0) / cell_size;
+        reference.angular += change.fixed_rows::<3>(3);
+    }
+
+    /// Completes the damping of the step from the reference motions.
+    pub(crate) fn finish(&mut self, state: &mut State, tracker: &MomentumTracker) {
+        let Self { references, keep, damped, .. } = self;
+        damped.keep = *keep as f32;
+        damped.rigid.clear();
+        for (component, measured) in tracker.states().iter().enumerate() {
+            let &Reference { motion, reference, .. } = &references[component];
             // The surroundings of the component change its momenta.
             if let Some(momentum) = &mut state.momenta[component] {
-                momentum.add(measured.momentum_of((reference - motion) * (1.0 - keep)));
+                momentum.add(measured.momentum_of((reference - motion) * (1.0 - *keep)));
             }
-            rigid.push((reference * (1.0 - keep)).about_origin(measured.center));
+            damped.rigid.push((reference * (1.0 - *keep)).about_origin(measured.center));
         }
-        self.damped = Damped { keep: keep as f32, rigid };
     }
 
     /// Sums the motion of the constrained vertices of each component.
@@ -133,12 +192,12 @@ impl ElasticDamper {
         motion: RigidMotion,
         supports: &mut [Support],
         (size, dt): (f64, f64),
-    ) -> RigidMotion {
+    ) -> Reference {
         let constrained = self.constrained.get(component).filter(|(_, count)| *count > 0.0);
         let mut supports =
             supports.iter_mut().filter(|support| support.component as usize == component).peekable();
         if constrained.is_none() && supports.peek().is_none() {
-            return motion;
+            return Reference { motion, reference: motion, projection: None };
         }
         let mut projection = Projection::new(rigid, motion);
         if let Some((sums, count)) = constrained {
@@ -152,7 +211,9 @@ impl ElasticDamper {
         }
         let reference = projection.motion();
         let energy = rigid.energy_of(reference);
-        if constrained.is_none() && energy > limit { reference * (limit / energy).sqrt() } else { reference }
+        let is_limited = constrained.is_none() && energy > limit;
+        let reference = if is_limited { reference * (limit / energy).sqrt() } else { reference };
+        Reference { motion, reference, projection: Some(projection) }
     }
 }
 
@@ -179,40 +240,4 @@ fn rest_on(
     for axis in axes_without(free) {
         projection.fix_velocity(point, axis, axis.dot(&surface), Weight::Soft);
     }
-}
-
-/// Adds `change` to a deflection. Returns its direction if it is at the limit and grows.
-fn deflect(deflection: &mut Deflection, change: Vector3<f64>) -> Option<Vector3<f64>> {
-    let Deflection { vector, limit, is_at_limit } = deflection;
-    if *is_at_limit && change.dot(&Vector3::from(*vector)) < 0.0 {
-        (*limit, *is_at_limit) = ((2.0 * *limit).min(GREATEST_LIMIT), false);
-    }
-    *limit = limit.max(LEAST_LIMIT);
-    let moved = Vector3::from(*vector) + change;
-    let length = moved.norm();
-    if !length.is_finite() {
-        return None;
-    }
-    if length < *limit {
-        *vector = moved.into();
-        return None;
-    }
-    let direction = moved / length;
-    *limit = (*limit * (-(length - *limit) / MEMORY).exp()).max(LEAST_LIMIT);
-    (*vector, *is_at_limit) = ((direction * *limit).into(), true);
-    (change.dot(&direction) > 0.0).then_some(direction)
-}
-
-/// Returns three perpendicular unit vectors, or the two that are perpendicular to `free`.
-fn axes_without(free: Option<Vector3<f64>>) -> impl Iterator<Item = Vector3<f64>> {
-    let axes = match free {
-        None => [Vector3::x(), Vector3::y(), Vector3::z()],
-        Some(direction) => {
-            let helper = Vector3::ith(direction.iamin(), 1.0);
-            let first = direction.cross(&helper).normalize();
-            [first, direction.cross(&first), Vector3::zeros()]
-        }
-    };
-    // A condition on the zero vector is none.
-    axes.into_iter().filter(|axis| *axis != Vector3::zeros())
 }

@@ -14,13 +14,17 @@
 //! | `elastic_law` | Young's modulus from the parameters of the regions, and back |
 //! | `lowest_mode` | the frequency of the lowest elastic mode of a free body |
 //! | `elastic_damping` | damping of the elastic modes |
+//! | `deflection` | deflections of the supports of a body, for `elastic_damping` |
+//! | `coupling` | the common motion of bodies that press on each other, for `elastic_damping` |
 //! | `damping` | region damping: moves velocities towards the mean rigid velocity of the regions |
 //! | `integration` | acceleration towards the goal positions and advance of the positions |
 //! | `energy` | the energy limiter of bodies without constraints and contacts |
 
 mod constraint;
 mod constraints;
+mod coupling;
 mod damping;
+mod deflection;
 mod drive;
 mod elastic_damping;
 mod elastic_law;
@@ -36,6 +40,7 @@ mod stiffness_factors;
 
 pub use constraint::{Constraint, ConstraintError, Handle, Pin, TimeWindow};
 pub use constraints::Constraints;
+pub(crate) use coupling::{CoupledComponent, Coupling};
 pub(crate) use damping::RegionDamper;
 pub(crate) use drive::Drive;
 pub(crate) use elastic_damping::ElasticDamper;
@@ -43,7 +48,7 @@ pub use elastic_law::ElasticLaw;
 pub(crate) use elastic_law::half_width_of;
 pub(crate) use energy::EnergyLimiter;
 pub(crate) use forces::Forces;
-pub(crate) use integration::{Accelerate, Advance};
+pub(crate) use integration::{Accelerate, Advance, add_rigid};
 pub(crate) use lowest_mode::lowest_eigenvalue;
 pub(crate) use material::effective_gravity;
 pub use material::{Damping, Elasticity, Material, Preset, RegionDamping, RegionSize, Stiffness};

@@ -84,18 +84,19 @@ impl Stencil {
         let faces = [y.cross(&z), z.cross(&x), x.cross(&y)];
         let volume = x.dot(&faces[0]);
         let center = position(self.vertex);
-        let mut greatest = 0.0_f32;
+        let scale = 0.5 / volume;
+        let mut greatest_square = 0.0_f32;
         for axis in 0..3 {
             if self.factors[axis] == 0.5 {
                 let [low, high] = [0, 1].map(|side| position(self.neighbors[2 * axis + side]));
                 let difference = (high - center) - (center - low);
-                let relative = faces.map(|face| 0.5 * face.dot(&difference) / volume);
-                let bend = Vector3::from(relative).norm();
-                greatest = if bend <= greatest { greatest } else { bend };
+                let relative = faces.map(|face| face.dot(&difference) * scale);
+                let square = Vector3::from(relative).norm_squared();
+                greatest_square = if square <= greatest_square { greatest_square } else { square };
             }
         }
         // The comparisons are false for NaN.
-        if volume > 0.0 && greatest.is_finite() { greatest } else { f32::INFINITY }
+        if volume > 0.0 && greatest_square.is_finite() { greatest_square.sqrt() } else { f32::INFINITY }
     }
 
     /// Returns the trust in the slopes, in `[0, 1]`, from the bends of the vertices.

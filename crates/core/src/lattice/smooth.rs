@@ -24,7 +24,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use fearless_simd::{Simd, SimdFloat, f32x8};
+use fearless_simd::{Simd, SimdFloat};
 use nalgebra::Vector3;
 
 use super::trilinear::{monomials, polynomial, split};
@@ -87,10 +87,10 @@ impl<T: Copy + Sub<Output = T>> SmoothTerms<T> {
 
 /// Returns the smooth position relative to corner 0, from the coefficients and the local coordinates.
 #[inline(always)]
-pub(crate) fn smooth_value<S: Simd>(
-    terms: &SmoothTerms<f32x8<S>>,
-    [x, y, z]: [SmoothCoordinate<f32x8<S>>; 3],
-) -> f32x8<S> {
+pub(crate) fn smooth_value<S: Simd, V: SimdFloat<S>>(
+    terms: &SmoothTerms<V>,
+    [x, y, z]: [SmoothCoordinate<V>; 3],
+) -> V {
     let offset = trilinear_value(&terms.0[0], [x.s, y.s, z.s]);
     let [[a, b], [c, d], [e, f]] = [terms.along(0), terms.along(1), terms.along(2)];
     let offset = bilinear_value(a, y.s, z.s).mul_add(x.e, bilinear_value(b, y.s, z.s).mul_add(x.k, offset));
@@ -100,14 +100,14 @@ pub(crate) fn smooth_value<S: Simd>(
 
 /// Returns the value of a trilinear polynomial.
 #[inline(always)]
-pub(crate) fn trilinear_value<S: Simd>(terms: &[f32x8<S>; 8], [u, v, w]: [f32x8<S>; 3]) -> f32x8<S> {
+pub(crate) fn trilinear_value<S: Simd, V: SimdFloat<S>>(terms: &[V; 8], [u, v, w]: [V; 3]) -> V {
     let [one, x, y, xy, z, xz, yz, xyz] = *terms;
     bilinear_value([z, xz, yz, xyz], u, v).mul_add(w, bilinear_value([one, x, y, xy], u, v))
 }
 
 /// Returns the value of a bilinear polynomial.
 #[inline(always)]
-fn bilinear_value<S: Simd>([one, x, y, xy]: [f32x8<S>; 4], u: f32x8<S>, v: f32x8<S>) -> f32x8<S> {
+fn bilinear_value<S: Simd, V: SimdFloat<S>>([one, x, y, xy]: [V; 4], u: V, v: V) -> V {
     u.mul_add(xy, y).mul_add(v, u.mul_add(x, one))
 }
 

@@ -4,12 +4,14 @@
 //!
 //! * `weld`: finds vertices at equal positions.
 //! * `topology`: describes a mesh. `duplicates` counts repeated faces; `measure` computes volume and area.
+//! * `surface_tree`: closest points on a mesh.
 //! * `csr`, `union_find`: data structures, also for the modules that depend on this module.
 
 mod csr;
 mod duplicates;
 mod error;
 mod measure;
+mod surface_tree;
 mod topology;
 mod union_find;
 mod weld;
@@ -21,6 +23,7 @@ use nalgebra::Point3;
 pub(crate) use csr::Csr;
 pub use error::MeshError;
 pub(crate) use measure::{RelativeMeasure, signed_volume};
+pub(crate) use surface_tree::{ClosestPoint, SurfaceTree};
 pub use topology::{Component, Topology};
 pub(crate) use union_find::UnionFind;
 

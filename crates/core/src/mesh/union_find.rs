@@ -1,6 +1,7 @@
 //! Union-find (disjoint sets) over numbered elements.
 
 /// Disjoint sets of the elements `0..n`. The root of a set is its lowest element.
+#[derive(Debug, Default)]
 pub(crate) struct UnionFind {
     parent: Vec<u32>,
 }
@@ -9,6 +10,12 @@ impl UnionFind {
     /// Builds `n` sets of one element each.
     pub(crate) fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }
+    }
+
+    /// Replaces the sets by `n` sets of one element each. Keeps the buffer.
+    pub(crate) fn reset(&mut self, n: usize) {
+        self.parent.clear();
+        self.parent.extend(0..n as u32);
     }
 
     /// Returns the lowest element of the set that contains `element`. Shortens the paths in the set.

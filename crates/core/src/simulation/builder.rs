@@ -2,12 +2,14 @@
 
 use nalgebra::Vector3;
 
+use super::contact::{self, ContactSettings, Groups};
 use super::{Clock, Simulation, Substeps};
 use crate::body::Body;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::range::in_range;
+use crate::state::PairSupports;
 
 /// Maximum number of threads: more than a simulation can use, and few enough for the system to start.
 const MAX_THREADS: usize = 1024;
@@ -22,6 +24,7 @@ pub struct SimulationBuilder {
     fps: Option<f64>,
     colliders: Vec<Collider>,
     substeps: Substeps,
+    contact: ContactSettings,
     sleep: bool,
     threads: usize,
 }
@@ -35,6 +38,7 @@ impl Default for SimulationBuilder {
             fps: None,
             colliders: Vec::new(),
             substeps: Substeps::Fixed(1),
+            contact: ContactSettings { between: true, with_itself: false },
             sleep: true,
             threads: 0,
         }
@@ -87,6 +91,21 @@ impl SimulationBuilder {
         self
     }
 
+    /// Sets whether bodies touch each other; default true. Without it, contact between bodies takes no time and no memory.
+    #[must_use]
+    pub fn contact(mut self, contact: bool) -> Self {
+        self.contact.between = contact;
+        self
+    }
+
+    /// Sets whether the parts of a body touch each other; default false. A body can have
+    /// [a setting of its own](crate::BodyBuilder::self_contact).
+    #[must_use]
+    pub fn self_contact(mut self, self_contact: bool) -> Self {
+        self.contact.with_itself = self_contact;
+        self
+    }
+
     /// Sets whether bodies at rest fall asleep: they are then not stepped until something moves them; default true.
     #[must_use]
     pub fn sleep(mut self, sleep: bool) -> Self {
@@ -120,8 +139,13 @@ impl SimulationBuilder {
             body.search_ways_out();
             body.fix_elasticity(gravity.norm(), dt);
         }
+        let contacts = contact::create(&mut bodies, self.contact);
         let mut simulation = Simulation {
             bodies,
+            contacts,
+            contact: self.contact,
+            pair_supports: PairSupports::default(),
+            groups: Groups::default(),
             gravity,
             clock: Clock::new(dt),
             colliders,

@@ -3,26 +3,32 @@
 mod builder;
 mod clock;
 mod collider;
+mod contact;
+mod contact_points;
 mod state;
 mod substeps;
 
 pub use builder::SimulationBuilder;
 pub use collider::{ColliderMut, ColliderRef};
+pub use contact_points::{ContactPoint, Touched};
 pub use state::SimulationState;
 pub use substeps::{ChosenSubsteps, StepReason, Substeps};
 
 use nalgebra::Vector3;
 
-use crate::body::{Body, BodyRef, DisplayContext, StepContext};
+use crate::body::{Body, BodyContactPart, BodyRef, DisplayContext, StepContext};
+use crate::contact::bodies::BodyContacts;
 use crate::contact::{Collider, Colliders};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::plan::Plan;
 use crate::range::in_range;
+use crate::state::PairSupports;
 use builder::{check_dt, check_gravity, check_substeps, check_threads};
 use clock::Clock;
+use contact::{ContactSettings, Groups};
 
-/// Simulates bodies that collide with colliders. Contact between bodies is not simulated.
+/// Simulates bodies that touch each other and colliders.
 ///
 /// Results are bit-identical for any number of threads.
 #[derive(Debug)]
@@ -31,6 +37,11 @@ pub struct Simulation {
     gravity: Vector3<f64>,
     clock: Clock,
     colliders: Colliders,
+    /// The contacts between bodies, if bodies can touch.
+    contacts: Option<BodyContacts>,
+    contact: ContactSettings,
+    pair_supports: PairSupports,
+    groups: Groups,
     /// Frames per second, if they were given in place of the step length.
     fps: Option<f64>,
     /// Number of steps per frame.
@@ -75,16 +86,38 @@ impl Simulation {
         });
     }
 
-    /// Advances each body by one step ([`Body::step`]), then the driven colliders and the clock.
+    /// Advances the bodies by one step, then the driven colliders and the clock.
     fn step_bodies(&mut self, executor: &Executor) {
+        self.colliders.animate(self.clock.interval());
+        let Self { bodies, contacts, pair_supports, groups, colliders, clock, .. } = self;
         let context = StepContext {
             gravity: self.gravity,
-            interval: self.clock.interval(),
-            is_frame_start: self.clock.is_frame_start(self.substeps),
-            colliders: &self.colliders,
+            interval: clock.interval(),
+            is_frame_start: clock.is_frame_start(self.substeps),
+            colliders,
             sleep: self.sleep,
         };
-        executor.for_each_mut(&mut self.bodies, |body| body.step(&context, executor));
+        groups.settle(bodies, &context);
+        match contacts {
+            None => executor.for_each_mut(bodies, |body| {
+                body.begin_step(&context, executor);
+                body.advance_step(&context, executor);
+                body.finish_step(&context, &BodyContactPart::Alone, executor);
+            }),
+            Some(contacts) => {
+                if pair_supports.list().is_empty() {
+                    executor.for_each_mut(bodies, |body| {
+                        body.begin_step(&context, executor);
+                        body.advance_step(&context, executor);
+                    });
+                } else {
+                    executor.for_each_mut(bodies, |body| body.begin_step(&context, executor));
+                    groups.couple_damping(bodies, pair_supports, context.interval.dt);
+                    executor.for_each_mut(bodies, |body| body.advance_step(&context, executor));
+                }
+                Self::finish_bodies(bodies, (contacts, pair_supports), &context, executor);
+            }
+        }
         self.colliders.advance(self.clock.dt());
         self.clock.tick();
     }
@@ -92,7 +125,13 @@ impl Simulation {
     /// Returns the stages of a step and of the evaluation of the displayed surface, with their memory.
     pub fn plan(&self) -> Plan {
         let bodies = self.bodies.iter().map(Body::plan).collect();
-        Plan { dt: self.dt(), substeps: self.substeps, threads: self.threads(), bodies }
+        Plan {
+            dt: self.dt(),
+            substeps: self.substeps,
+            threads: self.threads(),
+            bodies,
+            contact_bytes: self.contacts.as_ref().map(BodyContacts::bytes),
+        }
     }
 
     /// Returns the length of a step in seconds.
@@ -128,6 +167,7 @@ impl Simulation {
     pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         in_range("time", time, true, "finite")?;
         self.clock.set_time(time);
+        self.colliders.animate_to(time);
         self.wake();
         Ok(())
     }
@@ -244,6 +284,7 @@ impl Simulation {
     /// An invalid collider. The colliders are then unchanged.
     pub fn set_colliders(&mut self, colliders: &[Collider]) -> Result<(), Error> {
         self.colliders = Colliders::new(colliders)?;
+        self.colliders.animate_to(self.clock.time());
         for body in &mut self.bodies {
             body.update_contact_stage(&self.colliders);
             body.search_ways_out();
@@ -301,6 +342,17 @@ impl Simulation {
     /// [`Body::is_asleep`].
     pub fn set_sleep(&mut self, sleep: bool) {
         self.sleep = sleep;
+    }
+
+    /// Returns whether bodies touch each other, as it was set: [`SimulationBuilder::contact`].
+    pub fn contact(&self) -> bool {
+        self.contact.between
+    }
+
+    /// Returns whether bodies touch themselves that do not say so themselves, as it was set:
+    /// [`SimulationBuilder::self_contact`].
+    pub fn self_contact(&self) -> bool {
+        self.contact.with_itself
     }
 
     /// Wakes all bodies up.

@@ -4,8 +4,9 @@ use super::{Clock, Simulation};
 use crate::body::{BodySnapshot, StateError};
 use crate::contact::DrivenCollider;
 use crate::error::Error;
+use crate::state::PairSupports;
 
-/// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders and, for
+/// The saved state of a simulation: time, step length, steps per frame, gravity, the motions of driven colliders, which bodies rest on each other and, for
 /// each body, a [`BodySnapshot`] with positions, velocities, rotations, origin, momenta, forces, pins and handles with
 /// their captured poses, and the settings that can change between steps. Descriptions of colliders are not included. A
 /// state can be restored in any simulation that was built with the same bodies and colliders.
@@ -19,6 +20,8 @@ pub struct SimulationState {
     gravity: [f64; 3],
     bodies: Vec<BodySnapshot>,
     driven: Vec<DrivenCollider>,
+    /// The supports of the bodies by each other.
+    pair_supports: PairSupports,
 }
 
 impl SimulationState {
@@ -38,6 +41,7 @@ impl Simulation {
             gravity: self.gravity.into(),
             bodies: self.bodies.iter().map(|body| body.snapshot()).collect(),
             driven: self.colliders.driven(),
+            pair_supports: self.pair_supports.clone(),
         }
     }
 
@@ -53,6 +57,9 @@ impl Simulation {
         }
         if !state.clock.is_valid() || state.substeps == 0 {
             return Err(StateError::Time.into());
+        }
+        if !state.pair_supports.is_valid() {
+            return Err(StateError::Supports.into());
         }
         for (body, snapshot) in self.bodies.iter().zip(&state.bodies) {
             body.check_snapshot(snapshot)?;
@@ -71,7 +78,14 @@ impl Simulation {
             body.apply_snapshot(snapshot)?;
         }
         self.colliders.set_driven(&state.driven);
+        self.pair_supports = state.pair_supports.clone();
+        let count = self.bodies.len();
+        self.pair_supports.retain(|support| support.sides.iter().all(|side| (side.0 as usize) < count));
+        if let Some(contacts) = &mut self.contacts {
+            contacts.clear_records();
+        }
         self.clock = state.clock;
+        self.colliders.animate_to(self.clock.time());
         self.substeps = state.substeps;
         self.choose_at_next_step = state.choose_at_next_step && self.fps.is_some();
         Ok(())

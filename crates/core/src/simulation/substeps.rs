@@ -164,11 +164,12 @@ fn slip_rate(body: &Body, modulus: f64, gravity: f64) -> f64 {
     if half_width.is_finite() { body.step_rate(half_width as usize, greatest * modulus) } else { 0.0 }
 }
 
-/// Returns the distance along `down` from a point to a plane, to the center of a sphere or box, or to the lower end of
+/// Returns the distance along `down` from a point to a plane, to the center of a sphere, box or mesh, or to the lower end of
 /// the axis of a capsule.
 fn depth_below(shape: &Shape, start: &Point3<f64>, down: &Vector3<f64>) -> f64 {
     let depth_of = |point: [f64; 3]| (Point3::from(point) - start).dot(down);
     match *shape {
+        Shape::Mesh { .. } => depth_of(shape.center().into()),
         Shape::Plane { point, normal } => {
             let normal = Vector3::from(normal).normalize();
             let cosine = normal.dot(down);
@@ -182,14 +183,24 @@ fn depth_below(shape: &Shape, start: &Point3<f64>, down: &Vector3<f64>) -> f64 {
 
 /// Returns the largest speed of a collider.
 fn collider_speed(collider: &Collider) -> f64 {
-    let radius = match collider.shape {
+    let radius = match &collider.shape {
         // A plane is infinite. Contacts are assumed to be near its center of rotation.
         Shape::Plane { .. } => 0.0,
-        Shape::Sphere { radius, .. } => radius,
-        Shape::Box { half_extents, .. } => Vector3::from(half_extents).norm(),
-        Shape::Capsule { a, b, radius } => (Vector3::from(a) - Vector3::from(b)).norm() / 2.0 + radius,
+        Shape::Sphere { radius, .. } => *radius,
+        Shape::Box { half_extents, .. } => Vector3::from(*half_extents).norm(),
+        Shape::Capsule { a, b, radius } => (Vector3::from(*a) - Vector3::from(*b)).norm() / 2.0 + radius,
+        Shape::Mesh { mesh, scale, .. } => {
+            let (low, high) = mesh.mesh().bounds();
+            scale * (high - low).norm() / 2.0
+        }
     };
-    motion_speed(&collider.keys, radius)
+    let deformation = match &collider.shape {
+        Shape::Mesh { mesh, scale, .. } => {
+            mesh.animation().map_or(0.0, |animation| scale * animation.greatest_speed())
+        }
+        _ => 0.0,
+    };
+    motion_speed(&collider.keys, radius) + deformation
 }
 
 /// Returns the largest speed of a motion, for a point at distance `radius` from the center of rotation.

@@ -6,12 +6,13 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8};
 
-use super::Pose;
 use super::one_ring_blocks::TileLayout;
+use super::{ComponentMotion, Pose};
 use crate::lattice::{
     Embedding, PointMap, Slopes, SmoothCoordinate, SmoothTerms, polynomial, smooth_value, trilinear_value,
 };
 use crate::simd::level;
+use crate::simd::moving::{Moving, position_at};
 use crate::simd::xyzx::{Pair, Xyzx, broadcast_lanes, xyzx};
 
 /// Largest product of the distances of a point from its cell along two axes (for a smooth skin, largest square of a
@@ -32,6 +33,9 @@ pub(super) struct EmbeddedPoints {
     runs: Vec<CellRun>,
     /// Local coordinates of each pair of points in their cell: `(u, v, w, 0)` of both points.
     coords: Vec<Pair>,
+    /// Indices of each pair of points in the order of [`Embedding::by_cell`], for a smooth skin; see
+    /// `SurfaceMotion`.
+    sources: Vec<[u32; 2]>,
     /// Points that need the linear continuation of their cell: row in the tile, and index in `corners`.
     outliers: Vec<(u32, u32)>,
 }
@@ -57,7 +61,8 @@ struct CellRun {
 pub(super) struct EmbeddedPointsBuilder {
     /// Cell of each point (index in `corners`), and local coordinates of the point in the cell.
     points: Vec<(u32, [f32; 3])>,
-    is_smooth: bool,
+    /// For a smooth skin, the index of each point in the order of [`Embedding::by_cell`].
+    sources: Option<Vec<u32>>,
     embedded: EmbeddedPoints,
 }
 
@@ -71,8 +76,13 @@ impl EmbeddedPointsBuilder {
             group.points.iter().for_each(|&point| cell_of[point as usize] = cell);
         }
         let entry = |&point: &u32| (cell_of[point as usize], embedding.local(point as usize));
-        let is_smooth = embedding.smoothing().is_some();
-        Self { points: points.iter().map(entry).collect(), is_smooth, embedded }
+        let sources = embedding.smoothing().map(|_| {
+            let mut index = vec![0; embedding.len()];
+            let order = embedding.by_cell().flat_map(|cell| cell.points);
+            (0..).zip(order).for_each(|(at, &point)| index[point as usize] = at);
+            points.iter().map(|&point| index[point as usize]).collect()
+        });
+        Self { points: points.iter().map(entry).collect(), sources, embedded }
     }
 
     /// Returns the points of all chunks that were added.
@@ -104,8 +114,8 @@ impl TileLayout for EmbeddedPointsBuilder {
     fn add(&mut self, points: &[u32]) {
         let order = self.by_cell(points);
         let point = |&k: &usize| self.points[points[k] as usize];
-        let is_smooth = self.is_smooth;
-        let EmbeddedPoints { ends, runs, coords, outliers, .. } = &mut self.embedded;
+        let is_smooth = self.sources.is_some();
+        let EmbeddedPoints { ends, runs, coords, sources, outliers, .. } = &mut self.embedded;
         let begin = coords.len();
         for run in order.chunk_by(|a, b| point(a).0 == point(b).0) {
             let cell = point(&run[0]).0;
@@ -116,6 +126,10 @@ impl TileLayout for EmbeddedPointsBuilder {
                 let ([a, b, c], [d, e, f]) = (point(&pair[0]).1, point(&pair[pair.len() - 1]).1);
                 [a, b, c, 0.0, d, e, f, 0.0]
             }));
+            if let Some(all) = &self.sources {
+                let source = |&k: &usize| all[points[k] as usize];
+                sources.extend(run.chunks(2).map(|pair| [source(&pair[0]), source(&pair[pair.len() - 1])]));
+            }
             runs.push(CellRun { cell, pairs: run.len().div_ceil(2) as u32 });
         }
         ends.push(Ends { runs: runs.len(), coords: coords.len(), outliers: outliers.len() });
@@ -130,32 +144,45 @@ impl EmbeddedPoints {
 
     /// Returns the memory of the tables, in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let Self { corners, ends, runs, coords, outliers } = self;
+        let Self { corners, ends, runs, coords, sources, outliers } = self;
         let tables = size_of_val(&**corners) + size_of_val(&**ends) + size_of_val(&**runs);
-        tables + size_of_val(&**coords) + size_of_val(&**outliers)
+        tables + size_of_val(&**sources) + size_of_val(&**coords) + size_of_val(&**outliers)
     }
 
     /// Writes the positions of the points of a chunk to `pairs`, given the positions of the lattice vertices.
     ///
     /// Positions are in cells from the origin of the body frame.
     pub(super) fn interpolate(&self, chunk: usize, pose: Pose, pairs: &mut [Pair]) {
-        let Pose { lattice, slopes, .. } = pose;
+        let Pose { lattice, slopes, motion, .. } = pose;
         let begin = if chunk == 0 { Ends::default() } else { self.ends[chunk - 1] };
         let end = self.ends[chunk];
         let coords = &self.coords[begin.coords..end.coords];
-        dispatch!(level(), simd => {
-            let mut remaining = (coords, &mut *pairs);
-            for run in &self.runs[begin.runs..end.runs] {
-                let (coords, later_coords) = remaining.0.split_at(run.pairs as usize);
+        let runs = &self.runs[begin.runs..end.runs];
+        if let Some(motion) = motion {
+            let mut remaining = (&self.sources[begin.coords..end.coords], &mut *pairs);
+            for run in runs {
+                let (sources, later_sources) = remaining.0.split_at(run.pairs as usize);
                 let (pairs, later_pairs) = remaining.1.split_at_mut(run.pairs as usize);
-                let corners = &self.corners[run.cell as usize];
-                match slopes {
-                    None => interpolate_cell(simd, corners, lattice, coords, pairs),
-                    Some(slopes) => interpolate_smooth_cell(simd, corners, lattice, slopes, coords, pairs),
-                }
-                remaining = (later_coords, later_pairs);
+                let component = motion.component_of_vertex[self.corners[run.cell as usize][0] as usize];
+                let component = &motion.components[component as usize];
+                dispatch!(level(), simd => move_points(simd, component, motion.points, sources, pairs));
+                remaining = (later_sources, later_pairs);
             }
-        });
+        } else {
+            dispatch!(level(), simd => {
+                let mut remaining = (coords, &mut *pairs);
+                for run in runs {
+                    let (coords, later_coords) = remaining.0.split_at(run.pairs as usize);
+                    let (pairs, later_pairs) = remaining.1.split_at_mut(run.pairs as usize);
+                    let corners = &self.corners[run.cell as usize];
+                    match slopes {
+                        None => interpolate_cell(simd, corners, lattice, coords, pairs),
+                        Some(slopes) => interpolate_smooth_cell(simd, corners, lattice, slopes, coords, pairs),
+                    }
+                    remaining = (later_coords, later_pairs);
+                }
+            });
+        }
         for &(row, cell) in &self.outliers[begin.outliers..end.outliers] {
             let (pair, half) = (row as usize / 2, row as usize % 2 * 4);
             let local = [0, 1, 2].map(|axis| coords[pair][half + axis]);
@@ -175,6 +202,23 @@ fn is_outside(local: [f32; 3], is_smooth: bool) -> bool {
         true => u * u <= MAX_OUTSIDE && v * v <= MAX_OUTSIDE && w * w <= MAX_OUTSIDE,
     };
     !use_polynomial
+}
+
+/// Moves pairs of points to the ends of their motions. `sources`: the indices of each pair in `points`.
+#[inline(always)]
+fn move_points<S: Simd>(
+    simd: S,
+    ComponentMotion { lambda, center }: &ComponentMotion,
+    points: &[Moving],
+    sources: &[[u32; 2]],
+    pairs: &mut [Pair],
+) {
+    let (lambda, center) = (*lambda, f32x4::load_array_ref(simd, center));
+    for (pair, [first, second]) in pairs.iter_mut().zip(sources) {
+        let first = position_at(simd, points[*first as usize].load(simd), lambda, center);
+        let second = position_at(simd, points[*second as usize].load(simd), lambda, center);
+        simd.combine_f32x4(first, second).store_array(pair);
+    }
 }
 
 /// Interpolates pairs of points of one cell by the trilinear polynomial of the cell about corner 0.

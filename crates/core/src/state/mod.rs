@@ -6,21 +6,27 @@
 //! | `placement` | initial position, orientation and velocity of a body |
 //! | `frame` | the f64 frame of the f32 positions and velocities; the time interval of a step |
 //! | `supports` | the contacts that pressed on the body in the last step |
+//! | `pair_supports` | the contacts between bodies that pressed on them in the last step |
+//! | `touches` | the contacts with other bodies in the last step |
 //! | `escapes` | the ways on which components leave colliders in which they began |
 //! | `mod` | [`State`]: positions, velocities, rotations and momenta |
 
 mod angles;
 mod escapes;
 mod frame;
+mod pair_supports;
 mod placement;
 mod supports;
+mod touches;
 
 pub use angles::{euler_degrees, sin_cos_degrees};
 pub(crate) use escapes::Escapes;
 pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};
+pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use supports::{Deflection, Support, Supports};
+pub(crate) use touches::{SampleTouch, Touches};
 
 use nalgebra::{Point3, Vector3};
 
@@ -54,6 +60,7 @@ pub(crate) struct State {
     /// steps (`dynamics::energy`).
     pub(crate) energy_limit: Option<EnergyLimit>,
     pub(crate) supports: Supports,
+    pub(crate) touches: Touches,
     pub(crate) escapes: Escapes,
     pub(crate) rest: Rest,
 }
@@ -94,6 +101,7 @@ impl State {
             momenta: vec![None; lattice.components().count],
             energy_limit: None,
             supports: Supports::default(),
+            touches: Touches::default(),
             escapes: Escapes::default(),
             rest: Rest::default(),
         };
@@ -116,6 +124,7 @@ impl State {
             [positions, compensation, velocities].iter().all(|lanes| lanes.blocks().len() == blocks);
         vectors_match
             && supports_match
+            && self.touches.is_valid(components)
             && self.escapes.is_valid(components)
             && rotations.blocks().len() == blocks
             && self.momenta.len() == components
@@ -177,6 +186,7 @@ impl State {
         }
         self.fitted = false;
         self.supports.clear();
+        self.touches.forget();
         self.escapes.search();
         self.momenta.fill(None);
     }

@@ -173,14 +173,14 @@ impl Obstacles<'_> {
     }
 
     /// Returns the shapes of the colliders in the body's frame.
-    fn shapes(&self) -> impl Iterator<Item = PosedShape> {
+    fn shapes(&self) -> impl Iterator<Item = PosedShape<'_>> {
         self.colliders.at(self.time, self.frame)
     }
 }
 
 /// Returns whether the limits of [`LimitSearch::find`] may let samples enter a shape: if it is not a plane, or if the
 /// skin is smooth, so that a sample is not a weighted mean of the corners of its cell with positive weights.
-fn needs_entered_cells(shape: &PosedShape, samples: &SampleCells) -> bool {
+fn needs_entered_cells(shape: &PosedShape<'_>, samples: &SampleCells) -> bool {
     shape.plane().is_none() || samples.stencils().is_some()
 }
 

@@ -10,13 +10,13 @@ use super::line::Moving;
 /// Limit of a lattice vertex: a half space in which the vertex must stay, so that the surface does not enter
 /// an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Limit {
+pub(crate) struct Limit {
     /// Lattice vertex.
-    pub(super) vertex: u32,
+    pub(crate) vertex: u32,
     /// Unit normal away from the obstacle, in world axes.
-    pub(super) normal: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
     /// Greatest displacement of the vertex against the normal, in cells; at least 0.
-    pub(super) clearance: f64,
+    pub(crate) clearance: f64,
 }
 
 /// Vertices with limits in one evaluation.

@@ -1,73 +1,19 @@
-//! Points that move along straight lines, and their determinants, which are cubics in the scale `lambda`.
+//! Determinants of points that move along straight lines. They are cubics in the scale `lambda`.
 //!
 //! `det[a, b, c]` is the scalar triple product `a . (b × c)`. In memory the components of vectors lie in SIMD
 //! lanes.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8, f64x4, u8x32};
+use fearless_simd::{Simd, SimdBase, SimdFloat, f32x8, f64x4};
 
-/// Point `p + lambda v`, with position `p` and direction `v`. It is stored as `(p, 0, v, 0)`, which fills a
-/// register of eight f32 lanes.
-///
-/// The unit is cells. `p` is relative to the center of the point's component, so that f32 is accurate enough.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(32))]
-pub(super) struct Moving([f32; 8]);
-
-impl Moving {
-    /// Creates a point from its position and direction.
-    #[cfg(test)]
-    pub(super) fn new(position: [f32; 3], direction: [f32; 3]) -> Self {
-        let mut moving = Self::default();
-        moving.set_position(position);
-        moving.set_direction(direction);
-        moving
-    }
-
-    /// Returns the position `p`.
-    #[inline]
-    pub(super) fn position(&self) -> [f32; 3] {
-        [self.0[0], self.0[1], self.0[2]]
-    }
-
-    /// Returns the direction `v`.
-    #[inline]
-    pub(super) fn direction(&self) -> [f32; 3] {
-        [self.0[4], self.0[5], self.0[6]]
-    }
-
-    /// Sets the position `p`.
-    #[inline]
-    pub(super) fn set_position(&mut self, [x, y, z]: [f32; 3]) {
-        [self.0[0], self.0[1], self.0[2]] = [x, y, z];
-    }
-
-    /// Moves the point along its direction: `p += scale * v`.
-    #[inline]
-    pub(super) fn advance(&mut self, scale: f32) {
-        for k in 0..3 {
-            self.0[k] += scale * self.0[4 + k];
-        }
-    }
-
-    /// Sets the direction `v`.
-    #[inline]
-    pub(super) fn set_direction(&mut self, [x, y, z]: [f32; 3]) {
-        [self.0[4], self.0[5], self.0[6]] = [x, y, z];
-    }
-
-    /// Replaces the point by the lanes `(p, 0, v, 0)` of `moving`.
-    #[inline(always)]
-    pub(super) fn store<S: Simd>(&mut self, moving: f32x8<S>) {
-        moving.store_array(&mut self.0);
-    }
-}
+pub(super) use crate::simd::moving::Moving;
+use crate::simd::moving::{byte_indices, permuted};
 
 /// Loads the points with the indices `indices`.
 #[inline(always)]
 pub(super) fn load<S: Simd, const N: usize>(simd: S, points: &[Moving], indices: &[u32; N]) -> [f32x8<S>; N] {
     let mut loaded = [f32x8::splat(simd, 0.0); N];
     for k in 0..N {
-        loaded[k] = f32x8::load_array_ref(simd, &points[indices[k] as usize].0);
+        loaded[k] = points[indices[k] as usize].load(simd);
     }
     loaded
 }
@@ -122,24 +68,6 @@ const YZX: [u8; 32] = byte_indices([1, 2, 0, 3]);
 /// Byte indices that permute (x, y, z, 0) to (z, x, y, 0).
 const ZXY: [u8; 32] = byte_indices([2, 0, 1, 3]);
 
-/// Returns the byte indices that permute the four lanes of each half of a register: lane `i` of the result is
-/// lane `order[i]`.
-const fn byte_indices(order: [u8; 4]) -> [u8; 32] {
-    let mut bytes = [0; 32];
-    let mut i = 0;
-    while i < 32 {
-        bytes[i] = 4 * order[i % 16 / 4] + (i % 4) as u8;
-        i += 1;
-    }
-    bytes
-}
-
-/// Permutes the components of `p` and of `v`. `order`: byte indices.
-#[inline(always)]
-fn permuted<S: Simd>(simd: S, moving: f32x8<S>, order: [u8; 32]) -> f32x8<S> {
-    simd.swizzle_dyn_within_blocks_f32x8(moving, u8x32::load_array(simd, order))
-}
-
 /// Factor of a cross product: a vector in the two component orders that the product needs.
 #[derive(Clone, Copy)]
 pub(super) struct CrossFactor<S: Simd> {
@@ -193,6 +121,65 @@ impl<S: Simd> Determinants<S> {
     }
 }
 
+/// Sum of determinants `det[a, b, c]` as [`Determinants`], at half the cost: the terms are computed in f32. They are added
+/// in f32 up to the next [`flush`](Self::flush), and then in f64.
+///
+/// The error is that of positions in f32, whose differences are the edges `b` and `c`. Coordinates above 1e12 cells can
+/// overflow; the coefficients are then not finite.
+#[derive(Clone, Copy)]
+pub(super) struct FastDeterminants<S: Simd> {
+    /// The sums up to the last flush.
+    total: Determinants<S>,
+    /// Terms since the last flush of the coefficients of `lambda^0`, then of `lambda^3`.
+    outer: f32x8<S>,
+    /// Terms since the last flush of the coefficients of `lambda^1`, then of `lambda^2`.
+    inner: f32x8<S>,
+}
+
+impl<S: Simd> FastDeterminants<S> {
+    #[inline(always)]
+    pub(super) fn zero(simd: S) -> Self {
+        let zero = f32x8::splat(simd, 0.0);
+        Self { total: Determinants::zero(simd), outer: zero, inner: zero }
+    }
+
+    /// Adds `det[a, b, c]`. All three are lanes `(p, 0, v, 0)` of a [`Moving`].
+    #[inline(always)]
+    pub(super) fn add(&mut self, simd: S, a: f32x8<S>, b: f32x8<S>, c: f32x8<S>) {
+        let (b_yzx, c_yzx) = (permuted(simd, b, YZX), permuted(simd, c, YZX));
+        // p × p, then v × v, with components in the order (z, x, y).
+        let like = b.mul_sub(c_yzx, b_yzx * c);
+        // p × v, then v × p.
+        let mixed = b.mul_sub(swapped(simd, c_yzx), b_yzx * swapped(simd, c));
+        let a = permuted(simd, a, ZXY);
+        self.outer = a.mul_add(like, self.outer);
+        self.inner = a.mul_add(mixed + swapped(simd, mixed), swapped(simd, a).mul_add(like, self.inner));
+    }
+
+    /// Adds the terms since the last flush in f64.
+    #[inline(always)]
+    pub(super) fn flush(&mut self, simd: S) {
+        let ((c0, c3), (c1, c2)) = (simd.widen_f32x8(self.outer), simd.widen_f32x8(self.inner));
+        let sums = [c0, c1, c2, c3];
+        for k in 0..4 {
+            self.total.0[k] += sums[k];
+        }
+        *self = Self { total: self.total, ..Self::zero(simd) };
+    }
+
+    /// Returns the coefficients of the sum up to the last flush, with the coefficient of `lambda^k` at index `k`.
+    #[inline(always)]
+    pub(super) fn coefficients(self) -> [f64; 4] {
+        self.total.coefficients()
+    }
+}
+
+/// Exchanges `p` and `v`.
+#[inline(always)]
+fn swapped<S: Simd>(simd: S, moving: f32x8<S>) -> f32x8<S> {
+    simd.slide_f32x8::<4>(moving, moving)
+}
+
 /// Returns the value of `det[a, b, c]` at `lambda = 0` and its derivative there, at half the cost of
 /// [`Determinants`]. The components of `a` are in the order (z, x, y).
 #[inline(always)]
@@ -209,4 +196,51 @@ pub(super) fn value_and_slope<S: Simd>(a: Line<S>, b: CrossFactor<S>, c: CrossFa
 #[inline(always)]
 fn cross<S: Simd>(a: f64x4<S>, a_yzx: f64x4<S>, b: f64x4<S>, b_yzx: f64x4<S>) -> f64x4<S> {
     a.mul_add(b_yzx, -(a_yzx * b))
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::*;
+    use crate::simd::level;
+
+    /// Returns the coefficients of the sum of the determinants of groups of three points, in f64 and in f32.
+    fn coefficients(points: &[Moving]) -> [[f64; 4]; 2] {
+        dispatch!(level(), simd => {
+            let (mut sum, mut fast) = (Determinants::zero(simd), FastDeterminants::zero(simd));
+            for groups in points.chunks(3 * 8) {
+                for group in groups.chunks_exact(3) {
+                    let [a, b, c] = load(simd, group, &[0, 1, 2]);
+                    sum.add(Line::zxy(simd, a), CrossFactor::new(simd, b), CrossFactor::new(simd, c));
+                    fast.add(simd, a, b, c);
+                }
+                fast.flush(simd);
+            }
+            [sum.coefficients(), fast.coefficients()]
+        })
+    }
+
+    #[test]
+    fn fast_determinants_agree_with_f64() {
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 20) as f32 - 8.0
+        };
+        let count = 20;
+        let mut vector = || std::array::from_fn(|_| random());
+        let points: Vec<_> = (0..3 * count).map(|_| Moving::new(vector(), vector())).collect();
+        let [exact, fast] = coefficients(&points);
+        // At most 18 products of three numbers up to 8 per determinant, each rounded in two products, three sums of a
+        // determinant and eight sums of determinants.
+        let bound = f64::from(count) * 18.0 * 512.0 * 13.0 * f64::from(f32::EPSILON) / 2.0;
+        for (exact, fast) in exact.into_iter().zip(fast) {
+            assert!((exact - fast).abs() < bound && exact.abs() > 10.0 * bound, "{exact} {fast} {bound}");
+        }
+        // A term that overflows shows.
+        let far = [[1e30, 2e30, 0.0], [3e30, 0.0, 1e30], [0.0, 1e30, 2e30]].map(|p| Moving::new(p, [0.0; 3]));
+        assert!(coefficients(&far)[1].iter().any(|c| !c.is_finite()));
+        assert!(coefficients(&far)[0].iter().all(|c| c.is_finite()));
+    }
 }

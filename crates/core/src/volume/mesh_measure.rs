@@ -3,9 +3,9 @@
 //!
 //! `det[a, b, c]` is the scalar triple product `a . (b × c)`.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f32x4, f32x8, f32x16};
 
-use super::line::{CrossFactor, Determinants, Line, Moving, load};
+use super::line::{CrossFactor, Determinants, FastDeterminants, Line, Moving, load};
 use super::patch::Patch;
 use super::sums::{CHUNK_DETERMINANTS, ChunkedSum, Scratch};
 use crate::lattice::{
@@ -13,9 +13,13 @@ use crate::lattice::{
 };
 use crate::parallel::Executor;
 use crate::simd::level;
+use crate::simd::xyzx::{Xyzx, broadcast_quarters, xyzx};
 
 /// Number of surface points that one task interpolates.
 const BATCH: usize = 1024;
+
+/// Number of quads whose determinants are added in f32.
+const FAST_QUADS: usize = 8;
 
 /// Number of patches in a chunk of the sum.
 const CHUNK_PATCHES: usize = 64;
@@ -52,7 +56,7 @@ enum Positions {
     /// Trilinear weights of each surface point for the corners of its cell.
     Trilinear(Vec<[f32; 8]>),
     /// Local coordinates of each surface point in its cell, and the stencils of the smooth positions.
-    Smooth(Vec<[f32; 3]>, Smoothing),
+    Smooth(Vec<Xyzx>, Smoothing),
 }
 
 /// Terms of a [`MeshMeasure`], sorted by component.
@@ -103,7 +107,7 @@ impl MeshMeasure {
                     points.iter().map(|&point| embedding.weights(point as usize)).collect(),
                 ),
                 Some(smoothing) => Positions::Smooth(
-                    points.iter().map(|&point| embedding.local(point as usize)).collect(),
+                    points.iter().map(|&point| xyzx(embedding.local(point as usize))).collect(),
                     smoothing.clone(),
                 ),
             },
@@ -156,26 +160,51 @@ impl MeshMeasure {
         });
         let (patches, surface_points, quads) = (&self.patches, &*surface_points, &self.quads);
         self.sums.add_to(executor, 1.0 / 6.0, sums, coefficients, |range| {
-            dispatch!(level(), simd => {
-                let mut sum = Determinants::zero(simd);
-                if range.end <= patches.len() {
-                    for patch in &patches[range] {
+            if range.end <= patches.len() {
+                let patches = &patches[range];
+                return dispatch!(level(), simd => {
+                    let mut sum = Determinants::zero(simd);
+                    for patch in patches {
                         patch.add_to(simd, lattice, &mut sum);
                     }
-                } else {
-                    for quad in &quads[range.start - patches.len()..range.end - patches.len()] {
-                        let [a, b, c, d] = load(simd, surface_points, quad);
-                        sum.add(
-                            Line::zxy(simd, a),
-                            CrossFactor::new(simd, c - a),
-                            CrossFactor::new(simd, d - b),
-                        );
-                    }
+                    sum.coefficients()
+                });
+            }
+            let quads = &quads[range.start - patches.len()..range.end - patches.len()];
+            if self.smoothing().is_some() {
+                let sum = dispatch!(level(), simd => fast_quad_sum(simd, quads, surface_points));
+                if sum.iter().all(|coefficient| coefficient.is_finite()) {
+                    return sum;
                 }
-                sum.coefficients()
-            })
+            }
+            dispatch!(level(), simd => quad_sum(simd, quads, surface_points))
         });
     }
+}
+
+/// Returns six times the sum of the volumes of quads.
+#[inline(always)]
+fn quad_sum<S: Simd>(simd: S, quads: &[[u32; 4]], surface_points: &[Moving]) -> [f64; 4] {
+    let mut sum = Determinants::zero(simd);
+    for quad in quads {
+        let [a, b, c, d] = load(simd, surface_points, quad);
+        sum.add(Line::zxy(simd, a), CrossFactor::new(simd, c - a), CrossFactor::new(simd, d - b));
+    }
+    sum.coefficients()
+}
+
+/// Returns [`quad_sum`] with terms in f32. The coefficients are not finite if a term overflows.
+#[inline(always)]
+fn fast_quad_sum<S: Simd>(simd: S, quads: &[[u32; 4]], surface_points: &[Moving]) -> [f64; 4] {
+    let mut sum = FastDeterminants::zero(simd);
+    for quads in quads.chunks(FAST_QUADS) {
+        for quad in quads {
+            let [a, b, c, d] = load(simd, surface_points, quad);
+            sum.add(simd, a, c - a, d - b);
+        }
+        sum.flush(simd);
+    }
+    sum.coefficients()
 }
 
 /// Computes surface points: each is the weighted mean of the corners of its cell.
@@ -225,17 +254,17 @@ fn update_slopes(smoothing: &Smoothing, points: &[Moving], slopes: &mut Vec<[Mov
     });
 }
 
-/// Computes surface points by the smooth interpolants of their cells. `local`: local coordinates of the points.
+/// Computes surface points by the smooth interpolants of their cells, two at a time. `local`: local coordinates of the
+/// points.
 #[inline(always)]
 fn interpolate_smooth<S: Simd>(
     simd: S,
     runs: &[Run],
     lattice: SmoothLattice<'_>,
-    local: &[[f32; 3]],
-    surface_points: &mut [Moving],
+    mut local: &[Xyzx],
+    mut surface_points: &mut [Moving],
 ) {
-    let splat = |x: f32| f32x8::splat(simd, x);
-    let mut points = surface_points.iter_mut().zip(local);
+    let zero = f32x16::splat(simd, 0.0);
     for run in runs {
         let corners = load(simd, lattice.points, &run.corners);
         let (mut slopes, mut trust) = ([[corners[0]; 3]; 8], [0.0; 8]);
@@ -244,27 +273,54 @@ fn interpolate_smooth<S: Simd>(
             slopes[k] = load(simd, &lattice.slopes[corner], &[0, 1, 2]);
             trust[k] = lattice.trust[corner];
         }
-        let smooth = SmoothTerms::new(corners, slopes);
+        let terms = SmoothTerms::new(corners, slopes);
+        let mut smooth = SmoothTerms([[zero; 8]; 4]);
+        for group in 0..4 {
+            for k in 0..8 {
+                smooth.0[group][k] = simd.combine_f32x8(terms.0[group][k], terms.0[group][k]);
+            }
+        }
+        let first = simd.combine_f32x8(corners[0], corners[0]);
         let is_trusted = trust == [1.0; 8];
-        let (mut linear, trust) = (polynomial(corners), polynomial(trust));
-        linear[0] = splat(0.0);
-        let mut trust_terms = [splat(0.0); 8];
+        let (linear_terms, trust) = (polynomial(corners), polynomial(trust));
+        let (mut linear, mut trust_terms) = ([zero; 8], [zero; 8]);
         for k in 0..8 {
-            trust_terms[k] = splat(trust[k]);
+            trust_terms[k] = f32x16::splat(simd, trust[k]);
+            if k > 0 {
+                linear[k] = simd.combine_f32x8(linear_terms[k], linear_terms[k]);
+            }
         }
         // Points of the surface are up to 0.002 cells outside their cell, where the polynomial is accurate enough.
-        for (point, local) in points.by_ref().take(run.points) {
-            let along = |axis: usize| {
-                let SmoothCoordinate { s, e, k } = SmoothCoordinate::new(local[axis]);
-                SmoothCoordinate { s: splat(s), e: splat(e), k: splat(k) }
-            };
-            let [x, y, z] = [along(0), along(1), along(2)];
-            let mut offset = smooth_value(&smooth, [x, y, z]);
-            if !is_trusted {
-                let linear = trilinear_value(&linear, [splat(local[0]), splat(local[1]), splat(local[2])]);
-                offset = trilinear_value(&trust_terms, [x.s, y.s, z.s]).mul_add(offset - linear, linear);
+        let (run_local, later_local) = local.split_at(run.points);
+        let (run_points, later_points) = surface_points.split_at_mut(run.points);
+        for (points, local) in run_points.chunks_mut(2).zip(run_local.chunks(2)) {
+            let last = local.len() - 1;
+            let quarters = twice(simd, &local[0], &local[last]);
+            let SmoothCoordinate { s, e, k } = SmoothCoordinate::new(quarters);
+            let (s, e, k) =
+                (broadcast_quarters(simd, s), broadcast_quarters(simd, e), broadcast_quarters(simd, k));
+            let mut coordinates = [SmoothCoordinate { s: zero, e: zero, k: zero }; 3];
+            for axis in 0..3 {
+                coordinates[axis] = SmoothCoordinate { s: s[axis], e: e[axis], k: k[axis] };
             }
-            point.store(corners[0] + offset);
+            let mut offset = smooth_value(&smooth, coordinates);
+            if !is_trusted {
+                let linear = trilinear_value(&linear, broadcast_quarters(simd, quarters));
+                offset = trilinear_value(&trust_terms, s).mul_add(offset - linear, linear);
+            }
+            let (low, high) = simd.split_f32x16(first + offset);
+            points[0].store(low);
+            if last > 0 {
+                points[1].store(high);
+            }
         }
+        (local, surface_points) = (later_local, later_points);
     }
+}
+
+/// Loads two points, each of them twice.
+#[inline(always)]
+fn twice<S: Simd>(simd: S, a: &Xyzx, b: &Xyzx) -> f32x16<S> {
+    let (a, b) = (f32x4::load_array_ref(simd, a), f32x4::load_array_ref(simd, b));
+    simd.combine_f32x8(simd.combine_f32x4(a, a), simd.combine_f32x4(b, b))
 }

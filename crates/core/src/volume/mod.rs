@@ -64,6 +64,7 @@ pub(crate) use clearance::Obstacles;
 pub use correction::{Correction, CorrectionWorkspace};
 pub use cubic::{Root, smallest_root};
 pub use external_forces::{ExternalForce, HALF_FORCE};
+pub(crate) use limits::Limit;
 pub use options::{FieldKind, Preservation, VolumeError, VolumeMeasure, VolumeOptions, VolumeScope};
 pub use report::{ComponentReport, VolumeReport, Volumes};
 pub use surface::Surface;

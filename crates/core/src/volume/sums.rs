@@ -74,6 +74,11 @@ impl Scratch {
         }
     }
 
+    /// Returns the center of a component, in whole cells.
+    pub(super) fn center(&self, component: usize) -> [f64; 3] {
+        self.centers[component].2
+    }
+
     /// Sets the positions of the points to the positions of the lattice vertices at rest.
     pub(super) fn set_rest_positions(&mut self, lattice: &Lattice, adjacency: &Adjacency) {
         self.set_positions(lattice.indices().iter().map(|index| index.map(f64::from)), adjacency);

@@ -51,7 +51,8 @@ pub(super) fn measure(
         });
         add_component(surface.embedding, oriented.collect(), &mut terms);
     }
-    let points = renumber_corners(surface.embedding, &mut terms.quads);
+    let points = surface_points(surface.embedding, &terms.quads);
+    renumber_corners(surface.embedding, &points, &mut terms.quads);
     Ok(MeshMeasure::new(terms, &points, surface.embedding))
 }
 
@@ -117,21 +118,28 @@ fn quads(triangles: &[[u32; 3]]) -> Vec<[u32; 4]> {
     quads
 }
 
-/// Replaces the corners of the quads, which are mesh vertices, by indices into a list of surface points.
-/// Returns this list: the mesh vertices that the quads use, sorted by cell.
-fn renumber_corners(embedding: &Embedding, quads: &mut [[u32; 4]]) -> Vec<u32> {
+/// Returns the mesh vertices whose positions the measure computes, sorted by cell: those that the quads use, or with smooth
+/// positions all of them, which the display reads.
+fn surface_points(embedding: &Embedding, quads: &[[u32; 4]]) -> Vec<u32> {
+    if embedding.smoothing().is_some() {
+        return embedding.by_cell().flat_map(|cell| cell.points).copied().collect();
+    }
     let mut used: Vec<u32> = quads.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
     used.sort_by_key(|&vertex| embedding.cell(vertex as usize));
+    used
+}
+
+/// Replaces the corners of the quads, which are mesh vertices, by indices into the list of surface points.
+fn renumber_corners(embedding: &Embedding, points: &[u32], quads: &mut [[u32; 4]]) {
     let mut point_of_vertex = vec![0_u32; embedding.len()];
-    for (point, &vertex) in used.iter().enumerate() {
+    for (point, &vertex) in points.iter().enumerate() {
         point_of_vertex[vertex as usize] = point as u32;
     }
     for corner in quads.iter_mut().flatten() {
         *corner = point_of_vertex[*corner as usize];
     }
-    used
 }
 
 /// Returns the shells, without degenerate triangles.

@@ -8,10 +8,11 @@ use super::checkpoint::Checkpoint;
 use super::deviation::{Softened, VolumeRecord};
 use super::error::RunError;
 use super::job::Job;
-use super::observer::{Flow, Observer, Progress};
+use super::observer::{Flow, Note, Observer, Progress};
+use super::overlap::Overlap;
 use super::prepare::{Input, Prepared};
 use super::report::{BodyReport, Outcome, RunReport};
-use super::stats::{Row, Stats, Times};
+use super::stats::{Row, Stats, Times, Touching};
 use crate::file::sync_directory;
 use crate::frames::{FrameWriter, OutputError, SetAside};
 use supple::{Display, Simulation};
@@ -32,6 +33,8 @@ pub(super) struct Running<'a> {
     simulation: Arc<Mutex<Simulation>>,
     substeps: u32,
     inputs: Vec<Input>,
+    /// Pairs of bodies that overlap at time 0.
+    overlaps: Vec<Overlap>,
     /// Frame writers, one per body.
     writers: Vec<FrameWriter>,
     stats: Option<Stats>,
@@ -64,13 +67,14 @@ impl<'a> Running<'a> {
         checkpoint: Checkpoint,
         resumed_after: Option<u32>,
     ) -> Self {
-        let Prepared { simulation, substeps, inputs } = prepared;
+        let Prepared { simulation, substeps, inputs, overlaps } = prepared;
         let Files { writers, stats, aside } = files;
         Self {
             job,
             simulation: Arc::new(Mutex::new(simulation)),
             substeps,
             inputs,
+            overlaps,
             writers,
             stats,
             _aside: aside,
@@ -96,6 +100,9 @@ impl<'a> Running<'a> {
         let first = self.resumed_after.map_or(0, |frame| frame + 1);
         let shared = self.simulation.clone();
         observer.built(&shared, &self.inputs);
+        if self.resumed_after.is_none() {
+            self.overlaps.drain(..).for_each(|overlap| observer.note(&Note::Overlap(overlap)));
+        }
         observer.started(first, last);
         let loop_start = Instant::now();
         let mut last_save = Instant::now();
@@ -136,6 +143,7 @@ impl<'a> Running<'a> {
         let step_time = std::mem::take(&mut self.step_time);
         let number = self.job.number(frame);
         let mut rows = Vec::new();
+        let contacts = if self.stats.is_some() { simulation.contacts() } else { Vec::new() };
         self.displays.resize_with(simulation.bodies().len(), Display::new);
         self.volumes.resize_with(simulation.bodies().len(), VolumeRecord::default);
         for (index, display) in self.displays.iter_mut().enumerate() {
@@ -155,7 +163,9 @@ impl<'a> Running<'a> {
                 let write = write_start.elapsed();
                 let step = step_time.div_f64(simulation.bodies().len() as f64);
                 let times = Times { step, write, display: evaluated.times() };
-                rows.push(Row::new(number, simulation.time(), &body, &evaluated.volume_report(), times));
+                let touching = Touching::of(index, &body, &contacts);
+                let volume = evaluated.volume_report();
+                rows.push(Row::new(number, simulation.time(), &body, &volume, times, touching));
             }
         }
         self.written += 1;

@@ -125,7 +125,7 @@ impl fmt::Display for Softened {
 }
 
 /// Formats a positive number with four significant digits.
-fn four_digits(value: f64) -> String {
+pub(super) fn four_digits(value: f64) -> String {
     let text = format!("{value:.3e}");
     let rounded: f64 = text.parse().unwrap_or(value);
     if (1e-3..1e6).contains(&rounded) { rounded.to_string() } else { format!("{rounded:e}") }

@@ -7,6 +7,7 @@ use crate::escape::Escaped;
 use crate::frames::OutputError;
 use crate::obj::ObjError;
 use crate::scene::SceneError;
+use supple::ColliderFault;
 
 /// Error of a job.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +40,34 @@ pub enum RunError {
         key: String,
         /// Cause.
         source: supple::Error,
+    },
+    /// The mesh of a collider cannot be read, or is invalid.
+    #[error("`{}`: {source}", Escaped(key))]
+    ColliderFile {
+        /// Key of the file in the scene: `collider.0.mesh`.
+        key: String,
+        /// Cause.
+        source: Box<ObjError>,
+    },
+    /// The mesh of a collider has no surface.
+    #[error("`{}`, {}: {source}", Escaped(key), Escaped(path.display()))]
+    ColliderMesh {
+        /// Key of the file in the scene: `collider.0.mesh`.
+        key: String,
+        /// OBJ file.
+        path: PathBuf,
+        /// Cause.
+        source: ColliderFault,
+    },
+    /// The animation of a collider cannot be read.
+    #[error("`{}`: cannot read {}: {source}", Escaped(key), Escaped(path.display()))]
+    ColliderAnimation {
+        /// Key of the file in the scene: `collider.0.animation`.
+        key: String,
+        /// PC2 file.
+        path: PathBuf,
+        /// Cause.
+        source: io::Error,
     },
     /// The simulation cannot be built.
     #[error(transparent)]

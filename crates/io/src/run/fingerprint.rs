@@ -17,18 +17,26 @@ use crate::scene::{OutputData, Scene};
 /// If a mesh file cannot be read.
 pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     let mut scene = scene.clone();
-    // Bodies can share a file, which is read once.
+    let base = scene.clone();
+    // Bodies and colliders can share a file, which is read once.
     let mut hashes: BTreeMap<PathBuf, PathBuf> = BTreeMap::new();
-    for index in 0..scene.bodies.len() {
-        let path = scene.resolve(&scene.bodies[index].mesh);
+    let mut replace = |file: &mut PathBuf, key: String| {
+        let path = base.resolve(file);
         if !hashes.contains_key(&path) {
-            let bytes = file::read(&path, u64::MAX).map_err(|source| {
-                let key = format!("body.{}.mesh", scene.bodies[index].name);
-                RunError::MeshFile { key, path: path.clone(), source }
-            })?;
+            let bytes = file::read(&path, u64::MAX);
+            let bytes = bytes.map_err(|source| RunError::MeshFile { key, path: path.clone(), source })?;
             hashes.insert(path.clone(), format!("{:016x}", Record::of(&bytes).hash).into());
         }
-        scene.bodies[index].mesh.clone_from(&hashes[&path]);
+        file.clone_from(&hashes[&path]);
+        Ok::<_, RunError>(())
+    };
+    for body in &mut scene.bodies {
+        replace(&mut body.mesh, format!("body.{}.mesh", body.name))?;
+    }
+    for (index, collider) in scene.colliders.iter_mut().enumerate() {
+        for (key, file) in collider.files_mut() {
+            replace(file, format!("collider.{index}.{key}"))?;
+        }
     }
     scene.simulation.frames = 0;
     scene.simulation.threads = 0;
@@ -49,6 +57,9 @@ pub fn difference(before: &str, now: &str) -> Option<String> {
         if old != new {
             return Some(match (key(old), key(new)) {
                 (Some("mesh"), Some("mesh")) => format!("{table}: the mesh file has changed"),
+                (Some("animation"), Some("animation")) => format!("{table}: the animation file has changed"),
+                (None, Some(_)) if old.is_empty() => format!("{table}: `{new}` was added"),
+                (Some(_), None) if new.is_empty() => format!("{table}: `{old}` was removed"),
                 (Some(_), Some(_)) => format!("{table}: `{old}` changed to `{new}`"),
                 _ => format!("{table}: the bodies, pins, handles or colliders differ"),
             });
@@ -80,6 +91,12 @@ mod tests {
             ("\"00\"", "\"01\"", "[[body]] \"a\": the mesh file has changed"),
             ("half_width = 2", "half_width = 3", "\"a\": `half_width = 2` changed to `half_width = 3`"),
             ("half_width = 2\n", "half_width = 2\n\n[[collider]]\n", "colliders differ"),
+            (
+                "half_width = 2\n",
+                "half_width = 2\nself_contact = true\n",
+                "\"a\": `self_contact = true` was added",
+            ),
+            ("half_width = 2\n", "", "\"a\": `half_width = 2` was removed"),
         ] {
             let difference = difference(TEXT, &TEXT.replace(from, to)).unwrap();
             assert!(difference.contains(words), "{difference}");

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use super::overlap::Overlap;
 use super::prepare::Input;
 use crate::escape::Escaped;
 use supple::Simulation;
@@ -57,7 +58,7 @@ pub struct Progress {
 }
 
 /// Information for the user that does not stop a job.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Note {
     /// The job resumes after this frame.
     Resumed {
@@ -76,6 +77,8 @@ pub enum Note {
         /// SIMD level of this run.
         now: String,
     },
+    /// Two bodies overlap at the start.
+    Overlap(Overlap),
 }
 
 impl Note {
@@ -93,6 +96,7 @@ impl Note {
                 "the checkpoint was written with {before}, and this run uses {now}: \
                  frames may differ in their last bits from an uninterrupted run"
             ),
+            Self::Overlap(overlap) => overlap.to_string(),
         }
     }
 }

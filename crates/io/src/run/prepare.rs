@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::error::RunError;
-use crate::frames::Source;
+use super::overlap::Overlap;
+use crate::frames::{Source, read_pc2};
 use crate::obj::{Document, Part};
-use crate::scene::{BodyData, Scene};
-use supple::{Body, Simulation};
+use crate::scene::{BodyData, ColliderData, Scene};
+use supple::{Body, Collider, CollisionMesh, MeshAnimation, Simulation};
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
 #[derive(Debug)]
@@ -20,6 +21,8 @@ pub struct Prepared {
     pub substeps: u32,
     /// Inputs, one per body.
     pub inputs: Vec<Input>,
+    /// Pairs of bodies that overlap at time 0.
+    pub overlaps: Vec<Overlap>,
 }
 
 /// Input of a body: an OBJ file, and the part of the file that is the body.
@@ -60,20 +63,87 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
         .fps(scene.simulation.fps)
         .substeps(scene.simulation.substeps.into())
         .threads(scene.simulation.threads)
+        .contact(scene.simulation.contact)
+        .self_contact(scene.simulation.self_contact)
         .sleep(scene.simulation.sleep);
     for body in bodies {
         builder = builder.body(body);
     }
-    for collider in &scene.colliders {
-        builder = builder.collider(collider.clone());
+    for collider in read_colliders(scene, &mut documents)? {
+        builder = builder.collider(collider);
     }
-    let simulation = builder.build().map_err(RunError::Simulation)?;
+    let mut simulation = builder.build().map_err(RunError::Simulation)?;
     let substeps = simulation.substeps() as u32;
-    Ok(Prepared { simulation, substeps, inputs })
+    let overlaps = Overlap::all(&mut simulation);
+    Ok(Prepared { simulation, substeps, inputs, overlaps })
 }
 
+/// Returns the colliders of a scene. Reads the meshes of colliders.
+///
+/// # Errors
+///
+/// If a mesh cannot be read, is invalid or has no surface.
+pub fn colliders(scene: &Scene) -> Result<Vec<Collider>, RunError> {
+    read_colliders(scene, &mut HashMap::new())
+}
+
+/// Returns the colliders of a scene. Colliders of one file share their mesh.
+fn read_colliders(scene: &Scene, documents: &mut Documents) -> Result<Vec<Collider>, RunError> {
+    let mut meshes: HashMap<PathBuf, CollisionMesh> = HashMap::new();
+    let mut mesh = |index: usize, path: &PathBuf| {
+        let path = scene.resolve(path);
+        let key = || format!("collider.{index}.mesh");
+        if let Some(mesh) = meshes.get(&path) {
+            return Ok::<_, RunError>(mesh.clone());
+        }
+        let file = |source| RunError::ColliderFile { key: key(), source: Box::new(source) };
+        let document = match documents.get(&path) {
+            Some(document) => document.clone(),
+            None => Arc::new(Document::read(&path).map_err(file)?),
+        };
+        let part = document.part(None).map_err(file)?;
+        let mesh = CollisionMesh::new(part.mesh().clone());
+        let mesh =
+            mesh.map_err(|source| RunError::ColliderMesh { key: key(), path: path.clone(), source })?;
+        meshes.insert(path, mesh.clone());
+        Ok(mesh)
+    };
+    let read = |(index, data): (usize, &ColliderData)| {
+        data.collider(|path| {
+            let mesh = mesh(index, path)?;
+            match &data.animation {
+                None => Ok(mesh),
+                Some(path) => animated(&mesh, scene, path, format!("collider.{index}.animation")),
+            }
+        })
+    };
+    scene.colliders.iter().enumerate().map(read).collect()
+}
+
+/// Returns a mesh with the animation of a PC2 file. Its frames are those of the scene.
+fn animated(
+    mesh: &CollisionMesh,
+    scene: &Scene,
+    path: &Path,
+    key: String,
+) -> Result<CollisionMesh, RunError> {
+    let path = scene.resolve(path);
+    let cache = match read_pc2(&path) {
+        Ok(cache) => cache,
+        Err(source) => return Err(RunError::ColliderAnimation { key, path, source }),
+    };
+    let seconds = |frames: f64| frames / scene.simulation.fps;
+    let (start, interval) = (seconds(cache.first_frame), seconds(cache.frames_per_sample));
+    MeshAnimation::new(cache.positions, cache.points, start, interval)
+        .and_then(|animation| CollisionMesh::animated(mesh.mesh().clone(), animation))
+        .map_err(|source| RunError::ColliderMesh { key, path, source })
+}
+
+/// Documents by their paths.
+type Documents = HashMap<PathBuf, Arc<Document>>;
+
 /// Returns the document of a file. Reads the file only if it is not in `documents`, and adds it there.
-fn read(documents: &mut HashMap<PathBuf, Arc<Document>>, path: &Path) -> Result<Arc<Document>, RunError> {
+fn read(documents: &mut Documents, path: &Path) -> Result<Arc<Document>, RunError> {
     if let Some(document) = documents.get(path) {
         return Ok(document.clone());
     }
@@ -95,6 +165,7 @@ fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
         .placement(data.placement)
         .volume(data.volume)
         .skin(data.skin)
+        .touching(data.touching.clone())
         .build()
         .map_err(failed)?;
     for (index, zone) in data.zones.iter().enumerate() {

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::error::RunError;
 use crate::file::{self, parent, sync_directory};
 use crate::frames::{Record, Recorder};
-use supple::{Body, DisplayTimes, VolumeReport};
+use supple::{Body, ContactPoint, DisplayTimes, Touched, VolumeReport};
 
 /// A row of the statistics: times and results of one frame of one body. The columns are the fields, in order.
 /// The columns `ms_...` are wall-clock times in milliseconds. Volumes are cubic lengths.
@@ -47,6 +47,35 @@ pub struct Row {
     pub energy_kinetic: f64,
     /// Speed of the fastest lattice vertex, length/s.
     pub max_speed: f64,
+    /// Number of contacts with bodies and colliders in the last step; 0 for a body that sleeps, which is not stepped.
+    pub contacts: usize,
+    /// Greatest depth of these contacts, a length; 0 if the body touches nothing.
+    pub overlap: f64,
+}
+
+/// The contacts of a body in the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Touching {
+    /// Number of contacts.
+    count: usize,
+    /// Greatest depth, at least 0.
+    depth: f64,
+}
+
+impl Touching {
+    /// Returns those of a body, the `index`-th one. A sleeping body has none: it is not stepped, and a checkpoint does not
+    /// contain the contacts with which it fell asleep.
+    pub(super) fn of(index: usize, body: &Body, contacts: &[ContactPoint]) -> Self {
+        if body.is_asleep() {
+            return Self::default();
+        }
+        let own =
+            contacts.iter().filter(|contact| contact.body == index || contact.other == Touched::Body(index));
+        own.fold(Self::default(), |Self { count, depth }, contact| Self {
+            count: count + 1,
+            depth: depth.max(contact.depth),
+        })
+    }
 }
 
 /// Wall-clock times of one frame of one body.
@@ -62,7 +91,14 @@ pub(super) struct Times {
 
 impl Row {
     /// Returns the row of a body in its current state.
-    pub(super) fn new(frame: u64, time: f64, body: &Body, volume: &VolumeReport, times: Times) -> Self {
+    pub(super) fn new(
+        frame: u64,
+        time: f64,
+        body: &Body,
+        volume: &VolumeReport,
+        times: Times,
+        touching: Touching,
+    ) -> Self {
         let milliseconds = |duration: Duration| duration.as_secs_f64() * 1e3;
         let masses = body.masses();
         let speeds_squared: Vec<f64> =
@@ -83,6 +119,8 @@ impl Row {
             capped: volume.capped,
             energy_kinetic: masses.iter().zip(&speeds_squared).map(|(mass, v2)| mass * v2 / 2.0).sum(),
             max_speed: speeds_squared.iter().copied().fold(0.0, f64::max).sqrt(),
+            contacts: touching.count,
+            overlap: touching.depth,
         }
     }
 }

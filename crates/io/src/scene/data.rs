@@ -7,10 +7,12 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, VolumeKeys};
+use super::collider::ColliderData;
+use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
 use crate::frames::Format;
 use supple::{
-    Collider, Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, VolumeOptions, Zone,
+    Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, TouchingOptions, VolumeOptions,
+    Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -39,8 +41,8 @@ pub struct Scene {
     #[serde(default, rename = "body")]
     pub bodies: Vec<BodyData>,
     /// `[[collider]]`, in the order of the file.
-    #[serde(default, rename = "collider", with = "keys::colliders")]
-    pub colliders: Vec<Collider>,
+    #[serde(default, rename = "collider")]
+    pub colliders: Vec<ColliderData>,
 }
 
 /// `[simulation]`: time, gravity and threads.
@@ -60,6 +62,10 @@ pub struct SimulationData {
     /// Number of threads; 0, the default, uses all processors.
     #[serde(deserialize_with = "keys::count::<_, _, 0, MAX_THREADS>")]
     pub threads: usize,
+    /// Whether bodies touch each other; default true.
+    pub contact: bool,
+    /// Whether bodies touch themselves, unless they have a `self_contact` of their own; default false.
+    pub self_contact: bool,
     /// Whether bodies at rest fall asleep: they are not stepped until something moves them; default true.
     pub sleep: bool,
 }
@@ -119,6 +125,9 @@ pub struct BodyData {
     /// How the mesh follows the lattice; default `"linear"`.
     #[serde(with = "keys::skin")]
     pub skin: SkinKind,
+    /// Keys `friction`, `restitution`, `ignore` and `self_contact`: how the body touches other bodies and itself.
+    #[serde(rename = "@touching", with = "TouchingKeys")]
+    pub touching: TouchingOptions,
     /// `[[body.zone]]`, in the order of the file.
     #[serde(rename = "zone", with = "keys::zones")]
     pub zones: Vec<Zone>,
@@ -145,6 +154,7 @@ impl BodyData {
             material: Material::default(),
             volume: VolumeOptions::default(),
             skin: SkinKind::default(),
+            touching: TouchingOptions::default(),
             zones: Vec::new(),
             pins: Vec::new(),
             handles: Vec::new(),
@@ -168,6 +178,8 @@ impl Default for SimulationData {
             substeps: Substeps::Auto,
             gravity: [0.0, -9.81, 0.0],
             threads: 0,
+            contact: true,
+            self_contact: false,
             sleep: true,
         }
     }

@@ -141,6 +141,20 @@ pub enum SceneError {
         /// Name of the two bodies.
         name: String,
     },
+    /// A body does not touch a body that does not exist, or itself.
+    #[error("{place}: {}", other_body(key, name, *is_itself, nearest.as_deref()))]
+    NoOtherBody {
+        /// Place of the name.
+        place: Place,
+        /// Full key, such as `body.bust.ignore.0`.
+        key: String,
+        /// Name found.
+        name: String,
+        /// Whether it is the name of the body itself.
+        is_itself: bool,
+        /// Name of another body with the most similar spelling; `None` if there is no other body.
+        nearest: Option<String>,
+    },
     /// An override does not have the form `KEY=VALUE`, or its key does not exist.
     #[error("--set {}: {message}", Excerpt(text))]
     Override {
@@ -149,6 +163,22 @@ pub enum SceneError {
         /// Description of the problem and of a valid override.
         message: String,
     },
+}
+
+/// Returns the message that a name in `ignore` is not the name of another body.
+fn other_body(key: &str, name: &str, is_itself: bool, nearest: Option<&str>) -> String {
+    let (key, name) = (Excerpt(key), Excerpt(name));
+    let way_out = match nearest {
+        Some(nearest) => format!("the nearest name of another body is `{}`", Excerpt(nearest)),
+        None => "the scene has no other body; leave it out".to_owned(),
+    };
+    if is_itself {
+        format!(
+            "`{key}` is \"{name}\", the body itself, whose contact with itself is `self_contact`; {way_out}"
+        )
+    } else {
+        format!("`{key}` is \"{name}\", and no body has this name; {way_out}")
+    }
 }
 
 /// Returns the message that the extension of an input is that of neither a scene nor a model.

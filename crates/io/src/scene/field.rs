@@ -19,7 +19,7 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 
 use super::error::{Place, SceneError};
-use super::fault::{Fault, resembles};
+use super::fault::{Fault, nearest, resembles};
 use super::keys::{ELASTICITY, expand, hint_for};
 use super::name::is_name;
 use super::value::{Data, Table, Value};
@@ -114,6 +114,19 @@ impl<'a> Field<'a> {
         SceneError::DuplicateName { place: self.value.place.clone(), name: name.to_owned() }
     }
 
+    /// Returns the error that the value, a name in `ignore` of the body `own`, is not the name of another body. `names`
+    /// are those of all bodies.
+    pub(super) fn no_other_body(&self, name: &str, own: &str, names: &[&str]) -> SceneError {
+        let others: Vec<&str> = names.iter().copied().filter(|other| *other != own).collect();
+        SceneError::NoOtherBody {
+            place: self.value.place.clone(),
+            key: self.name.clone(),
+            name: name.to_owned(),
+            is_itself: name == own,
+            nearest: nearest(name, &others).map(str::to_owned),
+        }
+    }
+
     /// Converts a fault to `Known`, the complete error, with the place and the full key of this field.
     fn locate(&self, fault: Fault) -> Fault {
         Fault::Known(match fault {
@@ -142,7 +155,7 @@ impl<'a> Field<'a> {
                     ("u32", _) => "a whole number".to_owned(),
                     ("a boolean", _) => "true or false".to_owned(),
                     ("a string" | "path string", _) => "a string in quotes".to_owned(),
-                    ("a sequence", Data::Table(_)) if !matches!(key, "keys" | "vertices") => {
+                    ("a sequence", Data::Table(_)) if !matches!(key, "keys" | "vertices" | "ignore") => {
                         "one table".clone_into(&mut found);
                         // Only bodies contain lists of tables (`[[body.pin]]`).
                         let parent = if self.name.contains('.') { "body." } else { "" };

@@ -8,6 +8,7 @@
 //! A [`Scene`] is plain data. It contains the default of every key that the file omits. [`Scene::to_toml`]
 //! writes it as TOML.
 
+mod collider;
 mod data;
 mod error;
 mod fault;
@@ -20,6 +21,7 @@ mod read;
 mod value;
 mod write;
 
+pub use collider::{ColliderData, ColliderShape};
 pub use data::{BodyData, MAX_SUBSTEPS, OutputData, Scene, SimulationData, Substeps, body_keys};
 pub use error::{Place, SceneError};
 pub use fault::nearest;

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use super::collider::ColliderData;
 use super::data::{BodyData, OutputData, Scene, SimulationData};
 use super::error::SceneError;
 use super::name::name_from;
 use super::write::check_utf8;
-use supple::Collider;
 
 /// Axis of a model that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,7 +75,7 @@ impl Scene {
             simulation: SimulationData { frames: 90, gravity, ..Default::default() },
             output: OutputData::default(),
             bodies: vec![BodyData::new(name_from(path), path)],
-            colliders: vec![Collider::plane(point, normal)],
+            colliders: vec![ColliderData::plane(point, normal)],
         }
     }
 }

@@ -83,8 +83,13 @@ impl Scene {
             }
             check_parts(body, &field)?;
         }
+        check_ignored(&scene.bodies, &root)?;
         for (index, collider) in scene.colliders.iter().enumerate() {
-            check_times(&collider.keys, &root.at(&format!("collider.{index}")))?;
+            let field = root.at(&format!("collider.{index}"));
+            if let Some(key) = collider.key_of_mesh() {
+                return Err(field.at(key).out_of_range("left out, because only `mesh` has it"));
+            }
+            check_times(&collider.keys, &field)?;
         }
         Ok(scene)
     }
@@ -98,6 +103,20 @@ impl Scene {
     pub fn output_directory(&self) -> PathBuf {
         self.resolve(&self.output.directory)
     }
+}
+
+/// Checks that the bodies that a body does not touch are other bodies of the scene.
+fn check_ignored(bodies: &[BodyData], root: &Field<'_>) -> Result<(), SceneError> {
+    let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+    for (index, body) in bodies.iter().enumerate() {
+        for (entry, name) in body.touching.ignored.iter().enumerate() {
+            if *name == body.name || !names.contains(&name.as_str()) {
+                let field = root.at(&format!("body.{index}.ignore.{entry}"));
+                return Err(field.no_other_body(name, &body.name, &names));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Checks the boxes of zones, and the boxes, time windows and keyframe times of pins and handles.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use super::collider::ColliderData;
 use super::data::{Fields, Scene, fields};
 use super::error::SceneError;
 use crate::path::{relative, resolve, resolve_directory};
@@ -40,6 +41,9 @@ impl Scene {
         scene.output.directory = moved(&self.output.directory)?;
         for body in &mut scene.bodies {
             body.mesh = moved(&body.mesh)?;
+        }
+        for (_, path) in scene.colliders.iter_mut().flat_map(ColliderData::files_mut) {
+            *path = moved(path)?;
         }
         Ok(scene)
     }

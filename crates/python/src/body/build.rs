@@ -8,7 +8,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use supple::{BodyBuilder, FieldKind, Placement, Preservation, SkinKind, VolumeOptions, VolumeScope};
 use supple_io::scene::{BodyData, exclusive_keys, optional_keys};
 
-use super::material;
+use super::{material, touching};
 use crate::argument::{self, Settings, wrong_type};
 use crate::arrays::vector;
 use crate::error;
@@ -52,7 +52,8 @@ pub(super) fn body<'py>(
         .material(material::read(settings)?)
         .placement(placement(settings)?)
         .volume(settings.read("volume", |volume, _| read_volume(volume))?.unwrap_or_default())
-        .skin(skin.unwrap_or_default());
+        .skin(skin.unwrap_or_default())
+        .touching(touching::read(settings)?);
     let body = py.detach(|| builder.build()).map_err(error::from_core)?;
     Ok((shape, body))
 }

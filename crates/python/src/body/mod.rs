@@ -6,6 +6,7 @@ mod holds;
 mod material;
 mod quantities;
 mod storage;
+mod touching;
 mod values;
 mod zones;
 
@@ -72,6 +73,16 @@ use crate::pickle::{self, decode, encode};
 ///     How the mesh follows the lattice: "linear" (trilinear in each cell), or "smooth" (first derivatives are
 ///     continuous across the faces of the cells, which reduces creases; trilinear where the lattice is bent or
 ///     crushed very strongly).
+/// friction : float, default 0.5
+///     Coulomb coefficient at other bodies, >= 0. That of two bodies is the geometric mean of theirs; at a collider, that
+///     of the collider holds.
+/// restitution : float, default 0
+///     Ratio of the speeds of the touching points after and before an impact on another body, in [0, 1]. That of two
+///     bodies is the greater of theirs; at a collider, that of the collider holds.
+/// ignore : list of str, default empty
+///     Names of bodies that the body does not touch, whichever of the two names the other.
+/// self_contact : bool
+///     Whether parts of the body touch each other; by default the simulation decides.
 /// velocity : (3,) float, default 0
 ///     Initial velocity in length/s.
 /// spin : (3,) float, default 0
@@ -95,7 +106,7 @@ impl Body {
     #[new]
     #[pyo3(
         signature = (shape, **settings),
-        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', skin='linear', velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
+        text_signature = "(shape, *, name='body', object=None, scale=1.0, rotate=(0, 0, 0), translate=(0, 0, 0), lattice_vertices=1000, cell_size=None, join=True, material='rubber', youngs_modulus=None, half_width=None, stiffness_radius=None, stiffness=None, frequency=None, damping_ratio=None, damping_rate=None, region_damping=0.0, region_damping_rate=None, density=1000.0, volume='auto', skin='linear', friction=0.5, restitution=0.0, ignore=(), self_contact=None, velocity=(0, 0, 0), spin=(0, 0, 0), memory_limit=None)"
     )]
     fn new(shape: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let py = shape.py();

@@ -7,6 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use supple::SimulationBuilder;
+use supple_io::scene::nearest;
 
 use super::Simulation;
 use crate::argument::{conversion_error, wrong_type};
@@ -32,10 +33,33 @@ pub(super) fn simulation(
             format!("bodies[{second}] is the same Body as bodies[{first}]; build a separate Body for each");
         return Err(PyValueError::new_err(message));
     }
+    check_ignored(py, &bodies)?;
     let references: Vec<&Body> = bodies.iter().map(|body| body.get()).collect();
     let parts = bodies.iter().map(Body::share).collect::<PyResult<_>>()?;
     let shared = py.detach(|| move_in(&references, builder, threads))?;
     Simulation::from_parts(shared, parts, colliders)
+}
+
+/// Checks that the bodies that a body does not touch are other bodies of the simulation.
+fn check_ignored(py: Python<'_>, bodies: &[Bound<'_, Body>]) -> PyResult<()> {
+    let read = |body: &Bound<'_, Body>| {
+        body.get().read(py, |body| (body.name().to_owned(), body.touching().ignored.clone()))
+    };
+    let bodies = bodies.iter().map(read).collect::<PyResult<Vec<_>>>()?;
+    for (index, (_, ignored)) in bodies.iter().enumerate() {
+        let others = bodies.iter().enumerate().filter(|(other, _)| *other != index);
+        let others: Vec<&str> = others.map(|(_, (name, _))| name.as_str()).collect();
+        if let Some(name) = ignored.iter().find(|name| !others.contains(&name.as_str())) {
+            let way_out = match nearest(name, &others) {
+                Some(nearest) => format!("the nearest name is {nearest:?}"),
+                None => "the simulation has no other body".to_owned(),
+            };
+            return Err(PyValueError::new_err(format!(
+                "bodies[{index}]: ignore names {name:?}, and no other body has this name; {way_out}"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Moves the bodies from their storages to a shared simulation. If there is an error, no body moves.

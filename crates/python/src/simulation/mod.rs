@@ -3,10 +3,14 @@
 //! | file | contents |
 //! |---|---|
 //! | `build` | moves bodies into a simulation |
+//! | `contacts` | the contacts of the last step; warns about bodies that overlap |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
 
 mod build;
+mod contacts;
 mod steps;
+
+pub(crate) use contacts::warn_of_overlaps;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,6 +19,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple, PyType};
 use supple::{SimulationState, Softened, Substeps};
+use supple_io::run::Overlap;
 
 use crate::argument::{self, Settings};
 use crate::body::{Body, SharedBody, SharedSimulation};
@@ -22,12 +27,13 @@ use crate::pickle::{self, decode, encode};
 use crate::{arrays, collider, error};
 
 /// Keyword arguments of `supple.Simulation`.
-const KEYS: [&str; 7] = ["dt", "fps", "substeps", "gravity", "colliders", "threads", "sleep"];
+const KEYS: [&str; 9] =
+    ["dt", "fps", "substeps", "gravity", "colliders", "threads", "contact", "self_contact", "sleep"];
 
 /// Keyword arguments that may be `None`.
 const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 
-/// A simulation of bodies that collide with colliders. Contact between bodies is not simulated.
+/// A simulation of bodies that touch colliders and each other.
 ///
 /// bodies : list of Body
 ///     The bodies move into this simulation and stay usable. A body belongs to at most one simulation.
@@ -46,8 +52,15 @@ const OPTIONAL: [&str; 3] = ["dt", "fps", "substeps"];
 /// threads : int, default 0
 ///     Number of threads, at most 1024; 0 means one per processor. Results are bit-identical for any number
 ///     of threads.
+/// contact : bool, default True
+///     Whether bodies touch each other. Pairs can be left out by Body(ignore=...).
+/// self_contact : bool, default False
+///     Whether parts of a body touch each other, for bodies that do not say so themselves.
 /// sleep : bool, default True
 ///     Whether bodies at rest fall asleep: they are then not stepped until something moves them.
+///
+/// sim["name"] is the body with this name. Bodies that overlap at the start are pushed apart by the first steps, and
+/// supple.ContactWarning names them.
 ///
 /// If steps are too long for the material of a body, the body is softer, and the first step warns with
 /// supple.MaterialWarning.
@@ -74,16 +87,9 @@ impl Simulation {
         let softened = Mutex::new(vec![None; bodies.len()]);
         Ok(Self { shared, bodies, colliders: Mutex::new((generation, colliders)), softened })
     }
-}
 
-#[pymethods]
-impl Simulation {
-    #[new]
-    #[pyo3(
-        signature = (bodies, **settings),
-        text_signature = "(bodies, *, dt=0.016666666666666666, fps=None, substeps=None, gravity=(0, -9.81, 0), colliders=(), threads=0, sleep=True)"
-    )]
-    fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    /// Builds a simulation from the arguments of `supple.Simulation`.
+    fn build(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let settings = Settings::from_call(settings, "Simulation()", &KEYS, &OPTIONAL)?;
         settings.exclusive("dt", "fps")?;
         let mut builder = supple::Simulation::builder();
@@ -104,10 +110,32 @@ impl Simulation {
         builder = collider::read_all(&colliders)?.into_iter().fold(builder, |b, c| b.collider(c));
         let threads = settings.count("threads", 0)?.unwrap_or(0);
         builder = builder.threads(threads);
+        if let Some(contact) = settings.read("contact", argument::boolean)? {
+            builder = builder.contact(contact);
+        }
+        if let Some(self_contact) = settings.read("self_contact", argument::boolean)? {
+            builder = builder.self_contact(self_contact);
+        }
         if let Some(sleep) = settings.read("sleep", argument::boolean)? {
             builder = builder.sleep(sleep);
         }
         build::simulation(bodies, &colliders, builder, threads)
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    #[pyo3(
+        signature = (bodies, **settings),
+        text_signature = "(bodies, *, dt=0.016666666666666666, fps=None, substeps=None, gravity=(0, -9.81, 0), colliders=(), threads=0, contact=True, self_contact=False, sleep=True)"
+    )]
+    fn new(bodies: &Bound<'_, PyAny>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let simulation = Self::build(bodies, settings)?;
+        let py = bodies.py();
+        let overlaps = simulation.shared.with(py, Overlap::all)?;
+        warn_of_overlaps(py, &overlaps, 1)?;
+        Ok(simulation)
     }
 
     #[pyo3(signature = (*_args, **_settings))]
@@ -225,6 +253,9 @@ impl Simulation {
         settings.set_item("colliders", this.colliders(py))?;
         settings.set_item("threads", this.shared.threads())?;
         settings.set_item("substeps", this.substeps(py)?)?;
+        let (contact, self_contact) = this.shared.with(py, |s| (s.contact(), s.self_contact()))?;
+        settings.set_item("contact", contact)?;
+        settings.set_item("self_contact", self_contact)?;
         settings.set_item("sleep", this.sleep(py)?)?;
         let settings = pickle::dumps((bodies, settings).into_pyobject(py)?.as_any())?;
         let state = this.shared.with(py, |simulation| simulation.state())?;
@@ -238,7 +269,7 @@ impl Simulation {
         class: &Bound<'py, PyType>,
         shapes: Vec<Bound<'py, PyAny>>,
         data: &[u8],
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> PyResult<Bound<'py, Self>> {
         let py = class.py();
         let (checksums, settings, state): (Vec<_>, Vec<u8>, SimulationState) = decode(py, data)?;
         let (settings_of, settings): (Vec<Bound<'py, PyDict>>, Bound<'py, PyDict>) =
@@ -255,8 +286,9 @@ impl Simulation {
             pickle::check_shape(&shape, checksum)?;
             bodies.push(py.get_type::<Body>().call((shape,), Some(settings))?);
         }
-        let simulation = class.call((bodies,), Some(&settings))?;
-        let shared = &simulation.cast::<Self>()?.get().shared;
+        let simulation = Bound::new(py, Self::build(PyTuple::new(py, bodies)?.as_any(), Some(&settings))?)?;
+        simulation.get().bodies.iter().for_each(|body| body.attach(simulation.as_any()));
+        let shared = &simulation.get().shared;
         shared.with(py, |simulation| simulation.restore(&state))?.map_err(error::from_core)?;
         Ok(simulation)
     }

@@ -32,7 +32,7 @@ use std::path::PathBuf;
 
 use supple::{Body, Preservation, VolumeMeasure};
 use supple_io::run::{difference, fingerprint, prepare};
-use supple_io::scene::Scene;
+use supple_io::scene::{BodyData, Scene};
 
 use crate::error::{Halt, StudyError};
 use crate::machine::Machine;
@@ -75,6 +75,11 @@ impl Study {
         }
         if let Some(data) = self.scene.bodies.iter().find(|data| !data.zones.is_empty()) {
             return Err(StudyError::Zones { body: data.name.clone() });
+        }
+        let Scene { simulation, bodies, .. } = &self.scene;
+        let touches_itself = |data: &BodyData| data.touching.self_contact.unwrap_or(simulation.self_contact);
+        if simulation.contact && bodies.len() > 1 || bodies.iter().any(touches_itself) {
+            return Err(StudyError::BodyContact);
         }
         let fingerprint = self.fingerprint()?;
         let physical = Physical::new(self.scene.clone())?;

@@ -42,9 +42,17 @@ impl<'a> Motion<'a> {
     ) -> Result<Self, Error> {
         let mut motion = Self::fast(prepared);
         if let Sums::Naive(regions) = sums {
-            let dt = motion.simulation.dt();
-            for (body, data) in model.simulation.bodies().iter().zip(&scene.bodies) {
-                motion.naive.push(NaiveBody::new(body, data, scene, dt, regions)?);
+            let (dt, simulation) = (motion.simulation.dt(), &model.simulation);
+            let colliders = (0..simulation.collider_count()).map(|index| simulation.collider(index));
+            let colliders: Vec<_> = colliders.map(|collider| collider.description().clone()).collect();
+            for (body, data) in simulation.bodies().iter().zip(&scene.bodies) {
+                motion.naive.push(NaiveBody::new(
+                    body,
+                    data,
+                    (scene.simulation.gravity, &colliders),
+                    dt,
+                    regions,
+                )?);
             }
         }
         Ok(motion)

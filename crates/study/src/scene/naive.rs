@@ -8,8 +8,8 @@ use supple::internals::{
     hold_factors,
 };
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
-use supple::{Body, Error, SkinKind};
-use supple_io::scene::{BodyData, Scene};
+use supple::{Body, Collider, Error, SkinKind};
+use supple_io::scene::BodyData;
 
 use crate::elasticity::{alpha, relative_masses};
 
@@ -45,7 +45,7 @@ impl<'a> NaiveBody<'a> {
     pub(super) fn new(
         body: &'a Body,
         data: &BodyData,
-        scene: &Scene,
+        (gravity, colliders): ([f64; 3], &[Collider]),
         dt: f64,
         regions: Regions,
     ) -> Result<Self, Error> {
@@ -64,10 +64,10 @@ impl<'a> NaiveBody<'a> {
             velocities: body.velocities(),
             stiffness_rate: alpha(body, dt) / dt,
             damping: material.region_damping_fraction(dt),
-            gravity: scene.simulation.gravity.into(),
+            gravity: gravity.into(),
             dt,
             steps: 0,
-            stages: Stages::new(body, data, scene)?,
+            stages: Stages::new(body, data, colliders)?,
         })
     }
 
@@ -217,7 +217,7 @@ impl SingleState {
 
 impl Stages {
     /// Creates constraints and contacts. Returns `None` if there are neither constraints nor colliders.
-    fn new(body: &Body, data: &BodyData, scene: &Scene) -> Result<Option<Self>, Error> {
+    fn new(body: &Body, data: &BodyData, colliders: &[Collider]) -> Result<Option<Self>, Error> {
         let lattice = body.lattice();
         let mut constraints = Vec::new();
         for pin in &data.pins {
@@ -230,7 +230,7 @@ impl Stages {
                 Some(&handle.keys),
             )?);
         }
-        let colliders = Colliders::new(&scene.colliders)?;
+        let colliders = Colliders::new(colliders)?;
         if constraints.is_empty() && colliders.is_empty() {
             return Ok(None);
         }

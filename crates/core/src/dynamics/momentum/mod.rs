@@ -12,7 +12,7 @@ mod projection;
 mod rigid;
 mod sums;
 
-pub(crate) use projection::{Projection, Weight};
+pub(crate) use projection::{Projection, SOFTNESS, Weight};
 pub(crate) use rigid::{RigidMotion, RigidVelocity};
 pub(crate) use sums::{Fields, RigidState, Sums, add};
 

@@ -12,7 +12,7 @@ const DETERMINED: f64 = 1e-9;
 /// Variance of a soft condition, as a fraction of the mobility of the unconstrained component. Soft conditions that
 /// contradict each other, as those of two plates that press on a body do, give a compromise. The speeds of the compromise
 /// are at most 1/(2 √`SOFTNESS`) = 2.2 times those in the conditions, however small the lever between them is.
-const SOFTNESS: f64 = 0.05;
+pub(crate) const SOFTNESS: f64 = 0.05;
 
 /// How strictly a condition is met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,6 +97,11 @@ impl Projection {
         let gain = response / (left + softness);
         self.motion += gain * (value - row.dot(&self.motion));
         self.mobility -= gain * response.transpose();
+    }
+
+    /// Returns the change of (v, ω) per unit of impulse (p, l) that the conditions allow.
+    pub(crate) fn mobility(&self) -> &Matrix6<f64> {
+        &self.mobility
     }
 
     /// Returns the projected motion.

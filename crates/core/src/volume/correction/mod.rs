@@ -22,6 +22,8 @@ use super::{ComponentReport, VolumeError, VolumeMeasure, VolumeOptions, VolumeSc
 use crate::contact::{SMOOTH_DISPLACEMENT, SampleCells};
 use crate::lattice::{Lattice, Trust};
 use crate::parallel::Executor;
+use crate::simd::xyzx::xyzx;
+use crate::skin::{ComponentMotion, SurfaceMotion};
 
 /// Relative volume error up to which the volume counts as preserved: the accuracy that positions in `f32`
 /// allow.
@@ -82,8 +84,12 @@ pub struct CorrectionWorkspace {
     offsets: Vec<[f32; 3]>,
     limits: Limits,
     limit_search: LimitSearch,
+    /// Whether the surface points of `scratch` move from the present points along the present field.
+    has_surface: bool,
     /// `lambda` of each component, in cells.
     lambdas: Vec<f64>,
+    /// Motions of the surface points of each component.
+    motions: Vec<ComponentMotion>,
     reports: Vec<ComponentReport>,
 }
 
@@ -126,6 +132,7 @@ impl CorrectionWorkspace {
             + self.limits.bytes()
             + self.limit_search.bytes()
             + size_of_val(&*self.lambdas)
+            + size_of_val(&*self.motions)
             + size_of_val(&*self.reports)
     }
 }
@@ -295,30 +302,36 @@ impl Correction {
     }
 
     /// Limits the displacements and solves again, until the correction moves no surface sample into a
-    /// collider, or [`ROUNDS`] times.
+    /// collider, or [`ROUNDS`] times. `samples` is absent if there is no collider, and `contacts` has the limits at other
+    /// bodies.
     ///
     /// Must be called after [`Correction::solve`], with the same `deformed`. `corrected` is scratch.
-    pub(crate) fn limit_at_colliders(
+    pub(crate) fn limit_at_obstacles(
         &self,
         workspace: &mut CorrectionWorkspace,
         executor: &Executor,
-        samples: &SampleCells,
-        obstacles: &Obstacles<'_>,
+        (samples, obstacles): (Option<&SampleCells>, &Obstacles<'_>),
+        contacts: &[Limit],
         deformed: &[[f32; 3]],
         corrected: &mut [[f32; 3]],
     ) {
         // Taken out of the workspace, so that `solve_with_limits` can borrow the workspace and the limits.
         let mut search = std::mem::take(&mut workspace.limit_search);
         let mut search_distance = 0.0;
-        let needs_entered_cells = obstacles.need_entered_cells(samples);
-        let factor = if samples.stencils().is_some() { SMOOTH_DISPLACEMENT } else { 1.0 };
+        let entered_cells = samples.filter(|samples| obstacles.need_entered_cells(samples));
+        let is_smooth = samples.is_some_and(|samples| samples.stencils().is_some());
+        let factor = if is_smooth { SMOOTH_DISPLACEMENT } else { 1.0 };
         for _ in 0..ROUNDS {
             let greatest = factor * self.greatest_displacement(workspace);
             let has_new_limits = if greatest > search_distance {
                 search_distance = MARGIN * greatest;
-                search.find(samples, deformed, obstacles, search_distance);
+                search.limits.clear();
+                if let Some(samples) = samples {
+                    search.find(samples, deformed, obstacles, search_distance);
+                }
+                search.limits.extend_from_slice(contacts);
                 !search.limits.is_empty()
-            } else if search_distance > 0.0 && needs_entered_cells {
+            } else if let Some(samples) = entered_cells.filter(|_| search_distance > 0.0) {
                 self.write(workspace, deformed, corrected);
                 search.add_limits_for_entered_cells(samples, corrected, obstacles)
             } else {
@@ -339,6 +352,7 @@ impl Correction {
     fn solve_with_limits(&self, workspace: &mut CorrectionWorkspace, executor: &Executor, limits: &[Limit]) {
         let CorrectionWorkspace { limits: active_set, scratch, offsets, .. } = &mut *workspace;
         active_set.replace(limits, &mut scratch.points, offsets);
+        workspace.has_surface = false;
         for _ in 0..LIMITED_PASSES {
             if !self.update_motions(workspace) {
                 return;
@@ -358,7 +372,7 @@ impl Correction {
 
     /// Reports the volume error for the current `lambda`, without solving again.
     fn report_residuals(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
-        self.measure.evaluate(executor, &mut workspace.scratch);
+        self.evaluate(workspace, executor);
         for component in 0..self.rest.len() {
             let [c0, c1, c2, c3] = workspace.scratch.coefficients[component];
             let lambda = workspace.lambdas[component];
@@ -373,7 +387,7 @@ impl Correction {
     /// Panics if the length of an array differs from the number of lattice vertices.
     pub(crate) fn write<'w>(
         &self,
-        workspace: &'w CorrectionWorkspace,
+        workspace: &'w mut CorrectionWorkspace,
         deformed: &[[f32; 3]],
         corrected: &mut [[f32; 3]],
     ) -> &'w [ComponentReport] {
@@ -394,6 +408,11 @@ impl Correction {
             }
         }
         workspace.limits.write(&lambda, deformed, corrected);
+        workspace.motions.clear();
+        workspace.motions.extend(workspace.lambdas.iter().enumerate().map(|(component, lambda)| {
+            let center = xyzx(workspace.scratch.center(component).map(|x| x as f32));
+            ComponentMotion { lambda: *lambda as f32, center }
+        }));
         &workspace.reports
     }
 
@@ -418,13 +437,35 @@ impl Correction {
 
     /// Solves Eq. (1) of Takamatsu & Kanai 2009: one cubic for each component.
     fn solve_cubics(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
-        self.measure.evaluate(executor, &mut workspace.scratch);
+        self.evaluate(workspace, executor);
         for component in 0..self.rest.len() {
             let c = workspace.scratch.coefficients[component];
             let root = smallest_root([c[0] - self.rest[component], c[1], c[2], c[3]], self.caps[component]);
             workspace.lambdas[component] = root.lambda;
             self.report(workspace, component, root.residual);
         }
+    }
+
+    /// Evaluates the measure for the present points and field.
+    fn evaluate(&self, workspace: &mut CorrectionWorkspace, executor: &Executor) {
+        self.measure.evaluate(executor, &mut workspace.scratch);
+        workspace.has_surface = true;
+    }
+
+    /// Returns the motions of the surface points, in the order of [`Embedding::by_cell`](crate::lattice::Embedding::by_cell).
+    /// Returns `None` if the correction has not computed them: it does so for the measure `mesh` with a smooth skin.
+    ///
+    /// Must be called after [`Correction::write`].
+    pub(crate) fn surface_motion<'w>(
+        &'w self,
+        workspace: &'w CorrectionWorkspace,
+    ) -> Option<SurfaceMotion<'w>> {
+        let CorrectionWorkspace { scratch, motions, has_surface, .. } = workspace;
+        (*has_surface && self.measure.smoothing().is_some()).then(|| SurfaceMotion {
+            points: &scratch.surface_points,
+            component_of_vertex: &self.adjacency.component_of_vertex,
+            components: motions,
+        })
     }
 
     /// Writes the report of a component. `excess`: corrected volume minus rest volume, in cubed cells.

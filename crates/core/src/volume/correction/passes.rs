@@ -112,6 +112,7 @@ impl Correction {
         executor: &Executor,
         forces: &[ExternalForce],
     ) {
+        workspace.has_surface = false;
         self.begin_passes(workspace);
         for field in [Turned::Material, Turned::Normals] {
             if !workspace.passes.components.iter().any(|component| component.unsolved) {

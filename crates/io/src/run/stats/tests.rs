@@ -17,6 +17,8 @@ fn row(frame: u64, body: &str) -> Row {
         capped: false,
         energy_kinetic: 3.0,
         max_speed: 0.5,
+        contacts: 3,
+        overlap: 0.75,
     }
 }
 
@@ -34,9 +36,9 @@ fn file_is_valid_after_every_frame() {
             stats.append_rows(&[row(frame, "a"), row(frame, "b")]).unwrap();
             let text = text_of(&path);
             assert_eq!(text.matches("1.25").count(), 2 * (frame as usize + 1));
-            assert!(text.ends_with(if name == "stats.csv" { ",0.5\n" } else { "0.5}\n]\n" }));
+            assert!(text.ends_with(if name == "stats.csv" { ",0.75\n" } else { "0.75}\n]\n" }));
         }
-        let columns = 15;
+        let columns = 17;
         if name == "stats.csv" {
             assert!(text_of(&path).lines().all(|line| line.split(',').count() == columns));
         } else {
@@ -100,6 +102,6 @@ fn json_writes_nan_as_null() {
 #[test]
 fn csv_columns_match_the_manual() {
     let columns = "frame,time,body,ms_step,ms_volume,ms_embed,ms_write,volume_rest,volume_before,volume_after,\
-                   lambda,residual,capped,energy_kinetic,max_speed\n";
+                   lambda,residual,capped,energy_kinetic,max_speed,contacts,overlap\n";
     assert_eq!(Kind::Csv.head().unwrap(), columns.as_bytes());
 }

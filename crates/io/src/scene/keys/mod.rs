@@ -3,7 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `material` | the keys of a material |
-//! | `parts` | the keys of pins, handles, zones and colliders |
+//! | `parts` | the keys of pins, handles and zones, and of keyframes |
 //! | `ranges` | functions that read a number, vector or string and check its range |
 //!
 //! Each `...Keys` type defines for serde how a type of [`supple`] is written in a scene. The defaults come
@@ -17,11 +17,14 @@ use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use supple::{FieldKind, Placement, Preservation, Preset, Resolution, SkinKind, VolumeOptions, VolumeScope};
+use supple::{
+    FieldKind, Placement, Preservation, Preset, Resolution, SkinKind, TouchingOptions, VolumeOptions,
+    VolumeScope,
+};
 
 pub(super) use material::MaterialKeys;
-pub(super) use parts::{colliders, handles, pins, zones};
-pub(super) use ranges::{count, directory, mesh, name, not_negative, positive};
+pub(super) use parts::{handles, keyframes, pins, zones};
+pub(super) use ranges::{count, direction, directory, extents, fraction, mesh, name, not_negative, positive};
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
@@ -51,7 +54,7 @@ pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
 pub fn optional_keys() -> Vec<&'static str> {
     let mut keys: Vec<_> =
         ALTERNATIVES.iter().flatten().chain(ELASTICITY[0]).chain(ELASTICITY[1]).copied().collect();
-    keys.push("object");
+    keys.extend(["object", "self_contact"]);
     keys
 }
 
@@ -63,13 +66,14 @@ pub(super) fn expand<'a>(fields: &[&'a str]) -> Vec<&'a str> {
             "@placement" => vec!["rotate", "translate", "velocity", "spin"],
             "@material" => expand(&["@elasticity", "@damping", "@region_damping", "density"]),
             "@elasticity" => ELASTICITY.concat(),
+            "@touching" => vec!["friction", "restitution", "ignore", "self_contact"],
             "@resolution" => ALTERNATIVES[0].to_vec(),
             "@region_size" => ALTERNATIVES[1].to_vec(),
             "@stiffness" => ALTERNATIVES[2].to_vec(),
             "@damping" => ALTERNATIVES[3].to_vec(),
             "@region_damping" => ALTERNATIVES[4].to_vec(),
             "@selection" => vec!["box", "sphere", "plane", "vertices"],
-            "@shape" => vec!["plane", "sphere", "box", "capsule"],
+            "@shape" => vec!["plane", "sphere", "box", "capsule", "mesh"],
             "@window" => vec!["start", "end"],
             key => vec![key],
         }
@@ -84,6 +88,7 @@ pub(super) fn hint_for(key: &str) -> &'static str {
         "mesh" => "the path of an OBJ file, relative to the scene file",
         "keys" => "a list of keyframes like [{ time = 1, translate = [0, 1, 0] }]",
         "factor" => "a factor of the stiffness in (0, 100]",
+        "ignore" => "a list of names of bodies like [\"eyes\"]",
         "vertices" => "a list of lattice vertices like [0, 5]",
         "time" => "a time in seconds",
         "radius" => "a length",
@@ -105,6 +110,19 @@ pub(super) struct PlacementKeys {
     translate: [f64; 3],
     velocity: [f64; 3],
     spin: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "TouchingOptions", default, bound = "")]
+pub(super) struct TouchingKeys {
+    #[serde(deserialize_with = "not_negative")]
+    friction: f64,
+    #[serde(deserialize_with = "fraction")]
+    restitution: f64,
+    #[serde(rename = "ignore")]
+    ignored: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    self_contact: Option<bool>,
 }
 
 #[derive(Serialize, Deserialize)]

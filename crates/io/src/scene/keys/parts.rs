@@ -1,11 +1,11 @@
-//! The keys of pins, handles, zones and colliders.
+//! The keys of pins, handles and zones, and of keyframes.
 
 use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use super::ranges::{direction, extents, finite, fraction, not_negative, positive, stiffness_factor};
-use supple::{Collider, Handle, Key, Pin, Selection, Shape, TimeWindow, Zone};
+use super::ranges::{direction, finite, not_negative, positive, stiffness_factor};
+use supple::{Handle, Key, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pin")]
@@ -76,52 +76,6 @@ struct KeyframeKeys {
     rotate: [f64; 3],
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Collider")]
-struct ColliderKeys {
-    #[serde(rename = "@shape", with = "ShapeKeys")]
-    shape: Shape,
-    #[serde(default = "friction", deserialize_with = "not_negative")]
-    friction: f64,
-    #[serde(default, deserialize_with = "fraction")]
-    restitution: f64,
-    #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]
-    keys: Vec<Key>,
-}
-
-/// Returns the default friction of a collider.
-fn friction() -> f64 {
-    Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Shape", rename_all = "snake_case", deny_unknown_fields)]
-enum ShapeKeys {
-    Plane {
-        point: [f64; 3],
-        #[serde(deserialize_with = "direction")]
-        normal: [f64; 3],
-    },
-    Sphere {
-        center: [f64; 3],
-        #[serde(deserialize_with = "positive")]
-        radius: f64,
-    },
-    Box {
-        center: [f64; 3],
-        #[serde(deserialize_with = "extents")]
-        half_extents: [f64; 3],
-        #[serde(default)]
-        rotate: [f64; 3],
-    },
-    Capsule {
-        a: [f64; 3],
-        b: [f64; 3],
-        #[serde(deserialize_with = "positive")]
-        radius: f64,
-    },
-}
-
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
 fn is_infinite(number: &f64) -> bool {
     number.is_infinite()
@@ -156,7 +110,6 @@ lists! {
     pins: Pin by "PinKeys", |_| Ok(());
     handles: Handle by "HandleKeys", |_| Ok(());
     zones: Zone by "ZoneKeys", |_| Ok(());
-    colliders: Collider by "ColliderKeys", |_| Ok(());
     keyframes: Key by "KeyframeKeys", |list| match list.is_empty() {
         true => Err("at least one keyframe like { time = 1, translate = [0, 1, 0] }"),
         false => Ok(()),

@@ -58,8 +58,9 @@ fn densities(ratio: f64) -> Result<Figures, Error> {
         body.apply_force([0.0, 0.0, weight], &layer(BAR, 12))?;
         Ok::<_, Error>(body)
     };
-    let simulation =
-        Simulation::builder().sleep(false).body(bar(1e-3)?).body(bar(1e-3 * ratio)?).threads(1).build()?;
+    // Both bars are in the same place.
+    let empty = Simulation::builder().sleep(false).contact(false).threads(1);
+    let simulation = empty.body(bar(1e-3)?).body(bar(1e-3 * ratio)?).build()?;
     Ok(measure(simulation, System::Driven, |trial| {
         trial.run(3_000, 50);
         let [light, heavy] = [0, 1].map(|body| trial.simulation.body(body).positions());

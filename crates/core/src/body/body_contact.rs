@@ -1,0 +1,298 @@
+//! Contact of the body with other bodies, and with itself: settings, data and the part of a body in a step.
+
+use nalgebra::Vector3;
+
+use super::{Body, StepContext};
+use crate::contact::bodies::{BodyContact, BodyView, Bounds, ContactSurface, Island, SurfaceProperties};
+use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
+use crate::error::Error;
+use crate::parallel::Executor;
+use crate::range::in_range;
+use crate::state::{SampleTouch, Touches};
+use crate::volume::Limit;
+
+/// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
+#[derive(Clone, Debug, PartialEq)]
+pub struct TouchingOptions {
+    /// Coulomb friction coefficient, >= 0; default 0.5. The coefficient of two bodies is the geometric mean of theirs.
+    pub friction: f64,
+    /// Coefficient of restitution, in [0, 1]; default 0. That of two bodies is the greater of theirs.
+    pub restitution: f64,
+    /// Whether parts of the body touch each other; `None`, the default:
+    /// [the simulation](crate::SimulationBuilder::self_contact) decides.
+    pub self_contact: Option<bool>,
+    /// Names of bodies that the body does not touch, whichever of the two names the other; default none. A name that no
+    /// body has has no effect.
+    pub ignored: Vec<String>,
+}
+
+impl Default for TouchingOptions {
+    fn default() -> Self {
+        Self { friction: 0.5, restitution: 0.0, self_contact: None, ignored: Vec::new() }
+    }
+}
+
+impl TouchingOptions {
+    /// Checks the ranges.
+    pub(super) fn validate(&self) -> Result<(), Error> {
+        let &Self { friction, restitution, .. } = self;
+        in_range("friction", friction, friction >= 0.0, "at least 0")?;
+        in_range("restitution", restitution, (0.0..=1.0).contains(&restitution), "from 0 to 1")?;
+        Ok(())
+    }
+}
+
+impl Body {
+    /// Returns how the body touches other bodies.
+    pub fn touching(&self) -> &TouchingOptions {
+        &self.touching
+    }
+
+    /// Returns the bodies that the body touched in the last step: pairs of connected component and body.
+    pub(crate) fn touches(&self) -> &[(u32, u32)] {
+        self.state.touches.bodies()
+    }
+
+    /// Creates or removes the data of contact with bodies.
+    pub(crate) fn set_body_contact(&mut self, enabled: bool) {
+        if !enabled {
+            self.body_contact = None;
+            self.state.touches = Touches::default();
+        } else if self.body_contact.is_none() {
+            self.body_contact = Some(BodyContact::new());
+            self.measure_contact_bounds();
+        }
+    }
+
+    /// Creates the surface for contact with bodies, if it does not exist. A body whose surface has no area touches no
+    /// bodies.
+    pub(crate) fn create_contact_surface(&mut self) {
+        if self.body_contact.as_ref().is_none_or(BodyContact::has_surface) {
+            return;
+        }
+        match (self.contact_surface(), &mut self.body_contact) {
+            (Some(surface), Some(contact)) => contact.set_surface(surface),
+            _ => {
+                self.body_contact = None;
+                self.state.touches = Touches::default();
+            }
+        }
+    }
+
+    /// Measures the boxes of the positions and velocities, by which near bodies are found.
+    pub(crate) fn measure_contact_bounds(&mut self) {
+        if let Some(contact) = &mut self.body_contact {
+            contact.measure_bounds(&self.state, self.matching.layout.occupied());
+        }
+    }
+
+    /// Returns the number of samples of the surface at which the body touches other bodies or itself, or `None` if it
+    /// can touch none. A simulation creates the samples when another body is near for the first time; before, this
+    /// function creates them each time.
+    pub fn contact_samples(&self) -> Option<usize> {
+        let contact = self.body_contact.as_ref()?;
+        match contact.has_surface() {
+            true => Some(contact.surface().sample_count()),
+            false => self.contact_surface().map(|surface| surface.sample_count()),
+        }
+    }
+
+    /// Creates the surface for contact with bodies; `None` if it has no area.
+    fn contact_surface(&self) -> Option<ContactSurface> {
+        match &self.surface {
+            Some(surface) => ContactSurface::of_mesh(&surface.mesh, &self.lattice),
+            None => ContactSurface::of_lattice(&self.lattice),
+        }
+    }
+
+    /// Returns the samples and the memory in bytes of contact with bodies, or `None` if the body can touch none. There are
+    /// no samples before another body is near.
+    pub(super) fn planned_body_contact(&self) -> Option<(Option<usize>, usize)> {
+        let samples = |contact: &BodyContact| contact.has_surface().then(|| contact.surface().sample_count());
+        self.body_contact.as_ref().map(|contact| (samples(contact), contact.bytes()))
+    }
+
+    /// Returns the body as contact between bodies reads it, or `None` if it touches no bodies.
+    pub(crate) fn contact_view(&self) -> Option<BodyView<'_>> {
+        Some(BodyView {
+            lattice: &self.lattice,
+            slots: self.matching.layout.slots(),
+            masses: &self.masses,
+            cell_mass: self.cell_mass(),
+            constrained: self.constraints.as_ref().map_or(&[], Constraints::constrained),
+            state: &self.state,
+            contact: self.body_contact.as_ref()?,
+            properties: SurfaceProperties {
+                friction: self.touching.friction,
+                restitution: self.touching.restitution,
+            },
+            contacts: self.contacts.as_ref(),
+        })
+    }
+
+    /// Returns the reference motion of a connected component for the coupling of the damping of bodies that press on each
+    /// other, or `None` if the body is not damped. `index` is that of the body.
+    pub(crate) fn coupled_component(&self, index: u32, component: u32) -> Option<CoupledComponent> {
+        let is_valid = !self.is_asleep() && (component as usize) < self.lattice.components().count;
+        let damping = self.elastic_damping.as_ref().filter(|_| is_valid)?;
+        let sizes = (self.size, self.cell_mass());
+        Some(damping.coupled((index, component), (&self.state, &self.momentum), sizes))
+    }
+
+    /// Changes the reference motion of the damping by that of a coupling.
+    pub(crate) fn add_coupling(&mut self, component: &CoupledComponent) {
+        if let Some(damping) = &mut self.elastic_damping {
+            damping.add_change(component, self.lattice.cell_size());
+        }
+    }
+
+    /// Replaces `limits` by those of the displayed surface at the bodies that the body touches: a vertex of a cell with a
+    /// touching sample does not move towards the other body. So the surfaces overlap no more than those of the dynamics.
+    pub(super) fn contact_limits(&self, limits: &mut Vec<Limit>) {
+        limits.clear();
+        let Some(contact) = self.body_contact.as_ref().filter(|contact| contact.has_surface()) else {
+            return;
+        };
+        limits.extend(self.state.touches.samples().iter().flat_map(|touch| {
+            let normal = Vector3::from(touch.normal.map(f64::from));
+            let vertices = contact.surface().vertices_of(touch.sample);
+            vertices.map(move |vertex| Limit { vertex, normal, clearance: 0.0 })
+        }));
+        // One limit for each vertex and direction: the sum of the normals of the touches, by the dominant axis.
+        let key =
+            |limit: &Limit| (limit.vertex, limit.normal.iamax(), limit.normal[limit.normal.iamax()] < 0.0);
+        limits.sort_unstable_by_key(key);
+        limits.dedup_by(|next, first| {
+            let is_same = key(next) == key(first);
+            if is_same {
+                first.normal += next.normal;
+            }
+            is_same
+        });
+        for limit in limits {
+            limit.normal = limit.normal.try_normalize(0.0).unwrap_or(limit.normal);
+        }
+    }
+
+    /// Prepares the body for the search of contacts with bodies: finds the contacts with colliders.
+    pub(crate) fn prepare_body_contact(&mut self, context: &StepContext) {
+        self.create_contact_surface();
+        if self.is_asleep() {
+            self.begin_contacts(context);
+            if let Some(contacts) = &mut self.contacts {
+                contacts.keep_pressures();
+            }
+        }
+        // Pins and handles move the body, so the velocities at its contacts are those of their motion.
+        self.apply_constraints(context);
+        self.detect_contacts(context);
+    }
+
+    /// Poses the lattice `past` seconds before the end of the step, to search contacts in `region`.
+    pub(crate) fn pose_for_contact(&mut self, past: f64, region: &Bounds) {
+        let Some(mut contact) = self.body_contact.take() else { return };
+        let mut posed = std::mem::take(&mut contact.posed);
+        self.body_contact = Some(contact);
+        if let Some(view) = self.contact_view() {
+            view.pose(&mut posed, past, region);
+        }
+        if let Some(contact) = &mut self.body_contact {
+            contact.posed = posed;
+        }
+    }
+
+    /// Applies the impulses and pushes of an island, of which the body is the `member`-th one. `touches`: the samples of
+    /// the body that touch bodies.
+    pub(super) fn apply_island(
+        &mut self,
+        context: &StepContext,
+        (island, member, index): (&Island, usize, u32),
+        touches: impl Iterator<Item = SampleTouch>,
+        executor: &Executor,
+    ) {
+        self.wake_in_contact();
+        let dt = context.interval.dt;
+        self.add_momenta(island, index, executor);
+        let Self { contacts, lattice, matching, state, .. } = self;
+        let slots = matching.layout.slots();
+        let mut body = state.body_state();
+        for (vertex, change) in island.impacts(member) {
+            let slot = slots[vertex as usize];
+            body.set_velocity(slot, body.velocity(slot) + change);
+            body.set_position(slot, body.position(slot) + change * dt);
+        }
+        for (vertex, push) in island.pushes(member) {
+            let slot = slots[vertex as usize];
+            body.set_position(slot, body.position(slot) + push);
+        }
+        if let Some(contacts) = contacts {
+            island.finish_contacts(member, contacts, &mut body, (context.colliders, context.interval));
+            for vertex in contacts.touched() {
+                state.invalidate_momentum(lattice, vertex);
+            }
+        }
+        state.energy_limit = None;
+        self.restore_momenta(executor);
+        let state = &mut self.state;
+        let pairs = island.pairs().iter();
+        let touched = pairs.flat_map(|pair| {
+            let sides = [(0, 1), (1, 0)];
+            sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
+        });
+        let touched = touched.filter(|(body, ..)| *body == index);
+        state.touches.set(touches, touched.map(|(_, component, other)| (component, other)));
+    }
+
+    /// Adds the rigid motions to the velocities that restore the tracked momenta: impulses act at the positions before they
+    /// move the vertices, and pushes change the angular momenta.
+    fn restore_momenta(&mut self, executor: &Executor) {
+        let Self { matching, momentum, state, .. } = self;
+        if state.momenta.iter().all(Option::is_none) {
+            return;
+        }
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        let (components, corrections) = momentum.corrections(&state.momenta);
+        let occupied = matching.layout.occupied();
+        add_rigid(components, corrections, occupied, &state.positions, &mut state.velocities);
+    }
+
+    /// Adds the impulses of an island to the tracked momenta.
+    ///
+    /// A contact changes the momenta of its two bodies by opposite amounts: the linear momentum by the impulse J, and the
+    /// angular momentum about the origin by p × J. It also moves the centers of mass by D/M, and their moments change by
+    /// D × V, with the mass M and the velocity V after the impulses; V is relative to the mean velocity of the island, so
+    /// that the common motion of both bodies has no effect on their spins.
+    fn add_momenta(&mut self, island: &Island, index: u32, executor: &Executor) {
+        let (frame, cell_size) = (self.state.frame, self.lattice.cell_size());
+        let impulse_unit = self.cell_mass() * cell_size;
+        let Self { matching, momentum, state, .. } = self;
+        if state.momenta.iter().all(Option::is_none) {
+            return;
+        }
+        let (task_blocks, weights) = (matching.cascade.task_blocks(), &matching.regions.weights);
+        momentum.measure(executor, task_blocks, weights, &state.positions, &state.velocities);
+        let mean_velocity = island.mean_velocity() / cell_size - frame.velocity();
+        for (component, rigid) in momentum.states().iter().enumerate() {
+            let Some(tracked) = &mut state.momenta[component] else { continue };
+            let (mut linear, mut angular, mut moved) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+            for pair in island.pairs() {
+                for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                    if (pair.bodies[side], pair.components[side] as usize) == (index, component) {
+                        let impulse = pair.impulse * (sign / impulse_unit);
+                        let point = frame.to_local(pair.point);
+                        linear += impulse;
+                        angular += (point - rigid.center).cross(&impulse);
+                        moved += pair.displacement * (sign / impulse_unit);
+                    }
+                }
+            }
+            let velocity = (Vector3::from(tracked.linear) + linear) / rigid.mass - mean_velocity;
+            angular -= moved.cross(&velocity);
+            for c in 0..3 {
+                tracked.linear[c] += linear[c];
+                tracked.angular[c] += angular[c];
+            }
+        }
+    }
+}

@@ -1,0 +1,436 @@
+//! The contact problem of an island: bodies that touch each other, with their contacts with colliders.
+//!
+//! Impulses of all contacts are computed together (`contact::solver`), so that momentum passes through a body in one step.
+//! Both bodies of a contact get the opposite impulse at the same point: linear and angular momentum are kept.
+//!
+//! Units of the problem: the length is the least cell size, and the mass is the greatest mass of a cell. A row is the
+//! index of a lattice vertex plus the offset of its body.
+
+use nalgebra::{Point3, Vector3};
+
+use super::search::{Search, Touch};
+use super::view::BodyView;
+use crate::contact::SKIN;
+use crate::contact::colliders::Colliders;
+use crate::contact::constraint::Contact;
+use crate::contact::solver::{Solver, Tolerance, Units};
+use crate::contact::stage::Contacts;
+use crate::contact::stage::{ALLOWED_DEPTH, IMPACT, MIN_BOUNCE_STEPS};
+use crate::contact::vec4::{Vec4, dot, narrow, wide};
+use crate::lattice::trilinear_weights;
+use crate::state::{BodyState, Interval};
+
+/// Part of the depth by which a step pushes touching bodies apart. A greater part gives them energy.
+const PUSH_PART: f64 = 0.3;
+
+/// Greatest push in a step, in cells.
+const PUSH_LIMIT: f64 = 0.08;
+
+/// Weight up to which a vertex does not take part in a contact.
+const LEAST_WEIGHT: f64 = 1e-6;
+
+/// Greatest ratio of masses, so that products with inverse masses fit in f32.
+const GREATEST_RATIO: f64 = 1e30;
+
+/// Tolerance of the pushes, in cells.
+const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
+
+/// Bodies that touch each other.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Island {
+    index: u32,
+    pub(super) members: Vec<Member>,
+    solver: Solver,
+    /// The contacts between bodies, in the order of their constraints, which follow those of the colliders.
+    pairs: Vec<PairContact>,
+    /// Number of constraints of contacts with colliders.
+    collider_constraints: usize,
+    /// Impulses of the contacts with colliders: normal impulse and friction impulse.
+    collider_impulses: Vec<(f32, Vec4)>,
+    /// Velocity change of each row by the impulses.
+    impacts: Vec<(u32, Vec4)>,
+    /// Displacement of each row by the pushes.
+    pushes: Vec<(u32, Vec4)>,
+    patches: PatchBuffers,
+    /// Unit of length, and unit of mass.
+    units: (f64, f64),
+    /// Mean velocity of the bodies, in scene units per second.
+    mean_velocity: Vector3<f64>,
+}
+
+/// A body of an island.
+#[derive(Clone, Debug)]
+pub(super) struct Member {
+    pub(super) body: u32,
+    /// Row of its first vertex.
+    offset: u32,
+    vertices: u32,
+    /// Its first constraint of a contact with a collider.
+    first: usize,
+    /// Converts its velocities in cells/s and its inverse masses to those of the island.
+    scale: Units,
+}
+
+/// A contact between two bodies, or two parts of one body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PairContact {
+    /// The body of the samples, and the other one.
+    pub(crate) bodies: [u32; 2],
+    /// The connected components that touch.
+    pub(crate) components: [u32; 2],
+    pub(crate) point: Point3<f64>,
+    /// Unit normal, to the outside of the other body.
+    pub(crate) normal: Vector3<f64>,
+    /// Greatest depth of a sample in scene units before the impulses, negative outside.
+    pub(crate) depth: f64,
+    /// Impulse on the body of the samples, in scene units.
+    pub(crate) impulse: Vector3<f64>,
+    /// Mass times displacement of the body of the samples, in scene units.
+    pub(crate) displacement: Vector3<f64>,
+    /// Greatest depth at the end of the step without impulses, in units of length of the island.
+    end_depth: f64,
+    /// The lesser cell size of the two bodies, in units of length of the island.
+    cell_size: f64,
+}
+
+/// Touches of a search, by contact, and links of a contact.
+#[derive(Clone, Debug, Default)]
+struct PatchBuffers {
+    keys: Vec<([i32; 3], u8, u32, u32)>,
+    links: [Vec<(u32, f64)>; 2],
+}
+
+impl Island {
+    /// Begins an island without bodies. Keeps the buffers.
+    pub(super) fn begin(&mut self, index: u32) {
+        self.index = index;
+        self.members.clear();
+        self.pairs.clear();
+        self.impacts.clear();
+        self.pushes.clear();
+    }
+
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let Self { members, solver, pairs, collider_impulses, impacts, pushes, patches, .. } = self;
+        let links: usize = patches.links.iter().map(|list| list.capacity() * size_of::<(u32, f64)>()).sum();
+        members.capacity() * size_of::<Member>()
+            + solver.bytes()
+            + collider_impulses.capacity() * size_of::<(f32, Vec4)>()
+            + pairs.capacity() * size_of::<PairContact>()
+            + (impacts.capacity() + pushes.capacity()) * size_of::<(u32, Vec4)>()
+            + patches.keys.capacity() * size_of::<([i32; 3], u8, u32, u32)>()
+            + links
+    }
+
+    /// Returns the index of the island.
+    pub(super) fn index(&self) -> u32 {
+        self.index
+    }
+
+    /// Adds a body, greater than those before. Returns its index in the island.
+    pub(super) fn add_body(&mut self, body: u32) -> u32 {
+        let scale = Units { velocity: 1.0, mobility: 1.0 };
+        self.members.push(Member { body, offset: 0, vertices: 0, first: 0, scale });
+        self.members.len() as u32 - 1
+    }
+
+    /// Returns the contacts between bodies.
+    pub(crate) fn pairs(&self) -> &[PairContact] {
+        &self.pairs
+    }
+
+    /// Computes the impulses and pushes of a step of `dt` seconds. `searches` are those of the bodies of the island.
+    pub(super) fn solve<'a, 'b>(
+        &mut self,
+        view: impl Fn(u32) -> BodyView<'a>,
+        searches: impl Iterator<Item = &'b Search>,
+        (dt, gravity): (f64, f64),
+    ) {
+        self.begin_problem(&view);
+        for search in searches {
+            self.add_search(&view, search, (dt, gravity));
+        }
+        self.solver.solve(IMPACT);
+        self.impacts.extend(self.solver.changes().map(|(row, change)| (row, *change)));
+        self.store_impulses(dt);
+        self.push(dt);
+    }
+
+    /// Numbers the rows, and adds the contacts with colliders.
+    fn begin_problem<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>) {
+        let Self { members, solver, .. } = self;
+        let bodies = || members.iter().map(|member| view(member.body));
+        let length = bodies().map(|body| body.lattice.cell_size()).fold(f64::INFINITY, f64::min);
+        let mass = bodies().map(|body| body.cell_mass).fold(0.0, f64::max);
+        let rows: usize = bodies().map(|body| body.lattice.len()).sum();
+        self.units = (length, mass);
+        solver.clear();
+        solver.resize(rows);
+        let (mut offset, mut momentum, mut total) = (0, Vector3::zeros(), 0.0);
+        for member in members {
+            let body = view(member.body);
+            member.offset = offset;
+            member.vertices = body.lattice.len() as u32;
+            member.scale = Units {
+                velocity: (body.lattice.cell_size() / length) as f32,
+                mobility: (mass / body.cell_mass).min(GREATEST_RATIO) as f32,
+            };
+            offset += member.vertices;
+            member.first = solver.len();
+            if let Some(contacts) = body.contacts {
+                let row = |row: u32| member.offset + contacts.samples().vertices[row as usize];
+                solver.append(contacts.solver(), row, member.scale);
+            }
+            for vertex in 0..body.lattice.len() as u32 {
+                let mass = body.cell_mass * f64::from(body.masses[vertex as usize]);
+                momentum += body.velocity(vertex) * mass;
+                total += mass;
+            }
+        }
+        self.collider_constraints = solver.len();
+        self.mean_velocity = momentum / total;
+    }
+
+    /// Returns the member of a body.
+    fn member(&self, body: u32) -> &Member {
+        let index = self.members.partition_point(|member| member.body < body);
+        &self.members[index]
+    }
+
+    /// Adds the contacts of a search: one for the touching samples that are nearest to the same point of a grid of half
+    /// the cell size, with the same dominant axis and sign of the normal, and the same component of the other body.
+    /// With one contact for each lattice vertex, the samples of a contact would have too different gaps.
+    fn add_search<'a>(
+        &mut self,
+        view: &impl Fn(u32) -> BodyView<'a>,
+        search: &Search,
+        (dt, gravity): (f64, f64),
+    ) {
+        let (body, other) = (view(search.body), view(search.other));
+        let mut buffers = std::mem::take(&mut self.patches);
+        buffers.keys.clear();
+        buffers.keys.extend((0..).zip(&search.touches).map(|(index, touch)| {
+            let sample = &body.contact.surface().samples[touch.sample as usize];
+            let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
+            let component = component_of(&other, touch.other_cell);
+            (node, dominant_axis(&touch.normal), component, index)
+        }));
+        buffers.keys.sort_unstable();
+        let PatchBuffers { keys, links } = &mut buffers;
+        for patch in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
+            let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
+            self.add_patch([&body, &other], search, touches, links, (dt, gravity));
+        }
+        self.patches = buffers;
+    }
+
+    /// Adds the contact of some touching samples.
+    fn add_patch<'a>(
+        &mut self,
+        [body, other]: [&BodyView; 2],
+        search: &Search,
+        touches: impl Iterator<Item = &'a Touch> + Clone,
+        links: &mut [Vec<(u32, f64)>; 2],
+        (dt, gravity): (f64, f64),
+    ) {
+        let (length, mass) = self.units;
+        let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
+        let skin = SKIN * cell_size;
+        // A sample at the outer bound of the skin has a small weight in place of none.
+        let weight = |touch: &Touch| (skin - touch.gap).max(1e-3 * skin);
+        let total: f64 = touches.clone().map(weight).sum();
+        let share = |touch: &Touch| weight(touch) / total;
+        let normal: Vector3<f64> = touches.clone().map(|touch| touch.normal * share(touch)).sum();
+        let Some(normal) = normal.try_normalize(1e-6) else { return };
+        let first = touches.clone().next().map_or_else(Point3::origin, |touch| touch.point);
+        let point = first + touches.clone().map(|t| (t.point - first) * share(t)).sum::<Vector3<f64>>();
+        let gap: f64 = touches.clone().map(|touch| touch.gap * share(touch)).sum();
+        let past: f64 = touches.clone().map(|touch| touch.past * share(touch)).sum();
+        let depth = touches.clone().map(|touch| -touch.gap).fold(f64::NEG_INFINITY, f64::max);
+
+        links.iter_mut().for_each(Vec::clear);
+        let mut component = 0;
+        for touch in touches {
+            let sample = &body.contact.surface().samples[touch.sample as usize];
+            let sides = [(body, touch.cell, sample.local), (other, touch.other_cell, touch.other_local)];
+            for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
+                let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
+                links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
+            }
+            component = component_of(other, touch.other_cell);
+        }
+        links.iter_mut().for_each(merge);
+        let components = [body.lattice.components().of_vertex[links[0][0].0 as usize], component];
+
+        let velocity = mean(&links[0], |v| body.velocity(v)) - mean(&links[1], |v| other.velocity(v));
+        let before =
+            mean(&links[0], |v| body.velocity_before(v)) - mean(&links[1], |v| other.velocity_before(v));
+        let approach = -before.dot(&normal);
+        let end_gap = gap + past * velocity.dot(&normal);
+        let gap_before = end_gap - dt * velocity.dot(&normal);
+        let restitution = body.properties.restitution.max(other.properties.restitution);
+        let target = match gap_before > skin && approach > MIN_BOUNCE_STEPS * gravity * dt {
+            true => restitution * approach,
+            false => approach.min(0.0).max(-gap_before.max(0.0) / dt),
+        };
+        let friction = (body.properties.friction * other.properties.friction).sqrt();
+        let contact = Contact {
+            normal: narrow(normal),
+            velocity: narrow(velocity / length),
+            slip_before: narrow((before + normal * approach) / length),
+            target: (target / length) as f32,
+            limit: (approach.max(target) / length) as f32,
+            friction: friction.min(f64::from(f32::MAX)) as f32,
+            depth: (-gap / length) as f32,
+        };
+        let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
+        let offsets = sides.map(|(_, index, _)| self.member(index).offset);
+        let rows = links.iter().zip(sides).zip(offsets).flat_map(|((links, (body, _, sign)), offset)| {
+            links.iter().map(move |&(vertex, w)| {
+                let mobility = (body.inverse_mass(vertex) * mass).min(GREATEST_RATIO);
+                (offset + vertex, (sign * w) as f32, mobility as f32)
+            })
+        });
+        self.solver.add(contact, rows);
+        self.pairs.push(PairContact {
+            bodies: [search.body, search.other],
+            components,
+            point,
+            normal,
+            depth,
+            impulse: Vector3::zeros(),
+            displacement: Vector3::zeros(),
+            end_depth: (depth - past * velocity.dot(&normal)) / length,
+            cell_size: cell_size / length,
+        });
+    }
+
+    /// Stores the impulses of the contacts between bodies.
+    fn store_impulses(&mut self, dt: f64) {
+        let (length, mass) = self.units;
+        let Self { solver, pairs, collider_impulses, collider_constraints, .. } = self;
+        collider_impulses.clear();
+        collider_impulses.extend(solver.impulses().take(*collider_constraints));
+        let impulses = solver.impulses().skip(*collider_constraints);
+        for (pair, (normal, friction)) in pairs.iter_mut().zip(impulses) {
+            pair.impulse = (pair.normal * f64::from(normal) + wide(&friction)) * (length * mass);
+            pair.displacement = pair.impulse * dt;
+        }
+    }
+
+    /// Pushes the bodies apart where they still overlap: changes positions, but not velocities. They are not pushed into
+    /// colliders.
+    fn push(&mut self, dt: f64) {
+        let (length, mass) = self.units;
+        let Self { solver, pairs, pushes, collider_constraints, .. } = self;
+        let first = *collider_constraints;
+        let mut deepest = 0.0_f64;
+        solver.restart(|constraint, contact, change| {
+            let target = match constraint.checked_sub(first) {
+                None => 0.0,
+                Some(pair) => {
+                    let PairContact { end_depth, cell_size, .. } = pairs[pair];
+                    let depth = end_depth - dt * f64::from(dot(&contact.normal, change));
+                    deepest = deepest.max(depth / cell_size);
+                    (PUSH_PART * depth).clamp(0.0, PUSH_LIMIT * cell_size)
+                }
+            };
+            Contact {
+                normal: contact.normal,
+                target: target as f32,
+                limit: target as f32,
+                ..Contact::default()
+            }
+        });
+        if deepest <= ALLOWED_DEPTH {
+            return;
+        }
+        solver.solve(PUSH);
+        pushes.extend(solver.changes().map(|(row, change)| (row, *change)));
+        for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
+            pair.displacement += pair.normal * (f64::from(normal) * length * mass);
+        }
+    }
+
+    /// Finishes the contacts of a member with colliders, whose vertices have been moved.
+    pub(crate) fn finish_contacts(
+        &self,
+        member: usize,
+        contacts: &mut Contacts,
+        state: &mut BodyState<'_>,
+        surroundings: (&Colliders, Interval),
+    ) {
+        let Member { first, scale, .. } = self.members[member];
+        contacts.finish_in_island(state, surroundings, (&self.collider_impulses[first..], scale));
+    }
+
+    /// Returns the velocity changes of the vertices of a member, in cells/s.
+    pub(crate) fn impacts(&self, member: usize) -> impl Iterator<Item = (u32, Vector3<f64>)> {
+        self.of_member(member, &self.impacts)
+    }
+
+    /// Returns the displacements of the vertices of a member by pushes, in cells.
+    pub(crate) fn pushes(&self, member: usize) -> impl Iterator<Item = (u32, Vector3<f64>)> {
+        self.of_member(member, &self.pushes)
+    }
+
+    fn of_member(&self, member: usize, changes: &[(u32, Vec4)]) -> impl Iterator<Item = (u32, Vector3<f64>)> {
+        let Member { offset, vertices, scale, .. } = &self.members[member];
+        let scale = 1.0 / f64::from(scale.velocity);
+        changes.iter().filter_map(move |(row, change)| {
+            let vertex = row.wrapping_sub(*offset);
+            (vertex < *vertices).then(|| (vertex, wide(change) * scale))
+        })
+    }
+
+    /// Returns the mean velocity of the bodies, in scene units per second.
+    pub(crate) fn mean_velocity(&self) -> Vector3<f64> {
+        self.mean_velocity
+    }
+}
+
+impl BodyView<'_> {
+    /// Returns the inverse mass of a vertex; zero if it is constrained.
+    fn inverse_mass(&self, vertex: u32) -> f64 {
+        match self.constrained.get(vertex as usize) {
+            Some(true) => 0.0,
+            _ => 1.0 / (self.cell_mass * f64::from(self.masses[vertex as usize])),
+        }
+    }
+}
+
+/// Returns the connected component of a cell.
+fn component_of(body: &BodyView, cell: u32) -> u32 {
+    body.lattice.components().of_vertex[body.corners(cell)[0] as usize]
+}
+
+/// Returns the indices of the point nearest to a sample in the grid of half the cell size.
+fn half_grid_node(cell: [i32; 3], local: [f32; 3]) -> [i32; 3] {
+    std::array::from_fn(|a| 2 * cell[a] + (2.0 * local[a]).round() as i32)
+}
+
+/// Returns the axis of the greatest component of a vector, 0..3, plus 3 if that is negative.
+fn dominant_axis(vector: &Vector3<f64>) -> u8 {
+    let axis = vector.iamax() as u8;
+    if vector[usize::from(axis)] < 0.0 { axis + 3 } else { axis }
+}
+
+/// Returns the weighted mean of vectors of vertices.
+fn mean(links: &[(u32, f64)], vector: impl Fn(u32) -> Vector3<f64>) -> Vector3<f64> {
+    links.iter().map(|&(vertex, weight)| vector(vertex) * weight).sum()
+}
+
+/// Sorts weights by vertex, and adds the weights of the same vertex. Leaves out weights at rounding level, such as those of
+/// the inner vertices for samples on a face of a cell.
+fn merge(links: &mut Vec<(u32, f64)>) {
+    links.retain(|(_, weight)| *weight > LEAST_WEIGHT);
+    links.sort_unstable_by_key(|(vertex, _)| *vertex);
+    links.dedup_by(|next, first| {
+        let is_same = next.0 == first.0;
+        if is_same {
+            first.1 += next.1;
+        }
+        is_same
+    });
+}

@@ -1,0 +1,322 @@
+//! Contact between bodies, and of a body with itself.
+//!
+//! A step runs these parts after the integration of the positions:
+//!
+//! 1. The bodies whose boxes overlap are paired ([`BodyContacts::pair`]). Their pins and handles are applied, and their
+//!    contacts with colliders found.
+//! 2. The samples of each body of a pair are searched in the other one, several times in a step if they move fast.
+//! 3. Bodies that touch form islands. The impulses of an island are computed together, with those of its contacts with
+//!    colliders ([`BodyContacts::solve`]).
+//! 4. Each body applies its part of the result.
+//!
+//! | file | content |
+//! |---|---|
+//! | `surface` | the surface of a body at rest: its triangles and samples |
+//! | `view` | the data of a body that are read |
+//! | `posed` | the deformed lattice at one time; the cell that contains a point |
+//! | `search` | the samples of a body that touch another one |
+//! | `island` | the contact problem of bodies that touch each other |
+
+mod island;
+mod posed;
+mod search;
+mod surface;
+mod view;
+
+pub(crate) use self::island::{Island, PairContact};
+pub(crate) use self::posed::Bounds;
+pub(crate) use self::surface::ContactSurface;
+pub(crate) use self::view::{BodyContact, BodyView, SurfaceProperties};
+
+use nalgebra::Vector3;
+
+use self::search::Search;
+use super::SKIN;
+use crate::mesh::UnionFind;
+use crate::parallel::Executor;
+use crate::state::SampleTouch;
+
+/// Greatest motion of two bodies relative to each other between two looks, in cells, up to [`MAX_LOOKS`].
+const LOOK_WAY: f64 = 0.5;
+
+/// Depth in cells of the smaller cell size from which bodies count as overlapping.
+const OVERLAP: f64 = 0.1;
+
+/// Greatest number of looks in a step: a power of two.
+const MAX_LOOKS: u32 = 16;
+
+/// Pairs of bodies that can touch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContactFilter {
+    /// Whether different bodies touch each other.
+    pub(crate) between: bool,
+    /// The bodies that touch themselves, in increasing order.
+    pub(crate) with_itself: Vec<u32>,
+    /// Pairs of bodies that do not touch, the lesser index first, in increasing order.
+    pub(crate) ignored: Vec<(u32, u32)>,
+}
+
+/// The contacts between the bodies of a simulation. Its buffers are reused.
+#[derive(Debug, Default)]
+pub(crate) struct BodyContacts {
+    filter: ContactFilter,
+    /// Box of the positions of each body during the step, and of the ways of its vertices in the step.
+    bounds: Vec<(Bounds, Bounds)>,
+    /// Bodies in increasing order of the lower x coordinates of their boxes.
+    order: Vec<u32>,
+    /// Box in which each body is searched; empty if it is in no pair.
+    regions: Vec<Bounds>,
+    /// The searches of this step are the first `search_count` ones.
+    searches: Vec<Search>,
+    search_count: usize,
+    pairs: Vec<(u32, u32)>,
+    /// The islands of this step are the first `island_count` ones.
+    islands: Vec<Island>,
+    island_count: usize,
+    /// Island of each body, and its index there.
+    places: Vec<Option<(u32, u32)>>,
+    /// The contacts of the last step, and those in which sleeping bodies fell asleep, with their forces.
+    records: Vec<(PairContact, Vector3<f64>)>,
+    sets: UnionFind,
+}
+
+impl BodyContacts {
+    pub(crate) fn new(filter: ContactFilter) -> Self {
+        Self { filter, ..Self::default() }
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let Self { bounds, order, regions, searches, pairs, islands, places, records, .. } = self;
+        size_of_val(&**bounds)
+            + size_of_val(&**order)
+            + size_of_val(&**regions)
+            + searches.iter().map(Search::bytes).sum::<usize>()
+            + size_of_val(&**searches)
+            + size_of_val(&**pairs)
+            + islands.iter().map(Island::bytes).sum::<usize>()
+            + size_of_val(&**places)
+            + size_of_val(&**records)
+    }
+
+    /// Finds the pairs of bodies whose boxes overlap during a step of `dt` seconds. Returns whether there is one.
+    /// `is_asleep` returns whether a body sleeps; two sleeping bodies are no pair.
+    pub(crate) fn pair<'a>(
+        &mut self,
+        count: u32,
+        view: impl Fn(u32) -> Option<BodyView<'a>>,
+        is_asleep: impl Fn(u32) -> bool,
+        dt: f64,
+    ) -> bool {
+        let Self { filter, bounds, order, regions, pairs, places, .. } = self;
+        self.island_count = 0;
+        self.search_count = 0;
+        bounds.clear();
+        bounds.extend((0..count).map(|index| {
+            view(index).map_or((Bounds::EMPTY, Bounds::EMPTY), |body| {
+                let (positions, velocities) = body.contact.bounds;
+                let ways = if is_asleep(index) { Bounds::ZERO } else { velocities.scaled(dt) };
+                // The positions during the step: those at its end, minus parts of the ways.
+                let swept = Bounds {
+                    low: positions.low - ways.high.coords.sup(&Vector3::zeros()),
+                    high: positions.high - ways.low.coords.inf(&Vector3::zeros()),
+                };
+                (swept.enlarged(SKIN * body.lattice.cell_size()), ways)
+            })
+        }));
+        pairs.clear();
+        pairs.extend(filter.with_itself.iter().filter(|body| !is_asleep(**body)).map(|&body| (body, body)));
+        if filter.between {
+            order.clear();
+            order.extend((0..count).filter(|&body| !bounds[body as usize].0.is_empty()));
+            order.sort_unstable_by(|&a, &b| {
+                let low = |body: u32| bounds[body as usize].0.low.x;
+                low(a).total_cmp(&low(b)).then(a.cmp(&b))
+            });
+            for (place, &a) in order.iter().enumerate() {
+                let own = bounds[a as usize].0;
+                let later = order[place + 1..].iter();
+                for &b in later.take_while(|&&b| bounds[b as usize].0.low.x <= own.high.x) {
+                    let pair = (a.min(b), a.max(b));
+                    if bounds[b as usize].0.intersects(&own)
+                        && !(is_asleep(a) && is_asleep(b))
+                        && filter.ignored.binary_search(&pair).is_err()
+                    {
+                        pairs.push(pair);
+                    }
+                }
+            }
+            pairs.sort_unstable();
+        }
+        regions.clear();
+        regions.resize(count as usize, Bounds::EMPTY);
+        places.clear();
+        places.resize(count as usize, None);
+        for &(a, b) in &*pairs {
+            let overlap = bounds[a as usize].0.intersection(&bounds[b as usize].0);
+            for body in [a, b] {
+                let region = &mut regions[body as usize];
+                *region = region.union(&overlap);
+            }
+        }
+        for index in 0..self.pairs.len() {
+            let (a, b) = self.pairs[index];
+            let cell_size = |body| view(body).map_or(f64::INFINITY, |body| body.lattice.cell_size());
+            let [first, second] = [a, b].map(|body| self.bounds[body as usize].1);
+            let way = first.greatest_difference(&second) / cell_size(a).min(cell_size(b));
+            let looks = (way / LOOK_WAY).clamp(1.0, MAX_LOOKS.into()).ceil() as u32;
+            let looks = looks.next_power_of_two();
+            self.add_search(a, b, looks);
+            if a != b {
+                self.add_search(b, a, looks);
+            }
+        }
+        !self.pairs.is_empty()
+    }
+
+    fn add_search(&mut self, body: u32, other: u32, looks: u32) {
+        if self.search_count == self.searches.len() {
+            self.searches.push(Search::default());
+        }
+        self.searches[self.search_count].begin(body, other, looks);
+        self.search_count += 1;
+    }
+
+    /// Returns the times of the looks, as parts of the step before its end: decreasing, the last one 0.
+    pub(crate) fn looks(&self) -> impl Iterator<Item = f64> + use<> {
+        let looks = self.searches[..self.search_count].iter().map(|search| search.looks).max().unwrap_or(1);
+        (1..=looks).map(move |look| 1.0 - f64::from(look) / f64::from(looks))
+    }
+
+    /// Returns the box in which a body is searched, or `None` if it is in no pair.
+    pub(crate) fn region(&self, body: u32) -> Option<Bounds> {
+        self.regions.get(body as usize).copied().filter(|region| !region.is_empty())
+    }
+
+    /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end. All bodies of
+    /// pairs are posed at this time. Samples that touched at an earlier look are not searched again.
+    pub(crate) fn search<'a>(
+        &mut self,
+        view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
+        (past, dt): (f64, f64),
+        executor: &Executor,
+    ) {
+        executor.for_each_mut(&mut self.searches[..self.search_count], |search| {
+            let is_look = (past * f64::from(search.looks)).fract() == 0.0;
+            if let (true, Some(body), Some(other)) = (is_look, view(search.body), view(search.other)) {
+                search.run(&body, &other, past * dt, dt);
+            }
+        });
+    }
+
+    /// Forms the islands, and computes their impulses in a step of `dt` seconds. `gravity` is the magnitude of gravity.
+    pub(crate) fn solve<'a>(
+        &mut self,
+        view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
+        (dt, gravity): (f64, f64),
+        executor: &Executor,
+    ) {
+        let Self { searches, search_count, islands, places, sets, .. } = self;
+        let searches = &searches[..*search_count];
+        sets.reset(places.len());
+        places.fill(None);
+        for search in searches.iter().filter(|search| !search.touches.is_empty()) {
+            sets.unite(search.body, search.other);
+            // Marks the bodies that touch; the islands follow.
+            for body in [search.body, search.other] {
+                places[body as usize] = Some((0, 0));
+            }
+        }
+        self.island_count = 0;
+        for body in 0..places.len() as u32 {
+            if places[body as usize].is_none() {
+                continue;
+            }
+            let root = sets.find(body);
+            if root == body {
+                if self.island_count == islands.len() {
+                    islands.push(Island::default());
+                }
+                islands[self.island_count].begin(self.island_count as u32);
+                self.island_count += 1;
+            }
+            // The root is the first body of its island.
+            let index = if root == body { self.island_count as u32 - 1 } else { island_index(places, root) };
+            let member = islands[index as usize].add_body(body);
+            places[body as usize] = Some((index, member));
+        }
+        let places = &*places;
+        executor.for_each_mut(&mut islands[..self.island_count], |island| {
+            let index = island.index();
+            let searches = searches.iter().filter(|search| !search.touches.is_empty());
+            let own = searches.filter(|search| island_index(places, search.body) == index);
+            let view = |body| view(body).expect("bodies that touch have a surface");
+            island.solve(view, own, (dt, gravity));
+        });
+    }
+
+    /// Returns the island of a body, and the index of the body there, or `None` if it touches no body.
+    pub(crate) fn island_of(&self, body: u32) -> Option<(&Island, usize)> {
+        let (island, member) = (*self.places.get(body as usize)?)?;
+        Some((&self.islands[island as usize], member as usize))
+    }
+
+    /// Returns the samples of a body that touch bodies.
+    pub(crate) fn touches(&self, body: u32) -> impl Iterator<Item = SampleTouch> {
+        let searches = self.searches[..self.search_count].iter().filter(move |search| search.body == body);
+        searches.flat_map(|search| {
+            search.touches.iter().map(|touch| SampleTouch {
+                other: search.other,
+                sample: touch.sample,
+                normal: touch.normal.map(|x| x as f32).into(),
+            })
+        })
+    }
+
+    /// Records the contacts of a step of `dt` seconds. Those of sleeping bodies remain.
+    pub(crate) fn record(&mut self, is_asleep: impl Fn(u32) -> bool, dt: f64) {
+        let Self { records, islands, island_count, .. } = self;
+        records.retain(|(pair, _)| pair.bodies.iter().all(|&body| is_asleep(body)));
+        let pairs = islands[..*island_count].iter().flat_map(Island::pairs);
+        records.extend(pairs.map(|pair| (*pair, pair.impulse / dt)));
+    }
+
+    /// Returns the pairs of different bodies that overlapped in the last search, with the greatest depth of a sample in
+    /// scene units, if that is more than [`OVERLAP`].
+    pub(crate) fn overlaps(&self, cell_size: impl Fn(u32) -> f64) -> Vec<(usize, usize, f64)> {
+        let mut overlaps: Vec<(usize, usize, f64)> = Vec::new();
+        for search in self.searches[..self.search_count].iter().filter(|search| search.body != search.other) {
+            let (a, b) = (search.body.min(search.other), search.body.max(search.other));
+            let depth = search.touches.iter().map(|touch| -touch.gap).fold(0.0, f64::max);
+            if depth > OVERLAP * cell_size(a).min(cell_size(b)) {
+                let pair = (a as usize, b as usize);
+                // Both searches of a pair follow each other.
+                match overlaps.last_mut().filter(|last| (last.0, last.1) == pair) {
+                    Some(last) => last.2 = last.2.max(depth),
+                    None => overlaps.push((pair.0, pair.1, depth)),
+                }
+            }
+        }
+        overlaps
+    }
+
+    /// Forgets the recorded contacts.
+    pub(crate) fn clear_records(&mut self) {
+        self.records.clear();
+    }
+
+    /// Returns the recorded contacts, with the force on the first body of each.
+    pub(crate) fn records(&self) -> &[(PairContact, Vector3<f64>)] {
+        &self.records
+    }
+
+    /// Returns the contacts between bodies of this step.
+    pub(crate) fn contacts(&self) -> impl Iterator<Item = &PairContact> {
+        self.islands[..self.island_count].iter().flat_map(Island::pairs)
+    }
+}
+
+/// Returns the island of a body that touches another one.
+fn island_index(places: &[Option<(u32, u32)>], body: u32) -> u32 {
+    places[body as usize].map_or(u32::MAX, |(island, _)| island)
+}

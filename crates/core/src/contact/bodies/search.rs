@@ -1,0 +1,288 @@
+//! Finds the samples of one body that touch another body, or another part of the same body.
+//!
+//! A sample at the world point x is located in a cell of the other body, and so at a point X of its rest shape. The
+//! closest point Y of the surface at rest has the normal N (distances at rest that the deformed lattice carries: Fisher &
+//! Lin 2001; McAdams et al. 2011). With the world position y of Y, and the derivative F of world positions by rest
+//! coordinates, the contact has the normal n = F⁻ᵀN/|F⁻ᵀN| and the gap n · (x - y). So contacts act at the visible
+//! surface, between the sample and the point Y of the surface.
+
+use nalgebra::{Point3, Vector3};
+
+use super::posed::gradient_at;
+use super::surface::Sample;
+use super::view::BodyView;
+use crate::contact::SKIN;
+use crate::lattice::{Lattice, trilinear_weights};
+use crate::state::SampleTouch;
+
+/// Greatest product of the normal of a surface and that of a sample, at rest of the surface, for which they touch: they
+/// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
+const FACING: f64 = -0.25;
+
+/// Greatest additional distance, in cells, of a point of the surface that faces the sample, if the closest one does not.
+const FACING_RANGE: f64 = 0.25;
+
+/// Distance in cells up to which a sample outside a surface at rest may touch it in the deformed lattice.
+const OUTSIDE: f64 = 0.02;
+
+/// Greatest depth in cells.
+const MAX_DEPTH: f64 = 8.0;
+
+/// Greatest depth in cells below an open surface and in self-contact.
+const MAX_SHELL_DEPTH: f64 = 1.0;
+
+/// Distance in cells from an open surface at which a sample touches it. A sample moves by at most 0.5 cells between two
+/// looks, up to a limit of looks in a step, so that it is seen before it is far on the other side.
+const SHELL: f64 = 0.1;
+
+/// Least product of the normals of a contact in two consecutive steps, if the sample did not change the side.
+const SAME_SIDE: f64 = 0.3;
+
+/// Depth that a sample may have when it first touches: this multiple of its way in the step, plus [`FIRST_DEPTH`].
+/// A deeper sample came from another side, and the closest surface would pull it through.
+const FIRST_WAY: f64 = 1.5;
+
+/// Depth in cells that a sample may have when it first touches, beside its way.
+const FIRST_DEPTH: f64 = 0.1;
+
+/// Greatest distance of cells of one body, in cells along an axis, that are connected and do not touch each other.
+const NEIGHBORHOOD: i32 = 2;
+
+/// A sample that touches a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch {
+    pub(super) sample: u32,
+    /// Cell of the sample.
+    pub(super) cell: u32,
+    /// Cell of the other body with the touched point of its surface, and the local coordinates of this point.
+    pub(super) other_cell: u32,
+    pub(super) other_local: [f32; 3],
+    pub(super) point: Point3<f64>,
+    /// Unit normal of the surface of the other body, to its outside.
+    pub(super) normal: Vector3<f64>,
+    /// Distance to this surface in scene units, negative inside.
+    pub(super) gap: f64,
+    /// Time from the contact to the end of the step, in seconds.
+    pub(super) past: f64,
+}
+
+/// The search of the samples of `body` that touch `other`.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Search {
+    pub(super) body: u32,
+    pub(super) other: u32,
+    /// Number of times in a step at which the bodies are searched: a power of two.
+    pub(super) looks: u32,
+    /// The samples that touch, in increasing order.
+    pub(super) touches: Vec<Touch>,
+    /// The samples that touch at the current look.
+    found: Vec<Touch>,
+}
+
+impl Search {
+    /// Begins a search. Keeps the buffer.
+    pub(super) fn begin(&mut self, body: u32, other: u32, looks: u32) {
+        self.touches.clear();
+        (self.body, self.other, self.looks) = (body, other, looks);
+    }
+
+    /// Finds the samples that touch `past` seconds before the end of a step of `dt` seconds, among those that did not touch
+    /// at an earlier look of the step.
+    pub(super) fn run(&mut self, body: &BodyView, other: &BodyView, past: f64, dt: f64) {
+        let remembered = body.state.touches.of(self.other);
+        let pair = Pair { body, other, is_same: self.body == self.other, past, dt };
+        let surface = body.contact.surface();
+        let mut known = self.touches.iter().map(|touch| touch.sample).peekable();
+        self.found.clear();
+        let mut near = body.contact.posed.cells().iter().peekable();
+        for group in &surface.cells {
+            while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
+            let is_near = near.peek().is_some_and(|(cell, bounds)| {
+                *cell == group.cell && bounds.intersects(&other.contact.posed.bounds)
+            });
+            if !is_near {
+                continue;
+            }
+            let corners = body.posed_corners(group.cell);
+            for sample in group.samples.clone() {
+                while known.next_if(|known| *known < sample).is_some() {}
+                if known.peek() != Some(&sample) {
+                    self.found.extend(pair.touch(sample, group.cell, &corners, remembered));
+                }
+            }
+        }
+        if !self.found.is_empty() {
+            self.touches.append(&mut self.found);
+            self.touches.sort_unstable_by_key(|touch| touch.sample);
+        }
+    }
+
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        (self.touches.capacity() + self.found.capacity()) * size_of::<Touch>()
+    }
+}
+
+/// A body whose samples are tested, and the body that they may touch.
+#[derive(Clone, Copy)]
+struct Pair<'a> {
+    body: &'a BodyView<'a>,
+    other: &'a BodyView<'a>,
+    is_same: bool,
+    /// Time to the end of the step, in seconds.
+    past: f64,
+    dt: f64,
+}
+
+impl Pair<'_> {
+    /// Returns the contact of a sample in `cell`, whose corners are `corners`.
+    fn touch(
+        &self,
+        index: u32,
+        cell: u32,
+        corners: &[Point3<f64>; 8],
+        remembered: &[SampleTouch],
+    ) -> Option<Touch> {
+        let Self { body, other, is_same, past, dt } = *self;
+        let sample = &body.contact.surface().samples[index as usize];
+        let point = interpolate(corners, sample.local);
+        if !other.contact.posed.bounds.contains(&point) {
+            return None;
+        }
+        let accepts = |found| !(is_same && are_near(body.lattice, cell, found));
+        let located = other.contact.posed.locate(&point, |cell| other.posed_corners(cell), accepts)?;
+        let inverse = located.gradient.try_inverse()?;
+        let outward = world_normal(sample, corners);
+        let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
+        let memory = memory.map(|k| Vector3::from(remembered[k].normal.map(f64::from)));
+        let way = || {
+            let own = velocity_in(body, cell, sample.local);
+            (own - velocity_in(other, located.cell, located.local.map(|u| u as f32))) * dt
+        };
+
+        let index_of_cell = other.lattice.cells()[located.cell as usize];
+        let rest = Point3::from(std::array::from_fn(|a| f64::from(index_of_cell[a]) + located.local[a]));
+        // The direction at rest in which the surface of the sample faces. An open surface has no outside.
+        let facing = outward.filter(|_| body.contact.surface().is_closed);
+        let facing = facing.and_then(|outward| (located.gradient.transpose() * outward).try_normalize(0.0));
+        let Foot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
+            true => self.foot_of_closed(&rest, facing)?,
+            false => self.foot_of_shell(&rest, |normal| match (facing, memory) {
+                (Some(facing), _) => -facing.dot(normal),
+                (None, Some(before)) => (inverse.transpose() * normal).dot(&before),
+                (None, None) => -(inverse * way()).dot(normal),
+            })?,
+        };
+        let (other_cell, other_local) = cell_of(other.lattice, &foot, located.cell);
+        let other_corners = other.posed_corners(other_cell);
+        let gradient = gradient_at(&other_corners, other_local.map(f64::from));
+        let inverse = if gradient.determinant() > 0.0 { gradient.try_inverse()? } else { inverse };
+        let normal = (inverse.transpose() * rest_normal).try_normalize(0.0)?;
+        let shell = shell * other.lattice.cell_size();
+        let gap = (point - interpolate(&other_corners, other_local)).dot(&normal) - shell;
+        let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
+        let faces_away = facing.is_some() && outward.is_some_and(|outward| normal.dot(&outward) > 0.0);
+        // A NaN, from positions that are not finite, is no contact.
+        let is_near = gap <= SKIN * cell_size;
+        if !is_near || faces_away {
+            return None;
+        }
+        let is_known = memory.is_some_and(|before| before.dot(&normal) > SAME_SIDE);
+        let are_new = body.state.touches.all_count || other.state.touches.all_count;
+        let counts =
+            is_known || are_new || -gap <= FIRST_WAY * way().dot(&normal).abs() + FIRST_DEPTH * cell_size;
+        counts.then_some(Touch { sample: index, cell, other_cell, other_local, point, normal, gap, past })
+    }
+
+    /// Returns the closest point of a closed surface that faces a sample. `facing`: direction at rest in which the surface
+    /// of the sample faces. Returns `None` if no point faces it, or the sample is outside.
+    fn foot_of_closed(&self, rest: &Point3<f64>, facing: Option<Vector3<f64>>) -> Option<Foot> {
+        let tree = &self.other.contact.surface().tree;
+        let limit = if self.is_same { MAX_SHELL_DEPTH } else { MAX_DEPTH };
+        let closest = tree.closest(rest, limit, |_| true)?;
+        if !closest.is_inside(rest) && closest.distance > OUTSIDE {
+            return None;
+        }
+        match facing {
+            Some(facing) if closest.normal.dot(&facing) > FACING => {
+                let faces = |triangle| tree.triangle_normal(triangle).dot(&facing) <= FACING;
+                let found = tree.closest(rest, closest.distance + FACING_RANGE, faces)?;
+                // The pseudonormal at an edge may belong to a side that does not face the sample.
+                let normal = match found.normal.dot(&facing) <= FACING {
+                    true => found.normal,
+                    false => tree.triangle_normal(found.triangle),
+                };
+                Some(Foot { rest: found.point, normal, shell: 0.0 })
+            }
+            _ => Some(Foot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+        }
+    }
+
+    /// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
+    /// normal of the side from which the sample came.
+    fn foot_of_shell(&self, rest: &Point3<f64>, side: impl Fn(&Vector3<f64>) -> f64) -> Option<Foot> {
+        let closest = self.other.contact.surface().tree.closest(rest, MAX_SHELL_DEPTH, |_| true)?;
+        let normal = if side(&closest.normal) < 0.0 { -closest.normal } else { closest.normal };
+        Some(Foot { rest: closest.point, normal, shell: SHELL })
+    }
+}
+
+/// The point of a surface that a sample touches.
+struct Foot {
+    /// Rest coordinates.
+    rest: Point3<f64>,
+    /// Unit normal at rest.
+    normal: Vector3<f64>,
+    /// Distance from the surface at which a sample touches it, in cells.
+    shell: f64,
+}
+
+/// Returns the cell that contains a point of the surface at rest, and its local coordinates there. `near`: a cell that is
+/// near; it is taken if no cell contains the point, as a surface may end at the boundary of the lattice.
+fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32, [f32; 3]) {
+    let local = |cell: u32| {
+        let index = lattice.cells()[cell as usize];
+        std::array::from_fn::<f64, 3, _>(|a| rest[a] - f64::from(index[a]))
+    };
+    let is_inside = |local: &[f64; 3]| local.iter().all(|u| (0.0..=1.0).contains(u));
+    let found =
+        if is_inside(&local(near)) { None } else { lattice.cell_at(rest.map(|x| x.floor() as i32).into()) };
+    let cell = found.unwrap_or(near);
+    (cell, local(cell).map(|u| u.clamp(0.0, 1.0) as f32))
+}
+
+/// Returns the world position of a point of a cell.
+fn interpolate(corners: &[Point3<f64>; 8], local: [f32; 3]) -> Point3<f64> {
+    let weighted = corners.iter().zip(trilinear_weights(local));
+    Point3::from(weighted.map(|(corner, weight)| corner.coords * f64::from(weight)).sum::<Vector3<f64>>())
+}
+
+/// Returns the velocity of a point of a cell, in scene units per second.
+fn velocity_in(body: &BodyView, cell: u32, local: [f32; 3]) -> Vector3<f64> {
+    let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
+    corners.map(|(vertex, weight)| body.velocity(vertex) * f64::from(weight)).sum()
+}
+
+/// Returns the unit normal of a sample in world space, or `None` where its cell is flat or inside out.
+fn world_normal(sample: &Sample, corners: &[Point3<f64>; 8]) -> Option<Vector3<f64>> {
+    let gradient = gradient_at(corners, sample.local.map(f64::from));
+    if gradient.determinant() <= 0.0 {
+        return None;
+    }
+    let inverse = gradient.transpose().try_inverse()?;
+    (inverse * Vector3::from(sample.normal.map(f64::from))).try_normalize(0.0)
+}
+
+/// Returns whether two cells are the same, or joined by at most [`NEIGHBORHOOD`] steps through cells with common corners.
+fn are_near(lattice: &Lattice, a: u32, b: u32) -> bool {
+    let (a, b) = (lattice.cells()[a as usize], lattice.cells()[b as usize]);
+    let distance = |a: [i32; 3], b: [i32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).max().unwrap_or(0);
+    match distance(a, b) {
+        ..=1 => true,
+        NEIGHBORHOOD => {
+            let common = |c: usize| a[c].max(b[c]) - 1..=a[c].min(b[c]) + 1;
+            common(0).any(|x| common(1).any(|y| common(2).any(|z| lattice.cell_at([x, y, z]).is_some())))
+        }
+        _ => false,
+    }
+}

@@ -1,0 +1,146 @@
+//! The data of a body that contact between bodies reads.
+
+use nalgebra::{Point3, Vector3};
+
+use super::posed::{Bounds, PosedLattice};
+use super::surface::ContactSurface;
+use crate::contact::Contacts;
+use crate::lattice::Lattice;
+use crate::simd::bounds::bounds;
+use crate::simd::lanes::Lanes;
+use crate::state::State;
+
+/// Friction and restitution of a body at other bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SurfaceProperties {
+    /// Coulomb friction coefficient, >= 0.
+    pub(crate) friction: f64,
+    /// Coefficient of restitution, in [0, 1].
+    pub(crate) restitution: f64,
+}
+
+/// The data of contact between bodies that one body owns.
+#[derive(Debug)]
+pub(crate) struct BodyContact {
+    /// Created when another body is near for the first time, or for contact of the body with itself.
+    surface: Option<ContactSurface>,
+    /// Velocities before the step, relative to `origin_velocity`, in cells/s.
+    velocities_before: Lanes<3>,
+    /// Velocity of the origin before the step, in cells/s.
+    origin_velocity: Vector3<f64>,
+    pub(crate) posed: PosedLattice,
+    /// Box of the positions, in world space, and box of the velocities, in scene units per second.
+    pub(super) bounds: (Bounds, Bounds),
+}
+
+impl BodyContact {
+    pub(crate) fn new() -> Self {
+        Self {
+            surface: None,
+            velocities_before: Lanes::default(),
+            origin_velocity: Vector3::zeros(),
+            posed: PosedLattice::default(),
+            bounds: (Bounds::EMPTY, Bounds::EMPTY),
+        }
+    }
+
+    /// Returns whether the surface was created.
+    pub(crate) fn has_surface(&self) -> bool {
+        self.surface.is_some()
+    }
+
+    /// Sets the surface.
+    pub(crate) fn set_surface(&mut self, surface: ContactSurface) {
+        self.surface = Some(surface);
+    }
+
+    /// Returns the surface. Only bodies in pairs are searched, and these have one.
+    pub(crate) fn surface(&self) -> &ContactSurface {
+        self.surface.as_ref().expect("a body in a pair has a surface")
+    }
+
+    /// Stores the velocities before the step.
+    pub(crate) fn begin(&mut self, state: &State) {
+        self.velocities_before.copy_from(&state.velocities);
+        self.origin_velocity = state.frame.velocity();
+    }
+
+    /// Measures the boxes of the positions and velocities. `occupied` has the bit mask of the lanes with a vertex, for each
+    /// block of eight slots.
+    pub(crate) fn measure_bounds(&mut self, state: &State, occupied: &[u8]) {
+        let corner = |local: [f32; 3]| state.frame.to_world(Vector3::from(local.map(f64::from)));
+        let velocity = |local: [f32; 3]| Point3::from(state.frame.velocity_to_world(local));
+        let (low, high) = bounds(&state.positions, occupied);
+        let positions = Bounds { low: corner(low), high: corner(high) };
+        let (low, high) = bounds(&state.velocities, occupied);
+        self.bounds = (positions, Bounds { low: velocity(low), high: velocity(high) });
+    }
+
+    /// Returns the memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let surface = self.surface.as_ref().map_or(0, ContactSurface::bytes);
+        surface + self.velocities_before.bytes() + self.posed.bytes()
+    }
+}
+
+/// A body, as contact between bodies reads it.
+#[derive(Clone, Copy)]
+pub(crate) struct BodyView<'a> {
+    pub(crate) lattice: &'a Lattice,
+    /// Slot of each lattice vertex.
+    pub(crate) slots: &'a [u32],
+    /// Mass of each lattice vertex in units of a full cell's mass.
+    pub(crate) masses: &'a [f32],
+    /// Mass of a full cell.
+    pub(crate) cell_mass: f64,
+    /// Whether each lattice vertex is constrained by a pin or handle; empty if none is.
+    pub(crate) constrained: &'a [bool],
+    pub(crate) state: &'a State,
+    pub(crate) contact: &'a BodyContact,
+    pub(crate) properties: SurfaceProperties,
+    /// The contacts with colliders, whose constraints are part of the problem of an island.
+    pub(crate) contacts: Option<&'a Contacts>,
+}
+
+impl BodyView<'_> {
+    /// Returns the lattice vertices at the corners of a cell.
+    #[inline]
+    pub(super) fn corners(&self, cell: u32) -> [u32; 8] {
+        self.contact.surface().corners[cell as usize]
+    }
+
+    /// Poses the lattice `past` seconds before the end of the step, and prepares the search of points in `region`.
+    pub(crate) fn pose(&self, posed: &mut PosedLattice, past: f64, region: &Bounds) {
+        let position = |vertex: u32| match past > 0.0 {
+            true => self.position(vertex) - self.velocity(vertex) * past,
+            false => self.position(vertex),
+        };
+        let positions = (0..self.lattice.len() as u32).map(position);
+        posed.pose(positions, &self.contact.surface().corners, self.lattice.cell_size(), region);
+    }
+
+    /// Returns the positions of the corners of a cell of the posed lattice.
+    pub(super) fn posed_corners(&self, cell: u32) -> [Point3<f64>; 8] {
+        self.corners(cell).map(|vertex| self.contact.posed.positions[vertex as usize])
+    }
+
+    /// Returns the world position of a lattice vertex.
+    #[inline]
+    pub(super) fn position(&self, vertex: u32) -> Point3<f64> {
+        self.state.frame.to_world(self.state.local(self.slots[vertex as usize]))
+    }
+
+    /// Returns the velocity of a lattice vertex, in scene units per second.
+    #[inline]
+    pub(super) fn velocity(&self, vertex: u32) -> Vector3<f64> {
+        self.state.frame.velocity_to_world(self.state.velocities.get(self.slots[vertex as usize]))
+    }
+
+    /// Returns the velocity of a lattice vertex before the step, in scene units per second.
+    #[inline]
+    pub(super) fn velocity_before(&self, vertex: u32) -> Vector3<f64> {
+        let BodyContact { velocities_before, origin_velocity, .. } = self.contact;
+        let local = Vector3::from(velocities_before.get(self.slots[vertex as usize]).map(f64::from));
+        (origin_velocity + local) * self.lattice.cell_size()
+    }
+}

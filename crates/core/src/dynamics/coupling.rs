@@ -1,0 +1,204 @@
+//! Couples the reference motions of bodies that press on each other: see [`elastic_damping`](super::elastic_damping).
+//!
+//! The reference motions of such bodies do not move into or out of each other, and where the bodies do not roll or slide
+//! on each other, they do not move relative to each other at all. The conditions are those of a support by a collider,
+//! and are met by opposite impulses on the rigid motions of both bodies at the same point, computed one after another in
+//! several sweeps (projected Gauss-Seidel iteration without a limit). So damping keeps the momenta of the bodies.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use super::deflection::{axes_without, deflect};
+use super::momentum::SOFTNESS;
+use crate::state::PairSupport;
+
+/// Number of sweeps over the conditions of all supports. More sweeps damp towers of more bodies as a whole.
+const SWEEPS: usize = 10;
+
+/// The reference motion of a connected component, in world space and scene units.
+#[derive(Clone, Debug)]
+pub(crate) struct CoupledComponent {
+    /// The body and the index of the component.
+    pub(crate) side: (u32, u32),
+    /// Center of mass.
+    pub(crate) center: Vector3<f64>,
+    /// Rigid motion (v, ω) with the momenta of the component.
+    pub(crate) motion: Vector6<f64>,
+    /// Reference motion.
+    pub(crate) reference: Vector6<f64>,
+    /// Change of the reference motion per unit of impulse, restricted by pins, handles and colliders.
+    pub(crate) mobility: Matrix6<f64>,
+    /// Fraction of the difference to the reference motion that a step takes away from the velocities.
+    pub(crate) fraction: f64,
+    /// Size of the body.
+    pub(crate) size: f64,
+    /// Change of the reference motion by the coupling.
+    pub(crate) change: Vector6<f64>,
+}
+
+/// Computes the common reference motions. Its buffers are reused.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Coupling {
+    /// The components that press on others, in increasing order of the sides.
+    pub(crate) components: Vec<CoupledComponent>,
+    conditions: Vec<Condition>,
+}
+
+/// A condition: equal speeds of two components along `rows`.
+#[derive(Clone, Debug)]
+struct Condition {
+    components: [usize; 2],
+    rows: [Vector6<f64>; 2],
+    impulse: f64,
+    /// Compliance of the condition, and the inverse of the sum of it and of the mobilities.
+    softness: f64,
+    inverse: f64,
+    /// Part of the change that the damping of each component applies.
+    parts: [f64; 2],
+}
+
+impl Coupling {
+    /// Computes the changes of the reference motions of the components by the supports, and advances the deflections of
+    /// the supports by a step of `dt` seconds.
+    pub(crate) fn solve(&mut self, supports: &mut [PairSupport], dt: f64) {
+        let Self { components, conditions } = self;
+        conditions.clear();
+        for support in supports {
+            let place = |side| components.binary_search_by_key(&side, |component| component.side).ok();
+            if let [Some(first), Some(second)] = support.sides.map(place) {
+                add_conditions(components, [first, second], support, dt, conditions);
+            }
+        }
+        for _ in 0..SWEEPS {
+            for condition in &mut *conditions {
+                let Condition { components: [first, second], rows, softness, inverse, .. } = *condition;
+                let speed = |index: usize, row: &Vector6<f64>| row.dot(&components[index].reference);
+                let difference = speed(first, &rows[0]) - speed(second, &rows[1]);
+                let impulse = -(difference + softness * condition.impulse) * inverse;
+                condition.impulse += impulse;
+                for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                    let component = &mut components[condition.components[side]];
+                    let change = component.mobility * rows[side] * (sign * impulse);
+                    component.reference += change;
+                    component.change += change * condition.parts[side];
+                }
+            }
+        }
+    }
+}
+
+/// Adds the conditions of a support, and advances its deflections.
+fn add_conditions(
+    components: &[CoupledComponent],
+    places: [usize; 2],
+    support: &mut PairSupport,
+    dt: f64,
+    conditions: &mut Vec<Condition>,
+) {
+    let [first, second] = places.map(|place| &components[place]);
+    // Both components get the same impulse, so the one that is damped less determines the part of it.
+    let fraction = first.fraction.min(second.fraction);
+    if fraction <= 0.0 {
+        return;
+    }
+    let parts = [fraction / first.fraction, fraction / second.fraction];
+    let (point, normal) = (Vector3::from(support.point), Vector3::from(support.normal));
+    let mut add = |row: &dyn Fn(&CoupledComponent) -> Vector6<f64>| {
+        let rows = [row(first), row(second)];
+        let mobility = rows[0].dot(&(first.mobility * rows[0])) + rows[1].dot(&(second.mobility * rows[1]));
+        let softness = SOFTNESS * mobility;
+        if mobility > 0.0 && mobility.is_finite() {
+            let inverse = 1.0 / (mobility + softness);
+            conditions.push(Condition { components: places, rows, impulse: 0.0, softness, inverse, parts });
+        }
+    };
+    let at_point = |direction: Vector3<f64>| {
+        move |component: &CoupledComponent| stack(direction, (point - component.center).cross(&direction))
+    };
+    add(&at_point(normal));
+
+    let linear = |c: &CoupledComponent| Vector3::new(c.motion[0], c.motion[1], c.motion[2]);
+    let angular = |c: &CoupledComponent| Vector3::new(c.motion[3], c.motion[4], c.motion[5]);
+    let turning = angular(first) - angular(second);
+    let free = deflect(&mut support.rotation, turning * dt);
+    for axis in axes_without(free) {
+        add(&|_| stack(Vector3::zeros(), axis));
+    }
+    let velocity = |c: &CoupledComponent| linear(c) + angular(c).cross(&(point - c.center));
+    let slip = velocity(first) - velocity(second);
+    let slip = slip - normal * normal.dot(&slip);
+    let free = deflect(&mut support.sliding, slip * (dt / first.size.min(second.size)));
+    for axis in axes_without(free) {
+        add(&at_point(axis));
+    }
+}
+
+fn stack(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn component(body: u32, x: f64, speed: f64, mass: f64) -> CoupledComponent {
+        let mut mobility = Matrix6::identity() / mass;
+        mobility.fixed_view_mut::<3, 3>(3, 3).scale_mut(6.0);
+        let motion = Vector6::new(speed, 0.0, 0.0, 0.0, 0.0, 0.3 * speed);
+        CoupledComponent {
+            side: (body, 0),
+            center: Vector3::new(x, 0.0, 0.0),
+            motion,
+            reference: motion,
+            mobility,
+            fraction: 0.1,
+            size: 1.0,
+            change: Vector6::zeros(),
+        }
+    }
+
+    fn support(first: u32, second: u32, x: f64) -> PairSupport {
+        let (point, normal) = ([x, 0.2, 0.1], [1.0, 0.0, 0.0]);
+        PairSupport {
+            sides: [(first, 0), (second, 0)],
+            impulse: 1.0,
+            point,
+            normal,
+            ..PairSupport::default()
+        }
+    }
+
+    /// Returns the linear momentum, and the angular momentum about the origin, of the changes.
+    fn momenta(components: &[CoupledComponent]) -> (Vector3<f64>, Vector3<f64>) {
+        let sum = |value: &dyn Fn(&CoupledComponent) -> Vector3<f64>| components.iter().map(value).sum();
+        let impulse = |c: &CoupledComponent| c.mobility.try_inverse().unwrap() * c.change * c.fraction;
+        let linear = |c: &CoupledComponent| impulse(c).fixed_rows::<3>(0).into_owned();
+        (sum(&linear), sum(&|c| impulse(c).fixed_rows::<3>(3).into_owned() + c.center.cross(&linear(c))))
+    }
+
+    #[test]
+    fn coupling_keeps_momenta_and_stops_relative_motion() {
+        let components =
+            [component(0, 0.0, 1.0, 1.0), component(1, 1.0, -0.5, 4.0), component(2, 2.0, 0.2, 2.0)];
+        let mut coupling = Coupling { components: components.into(), ..Coupling::default() };
+        coupling.components[1].fraction = 0.03;
+        coupling.solve(&mut [support(0, 1, 0.5), support(1, 2, 1.5)], 1e-6);
+        let components = &coupling.components;
+        let (linear, angular) = momenta(components);
+        assert!(linear.norm() < 1e-15 && angular.norm() < 1e-15, "{linear} {angular}");
+        let speeds = [0, 1, 2].map(|index| components[index].reference[0]);
+        assert!((speeds[0] - speeds[1]).abs() < 0.2 && (speeds[1] - speeds[2]).abs() < 0.1, "{speeds:?}");
+        let energy = |motion: fn(&CoupledComponent) -> Vector6<f64>| -> f64 {
+            components.iter().map(|c| motion(c).dot(&(c.mobility.try_inverse().unwrap() * motion(c)))).sum()
+        };
+        assert!(energy(|c| c.motion + c.change * c.fraction) < energy(|c| c.motion));
+    }
+
+    #[test]
+    fn undamped_components_are_not_coupled() {
+        let components = [component(0, 0.0, 1.0, 1.0), component(1, 1.0, -0.5, 4.0)];
+        let mut coupling = Coupling { components: components.into(), ..Coupling::default() };
+        coupling.components[0].fraction = 0.0;
+        coupling.solve(&mut [support(0, 1, 0.5)], 1e-3);
+        assert!(coupling.components.iter().all(|component| component.change == Vector6::zeros()));
+    }
+}

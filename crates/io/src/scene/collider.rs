@@ -1,0 +1,174 @@
+//! Defines `[[collider]]`: a shape, which may be a mesh file, with friction, restitution and keyframes.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::keys::{direction, extents, fraction, keyframes, mesh, not_negative, positive};
+use supple::{Collider, CollisionMesh, Key, Shape};
+
+/// `[[collider]]`: shape, friction, restitution and keyframes of a collider.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ColliderData {
+    /// Keys `plane`, `sphere`, `box`, `capsule` or `mesh`.
+    #[serde(rename = "@shape")]
+    pub shape: ColliderShape,
+    /// Scale of a mesh, applied first, about its origin; above 0, default 1.
+    #[serde(default = "one", deserialize_with = "positive", skip_serializing_if = "is_one")]
+    pub scale: f64,
+    /// Rotation of a mesh about the origin: degrees about the fixed axes x, then y, then z.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rotate: [f64; 3],
+    /// Displacement of a mesh, applied last.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub translate: [f64; 3],
+    /// PC2 file with the positions of the vertices of a mesh, relative to the scene file; `None` for a rigid mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub animation: Option<PathBuf>,
+    /// Coulomb coefficient of friction, at least 0; default 0.5.
+    #[serde(default = "friction", deserialize_with = "not_negative")]
+    pub friction: f64,
+    /// Coefficient of restitution, in [0, 1]; default 0.
+    #[serde(default, deserialize_with = "fraction")]
+    pub restitution: f64,
+    /// Keyframes; without them the collider is at rest.
+    #[serde(default, with = "keyframes", skip_serializing_if = "Vec::is_empty")]
+    pub keys: Vec<Key>,
+}
+
+/// Shape of a collider of a scene: see [`Shape`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ColliderShape {
+    /// Half space below a plane.
+    Plane {
+        /// Any point of the plane.
+        point: [f64; 3],
+        /// Direction of the free side, not zero.
+        #[serde(deserialize_with = "direction")]
+        normal: [f64; 3],
+    },
+    /// Ball.
+    Sphere {
+        /// Center.
+        center: [f64; 3],
+        /// Radius, above 0.
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+    /// Box.
+    Box {
+        /// Center.
+        center: [f64; 3],
+        /// Half of the edge lengths, above 0.
+        #[serde(deserialize_with = "extents")]
+        half_extents: [f64; 3],
+        /// Degrees about the fixed axes x, then y, then z.
+        #[serde(default)]
+        rotate: [f64; 3],
+    },
+    /// All points within a radius of a segment.
+    Capsule {
+        /// First end of the segment.
+        a: [f64; 3],
+        /// Second end of the segment.
+        b: [f64; 3],
+        /// Radius, above 0.
+        #[serde(deserialize_with = "positive")]
+        radius: f64,
+    },
+    /// OBJ file, relative to the scene file: a solid if the mesh is closed, a thin shell if it is open.
+    Mesh(#[serde(deserialize_with = "mesh")] PathBuf),
+}
+
+impl ColliderData {
+    /// Returns the file of a mesh.
+    pub fn mesh(&self) -> Option<&PathBuf> {
+        match &self.shape {
+            ColliderShape::Mesh(path) => Some(path),
+            _ => None,
+        }
+    }
+
+    /// Returns the keys and the paths of the files, to change them.
+    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
+        let mesh = match &mut self.shape {
+            ColliderShape::Mesh(path) => Some(("mesh", path)),
+            _ => None,
+        };
+        mesh.into_iter().chain(self.animation.as_mut().map(|path| ("animation", path)))
+    }
+
+    /// Returns the collider. `read` returns the mesh of a file.
+    ///
+    /// # Errors
+    ///
+    /// The error of `read`.
+    pub fn collider<E>(
+        &self,
+        read: impl FnOnce(&PathBuf) -> Result<CollisionMesh, E>,
+    ) -> Result<Collider, E> {
+        let shape = match &self.shape {
+            &ColliderShape::Plane { point, normal } => Shape::Plane { point, normal },
+            &ColliderShape::Sphere { center, radius } => Shape::Sphere { center, radius },
+            &ColliderShape::Box { center, half_extents, rotate } => {
+                Shape::Box { center, half_extents, rotate }
+            }
+            &ColliderShape::Capsule { a, b, radius } => Shape::Capsule { a, b, radius },
+            ColliderShape::Mesh(path) => {
+                let &Self { scale, rotate, translate, .. } = self;
+                Shape::Mesh { mesh: read(path)?, scale, rotate, translate }
+            }
+        };
+        let &Self { friction, restitution, .. } = self;
+        Ok(Collider { shape, friction, restitution, keys: self.keys.clone() })
+    }
+
+    /// Returns a key that has a value although only a mesh has it.
+    pub(super) fn key_of_mesh(&self) -> Option<&'static str> {
+        let keys = [
+            ("scale", is_one(&self.scale)),
+            ("rotate", is_zero(&self.rotate)),
+            ("translate", is_zero(&self.translate)),
+            ("animation", self.animation.is_none()),
+        ];
+        let given = keys.into_iter().find(|(_, is_default)| !is_default);
+        given.filter(|_| self.mesh().is_none()).map(|(key, _)| key)
+    }
+}
+
+/// The half space below a plane, with the defaults of the other keys.
+impl ColliderData {
+    pub(super) fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
+        let shape = ColliderShape::Plane { point, normal };
+        let (scale, rotate, translate) = (1.0, [0.0; 3], [0.0; 3]);
+        Self {
+            shape,
+            scale,
+            rotate,
+            translate,
+            animation: None,
+            friction: friction(),
+            restitution: 0.0,
+            keys: Vec::new(),
+        }
+    }
+}
+
+/// Returns the default friction of a collider.
+fn friction() -> f64 {
+    Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_one(number: &f64) -> bool {
+    *number == 1.0
+}
+
+fn is_zero(vector: &[f64; 3]) -> bool {
+    *vector == [0.0; 3]
+}

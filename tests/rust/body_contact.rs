@@ -1,0 +1,309 @@
+//! Contact between bodies, of a body with itself, and of bodies that rest on each other.
+
+use nalgebra::{Point3, Vector3};
+use supple::{
+    Body, BodyBuilder, Collider, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, SimulationBuilder,
+    Substeps, TimeWindow, Touched,
+};
+
+use crate::common::{block, surface_of};
+use crate::shapes::sphere;
+
+/// A cube of edge 1 with `n` cells along each axis, centered at the origin, with a mesh.
+fn cube(n: i32) -> BodyBuilder {
+    boxed([n; 3], 1.0 / f64::from(n))
+}
+
+/// A box of cells with a mesh of their faces, centered at the origin.
+fn boxed(cells: [i32; 3], cell_size: f64) -> BodyBuilder {
+    let (vertices, faces) = surface_of(&block(cells));
+    let center = cells.map(|n| f64::from(n) / 2.0);
+    let place = |p: [f64; 3]| std::array::from_fn(|a| (p[a] - center[a]) * cell_size);
+    let mesh = Mesh::new(vertices.into_iter().map(place).collect(), &faces).unwrap();
+    Body::builder(mesh).cell_size(cell_size).youngs_modulus(1e5)
+}
+
+/// A ball with a mesh.
+fn ball(radius: f64, cell_size: f64) -> BodyBuilder {
+    let (vertices, faces) = sphere([0.0; 3], radius, 12);
+    Body::builder(Mesh::new(vertices, &faces).unwrap()).cell_size(cell_size).youngs_modulus(1e5)
+}
+
+fn floating() -> SimulationBuilder {
+    Simulation::builder().gravity([0.0; 3]).dt(1.0 / 240.0).sleep(false)
+}
+
+fn on_ground() -> SimulationBuilder {
+    Simulation::builder().collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]))
+}
+
+/// Linear momentum, angular momentum about the origin, Σ m |v|, Σ m |x| |v|, and the kinetic and elastic energy.
+fn totals(sim: &Simulation) -> (Vector3<f64>, Vector3<f64>, f64, f64, f64) {
+    let mut sums = (Vector3::zeros(), Vector3::zeros(), 0.0, 0.0, 0.0);
+    for (index, body) in sim.bodies().iter().enumerate() {
+        for ((x, v), m) in body.positions().iter().zip(body.velocities()).zip(body.masses()) {
+            sums.0 += v * m;
+            sums.1 += x.coords.cross(&v) * m;
+            sums.2 += m * v.norm();
+            sums.3 += m * v.norm() * x.coords.norm();
+        }
+        sums.4 += body.kinetic_energy() + sim.body(index).elastic_energy().unwrap();
+    }
+    sums
+}
+
+/// The number of contacts between bodies.
+fn contacts_between(sim: &Simulation) -> usize {
+    sim.contacts().iter().filter(|contact| matches!(contact.other, Touched::Body(_))).count()
+}
+
+#[test]
+fn collision_keeps_momenta_and_adds_no_energy() {
+    for (friction, damping) in [(0.0, 0.0), (0.5, 0.0), (0.5, 0.2)] {
+        let set = |body: BodyBuilder| body.friction(friction).damping_ratio(damping);
+        let first = set(cube(6)).translate([-0.7, 0.0, 0.0]).rotate([10.0, 20.0, 5.0]);
+        let second = set(ball(0.5, 0.13)).translate([0.7, 0.3, 0.1]).density(700.0);
+        let mut sim = floating()
+            .body(first.velocity([1.0, 0.0, 0.0]).spin([0.0, 1.0, 0.5]).build().unwrap())
+            .body(second.velocity([-1.0, 0.0, 0.0]).spin([0.3, 0.0, 1.0]).build().unwrap())
+            .build()
+            .unwrap();
+        sim.step();
+        let (p, l, mv, mvr, energy) = totals(&sim);
+        let mut touched = false;
+        for _ in 0..240 {
+            sim.step();
+            touched |= contacts_between(&sim) > 0;
+            let now = totals(&sim);
+            // The velocities are f32: each has a relative rounding error of 6e-8.
+            assert!((now.0 - p).norm() < 1e-7 * mv, "{friction} {damping}: {}", (now.0 - p).norm() / mv);
+            assert!((now.1 - l).norm() < 1e-6 * mvr, "{friction} {damping}: {}", (now.1 - l).norm() / mvr);
+            assert!(now.4 < 1.0001 * energy, "{friction} {damping}: energy {}", now.4 / energy);
+        }
+        assert!(touched);
+        let [left, right] = [0, 1].map(|body| sim.bodies()[body].center_of_mass().x);
+        assert!(left < right - 0.8, "they pass through each other: {left}, {right}");
+    }
+}
+
+#[test]
+fn tower_stands_and_sleeps_and_wakes_as_one() {
+    let place = |k: usize| [0.1 * (k % 2) as f64, 0.5 + 1.001 * k as f64, 0.0];
+    let level =
+        |k: usize| cube(6).youngs_modulus(4e6).translate(place(k)).rotate([0.0, 20.0 * k as f64, 0.0]);
+    let mut sim = on_ground().fps(60.0).substeps(Substeps::Fixed(4));
+    for k in 0..3 {
+        sim = sim.body(level(k).name(format!("level{k}")).build().unwrap());
+    }
+    let mut sim = sim.build().unwrap();
+    let asleep = |sim: &Simulation| sim.bodies().iter().filter(|body| body.is_asleep()).count();
+    let mut frame = 0;
+    while asleep(&sim) == 0 {
+        sim.advance(1);
+        frame += 1;
+        assert!(frame < 600, "the tower is not at rest after 10 s");
+    }
+    assert_eq!(asleep(&sim), 3);
+    for (k, body) in sim.bodies().iter().enumerate() {
+        let moved = body.center_of_mass() - Point3::from(place(k));
+        assert!(moved.norm() < 0.1, "level {k} moved by {moved}");
+    }
+    // The contacts carry the weight above them, and remain while the tower sleeps.
+    sim.advance(1);
+    let weight: f64 = sim.bodies().iter().map(|body| body.mass() * 9.81).sum();
+    let carried = |other: Touched, body: usize| -> f64 {
+        let all = sim.contacts();
+        all.iter().filter(|c| c.other == other && c.body == body).map(|c| c.force.y).sum()
+    };
+    let ground = carried(Touched::Collider(0), 0);
+    assert!((ground - weight).abs() < 0.01 * weight, "{ground} of {weight}");
+    let [lower, upper] = [carried(Touched::Body(1), 0), carried(Touched::Body(2), 1)];
+    assert!((lower + weight * 2.0 / 3.0).abs() < 0.01 * weight, "{lower} of {weight}");
+    assert!((upper + weight / 3.0).abs() < 0.01 * weight, "{upper} of {weight}");
+    // A push on the top wakes all.
+    sim.bodies_mut()[2]
+        .apply_force([9e3, 0.0, 0.0], &Selection::Sphere { center: [0.0, 2.5, 0.0], radius: 0.6 })
+        .unwrap();
+    sim.steps(2);
+    assert_eq!(asleep(&sim), 0);
+}
+
+/// Some bodies that fall on each other.
+fn heap(threads: usize) -> Simulation {
+    let mut sim = on_ground().fps(60.0).substeps(Substeps::Fixed(2)).threads(threads);
+    for k in 0..5 {
+        let at = [0.2 * f64::from(k % 2), 0.7 + 1.05 * f64::from(k), 0.1 * f64::from(k % 3)];
+        let body = if k % 2 == 0 { cube(5) } else { ball(0.5, 0.2).self_contact(true) };
+        sim = sim.body(body.translate(at).rotate([13.0 * f64::from(k), 29.0, 7.0]).build().unwrap());
+    }
+    sim.build().unwrap()
+}
+
+type Outcome = Vec<(Vec<Point3<f64>>, Vec<Vector3<f64>>)>;
+
+fn outcome(sim: &Simulation) -> Outcome {
+    sim.bodies().iter().map(|body| (body.positions(), body.velocities())).collect()
+}
+
+#[test]
+fn touching_bodies_have_the_same_bits_for_any_number_of_threads_and_after_restore() {
+    let mut sim = heap(1);
+    sim.advance(40);
+    let state = sim.state();
+    assert!(contacts_between(&sim) > 0);
+    sim.advance(40);
+    let one = outcome(&sim);
+    for threads in [2, 3, 8] {
+        let mut sim = heap(threads);
+        sim.advance(80);
+        assert!(outcome(&sim) == one, "{threads} threads differ from one");
+    }
+    for mut other in [sim, heap(2)] {
+        other.restore(&state).unwrap();
+        other.advance(40);
+        assert!(outcome(&other) == one);
+    }
+}
+
+#[test]
+fn fast_bodies_and_thin_plates_do_not_pass_each_other() {
+    for cells in [[8, 8, 8], [1, 8, 8]] {
+        let body = |x: f64| boxed(cells, 0.125).translate([x, 0.03 * x, 0.0]).rotate([0.0, 0.0, 3.0]);
+        let mut sim = Simulation::builder().gravity([0.0; 3]).dt(1.0 / 60.0);
+        for x in [-1.3, 1.3] {
+            // 10 m/s relative to each other, 0.17 m or 1.3 cells in a step.
+            sim = sim.body(body(x).velocity([-5.0 * x.signum(), 0.0, 0.0]).build().unwrap());
+        }
+        let mut sim = sim.build().unwrap();
+        for step in 0..90 {
+            sim.step();
+            let [left, right] = [0, 1].map(|body| sim.bodies()[body].center_of_mass().x);
+            assert!(left < right, "{cells:?} changed sides in step {step}: {left}, {right}");
+        }
+        let apart = sim.bodies()[1].center_of_mass().x - sim.bodies()[0].center_of_mass().x;
+        assert!(apart > 1.2, "{cells:?} stuck: {apart}");
+    }
+}
+
+#[test]
+fn bodies_that_begin_in_each_other_are_reported_and_pushed_apart() {
+    let depth = 1.5 * 0.125;
+    let mut sim = Simulation::builder().gravity([0.0; 3]).dt(1.0 / 60.0).sleep(false);
+    for x in [0.0, 1.0 - depth] {
+        sim = sim.body(cube(8).translate([x, 0.02 * x, 0.01 * x]).build().unwrap());
+    }
+    let mut sim = sim.build().unwrap();
+    let overlaps = sim.overlapping_bodies();
+    assert!(matches!(overlaps[..], [(0, 1, found)] if (found - depth).abs() < 1e-6), "{overlaps:?}");
+    let mass: f64 = sim.bodies().iter().map(Body::mass).sum();
+    for _ in 0..30 {
+        sim.step();
+        assert!(totals(&sim).4 < 0.15 * mass, "{} J/kg", totals(&sim).4 / mass);
+    }
+    assert!(sim.overlapping_bodies().is_empty(), "{:?}", sim.overlapping_bodies());
+}
+
+#[test]
+fn contact_can_be_left_out_for_a_pair_and_for_a_simulation() {
+    let pair = |ignore: &str, contact: bool| {
+        let first =
+            cube(4).name("first").translate([-0.6, 0.0, 0.0]).velocity([2.0, 0.0, 0.0]).ignore(ignore);
+        let second = cube(4).name("second").translate([0.6, 0.0, 0.0]).velocity([-2.0, 0.0, 0.0]);
+        let sim = floating().contact(contact).body(first.build().unwrap()).body(second.build().unwrap());
+        let mut sim = sim.build().unwrap();
+        sim.steps(240);
+        (sim.bodies()[0].center_of_mass().x > 1.0, sim.plan())
+    };
+    assert!(!pair("another", true).0);
+    assert!(pair("second", true).0);
+    assert!(pair("first", false).0);
+}
+
+#[test]
+fn parts_of_a_body_touch_each_other_only_if_enabled() {
+    // A horseshoe whose ends are pressed together.
+    let mut cells: Vec<[i32; 3]> = Vec::new();
+    for y in 0..4 {
+        for z in 0..2 {
+            cells.extend((0..10).map(|x| [x, y, z]).filter(|[x, y, _]| *x < 2 || *y == 0 || *y == 3));
+        }
+    }
+    let run = |enabled: bool| {
+        let lattice = Lattice::from_cells(&cells, 0.1, Point3::origin(), false).unwrap();
+        let mut body = Body::from_lattice(lattice).youngs_modulus(3e4).self_contact(enabled).build().unwrap();
+        let lower = Selection::Box { min: [0.75, -0.01, -1.0], max: [1.1, 0.11, 1.0] };
+        body.pin(&Pin { selection: lower, window: TimeWindow::default() }).unwrap();
+        let upper = Selection::Box { min: [0.75, 0.39, -1.0], max: [1.1, 0.41, 1.0] };
+        let keys = vec![Key::default(), Key { time: 1.0, translate: [0.0, -0.28, 0.0], ..Key::default() }];
+        body.handle(&Handle { selection: upper, keys, window: TimeWindow::default() }).unwrap();
+        let mut sim = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
+        sim.steps(10);
+        assert_eq!(sim.contacts().len(), 0, "nothing touches at rest");
+        sim.steps(230);
+        let positions = sim.bodies()[0].positions();
+        let lattice = sim.bodies()[0].lattice();
+        // The inner sides of both ends, which face each other.
+        let height = |y: i32| {
+            let index = lattice.indices().iter().position(|index| *index == [9, y, 1]).unwrap();
+            positions[index].y
+        };
+        (height(3) - height(1), sim.contacts().len())
+    };
+    let (gap, contacts) = run(true);
+    assert!(gap > -0.005 && contacts > 0, "{gap} {contacts}");
+    let (gap, contacts) = run(false);
+    assert!(gap < -0.02 && contacts == 0, "{gap} {contacts}");
+}
+
+#[test]
+fn deformed_bodies_do_not_touch_themselves_where_they_do_not_overlap() {
+    let lattice = Lattice::from_cells(&block([8, 5, 5]), 1.0, Point3::origin(), false).unwrap();
+    let deformations: [fn(Point3<f64>) -> Point3<f64>; 4] = [
+        |p| p,
+        |p| Point3::new(p.x, 0.1 * p.y, p.z),
+        |p| Point3::new(-p.z, p.y, p.x),
+        // A bend with the radius 8 of the middle line.
+        |p| Point3::new((8.0 - p.y) * (p.x / 8.0).sin(), 8.0 - (8.0 - p.y) * (p.x / 8.0).cos(), p.z),
+    ];
+    for (index, deform) in deformations.into_iter().enumerate() {
+        let body = Body::from_lattice(lattice.clone()).self_contact(true).build().unwrap();
+        let mut sim = Simulation::builder().body(body).gravity([0.0; 3]).dt(1e-4).build().unwrap();
+        let positions: Vec<_> = sim.bodies()[0].positions().into_iter().map(deform).collect();
+        sim.body_mut(0).set_positions(&positions).unwrap();
+        sim.step();
+        assert_eq!(sim.contacts().len(), 0, "deformation {index}");
+    }
+}
+
+#[test]
+fn a_sheet_carries_a_ball_on_either_side() {
+    let n = 12;
+    let coordinate = |i: u32| 1.6 * (f64::from(i) / f64::from(n) - 0.5);
+    let vertices: Vec<_> =
+        (0..(n + 1) * (n + 1)).map(|k| [coordinate(k % (n + 1)), 0.0, coordinate(k / (n + 1))]).collect();
+    let corners = |k: u32| {
+        let a = k / n * (n + 1) + k % n;
+        [a, a + n + 1, a + n + 2, a + 1]
+    };
+    for flipped in [false, true] {
+        let faces: Vec<[u32; 4]> = (0..n * n)
+            .map(corners)
+            .map(|[a, b, c, d]| if flipped { [d, c, b, a] } else { [a, b, c, d] })
+            .collect();
+        let mut sheet = Body::builder(Mesh::new(vertices.clone(), &faces).unwrap()).cell_size(0.1);
+        for side in [-1.0, 1.0] {
+            let selection = Selection::Plane { point: [0.75 * side, 0.0, 0.0], normal: [side, 0.0, 0.0] };
+            sheet = sheet.pin(Pin { selection, window: TimeWindow::default() });
+        }
+        let ball = ball(0.3, 0.1).density(300.0).translate([0.0, 0.45, 0.0]);
+        let sim = Simulation::builder().fps(60.0).substeps(Substeps::Fixed(4));
+        let sim = sim.body(sheet.youngs_modulus(1e5).build().unwrap()).body(ball.build().unwrap());
+        let mut sim = sim.build().unwrap();
+        for frame in 0..90 {
+            sim.advance(1);
+            let ball = sim.bodies()[1].center_of_mass();
+            let lowest = sim.bodies()[0].positions().iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+            assert!(ball.y > lowest + 0.1, "flipped {flipped}: the ball is through in frame {frame}");
+        }
+    }
+}
