@@ -21,7 +21,9 @@ use nalgebra::{Vector3, Vector6};
 use super::constraints::Constraints;
 use super::coupling::CoupledComponent;
 use super::deflection::{axes_without, deflect};
-use super::momentum::{MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums, Weight};
+use super::momentum::{
+    Mobility, MomentumTracker, Projection, RigidMotion, RigidState, RigidVelocity, Sums, Weight,
+};
 use crate::simd::lanes::Lanes;
 use crate::state::{State, Support};
 
@@ -117,23 +119,20 @@ impl ElasticDamper {
         let (frame, measured) = (state.frame, &tracker.states()[side.1 as usize]);
         let Reference { motion, reference, projection } = &self.references[side.1 as usize];
         let cell_size = frame.cell_size();
-        let world = |motion: &RigidMotion| {
-            let linear = (motion.linear + frame.velocity()) * cell_size;
-            Vector6::new(linear.x, linear.y, linear.z, motion.angular.x, motion.angular.y, motion.angular.z)
+        let world = |motion: &RigidMotion| RigidMotion {
+            linear: (motion.linear + frame.velocity()) * cell_size,
+            angular: motion.angular,
         };
-        let free = || *Projection::new(measured, *motion).mobility();
-        let mut mobility = projection.as_ref().map_or_else(free, |projection| *projection.mobility());
-        // From cells to scene units: angular impulses have two lengths and a mass, linear impulses have one.
-        for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
-            let lengths = [row, column].map(|index| if index < 3 { 0 } else { -1 }).iter().sum();
-            mobility[(row, column)] *= cell_size.powi(lengths) / cell_mass;
-        }
+        let mobility = match projection {
+            Some(projection) => projection.mobility().clone(),
+            None => Mobility::of_body(measured.mass, measured.inertia()),
+        };
         CoupledComponent {
             side,
             center: frame.to_world(measured.center).coords,
             motion: world(motion),
-            reference: world(reference),
-            mobility,
+            reference: world(reference).components(),
+            mobility: mobility.in_units(cell_size, cell_mass),
             fraction: 1.0 - self.keep,
             size,
             change: Vector6::zeros(),
@@ -142,10 +141,9 @@ impl ElasticDamper {
 
     /// Changes the reference motion of a component by the change of a coupling. `cell_size` is in scene units.
     pub(crate) fn add_change(&mut self, component: &CoupledComponent, cell_size: f64) {
-        let change = component.change;
+        let RigidMotion { linear, angular } = RigidMotion::from_components(&component.change);
         let reference = &mut self.references[component.side.1 as usize].reference;
-        reference.linear += change.fixed_rows::<3>(0) / cell_size;
-        reference.angular += change.fixed_rows::<3>(3);
+        *reference = *reference + RigidMotion { linear: linear / cell_size, angular };
     }
 
     /// Completes the damping of the step from the reference motions.
@@ -199,7 +197,8 @@ impl ElasticDamper {
         if constrained.is_none() && supports.peek().is_none() {
             return Reference { motion, reference: motion, projection: None };
         }
-        let mut projection = Projection::new(rigid, motion);
+        let mobility = Mobility::of_body(rigid.mass, rigid.inertia());
+        let mut projection = Projection::new(mobility, motion, rigid.center);
         if let Some((sums, count)) = constrained {
             projection.fix_vertices(&sums.rigid_state(*count));
         }

@@ -12,8 +12,8 @@ mod projection;
 mod rigid;
 mod sums;
 
-pub(crate) use projection::{Projection, SOFTNESS, Weight};
-pub(crate) use rigid::{RigidMotion, RigidVelocity};
+pub(crate) use projection::{Mobility, Projection, SOFTNESS, Weight};
+pub(crate) use rigid::{RigidMotion, RigidVelocity, stack};
 pub(crate) use sums::{Fields, RigidState, Sums, add};
 
 use fearless_simd::dispatch;

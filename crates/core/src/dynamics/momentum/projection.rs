@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::rigid::{RigidMotion, principal_axes};
+use super::rigid::{RigidMotion, principal_axes, stack};
 use super::sums::RigidState;
 
 /// A condition that has less than this fraction of the mobility of the unconstrained component left is already
@@ -23,6 +23,64 @@ pub(crate) enum Weight {
     Soft,
 }
 
+/// The change of a rigid motion (v, ω) by an impulse (p, l).
+#[derive(Clone, Debug)]
+pub(crate) struct Mobility {
+    /// Change per unit of impulse that the conditions allow.
+    allowed: Matrix6<f64>,
+    /// Change per unit of impulse without conditions.
+    free: Matrix6<f64>,
+}
+
+/// The change of a rigid motion by an impulse along a row, and the speeds of this change along the row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response {
+    /// Change that the conditions allow; zero if the conditions already determine the speed along the row.
+    pub(crate) motion: Vector6<f64>,
+    /// Speed of `motion` along the row.
+    pub(crate) speed: f64,
+    /// Speed without conditions.
+    pub(crate) free_speed: f64,
+}
+
+impl Mobility {
+    /// Creates the mobility of a body without conditions. `inertia` is the inertia tensor about the center of mass.
+    pub(crate) fn of_body(mass: f64, inertia: &Matrix3<f64>) -> Self {
+        let mut free = Matrix6::zeros();
+        free.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
+        let mut angular = Matrix3::zeros();
+        for (inertia, axis) in principal_axes(inertia) {
+            angular += axis * axis.transpose() / inertia;
+        }
+        free.fixed_view_mut::<3, 3>(3, 3).copy_from(&angular);
+        Self { allowed: free, free }
+    }
+
+    /// Returns the mobility in other units: `length` and `mass` are the old units of length and mass in the new ones.
+    /// The units of v and ω are old lengths per second, and radians per second.
+    pub(crate) fn in_units(mut self, length: f64, mass: f64) -> Self {
+        // An angular impulse has two lengths, a linear one has one, and a velocity has one.
+        let lengths = |index: usize| if index < 3 { 0 } else { -1 };
+        for matrix in [&mut self.allowed, &mut self.free] {
+            for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
+                matrix[(row, column)] *= length.powi(lengths(row) + lengths(column)) / mass;
+            }
+        }
+        self
+    }
+
+    /// Returns the response to a unit impulse along `row`.
+    pub(crate) fn response(&self, row: &Vector6<f64>) -> Response {
+        let motion = self.allowed * row;
+        let (speed, free_speed) = (row.dot(&motion), row.dot(&(self.free * row)));
+        if speed.is_finite() && speed > DETERMINED * free_speed {
+            Response { motion, speed, free_speed }
+        } else {
+            Response { motion: Vector6::zeros(), speed: 0.0, free_speed }
+        }
+    }
+}
+
 /// Projects a rigid motion, in the metric of the mass, on the rigid motions that satisfy linear conditions, which are
 /// added one by one. It is the least-squares estimate with exact or uncertain data (Kalman 1960): an exact condition
 /// that contradicts earlier exact ones has no effect.
@@ -30,26 +88,14 @@ pub(crate) enum Weight {
 pub(crate) struct Projection {
     /// (v, ω).
     motion: Vector6<f64>,
-    /// Mobility of the component: (v, ω) per unit of impulse (p, l), restricted to the conditions so far.
-    mobility: Matrix6<f64>,
-    /// Mobility without conditions.
-    free: Matrix6<f64>,
+    mobility: Mobility,
     center: Vector3<f64>,
 }
 
 impl Projection {
-    /// Creates the projection of `motion` of a component, without conditions.
-    pub(crate) fn new(component: &RigidState, motion: RigidMotion) -> Self {
-        let mut mobility = Matrix6::zeros();
-        mobility.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / component.mass));
-        let mut angular = Matrix3::zeros();
-        for (inertia, axis) in principal_axes(component.inertia()) {
-            angular += axis * axis.transpose() / inertia;
-        }
-        mobility.fixed_view_mut::<3, 3>(3, 3).copy_from(&angular);
-        let RigidMotion { linear, angular } = motion;
-        let motion = Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z);
-        Self { motion, mobility, free: mobility, center: component.center }
+    /// Creates the projection of `motion` of a component, without further conditions. `center` is its center of mass.
+    pub(crate) fn new(mobility: Mobility, motion: RigidMotion, center: Vector3<f64>) -> Self {
+        Self { motion: motion.components(), mobility, center }
     }
 
     /// Adds the condition that the velocity of the component at `point`, in cells from the body's origin, has the
@@ -62,12 +108,12 @@ impl Projection {
         weight: Weight,
     ) {
         let moment = (point - self.center).cross(&direction);
-        self.fix(stack(direction, moment), speed, weight);
+        self.fix(stack(&direction, &moment), speed, weight);
     }
 
     /// Adds the condition that the angular velocity has the component `speed` along the unit vector `axis`.
     pub(crate) fn fix_spin(&mut self, axis: Vector3<f64>, speed: f64, weight: Weight) {
-        self.fix(stack(Vector3::zeros(), axis), speed, weight);
+        self.fix(stack(&Vector3::zeros(), &axis), speed, weight);
     }
 
     /// Adds the conditions that the component moves like some of its vertices: `vertices` is the rigid state of these
@@ -85,32 +131,26 @@ impl Projection {
 
     /// Adds the condition `row` · (v, ω) = `value`.
     fn fix(&mut self, row: Vector6<f64>, value: f64, weight: Weight) {
-        let response = self.mobility * row;
-        let (left, free) = (row.dot(&response), row.dot(&(self.free * row)));
-        if left.is_nan() || left <= DETERMINED * free {
+        let Response { motion, speed, free_speed } = self.mobility.response(&row);
+        if speed == 0.0 {
             return;
         }
         let softness = match weight {
             Weight::Exact => 0.0,
-            Weight::Soft => SOFTNESS * free,
+            Weight::Soft => SOFTNESS * free_speed,
         };
-        let gain = response / (left + softness);
+        let gain = motion / (speed + softness);
         self.motion += gain * (value - row.dot(&self.motion));
-        self.mobility -= gain * response.transpose();
+        self.mobility.allowed -= gain * motion.transpose();
     }
 
-    /// Returns the change of (v, ω) per unit of impulse (p, l) that the conditions allow.
-    pub(crate) fn mobility(&self) -> &Matrix6<f64> {
+    /// Returns the change of the projected motion by impulses.
+    pub(crate) fn mobility(&self) -> &Mobility {
         &self.mobility
     }
 
     /// Returns the projected motion.
     pub(crate) fn motion(&self) -> RigidMotion {
-        let m = &self.motion;
-        RigidMotion { linear: Vector3::new(m[0], m[1], m[2]), angular: Vector3::new(m[3], m[4], m[5]) }
+        RigidMotion::from_components(&self.motion)
     }
-}
-
-fn stack(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
 }

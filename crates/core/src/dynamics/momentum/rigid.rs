@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// Principal inertia, as a fraction of the trace of the inertia tensor, below which an axis counts as that of points
 /// on a line.
@@ -18,6 +18,16 @@ pub(crate) struct RigidMotion {
 }
 
 impl RigidMotion {
+    /// Creates the motion with the components (v, ω).
+    pub(crate) fn from_components(m: &Vector6<f64>) -> Self {
+        Self { linear: Vector3::new(m[0], m[1], m[2]), angular: Vector3::new(m[3], m[4], m[5]) }
+    }
+
+    /// Returns the components (v, ω).
+    pub(crate) fn components(&self) -> Vector6<f64> {
+        stack(&self.linear, &self.angular)
+    }
+
     /// Converts the motion to a velocity field about the body's origin. `center` is c. Returns zero if the motion is
     /// not finite.
     pub(crate) fn about_origin(self, center: Vector3<f64>) -> RigidVelocity {
@@ -64,6 +74,11 @@ pub(crate) struct RigidVelocity {
     pub(crate) linear: [f32; 3],
     /// ω, the angular velocity, in rad/s.
     pub(crate) angular: [f32; 3],
+}
+
+/// Returns the six components of two vectors.
+pub(crate) fn stack(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }
 
 /// Returns the principal inertias and axes, without the axis of points on a line.
