@@ -334,7 +334,7 @@ impl Body {
     /// Stores the velocities before the impacts of this step.
     pub(super) fn begin_contacts(&mut self, context: &StepContext) {
         if let Some(contact) = &mut self.body_contact {
-            contact.begin(&self.state);
+            contact.begin(&self.state, self.matching.layout.occupied());
         }
         self.begin_escapes(context);
         if let Some(contacts) = &mut self.contacts {

@@ -134,7 +134,7 @@ impl Simulation {
             });
             for past in contacts.looks() {
                 executor.for_each_indexed(bodies, |index, body| {
-                    if let Some(region) = contacts.region(index) {
+                    if let Some(region) = contacts.region_at(index, past) {
                         body.pose_for_contact(past * dt, &region);
                     }
                 });

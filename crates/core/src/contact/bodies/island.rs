@@ -13,9 +13,9 @@ use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
+use crate::contact::rows::buffer_bytes;
 use crate::contact::solver::{Solver, Tolerance, Units};
-use crate::contact::stage::Contacts;
-use crate::contact::stage::{ALLOWED_DEPTH, IMPACT, MIN_BOUNCE_STEPS};
+use crate::contact::stage::{ALLOWED_DEPTH, Contacts, IMPACT, MIN_BOUNCE_STEPS};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
 use crate::lattice::trilinear_weights;
 use crate::state::{BodyState, Interval};
@@ -81,14 +81,12 @@ pub(crate) struct PairContact {
     pub(crate) point: Point3<f64>,
     /// Unit normal, to the outside of the other body.
     pub(crate) normal: Vector3<f64>,
-    /// Greatest depth of a sample in scene units before the impulses, negative outside.
+    /// Greatest depth of a sample at the end of the step in scene units, negative outside.
     pub(crate) depth: f64,
     /// Impulse on the body of the samples, in scene units.
     pub(crate) impulse: Vector3<f64>,
     /// Mass times displacement of the body of the samples, in scene units.
     pub(crate) displacement: Vector3<f64>,
-    /// Greatest depth at the end of the step without impulses, in units of length of the island.
-    end_depth: f64,
     /// The lesser cell size of the two bodies, in units of length of the island.
     cell_size: f64,
 }
@@ -113,14 +111,10 @@ impl Island {
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let Self { members, solver, pairs, collider_impulses, impacts, pushes, patches, .. } = self;
-        let links: usize = patches.links.iter().map(|list| list.capacity() * size_of::<(u32, f64)>()).sum();
-        members.capacity() * size_of::<Member>()
-            + solver.bytes()
-            + collider_impulses.capacity() * size_of::<(f32, Vec4)>()
-            + pairs.capacity() * size_of::<PairContact>()
-            + (impacts.capacity() + pushes.capacity()) * size_of::<(u32, Vec4)>()
-            + patches.keys.capacity() * size_of::<([i32; 3], u8, u32, u32)>()
-            + links
+        let lists = buffer_bytes(members) + buffer_bytes(pairs) + buffer_bytes(collider_impulses);
+        let changes = buffer_bytes(impacts) + buffer_bytes(pushes);
+        let links: usize = patches.links.iter().map(|list| buffer_bytes(list)).sum();
+        lists + changes + solver.bytes() + buffer_bytes(&patches.keys) + links
     }
 
     /// Returns the index of the island.
@@ -298,10 +292,10 @@ impl Island {
             components,
             point,
             normal,
-            depth,
+            // Without the impulses, until they are known.
+            depth: depth - past * velocity.dot(&normal),
             impulse: Vector3::zeros(),
             displacement: Vector3::zeros(),
-            end_depth: (depth - past * velocity.dot(&normal)) / length,
             cell_size: cell_size / length,
         });
     }
@@ -330,10 +324,11 @@ impl Island {
             let target = match constraint.checked_sub(first) {
                 None => 0.0,
                 Some(pair) => {
-                    let PairContact { end_depth, cell_size, .. } = pairs[pair];
-                    let depth = end_depth - dt * f64::from(dot(&contact.normal, change));
-                    deepest = deepest.max(depth / cell_size);
-                    (PUSH_PART * depth).clamp(0.0, PUSH_LIMIT * cell_size)
+                    let PairContact { depth, cell_size, .. } = &mut pairs[pair];
+                    *depth -= dt * f64::from(dot(&contact.normal, change)) * length;
+                    let remaining = *depth / length;
+                    deepest = deepest.max(remaining / *cell_size);
+                    (PUSH_PART * remaining).clamp(0.0, PUSH_LIMIT * *cell_size)
                 }
             };
             Contact {
@@ -350,6 +345,9 @@ impl Island {
         pushes.extend(solver.changes().map(|(row, change)| (row, *change)));
         for (pair, (normal, _)) in pairs.iter_mut().zip(solver.impulses().skip(first)) {
             pair.displacement += pair.normal * (f64::from(normal) * length * mass);
+        }
+        for (pair, (_, change)) in pairs.iter_mut().zip(solver.contacts().skip(first)) {
+            pair.depth -= f64::from(change) * length;
         }
     }
 

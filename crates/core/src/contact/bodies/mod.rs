@@ -13,31 +13,43 @@
 //! |---|---|
 //! | `surface` | the surface of a body at rest: its triangles and samples |
 //! | `view` | the data of a body that are read |
+//! | `bounds`, `grid`, `deformed_cell` | axis-aligned boxes, a grid of them, and the geometry of one deformed cell |
 //! | `posed` | the deformed lattice at one time; the cell that contains a point |
 //! | `search` | the samples of a body that touch another one |
 //! | `island` | the contact problem of bodies that touch each other |
 
+mod bounds;
+mod deformed_cell;
+mod grid;
 mod island;
 mod posed;
 mod search;
 mod surface;
 mod view;
 
+pub(crate) use self::bounds::Bounds;
 pub(crate) use self::island::{Island, PairContact};
-pub(crate) use self::posed::Bounds;
+
 pub(crate) use self::surface::ContactSurface;
 pub(crate) use self::view::{BodyContact, BodyView, SurfaceProperties};
 
 use nalgebra::Vector3;
 
 use self::search::Search;
+use self::view::MotionBounds;
 use super::SKIN;
 use crate::mesh::UnionFind;
 use crate::parallel::Executor;
 use crate::state::SampleTouch;
 
-/// Greatest motion of two bodies relative to each other between two looks, in cells, up to [`MAX_LOOKS`].
+/// Greatest motion of two bodies relative to each other between two looks, in cells, up to [`MAX_LOOKS`], at the
+/// velocities before the step.
 const LOOK_WAY: f64 = 0.5;
+
+/// As [`LOOK_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices that
+/// contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it ends at
+/// the surface from which it began.
+const REBOUND_WAY: f64 = 1.0;
 
 /// Depth in cells of the smaller cell size from which bodies count as overlapping.
 const OVERLAP: f64 = 0.1;
@@ -60,12 +72,14 @@ pub(crate) struct ContactFilter {
 #[derive(Debug, Default)]
 pub(crate) struct BodyContacts {
     filter: ContactFilter,
-    /// Box of the positions of each body during the step, and of the ways of its vertices in the step.
-    bounds: Vec<(Bounds, Bounds)>,
+    /// Box of the positions of each body during the step, with a margin for touching.
+    bounds: Vec<Bounds>,
     /// Bodies in increasing order of the lower x coordinates of their boxes.
     order: Vec<u32>,
     /// Box in which each body is searched; empty if it is in no pair.
     regions: Vec<Bounds>,
+    /// Greatest number of looks of the searches of each body.
+    looks: Vec<u32>,
     /// The searches of this step are the first `search_count` ones.
     searches: Vec<Search>,
     search_count: usize,
@@ -87,10 +101,11 @@ impl BodyContacts {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { bounds, order, regions, searches, pairs, islands, places, records, .. } = self;
+        let Self { bounds, order, regions, looks, searches, pairs, islands, places, records, .. } = self;
         size_of_val(&**bounds)
             + size_of_val(&**order)
             + size_of_val(&**regions)
+            + size_of_val(&**looks)
             + searches.iter().map(Search::bytes).sum::<usize>()
             + size_of_val(&**searches)
             + size_of_val(&**pairs)
@@ -108,37 +123,41 @@ impl BodyContacts {
         is_asleep: impl Fn(u32) -> bool,
         dt: f64,
     ) -> bool {
-        let Self { filter, bounds, order, regions, pairs, places, .. } = self;
+        let Self { filter, bounds, order, regions, looks, pairs, places, .. } = self;
         self.island_count = 0;
         self.search_count = 0;
+        let motion = |index: u32| {
+            let motion = view(index).map_or(MotionBounds::EMPTY, |body| body.contact.motion);
+            match is_asleep(index) {
+                true => MotionBounds { velocities: Bounds::ZERO, velocities_before: Bounds::ZERO, ..motion },
+                false => motion,
+            }
+        };
         bounds.clear();
         bounds.extend((0..count).map(|index| {
-            view(index).map_or((Bounds::EMPTY, Bounds::EMPTY), |body| {
-                let (positions, velocities) = body.contact.bounds;
-                let ways = if is_asleep(index) { Bounds::ZERO } else { velocities.scaled(dt) };
-                // The positions during the step: those at its end, minus parts of the ways.
-                let swept = Bounds {
-                    low: positions.low - ways.high.coords.sup(&Vector3::zeros()),
-                    high: positions.high - ways.low.coords.inf(&Vector3::zeros()),
-                };
-                (swept.enlarged(SKIN * body.lattice.cell_size()), ways)
-            })
+            let MotionBounds { positions, velocities, .. } = motion(index);
+            // The positions during the step: those at its end, minus parts of the ways.
+            let swept = Bounds {
+                low: positions.low - velocities.high.coords.sup(&Vector3::zeros()) * dt,
+                high: positions.high - velocities.low.coords.inf(&Vector3::zeros()) * dt,
+            };
+            view(index).map_or(Bounds::EMPTY, |body| swept.enlarged(SKIN * body.lattice.cell_size()))
         }));
         pairs.clear();
         pairs.extend(filter.with_itself.iter().filter(|body| !is_asleep(**body)).map(|&body| (body, body)));
         if filter.between {
             order.clear();
-            order.extend((0..count).filter(|&body| !bounds[body as usize].0.is_empty()));
+            order.extend((0..count).filter(|&body| !bounds[body as usize].is_empty()));
             order.sort_unstable_by(|&a, &b| {
-                let low = |body: u32| bounds[body as usize].0.low.x;
+                let low = |body: u32| bounds[body as usize].low.x;
                 low(a).total_cmp(&low(b)).then(a.cmp(&b))
             });
             for (place, &a) in order.iter().enumerate() {
-                let own = bounds[a as usize].0;
+                let own = bounds[a as usize];
                 let later = order[place + 1..].iter();
-                for &b in later.take_while(|&&b| bounds[b as usize].0.low.x <= own.high.x) {
+                for &b in later.take_while(|&&b| bounds[b as usize].low.x <= own.high.x) {
                     let pair = (a.min(b), a.max(b));
-                    if bounds[b as usize].0.intersects(&own)
+                    if bounds[b as usize].intersects(&own)
                         && !(is_asleep(a) && is_asleep(b))
                         && filter.ignored.binary_search(&pair).is_err()
                     {
@@ -152,8 +171,10 @@ impl BodyContacts {
         regions.resize(count as usize, Bounds::EMPTY);
         places.clear();
         places.resize(count as usize, None);
+        looks.clear();
+        looks.resize(count as usize, 1);
         for &(a, b) in &*pairs {
-            let overlap = bounds[a as usize].0.intersection(&bounds[b as usize].0);
+            let overlap = bounds[a as usize].intersection(&bounds[b as usize]);
             for body in [a, b] {
                 let region = &mut regions[body as usize];
                 *region = region.union(&overlap);
@@ -162,10 +183,16 @@ impl BodyContacts {
         for index in 0..self.pairs.len() {
             let (a, b) = self.pairs[index];
             let cell_size = |body| view(body).map_or(f64::INFINITY, |body| body.lattice.cell_size());
-            let [first, second] = [a, b].map(|body| self.bounds[body as usize].1);
-            let way = first.greatest_difference(&second) / cell_size(a).min(cell_size(b));
-            let looks = (way / LOOK_WAY).clamp(1.0, MAX_LOOKS.into()).ceil() as u32;
-            let looks = looks.next_power_of_two();
+            let [first, second] = [a, b].map(motion);
+            let unit = cell_size(a).min(cell_size(b)) / dt;
+            let part = |way: f64, limit: f64| way / (limit * unit);
+            let looks =
+                part(first.velocities_before.greatest_difference(&second.velocities_before), LOOK_WAY)
+                    .max(part(first.velocities.greatest_difference(&second.velocities), REBOUND_WAY));
+            let looks = (looks.clamp(1.0, MAX_LOOKS.into()).ceil() as u32).next_power_of_two();
+            for body in [a, b] {
+                self.looks[body as usize] = self.looks[body as usize].max(looks);
+            }
             self.add_search(a, b, looks);
             if a != b {
                 self.add_search(b, a, looks);
@@ -184,13 +211,19 @@ impl BodyContacts {
 
     /// Returns the times of the looks, as parts of the step before its end: decreasing, the last one 0.
     pub(crate) fn looks(&self) -> impl Iterator<Item = f64> + use<> {
-        let looks = self.searches[..self.search_count].iter().map(|search| search.looks).max().unwrap_or(1);
+        let looks = self.looks.iter().copied().max().unwrap_or(1);
         (1..=looks).map(move |look| 1.0 - f64::from(look) / f64::from(looks))
     }
 
     /// Returns the box in which a body is searched, or `None` if it is in no pair.
     pub(crate) fn region(&self, body: u32) -> Option<Bounds> {
         self.regions.get(body as usize).copied().filter(|region| !region.is_empty())
+    }
+
+    /// Returns the box in which a body is searched at the time `past`, a part of the step before its end, or `None` if it
+    /// is not searched then.
+    pub(crate) fn region_at(&self, body: u32, past: f64) -> Option<Bounds> {
+        self.region(body).filter(|_| is_look(past, self.looks[body as usize]))
     }
 
     /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end. All bodies of
@@ -202,7 +235,7 @@ impl BodyContacts {
         executor: &Executor,
     ) {
         executor.for_each_mut(&mut self.searches[..self.search_count], |search| {
-            let is_look = (past * f64::from(search.looks)).fract() == 0.0;
+            let is_look = is_look(past, search.looks);
             if let (true, Some(body), Some(other)) = (is_look, view(search.body), view(search.other)) {
                 search.run(&body, &other, past * dt, dt);
             }
@@ -314,6 +347,11 @@ impl BodyContacts {
     pub(crate) fn contacts(&self) -> impl Iterator<Item = &PairContact> {
         self.islands[..self.island_count].iter().flat_map(Island::pairs)
     }
+}
+
+/// Returns whether the time `past`, a part of the step before its end, is one of `looks` looks.
+fn is_look(past: f64, looks: u32) -> bool {
+    (past * f64::from(looks)).fract() == 0.0
 }
 
 /// Returns the island of a body that touches another one.

@@ -8,10 +8,11 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::posed::gradient_at;
-use super::surface::Sample;
+use super::deformed_cell::DeformedCell;
+use super::posed::CellCache;
 use super::view::BodyView;
 use crate::contact::SKIN;
+use crate::contact::rows::buffer_bytes;
 use crate::lattice::{Lattice, trilinear_weights};
 use crate::state::SampleTouch;
 
@@ -77,6 +78,7 @@ pub(super) struct Search {
     pub(super) touches: Vec<Touch>,
     /// The samples that touch at the current look.
     found: Vec<Touch>,
+    cells: CellCache,
 }
 
 impl Search {
@@ -94,20 +96,23 @@ impl Search {
         let surface = body.contact.surface();
         let mut known = self.touches.iter().map(|touch| touch.sample).peekable();
         self.found.clear();
+        self.cells.reset(&other.contact.posed);
         let mut near = body.contact.posed.cells().iter().peekable();
         for group in &surface.cells {
             while near.next_if(|(cell, _)| *cell < group.cell).is_some() {}
             let is_near = near.peek().is_some_and(|(cell, bounds)| {
-                *cell == group.cell && bounds.intersects(&other.contact.posed.bounds)
+                *cell == group.cell
+                    && other.contact.posed.is_near(bounds, |found| pair.accepts(group.cell, found))
             });
             if !is_near {
                 continue;
             }
-            let corners = body.posed_corners(group.cell);
+            let own = DeformedCell::new(&body.posed_corners(group.cell));
             for sample in group.samples.clone() {
                 while known.next_if(|known| *known < sample).is_some() {}
                 if known.peek() != Some(&sample) {
-                    self.found.extend(pair.touch(sample, group.cell, &corners, remembered));
+                    let place = (group.cell, &own);
+                    self.found.extend(pair.touch(sample, place, remembered, &mut self.cells));
                 }
             }
         }
@@ -119,7 +124,7 @@ impl Search {
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        (self.touches.capacity() + self.found.capacity()) * size_of::<Touch>()
+        buffer_bytes(&self.touches) + buffer_bytes(&self.found) + self.cells.bytes()
     }
 }
 
@@ -135,24 +140,26 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// Returns the contact of a sample in `cell`, whose corners are `corners`.
+    /// Returns whether a sample in `cell` may touch the surface in the cell `found` of the other body.
+    fn accepts(&self, cell: u32, found: u32) -> bool {
+        !(self.is_same && are_near(self.body.lattice, cell, found))
+    }
+
+    /// Returns the contact of a sample in `cell`, whose geometry is `own`. `cells` belongs to the other body.
     fn touch(
         &self,
         index: u32,
-        cell: u32,
-        corners: &[Point3<f64>; 8],
+        (cell, own): (u32, &DeformedCell),
         remembered: &[SampleTouch],
+        cells: &mut CellCache,
     ) -> Option<Touch> {
-        let Self { body, other, is_same, past, dt } = *self;
+        let Self { body, other, past, dt, .. } = *self;
         let sample = &body.contact.surface().samples[index as usize];
-        let point = interpolate(corners, sample.local);
-        if !other.contact.posed.bounds.contains(&point) {
-            return None;
-        }
-        let accepts = |found| !(is_same && are_near(body.lattice, cell, found));
-        let located = other.contact.posed.locate(&point, |cell| other.posed_corners(cell), accepts)?;
-        let inverse = located.gradient.try_inverse()?;
-        let outward = world_normal(sample, corners);
+        let own_local = sample.local.map(f64::from);
+        let point = own.position(own_local);
+        let (posed, accepts) = (&other.contact.posed, |found| self.accepts(cell, found));
+        let located = posed.locate(&point, |cell| other.posed_corners(cell), accepts, cells)?;
+        let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
         let memory = memory.map(|k| Vector3::from(remembered[k].normal.map(f64::from)));
         let way = || {
@@ -164,22 +171,25 @@ impl Pair<'_> {
         let rest = Point3::from(std::array::from_fn(|a| f64::from(index_of_cell[a]) + located.local[a]));
         // The direction at rest in which the surface of the sample faces. An open surface has no outside.
         let facing = outward.filter(|_| body.contact.surface().is_closed);
-        let facing = facing.and_then(|outward| (located.gradient.transpose() * outward).try_normalize(0.0));
+        let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
         let Foot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
             true => self.foot_of_closed(&rest, facing)?,
             false => self.foot_of_shell(&rest, |normal| match (facing, memory) {
                 (Some(facing), _) => -facing.dot(normal),
-                (None, Some(before)) => (inverse.transpose() * normal).dot(&before),
-                (None, None) => -(inverse * way()).dot(normal),
+                (None, Some(before)) => {
+                    located.gradient.normal(normal).map_or(0.0, |normal| normal.dot(&before))
+                }
+                (None, None) => -located.gradient.local_offset(&way()).dot(normal),
             })?,
         };
         let (other_cell, other_local) = cell_of(other.lattice, &foot, located.cell);
-        let other_corners = other.posed_corners(other_cell);
-        let gradient = gradient_at(&other_corners, other_local.map(f64::from));
-        let inverse = if gradient.determinant() > 0.0 { gradient.try_inverse()? } else { inverse };
-        let normal = (inverse.transpose() * rest_normal).try_normalize(0.0)?;
+        let touched = DeformedCell::new(&other.posed_corners(other_cell));
+        let touched_local = other_local.map(f64::from);
+        // Where the touched cell is inside out, the derivative of that of the sample has to do.
+        let normal = touched.gradient(touched_local).normal(&rest_normal);
+        let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
         let shell = shell * other.lattice.cell_size();
-        let gap = (point - interpolate(&other_corners, other_local)).dot(&normal) - shell;
+        let gap = (point - touched.position(touched_local)).dot(&normal) - shell;
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
         let faces_away = facing.is_some() && outward.is_some_and(|outward| normal.dot(&outward) > 0.0);
         // A NaN, from positions that are not finite, is no contact.
@@ -251,26 +261,10 @@ fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32, [f32; 3]) 
     (cell, local(cell).map(|u| u.clamp(0.0, 1.0) as f32))
 }
 
-/// Returns the world position of a point of a cell.
-fn interpolate(corners: &[Point3<f64>; 8], local: [f32; 3]) -> Point3<f64> {
-    let weighted = corners.iter().zip(trilinear_weights(local));
-    Point3::from(weighted.map(|(corner, weight)| corner.coords * f64::from(weight)).sum::<Vector3<f64>>())
-}
-
 /// Returns the velocity of a point of a cell, in scene units per second.
 fn velocity_in(body: &BodyView, cell: u32, local: [f32; 3]) -> Vector3<f64> {
     let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
     corners.map(|(vertex, weight)| body.velocity(vertex) * f64::from(weight)).sum()
-}
-
-/// Returns the unit normal of a sample in world space, or `None` where its cell is flat or inside out.
-fn world_normal(sample: &Sample, corners: &[Point3<f64>; 8]) -> Option<Vector3<f64>> {
-    let gradient = gradient_at(corners, sample.local.map(f64::from));
-    if gradient.determinant() <= 0.0 {
-        return None;
-    }
-    let inverse = gradient.transpose().try_inverse()?;
-    (inverse * Vector3::from(sample.normal.map(f64::from))).try_normalize(0.0)
 }
 
 /// Returns whether two cells are the same, or joined by at most [`NEIGHBORHOOD`] steps through cells with common corners.
