@@ -3,12 +3,13 @@
 use nalgebra::Vector3;
 
 use super::{Body, StepContext};
+use crate::contact::Pressure;
 use crate::contact::bodies::{BodyContact, BodyView, Bounds, ContactSurface, Island, SurfaceProperties};
 use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::range::in_range;
-use crate::state::{SampleTouch, Touches};
+use crate::state::{ContactImpulse, ContactKey, SampleTouch, Touches};
 use crate::volume::Limit;
 
 /// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
@@ -233,14 +234,25 @@ impl Body {
         }
         state.energy_limit = None;
         self.restore_momenta(executor);
-        let state = &mut self.state;
+        let cell_mass = self.cell_mass();
+        let Self { contacts, state, .. } = self;
         let pairs = island.pairs().iter();
         let touched = pairs.flat_map(|pair| {
             let sides = [(0, 1), (1, 0)];
             sides.map(|(own, other)| (pair.bodies[own], pair.components[own], pair.bodies[other]))
         });
         let touched = touched.filter(|(body, ..)| *body == index);
-        state.touches.set(touches, touched.map(|(_, component, other)| (component, other)));
+        let between = island.pairs().iter().filter(|pair| pair.bodies[0] == index);
+        let between = between.map(|pair| ContactImpulse { key: pair.key, impulse: pair.impulse.into() });
+        let unit = cell_mass * state.frame.cell_size();
+        let pressures = contacts.iter().flat_map(|contacts| contacts.pressures());
+        let with_colliders =
+            pressures.map(|&Pressure { collider, vertex, normal, impulse, friction, .. }| {
+                let key = ContactKey::Collider { collider, vertex };
+                ContactImpulse { key, impulse: ((normal * impulse + friction) * unit).into() }
+            });
+        let bodies = touched.map(|(_, component, other)| (component, other));
+        state.touches.set(touches, bodies, between.chain(with_colliders));
     }
 
     /// Adds the rigid motions to the velocities that restore the tracked momenta: impulses act at the positions before they

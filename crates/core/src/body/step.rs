@@ -136,7 +136,7 @@ impl Body {
             }
         }
         if self.body_contact.is_some() && !matches!(part, BodyContactPart::InIsland { .. }) {
-            self.state.touches.set(std::iter::empty(), std::iter::empty());
+            self.state.touches.clear();
         }
         self.track_rest(context, executor);
     }

@@ -169,6 +169,17 @@ impl ContactConstraint {
         self.friction_impulse + self.contact.normal * self.normal_impulse
     }
 
+    /// Sets the impulses: the part of `impulse` along the normal, if it pushes, and the friction in the Coulomb friction
+    /// cone.
+    pub(super) fn set_impulse(&mut self, impulse: &Vec4) {
+        let Contact { normal, friction, .. } = &self.contact;
+        let along = dot(impulse, normal);
+        let tangential = impulse - normal * along;
+        self.normal_impulse = along.max(0.0);
+        let (length, limit) = (dot(&tangential, &tangential).sqrt(), friction * self.normal_impulse);
+        self.friction_impulse = if length > limit { tangential * (limit / length) } else { tangential };
+    }
+
     /// Updates the impulses and returns the change of their sum.
     ///
     /// The normal impulse is at least 0, and the friction impulse lies in the Coulomb friction cone.

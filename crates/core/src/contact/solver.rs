@@ -37,13 +37,13 @@ use super::vec4::{Vec4, dot};
 ///
 /// The iteration stops after `passes` passes, or after a pass in which no velocity of a contact changes by
 /// more than the threshold. The threshold is the greater of `absolute`, and `relative` times the greatest
-/// change in the first pass.
+/// change by the impulses with which the iteration begins, or in the first pass.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
     /// Maximum number of passes: 1 plus a multiple of 4, so that the remaining fraction of the error is not
     /// negative.
     pub(super) passes: usize,
-    /// Threshold as a fraction of the greatest change in the first pass.
+    /// Threshold as a fraction of the greatest change at the beginning.
     pub(super) relative: f32,
     /// Threshold in the unit of the solved quantity.
     pub(super) absolute: f32,
@@ -142,14 +142,34 @@ impl Solver {
         self.constraints.push(ContactConstraint::new(contact, start..self.links.len()));
     }
 
+    /// Sets the impulses with which [`solve`](Self::solve) begins: those of the step before, one for each contact, without
+    /// the parts that no contact can have. Contacts that were faster than `slow` before the step begin without an impulse:
+    /// that of an impact is another one in each step, and would add energy.
+    pub(super) fn begin_with(&mut self, impulses: &[Vec4], slow: f32) {
+        let Self { constraints, links, changes, .. } = self;
+        for (constraint, impulse) in constraints.iter_mut().zip(impulses) {
+            let Contact { slip_before, limit, .. } = &constraint.contact;
+            if dot(slip_before, slip_before) + limit * limit >= slow * slow {
+                continue;
+            }
+            constraint.set_impulse(impulse);
+            let impulse = constraint.impulse();
+            for link in &links[constraint.links.clone()] {
+                changes[link.vertex as usize] += impulse * link.response;
+            }
+        }
+    }
+
     /// Computes the impulses.
     pub(super) fn solve(&mut self, tolerance: Tolerance) {
         self.find_responses();
+        let begun = self.constraints.iter().map(|constraint| constraint.speed_change(&constraint.impulse()));
+        let begun = begun.fold(0.0, f32::max);
         let mut threshold = tolerance.absolute;
         for pass in 0..tolerance.passes {
             let change = self.pass(if pass % 2 == 1 { 2.0 } else { 1.0 });
             if pass == 0 {
-                threshold = threshold.max(tolerance.relative * change);
+                threshold = threshold.max(tolerance.relative * change.max(begun));
             }
             if change <= threshold {
                 break;
@@ -238,14 +258,6 @@ impl Solver {
             *constraint = ContactConstraint::new(contact, constraint.links.clone());
         }
         changes.fill(Vec4::zeros());
-    }
-
-    /// Returns, for each contact, its normal impulse and the row of one of its vertices.
-    pub(super) fn normal_impulses(&self) -> impl Iterator<Item = (f32, u32)> {
-        self.constraints.iter().map(|constraint| {
-            let vertex = self.links[constraint.links.start].vertex;
-            (constraint.normal_impulse, self.rows.list()[vertex as usize])
-        })
     }
 
     /// Computes the response of each constraint: the velocity change of its contact point if every constraint

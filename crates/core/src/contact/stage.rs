@@ -27,7 +27,7 @@ pub(super) const MIN_BOUNCE_STEPS: f64 = 2.0;
 pub(super) const ALLOWED_DEPTH: f64 = 3e-4;
 
 /// Tolerance for the impulses. The solved quantities are velocities in cells per second.
-pub(super) const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
+const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Greatest push-out in a step, in cells. Deeper samples leave the collider over several steps, because a
 /// greater push-out would flatten the body on the surface, and its elastic energy would then throw it up.
@@ -53,7 +53,7 @@ const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
 pub(crate) struct Pressure {
     /// Index of the collider.
     pub(crate) collider: u32,
-    /// One of the lattice vertices of the contact.
+    /// Nearest lattice vertex of the contact.
     pub(crate) vertex: u32,
     /// Normal impulse, 0 if the contact does not press on the body.
     pub(crate) impulse: f64,
@@ -234,7 +234,7 @@ impl Contacts {
                 let (normal, position) = (wide(&contact.normal), point.position);
                 pressures.push(Pressure {
                     collider: index as u32,
-                    vertex: 0,
+                    vertex: samples.vertices[patch.nearest_row() as usize],
                     impulse: 0.0,
                     friction: Vector3::zeros(),
                     depth: patch.deepest,
@@ -278,12 +278,9 @@ impl Contacts {
 
     /// Stores the impulses, and pushes samples out of colliders.
     fn finish(&mut self, state: &mut BodyState<'_>, colliders: &Colliders, step: Interval) {
-        let Self { samples, solver, pressures, displacements, .. } = self;
-        for (pressure, (impulse, row)) in pressures.iter_mut().zip(solver.normal_impulses()) {
+        let Self { solver, pressures, displacements, .. } = self;
+        for (pressure, (impulse, friction)) in pressures.iter_mut().zip(solver.impulses()) {
             pressure.impulse = f64::from(impulse);
-            pressure.vertex = samples.vertices[row as usize];
-        }
-        for (pressure, (_, friction)) in pressures.iter_mut().zip(solver.impulses()) {
             pressure.friction = wide(&friction);
         }
         let mut remaining = 0.0_f64;

@@ -26,7 +26,7 @@ pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use supports::{Deflection, Support, Supports};
-pub(crate) use touches::{SampleTouch, Touches};
+pub(crate) use touches::{ContactImpulse, ContactKey, SampleTouch, Touches};
 
 use nalgebra::{Point3, Vector3};
 

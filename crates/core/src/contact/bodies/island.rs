@@ -15,10 +15,10 @@ use crate::contact::colliders::Colliders;
 use crate::contact::constraint::Contact;
 use crate::contact::rows::buffer_bytes;
 use crate::contact::solver::{Solver, Tolerance, Units};
-use crate::contact::stage::{ALLOWED_DEPTH, Contacts, IMPACT, MIN_BOUNCE_STEPS};
+use crate::contact::stage::{ALLOWED_DEPTH, Contacts, MIN_BOUNCE_STEPS, Pressure};
 use crate::contact::vec4::{Vec4, dot, narrow, wide};
 use crate::lattice::trilinear_weights;
-use crate::state::{BodyState, Interval};
+use crate::state::{BodyState, ContactKey, Interval};
 
 /// Part of the depth by which a step pushes touching bodies apart. A greater part gives them energy.
 const PUSH_PART: f64 = 0.3;
@@ -31,6 +31,10 @@ const LEAST_WEIGHT: f64 = 1e-6;
 
 /// Greatest ratio of masses, so that products with inverse masses fit in f32.
 const GREATEST_RATIO: f64 = 1e30;
+
+/// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that those of bodies at rest
+/// become more exact from step to step, with few passes in each. An impact takes more passes.
+const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-2, absolute: 0.0 };
 
 /// Tolerance of the pushes, in cells.
 const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
@@ -45,6 +49,8 @@ pub(crate) struct Island {
     pairs: Vec<PairContact>,
     /// Number of constraints of contacts with colliders.
     collider_constraints: usize,
+    /// Impulses with which the solution begins, in the order of the constraints.
+    begin: Vec<Vec4>,
     /// Impulses of the contacts with colliders: normal impulse and friction impulse.
     collider_impulses: Vec<(f32, Vec4)>,
     /// Velocity change of each row by the impulses.
@@ -78,6 +84,7 @@ pub(crate) struct PairContact {
     pub(crate) bodies: [u32; 2],
     /// The connected components that touch.
     pub(crate) components: [u32; 2],
+    pub(crate) key: ContactKey,
     pub(crate) point: Point3<f64>,
     /// Unit normal, to the outside of the other body.
     pub(crate) normal: Vector3<f64>,
@@ -110,8 +117,11 @@ impl Island {
 
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        let Self { members, solver, pairs, collider_impulses, impacts, pushes, patches, .. } = self;
-        let lists = buffer_bytes(members) + buffer_bytes(pairs) + buffer_bytes(collider_impulses);
+        let Self { members, solver, pairs, begin, collider_impulses, impacts, pushes, patches, .. } = self;
+        let lists = buffer_bytes(members)
+            + buffer_bytes(pairs)
+            + buffer_bytes(begin)
+            + buffer_bytes(collider_impulses);
         let changes = buffer_bytes(impacts) + buffer_bytes(pushes);
         let links: usize = patches.links.iter().map(|list| buffer_bytes(list)).sum();
         lists + changes + solver.bytes() + buffer_bytes(&patches.keys) + links
@@ -145,6 +155,8 @@ impl Island {
         for search in searches {
             self.add_search(&view, search, (dt, gravity));
         }
+        let slow = MIN_BOUNCE_STEPS * gravity * dt / self.units.0;
+        self.solver.begin_with(&self.begin, slow as f32);
         self.solver.solve(IMPACT);
         self.impacts.extend(self.solver.changes().map(|(row, change)| (row, *change)));
         self.store_impulses(dt);
@@ -153,7 +165,7 @@ impl Island {
 
     /// Numbers the rows, and adds the contacts with colliders.
     fn begin_problem<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>) {
-        let Self { members, solver, .. } = self;
+        let Self { members, solver, begin, .. } = self;
         let bodies = || members.iter().map(|member| view(member.body));
         let length = bodies().map(|body| body.lattice.cell_size()).fold(f64::INFINITY, f64::min);
         let mass = bodies().map(|body| body.cell_mass).fold(0.0, f64::max);
@@ -161,6 +173,7 @@ impl Island {
         self.units = (length, mass);
         solver.clear();
         solver.resize(rows);
+        begin.clear();
         let (mut offset, mut momentum, mut total) = (0, Vector3::zeros(), 0.0);
         for member in members {
             let body = view(member.body);
@@ -175,6 +188,10 @@ impl Island {
             if let Some(contacts) = body.contacts {
                 let row = |row: u32| member.offset + contacts.samples().vertices[row as usize];
                 solver.append(contacts.solver(), row, member.scale);
+                begin.extend(contacts.pressures().iter().map(|&Pressure { collider, vertex, .. }| {
+                    let key = ContactKey::Collider { collider, vertex };
+                    narrow(body.state.touches.impulse(key) / (length * mass))
+                }));
             }
             for vertex in 0..body.lattice.len() as u32 {
                 let mass = body.cell_mass * f64::from(body.masses[vertex as usize]);
@@ -214,7 +231,9 @@ impl Island {
         let PatchBuffers { keys, links } = &mut buffers;
         for patch in keys.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)) {
             let touches = patch.iter().map(|&(.., index)| &search.touches[index as usize]);
-            self.add_patch([&body, &other], search, touches, links, (dt, gravity));
+            let (node, axis, component, _) = patch[0];
+            let key = ContactKey::Body { other: search.other, component, node, axis };
+            self.add_patch([&body, &other], search, (key, component), touches, links, (dt, gravity));
         }
         self.patches = buffers;
     }
@@ -224,6 +243,7 @@ impl Island {
         &mut self,
         [body, other]: [&BodyView; 2],
         search: &Search,
+        (key, component): (ContactKey, u32),
         touches: impl Iterator<Item = &'a Touch> + Clone,
         links: &mut [Vec<(u32, f64)>; 2],
         (dt, gravity): (f64, f64),
@@ -244,7 +264,6 @@ impl Island {
         let depth = touches.clone().map(|touch| -touch.gap).fold(f64::NEG_INFINITY, f64::max);
 
         links.iter_mut().for_each(Vec::clear);
-        let mut component = 0;
         for touch in touches {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let sides = [(body, touch.cell, sample.local), (other, touch.other_cell, touch.other_local)];
@@ -252,7 +271,6 @@ impl Island {
                 let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
                 links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
             }
-            component = component_of(other, touch.other_cell);
         }
         links.iter_mut().for_each(merge);
         let components = [body.lattice.components().of_vertex[links[0][0].0 as usize], component];
@@ -287,9 +305,11 @@ impl Island {
             })
         });
         self.solver.add(contact, rows);
+        self.begin.push(narrow(body.state.touches.impulse(key) / (length * mass)));
         self.pairs.push(PairContact {
             bodies: [search.body, search.other],
             components,
+            key,
             point,
             normal,
             // Without the impulses, until they are known.

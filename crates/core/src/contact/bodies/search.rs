@@ -23,6 +23,10 @@ const FACING: f64 = -0.25;
 /// Greatest additional distance, in cells, of a point of the surface that faces the sample, if the closest one does not.
 const FACING_RANGE: f64 = 0.25;
 
+/// Greatest additional distance, in cells, of the side of a surface that a sample touched in the last step, if another side
+/// is closer. Before the impulses of a step, a sample that is pressed near an edge may be closer to the other side of it.
+const SIDE_RANGE: f64 = 0.6;
+
 /// Distance in cells up to which a sample outside a surface at rest may touch it in the deformed lattice.
 const OUTSIDE: f64 = 0.02;
 
@@ -173,7 +177,10 @@ impl Pair<'_> {
         let facing = outward.filter(|_| body.contact.surface().is_closed);
         let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
         let Foot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
-            true => self.foot_of_closed(&rest, facing)?,
+            true => {
+                let side = memory.and_then(|before| located.gradient.rest_normal(&before));
+                self.foot_of_closed(&rest, facing, side)?
+            }
             false => self.foot_of_shell(&rest, |normal| match (facing, memory) {
                 (Some(facing), _) => -facing.dot(normal),
                 (None, Some(before)) => {
@@ -204,27 +211,40 @@ impl Pair<'_> {
         counts.then_some(Touch { sample: index, cell, other_cell, other_local, point, normal, gap, past })
     }
 
-    /// Returns the closest point of a closed surface that faces a sample. `facing`: direction at rest in which the surface
-    /// of the sample faces. Returns `None` if no point faces it, or the sample is outside.
-    fn foot_of_closed(&self, rest: &Point3<f64>, facing: Option<Vector3<f64>>) -> Option<Foot> {
+    /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
+    /// step if that is near. `facing`: direction at rest in which the surface of the sample faces. `side`: normal at rest
+    /// with which it touched. Returns `None` if no point faces it, or the sample is outside.
+    fn foot_of_closed(
+        &self,
+        rest: &Point3<f64>,
+        facing: Option<Vector3<f64>>,
+        side: Option<Vector3<f64>>,
+    ) -> Option<Foot> {
         let tree = &self.other.contact.surface().tree;
         let limit = if self.is_same { MAX_SHELL_DEPTH } else { MAX_DEPTH };
         let closest = tree.closest(rest, limit, |_| true)?;
         if !closest.is_inside(rest) && closest.distance > OUTSIDE {
             return None;
         }
-        match facing {
-            Some(facing) if closest.normal.dot(&facing) > FACING => {
-                let faces = |triangle| tree.triangle_normal(triangle).dot(&facing) <= FACING;
-                let found = tree.closest(rest, closest.distance + FACING_RANGE, faces)?;
-                // The pseudonormal at an edge may belong to a side that does not face the sample.
-                let normal = match found.normal.dot(&facing) <= FACING {
-                    true => found.normal,
-                    false => tree.triangle_normal(found.triangle),
-                };
-                Some(Foot { rest: found.point, normal, shell: 0.0 })
-            }
-            _ => Some(Foot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+        let faces = |normal: &Vector3<f64>| facing.is_none_or(|facing| normal.dot(&facing) <= FACING);
+        let is_same_side =
+            |normal: &Vector3<f64>| faces(normal) && side.is_some_and(|side| normal.dot(&side) > SAME_SIDE);
+        // The closest point of some triangles. The pseudonormal at an edge may belong to other triangles.
+        let among = |range: f64, accepts: &dyn Fn(&Vector3<f64>) -> bool| {
+            let found = tree.closest(rest, closest.distance + range, |triangle| {
+                accepts(&tree.triangle_normal(triangle))
+            })?;
+            let normal =
+                if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
+            Some(Foot { rest: found.point, normal, shell: 0.0 })
+        };
+        let as_before = side.filter(|_| !is_same_side(&closest.normal));
+        if let Some(foot) = as_before.and_then(|_| among(SIDE_RANGE, &is_same_side)) {
+            return Some(foot);
+        }
+        match faces(&closest.normal) {
+            true => Some(Foot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+            false => among(FACING_RANGE, &faces),
         }
     }
 
