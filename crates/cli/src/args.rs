@@ -35,9 +35,9 @@ pub(crate) struct RunArgs {
     /// Output directory [default: the scene's output.directory]; with several inputs, DIR/INPUT-NAME for each; with --print-scene, the scene file (.toml) to write
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Format of the frames [default: the scene's output.format]
-    #[arg(long, value_enum)]
-    pub(crate) format: Option<Format>,
+    /// Formats of the frames, separated by commas [default: the scene's output.format]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub(crate) format: Vec<Format>,
     /// Number of frames after frame 0 [default: the scene's simulation.frames]
     #[arg(long, value_name = "N", value_parser = count::<0, 10_000_000>, allow_negative_numbers = true)]
     pub(crate) frames: Option<u32>,
@@ -176,6 +176,8 @@ pub(crate) enum Format {
     Ply,
     /// One PC2 point cache per body
     Pc2,
+    /// A page for browsers, supple.html, with all bodies
+    Html,
 }
 
 /// Axes of a model that can point up.
@@ -193,6 +195,7 @@ impl From<Format> for frames::Format {
             Format::Obj => Self::Obj,
             Format::Ply => Self::Ply,
             Format::Pc2 => Self::Pc2,
+            Format::Html => Self::Html,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! File input and output for [`supple`]: reads models and scenes, runs simulations, writes frames.
 //!
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
-//! * [`frames`] writes frame sequences as OBJ, PLY and PC2.
+//! * `html` writes and reads pages that show runs in a browser.
+//! * [`frames`] writes frame sequences as OBJ, PLY and PC2, and pages (HTML).
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
 //!
@@ -11,6 +12,7 @@ mod count;
 mod escape;
 mod file;
 pub mod frames;
+mod html;
 pub mod obj;
 mod path;
 pub mod run;

@@ -1,0 +1,341 @@
+//! Writes the page of a run. Its frames are kept in the file `NAME.html.data` until the run ends, and then become the page
+//! `NAME.html`, from which a later run can take them again.
+//!
+//! ```text
+//! offset  0   8 bytes   "SUPPLEPG"
+//!         8   u64       length of the description and its arrays, little endian
+//!        16   u8        the description and its arrays
+//!             u8        the frames, all of the same size
+//! ```
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use nalgebra::Point3;
+use supple::Simulation;
+
+use super::error::check_finite;
+use super::record::{Compare, Record};
+use super::sequence::PAGE_DATA;
+use super::{OutputError, Sequence};
+use crate::count::counted;
+use crate::file::{self, is_link, write_atomically, write_durably};
+use crate::html::{
+    FrameBuilder, FrameSource, Header, Layout, Run, animated_positions, decode_header, encode_header,
+    read_page, write_page,
+};
+
+const SIGNATURE: &[u8; 8] = b"SUPPLEPG";
+/// Size of the signature and the length, in bytes.
+const PREFIX: u64 = 16;
+
+/// A page that is being written, as `NAME.html.data`.
+#[derive(Debug)]
+pub(crate) struct PageWriter {
+    sequence: Sequence,
+    data: Data,
+    frame: FrameBuilder,
+}
+
+/// The open data of a page.
+#[derive(Debug)]
+struct Data {
+    file: File,
+    header: Header,
+    arrays: Vec<u8>,
+    /// Offset of the first frame.
+    start: u64,
+    /// Size of a frame, in bytes.
+    frame_bytes: u64,
+}
+
+impl PageWriter {
+    /// Starts a page.
+    pub(crate) fn create(sequence: Sequence, header: &Header, arrays: &[u8]) -> Result<Self, OutputError> {
+        let path = data_path(&sequence);
+        let write = |file: &mut File| write_prefix(file, &encode_header(header, arrays)?);
+        write_atomically(&path, write).map_err(OutputError::io("write", &path))?;
+        let mut data = open(&path)?;
+        data.truncate(0).map_err(OutputError::io("write", &path))?;
+        Ok(Self::open(sequence, data))
+    }
+
+    /// Continues a finished or unfinished page after its first `samples` frames, and removes later frames. `header`
+    /// describes the run; the page keeps its own description. Changes nothing if the page cannot be continued.
+    pub(crate) fn resume(sequence: Sequence, header: &Header, samples: u64) -> Result<Self, OutputError> {
+        check_link(&sequence)?;
+        let path = data_path(&sequence);
+        let page = sequence.path(0);
+        let invalid = |reason: String| OutputError::Cache { path: page.clone(), reason };
+        if !path.exists() {
+            let mut run = read_run(&page)?;
+            let write = |file: &mut File| write_data(file, &mut run);
+            write_durably(&path, write).map_err(OutputError::io("write", &path))?;
+        }
+        let mut data = open(&path)?;
+        if Layout::new(&data.header) != Layout::new(header) {
+            return Err(invalid("it has other bodies, lattices or colliders".to_owned()));
+        }
+        let complete = data.complete().map_err(OutputError::io("read", &path))?;
+        if complete < samples {
+            let kept = counted(samples as usize, "frame");
+            return Err(invalid(format!("it has {complete} of {kept} to keep")));
+        }
+        data.truncate(samples).map_err(OutputError::io("write", &path))?;
+        Ok(Self::open(sequence, data))
+    }
+
+    fn open(sequence: Sequence, data: Data) -> Self {
+        Self { sequence, data, frame: FrameBuilder::default() }
+    }
+
+    /// Adds the next body to frame `frame`: the positions of its mesh and its lattice, and its volumes at rest, before and
+    /// after the correction.
+    pub(crate) fn push_body(
+        &mut self,
+        frame: u64,
+        positions: &[[f32; 3]],
+        lattice: impl Iterator<Item = Point3<f64>>,
+        volumes: [f64; 3],
+    ) -> Result<(), OutputError> {
+        check_finite(frame, positions)?;
+        let lattice: Vec<[f32; 3]> = lattice.map(|point| point.cast::<f32>().into()).collect();
+        check_finite(frame, &lattice)?;
+        self.frame.push_volumes(volumes);
+        self.frame.push_points(positions);
+        self.frame.push_points(&lattice);
+        Ok(())
+    }
+
+    /// Writes the frame with the added bodies and the colliders, and returns its record. If this fails, truncates the file
+    /// after the previous frame.
+    pub(crate) fn write(&mut self, simulation: &Simulation) -> Result<Record, OutputError> {
+        for index in 0..simulation.collider_count() {
+            let collider = simulation.collider(index);
+            self.frame.push_pose(collider.translation(), collider.rotation());
+        }
+        animated_positions(simulation, simulation.time())
+            .for_each(|positions| self.frame.push_points(&positions));
+        let frame = self.frame.finish();
+        debug_assert_eq!(frame.len() as u64, self.data.frame_bytes, "all frames have the size of the layout");
+        if let Err(error) = self.data.file.write_all(frame) {
+            // The write error is returned; an error of the truncation would add nothing.
+            let _ = self.data.truncate(self.data.header.frames as u64);
+            return Err(OutputError::io("write", &self.path())(error));
+        }
+        self.data.header.frames += 1;
+        Ok(Record::of(frame))
+    }
+
+    /// Returns the path of the file while frames are written.
+    pub(crate) fn path(&self) -> PathBuf {
+        data_path(&self.sequence)
+    }
+
+    /// Writes the page, and removes the data.
+    pub(crate) fn finish(self) -> Result<(), OutputError> {
+        let path = self.sequence.path(0);
+        let data_path = self.path();
+        let Data { header, arrays, .. } = &self.data;
+        let mut runs = [Run {
+            header: header.clone(),
+            arrays: arrays.clone(),
+            frames: Box::new(DataFrames::open(&data_path, &self.data)?),
+        }];
+        let write = |file: &mut File| {
+            let mut out = BufWriter::new(file);
+            write_page(&mut out, &mut runs)?;
+            out.flush()
+        };
+        write_durably(&path, write).map_err(OutputError::io("write", &path))?;
+        drop((runs, self.data));
+        fs::remove_file(&data_path).map_err(OutputError::io("remove", &data_path))
+    }
+}
+
+impl Data {
+    /// `length` is that of the encoded header.
+    fn new(file: File, header: Header, arrays: Vec<u8>, length: usize) -> Self {
+        let frame_bytes = Layout::new(&header).bytes() as u64;
+        Self { file, header, arrays, start: PREFIX + length as u64, frame_bytes }
+    }
+
+    /// Returns the number of complete frames.
+    fn complete(&self) -> io::Result<u64> {
+        Ok(self.file.metadata()?.len().saturating_sub(self.start) / self.frame_bytes.max(1))
+    }
+
+    /// Truncates the file after `frames` frames, and seeks to the end.
+    fn truncate(&mut self, frames: u64) -> io::Result<()> {
+        self.header.frames = frames as usize;
+        self.file.set_len(self.start + frames * self.frame_bytes)?;
+        self.file.seek(SeekFrom::End(0)).map(drop)
+    }
+}
+
+/// The frames of a data file.
+struct DataFrames {
+    file: File,
+    start: u64,
+    frame_bytes: u64,
+}
+
+impl DataFrames {
+    fn open(path: &Path, data: &Data) -> Result<Self, OutputError> {
+        let file = File::open(path).map_err(OutputError::io("read", path))?;
+        Ok(Self { file, start: data.start, frame_bytes: data.frame_bytes })
+    }
+}
+
+impl FrameSource for DataFrames {
+    fn read_frame(&mut self, index: usize, frame: &mut Vec<u8>) -> io::Result<()> {
+        frame.resize(self.frame_bytes as usize, 0);
+        self.file.seek(SeekFrom::Start(self.start + index as u64 * self.frame_bytes))?;
+        self.file.read_exact(frame)
+    }
+}
+
+fn data_path(sequence: &Sequence) -> PathBuf {
+    let mut name = sequence.path(0).into_os_string();
+    name.push(PAGE_DATA);
+    name.into()
+}
+
+fn write_prefix(file: &mut impl Write, encoded: &[u8]) -> io::Result<()> {
+    file.write_all(SIGNATURE)?;
+    file.write_all(&(encoded.len() as u64).to_le_bytes())?;
+    file.write_all(encoded)
+}
+
+/// Writes the data of a run to a file.
+fn write_data(file: &mut File, run: &mut Run<'_>) -> io::Result<()> {
+    let mut out = BufWriter::new(file);
+    // Frames are counted by the length of the file.
+    let mut header = run.header.clone();
+    header.frames = 0;
+    write_prefix(&mut out, &encode_header(&header, &run.arrays)?)?;
+    let mut frame = Vec::new();
+    for index in 0..run.header.frames {
+        run.frames.read_frame(index, &mut frame)?;
+        out.write_all(&frame)?;
+    }
+    out.flush()
+}
+
+/// Opens existing data, for reading and writing.
+fn open(path: &Path) -> Result<Data, OutputError> {
+    let open = || {
+        let mut file = File::options().read(true).write(true).open(path)?;
+        let mut prefix = [0; PREFIX as usize];
+        file.read_exact(&mut prefix)?;
+        let (signature, length) = prefix.split_at(8);
+        let length = u64::from_le_bytes(std::array::from_fn(|byte| length[byte]));
+        if signature != SIGNATURE || length > file.metadata()?.len() {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+        let mut encoded = vec![0; length as usize];
+        file.read_exact(&mut encoded)?;
+        let (header, arrays, _) = decode_header(&encoded)?;
+        let arrays = arrays.to_vec();
+        Ok(Data::new(file, header, arrays, encoded.len()))
+    };
+    open().map_err(|error: io::Error| match error.kind() {
+        ErrorKind::UnexpectedEof | ErrorKind::InvalidData => OutputError::Cache {
+            path: path.to_owned(),
+            reason: "its beginning is incomplete or was changed".to_owned(),
+        },
+        _ => OutputError::io("read", path)(error),
+    })
+}
+
+/// Reads the only run of a page.
+fn read_run(path: &Path) -> Result<Run<'static>, OutputError> {
+    let invalid = |reason: &str| OutputError::Cache { path: path.to_owned(), reason: reason.to_owned() };
+    let bytes = match file::read(path, u64::MAX) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Err(invalid("it is missing")),
+        bytes => bytes.map_err(OutputError::io("read", path))?,
+    };
+    let runs = read_page(&bytes).map_err(|error| invalid(&error.to_string()))?;
+    match <[Run<'static>; 1]>::try_from(runs) {
+        Ok([run]) => Ok(run),
+        Err(_) => Err(invalid("it has several runs")),
+    }
+}
+
+/// Returns an error if an existing page or its data are a link, which would have to be followed to continue them.
+pub(super) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
+    for path in [data_path(sequence), sequence.path(0)] {
+        if is_link(&path) {
+            return Err(OutputError::Link { path });
+        }
+        if path.exists() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Compares a page or its data with the records of the frames. Returns the problem if they differ.
+pub(super) fn check(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+) -> Result<Option<String>, OutputError> {
+    match check_frames(sequence, records, compare) {
+        Err(OutputError::Cache { path, reason }) => {
+            Ok(Some(format!("cannot continue {}: {reason}", path.display())))
+        }
+        checked => checked,
+    }
+}
+
+fn check_frames(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+) -> Result<Option<String>, OutputError> {
+    let Some(first) = records.first() else { return Ok(None) };
+    let (data_path, page) = (data_path(sequence), sequence.path(0));
+    let (path, found, size, mut frames): (_, _, _, Box<dyn FrameSource>) = if data_path.exists() {
+        let data = open(&data_path)?;
+        let found = data.complete().map_err(OutputError::io("read", &data_path))?;
+        let frames = DataFrames::open(&data_path, &data)?;
+        (&data_path, found, data.frame_bytes, Box::new(frames))
+    } else {
+        let run = read_run(&page)?;
+        (&page, run.header.frames as u64, Layout::new(&run.header).bytes() as u64, run.frames)
+    };
+    let invalid = |reason: String| Err(OutputError::Cache { path: path.clone(), reason });
+    if size != first.bytes {
+        return invalid(format!("its frames have {size} instead of {} bytes", first.bytes));
+    }
+    if found < records.len() as u64 {
+        return invalid(format!("it has {found} of {} to keep", counted(records.len(), "frame")));
+    }
+    if compare == Compare::Sizes {
+        return Ok(None);
+    }
+    let mut frame = Vec::new();
+    for (index, record) in records.iter().enumerate() {
+        frames.read_frame(index, &mut frame).map_err(OutputError::io("read", path))?;
+        if Record::of(&frame) != *record {
+            let number = sequence.first + index as u64 * sequence.every;
+            let path = path.display();
+            return Ok(Some(format!("frame {number} of {path} has changed since it was written")));
+        }
+    }
+    Ok(None)
+}
+
+/// Writes the page of unfinished data that have all frames, without the frames after `records`.
+pub(super) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
+    let data_path = data_path(sequence);
+    if !data_path.exists() {
+        return Ok(());
+    }
+    check_link(sequence)?;
+    let mut data = open(&data_path)?;
+    data.truncate(records.len() as u64).map_err(OutputError::io("write", &data_path))?;
+    PageWriter::open(sequence.clone(), data).finish()
+}
