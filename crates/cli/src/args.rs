@@ -24,6 +24,8 @@ pub(crate) enum Command {
     Inspect(InspectArgs),
     /// Measure error against run time for a scene, the accuracy of the summation, the stability of extreme cases, or materials
     Study(StudyArgs),
+    /// Show finished runs side by side in one page for browsers
+    Html(HtmlArgs),
 }
 
 /// Arguments of `supple run`.
@@ -123,6 +125,17 @@ pub(crate) struct StudyArgs {
     pub(crate) scene: SceneArgs,
 }
 
+/// Arguments of `supple html`.
+#[derive(Debug, Args)]
+pub(crate) struct HtmlArgs {
+    /// Folders of runs with --format html, or pages (.html)
+    #[arg(value_name = "RUN", required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Page to write; an existing file is replaced
+    #[arg(short, long, value_name = "PAGE.html", default_value = "page.html")]
+    pub(crate) output: PathBuf,
+}
+
 /// Arguments that select or change the scene of an input.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
@@ -148,6 +161,10 @@ impl Command {
             Self::Run(args) => (&args.scene, args.inputs.as_slice()),
             Self::Inspect(args) => (&args.scene, std::slice::from_ref(&args.input)),
             Self::Study(args) => (&args.scene, args.input.as_slice()),
+            Self::Html(args) if !has_extension(&args.output, &["html"]) => {
+                return Err(format!("-o {}: the page must end in .html", args.output.display()));
+            }
+            Self::Html(_) => return Ok(()),
         };
         let input = inputs.iter().find(|input| has_extension(input, &["toml"]));
         match (scene.up, input) {

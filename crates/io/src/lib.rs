@@ -5,6 +5,7 @@
 //! * [`frames`] writes frame sequences as OBJ, PLY and PC2, and pages (HTML).
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
+//! * [`pages`] joins the pages of several runs.
 //!
 //! Each module may use only the modules above it in this list.
 
@@ -14,6 +15,7 @@ mod file;
 pub mod frames;
 mod html;
 pub mod obj;
+pub mod pages;
 mod path;
 pub mod run;
 pub mod scene;

@@ -103,8 +103,8 @@ impl PageWriter {
         let lattice: Vec<[f32; 3]> = lattice.map(|point| point.cast::<f32>().into()).collect();
         check_finite(frame, &lattice)?;
         self.frame.push_volumes(volumes);
-        self.frame.push_points(positions);
-        self.frame.push_points(&lattice);
+        self.frame.push_mesh(positions);
+        self.frame.push_lattice(&lattice);
         Ok(())
     }
 
@@ -116,7 +116,7 @@ impl PageWriter {
             self.frame.push_pose(collider.translation(), collider.rotation());
         }
         animated_positions(simulation, simulation.time())
-            .for_each(|positions| self.frame.push_points(&positions));
+            .for_each(|positions| self.frame.push_mesh(&positions));
         let frame = self.frame.finish();
         debug_assert_eq!(frame.len() as u64, self.data.frame_bytes, "all frames have the size of the layout");
         if let Err(error) = self.data.file.write_all(frame) {

@@ -12,7 +12,7 @@
 use std::io;
 
 use super::header::Header;
-use super::points::{BOUNDS, POINT, Predictor, quantize};
+use super::points::{BOUNDS, LATTICE_VALUES, MESH_VALUES, POINT, Predictor, quantize};
 use super::text::invalid;
 
 /// Size of the volumes of a body, in bytes.
@@ -26,8 +26,8 @@ const POSE: usize = 6 * 8;
 pub(crate) struct Layout {
     bodies: usize,
     colliders: usize,
-    /// Number of points of each set.
-    sets: Vec<usize>,
+    /// Number of points of each set, and the largest value of a coordinate.
+    sets: Vec<(usize, u16)>,
 }
 
 impl Layout {
@@ -37,7 +37,7 @@ impl Layout {
 
     /// Returns the size of a frame, in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.head() + POINT * self.sets.iter().sum::<usize>()
+        self.head() + POINT * self.sets.iter().map(|(points, _)| points).sum::<usize>()
     }
 
     /// Returns the size of the head, in bytes.
@@ -81,9 +81,14 @@ impl FrameBuilder {
         self.poses.extend(translate.into_iter().chain(rotate).flat_map(f64::to_le_bytes));
     }
 
-    /// Appends the next point set. The positions are finite.
-    pub(crate) fn push_points(&mut self, positions: &[[f32; 3]]) {
-        quantize(positions, &mut self.bounds, &mut self.points);
+    /// Appends the next point set, a mesh. The positions are finite.
+    pub(crate) fn push_mesh(&mut self, positions: &[[f32; 3]]) {
+        quantize(positions, MESH_VALUES, &mut self.bounds, &mut self.points);
+    }
+
+    /// Appends the next point set, a lattice. The positions are finite.
+    pub(crate) fn push_lattice(&mut self, positions: &[[f32; 3]]) {
+        quantize(positions, LATTICE_VALUES, &mut self.bounds, &mut self.points);
     }
 
     /// Returns the bytes of the frame, and begins the next one.
@@ -106,7 +111,7 @@ pub(super) struct Packer {
 
 impl Packer {
     pub(super) fn new(layout: Layout) -> Self {
-        Self { predictors: vec![Predictor::default(); layout.sets.len()], layout }
+        Self { predictors: layout.sets.iter().map(|&(_, largest)| Predictor::new(largest)).collect(), layout }
     }
 
     /// Writes the packed bytes of the next frame to `packed`. They are as many as those of the frame.
@@ -130,7 +135,7 @@ impl Packer {
         let mut start = layout.head();
         to.extend_from_slice(&from[..start]);
         for (set, predictor) in predictors.iter_mut().enumerate() {
-            let end = start + POINT * layout.sets[set];
+            let end = start + POINT * layout.sets[set].0;
             let bounds = &from[layout.bounds(set)..][..BOUNDS];
             convert(predictor, bounds, &from[start..end], to);
             start = end;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use supple::mesh::Mesh;
 use supple::{Shape, Simulation, euler_degrees};
 
-use super::points::pack_words;
+use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
 
 /// Version of the format of the data.
 pub(super) const VERSION: u32 = 1;
@@ -16,7 +16,7 @@ pub(crate) struct Header {
     /// Version of the format of the data.
     pub(super) version: u32,
     /// Name of the run.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// Frames per second of the simulation.
     pub(super) fps: f64,
     /// Number of the first frame.
@@ -89,6 +89,7 @@ enum ColliderShape {
     Mesh {
         surface: usize,
         is_animated: bool,
+        is_closed: bool,
     },
 }
 
@@ -147,14 +148,15 @@ impl Header {
         (header, arrays)
     }
 
-    /// Returns the number of points of each point set of a frame: the mesh and the lattice of each body, then the mesh of
+    /// Returns the point sets of a frame, each as its number of points and the largest value of a coordinate: the mesh and the lattice of each body, then the mesh of
     /// each animated collider.
-    pub(super) fn point_sets(&self) -> Vec<usize> {
+    pub(super) fn point_sets(&self) -> Vec<(usize, u16)> {
         let bodies = self.bodies.iter();
-        let mut sets: Vec<usize> =
-            bodies.flat_map(|body| [self.surfaces[body.surface].vertices, body.lattice]).collect();
+        let mesh = |surface: usize| (self.surfaces[surface].vertices, MESH_VALUES);
+        let mut sets: Vec<(usize, u16)> =
+            bodies.flat_map(|body| [mesh(body.surface), (body.lattice, LATTICE_VALUES)]).collect();
         sets.extend(self.colliders.iter().filter_map(|collider| match collider.shape {
-            ColliderShape::Mesh { surface, is_animated: true } => Some(self.surfaces[surface].vertices),
+            ColliderShape::Mesh { surface, is_animated: true, .. } => Some(mesh(surface)),
             _ => None,
         }));
         sets
@@ -186,7 +188,7 @@ impl ColliderShape {
                     let placed = placed(shape, mesh.mesh().vertices().iter().copied());
                     pack_words(placed.iter().flatten().map(|number| number.to_bits()), arrays);
                 }
-                Self::Mesh { surface, is_animated }
+                Self::Mesh { surface, is_animated, is_closed: mesh.is_closed() }
             }
         }
     }

@@ -1,16 +1,20 @@
 //! Points of a frame as 16-bit numbers, and their prediction from earlier frames.
 //!
-//! A point set has its own grid in each frame: 65,536 values per axis, from the smallest to the largest coordinate. The
+//! A point set has its own grid in each frame: 65,536 values per axis, or 4096 for a lattice, from the smallest to the largest coordinate. The
 //! position of a point is that of the nearest grid point, so its error per axis is at most half a grid step: the extent
-//! divided by 131,070.
+//! divided by 131,070, or by 8190.
 //!
 //! A set is packed as the differences between its values and their predictions, which compress better. A point is
 //! expected to keep its velocity: x(t) = 2 x(t-1) - x(t-2), rounded to the grid. The error of the point before it in the
 //! set is subtracted, because neighbors err alike. All coordinates are `f64` and all operations are exactly those of
 //! JavaScript, so that a browser computes the same predictions.
 
-/// Largest value of a coordinate.
-const LARGEST: f64 = 65535.0;
+/// Largest value of a coordinate of a mesh.
+pub(super) const MESH_VALUES: u16 = 65535;
+
+/// Largest value of a coordinate of a lattice. A lattice is drawn as lines, for which a fortieth of a percent of the extent
+/// is enough, and has a third of the size that it would have with 16 bits.
+pub(super) const LATTICE_VALUES: u16 = 4095;
 
 /// Size of the bounds of a set, in bytes: smallest x, y, z, then largest x, y, z, as `f32`.
 pub(super) const BOUNDS: usize = 24;
@@ -21,15 +25,17 @@ pub(super) const POINT: usize = 6;
 /// The grid of a set in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Grid {
+    largest: f64,
     low: [f64; 3],
     step: [f64; 3],
 }
 
 impl Grid {
-    fn from_bounds(bounds: &[u8]) -> Self {
+    fn new(bounds: &[u8], largest: u16) -> Self {
+        let largest = f64::from(largest);
         let number = |at: usize| f64::from(f32::from_le_bytes([0, 1, 2, 3].map(|k| bounds[4 * at + k])));
         let low = [0, 1, 2].map(number);
-        Self { low, step: [0, 1, 2].map(|axis| (number(3 + axis) - low[axis]) / LARGEST) }
+        Self { largest, low, step: [0, 1, 2].map(|axis| (number(3 + axis) - low[axis]) / largest) }
     }
 
     /// Returns the value nearest to a coordinate.
@@ -37,7 +43,7 @@ impl Grid {
         if self.step[axis] <= 0.0 {
             return 0;
         }
-        ((coordinate - self.low[axis]) / self.step[axis] + 0.5).floor().clamp(0.0, LARGEST) as u16
+        ((coordinate - self.low[axis]) / self.step[axis] + 0.5).floor().clamp(0.0, self.largest) as u16
     }
 
     fn coordinate(&self, axis: usize, value: u16) -> f64 {
@@ -51,8 +57,8 @@ fn value(points: &[u8], point: usize, axis: usize) -> u16 {
     u16::from_le_bytes([points[at], points[at + 1]])
 }
 
-/// Appends the bounds of finite positions to `head`, and the positions as values to `points`.
-pub(super) fn quantize(positions: &[[f32; 3]], head: &mut Vec<u8>, points: &mut Vec<u8>) {
+/// Appends the bounds of finite positions to `head`, and the positions as values up to `largest` to `points`.
+pub(super) fn quantize(positions: &[[f32; 3]], largest: u16, head: &mut Vec<u8>, points: &mut Vec<u8>) {
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for position in positions {
         for axis in 0..3 {
@@ -65,7 +71,7 @@ pub(super) fn quantize(positions: &[[f32; 3]], head: &mut Vec<u8>, points: &mut 
     }
     let start = head.len();
     low.iter().chain(&high).for_each(|number| head.extend(number.to_le_bytes()));
-    let grid = Grid::from_bounds(&head[start..]);
+    let grid = Grid::new(&head[start..], largest);
     for position in positions {
         for axis in 0..3 {
             points.extend(grid.value(axis, position[axis].into()).to_le_bytes());
@@ -74,26 +80,32 @@ pub(super) fn quantize(positions: &[[f32; 3]], head: &mut Vec<u8>, points: &mut 
 }
 
 /// Returns the positions of values.
-pub(super) fn positions(bounds: &[u8], points: &[u8]) -> Vec<[f64; 3]> {
-    let grid = Grid::from_bounds(bounds);
+fn positions(bounds: &[u8], largest: u16, points: &[u8]) -> Vec<[f64; 3]> {
+    let grid = Grid::new(bounds, largest);
     let position = |point| [0, 1, 2].map(|axis| grid.coordinate(axis, value(points, point, axis)));
     (0..points.len() / POINT).map(position).collect()
 }
 
 /// Predicts the values of a set from its last two frames.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Predictor {
+    largest: u16,
     /// Positions one and two frames before; empty before the first frame.
     last: Vec<[f64; 3]>,
     second_last: Vec<[f64; 3]>,
 }
 
 impl Predictor {
+    /// `largest`: largest value of a coordinate.
+    pub(super) fn new(largest: u16) -> Self {
+        Self { largest, last: Vec::new(), second_last: Vec::new() }
+    }
+
     /// Appends the packed values to `packed`: the differences, zigzag-encoded, first the low bytes of all points, then
     /// the high bytes, each axis by axis.
     pub(super) fn pack(&mut self, bounds: &[u8], points: &[u8], packed: &mut Vec<u8>) {
         let count = points.len() / POINT;
-        let grid = Grid::from_bounds(bounds);
+        let grid = Grid::new(bounds, self.largest);
         let mut words = Vec::with_capacity(3 * count);
         for axis in 0..3 {
             let mut before = 0;
@@ -106,13 +118,13 @@ impl Predictor {
         }
         packed.extend(words.iter().map(|word| *word as u8));
         packed.extend(words.iter().map(|word| (word >> 8) as u8));
-        self.advance(positions(bounds, points));
+        self.advance(positions(bounds, self.largest, points));
     }
 
     /// Appends the values of `packed`, which [`Predictor::pack`] returned, to `points`.
     pub(super) fn unpack(&mut self, bounds: &[u8], packed: &[u8], points: &mut Vec<u8>) {
         let count = packed.len() / POINT;
-        let grid = Grid::from_bounds(bounds);
+        let grid = Grid::new(bounds, self.largest);
         let (low, high) = packed.split_at(3 * count);
         let start = points.len();
         points.resize(start + packed.len(), 0);
@@ -127,7 +139,7 @@ impl Predictor {
                 points[at..at + 2].copy_from_slice(&value.to_le_bytes());
             }
         }
-        self.advance(positions(bounds, &points[start..]));
+        self.advance(positions(bounds, self.largest, &points[start..]));
     }
 
     /// Returns the predicted value of an axis of a point, on the grid of the next frame.
@@ -176,10 +188,10 @@ mod tests {
     fn positions_are_within_half_a_grid_step() {
         let positions_before = frame(0.7);
         let (mut head, mut points) = (Vec::new(), Vec::new());
-        quantize(&positions_before, &mut head, &mut points);
+        quantize(&positions_before, MESH_VALUES, &mut head, &mut points);
         assert_eq!((head.len(), points.len()), (BOUNDS, POINT * 41));
-        let grid = Grid::from_bounds(&head);
-        for (position, before) in positions(&head, &points).iter().zip(&positions_before) {
+        let grid = Grid::new(&head, MESH_VALUES);
+        for (position, before) in positions(&head, MESH_VALUES, &points).iter().zip(&positions_before) {
             for axis in 0..3 {
                 // Rounding in `f64` adds less than the unit roundoff times the coordinate, a few times.
                 let bound = grid.step[axis] / 2.0 + 1e-15 * f64::from(before[axis]).abs();
@@ -187,15 +199,15 @@ mod tests {
             }
         }
         assert_eq!(grid.step[2], 0.0, "a set without extent has one value");
-        assert_eq!(positions(&[0; BOUNDS], &[]), Vec::<[f64; 3]>::new());
+        assert_eq!(positions(&[0; BOUNDS], MESH_VALUES, &[]), Vec::<[f64; 3]>::new());
     }
 
     #[test]
     fn packed_values_read_back_and_smooth_motion_has_small_differences() {
-        let (mut packer, mut reader) = (Predictor::default(), Predictor::default());
+        let (mut packer, mut reader) = (Predictor::new(LATTICE_VALUES), Predictor::new(LATTICE_VALUES));
         for step in 0..6_u8 {
             let (mut head, mut points) = (Vec::new(), Vec::new());
-            quantize(&frame(f32::from(step) / 30.0), &mut head, &mut points);
+            quantize(&frame(f32::from(step) / 30.0), LATTICE_VALUES, &mut head, &mut points);
             let (mut packed, mut read) = (Vec::new(), Vec::new());
             packer.pack(&head, &points, &mut packed);
             reader.unpack(&head, &packed, &mut read);
@@ -203,7 +215,7 @@ mod tests {
         }
         // A set at rest differs from its prediction by nothing.
         let (mut head, mut points, mut packed) = (Vec::new(), Vec::new(), Vec::new());
-        quantize(&frame(0.3), &mut head, &mut points);
+        quantize(&frame(0.3), LATTICE_VALUES, &mut head, &mut points);
         for _ in 0..3 {
             packed.clear();
             packer.pack(&head, &points, &mut packed);
@@ -213,11 +225,11 @@ mod tests {
 
     #[test]
     fn extreme_coordinates_read_back() {
-        let mut predictor = [Predictor::default(), Predictor::default()];
+        let mut predictor = [Predictor::new(MESH_VALUES), Predictor::new(MESH_VALUES)];
         for sign in [1.0, -1.0, 1.0] {
             let corner = [f32::MAX * sign, f32::MIN_POSITIVE * sign, -1e-30];
             let (mut head, mut points) = (Vec::new(), Vec::new());
-            quantize(&[corner, [-f32::MAX, 0.0, 1e-30], [0.0; 3]], &mut head, &mut points);
+            quantize(&[corner, [-f32::MAX, 0.0, 1e-30], [0.0; 3]], MESH_VALUES, &mut head, &mut points);
             let (mut packed, mut read) = (Vec::new(), Vec::new());
             predictor[0].pack(&head, &points, &mut packed);
             predictor[1].unpack(&head, &packed, &mut read);

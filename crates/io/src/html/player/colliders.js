@@ -48,11 +48,12 @@ function roundLength(length) {
   return power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
 }
 
-// Returns a plane with a grid, which fades around the origin; its free side is +z.
-function planeObject(radius, materials) {
+// Returns a plane with a grid, which fades around the origin; its free side is +z. Walls have a grid only.
+function planeObject(radius, isWall, materials) {
   const group = new THREE.Group();
   const disc = new THREE.Mesh(fadingDisc(radius), materials.plane);
   disc.receiveShadow = true;
+  disc.visible = !isWall;
   const grid = new THREE.LineSegments(fadingDisc(radius, roundLength(radius / 14)), materials.grid);
   grid.position.z = radius * 2e-4;
   disc.renderOrder = -2;
@@ -61,15 +62,18 @@ function planeObject(radius, materials) {
   return group;
 }
 
-// A collider of a run. `extent` has the center and the radius of the scene.
+// A collider of a run. `extent` has the center and the radius of the scene, `axes` those of the picture.
 class ColliderObject {
-  constructor(collider, extent, materials) {
+  constructor(collider, extent, axes, materials) {
     this.collider = collider;
     this.center = new THREE.Vector3(...collider.center);
     this.object = new THREE.Group();
-    const shape = this.shape(extent, materials);
-    this.object.add(shape);
     this.isPlane = collider.shape === "plane";
+    // The normal of a plane, and whether it is a floor and no wall.
+    this.normal = new THREE.Vector3(...(collider.normal ?? [0, 0, 0])).normalize();
+    this.isFloor = this.normal.dot(axes.up) > 0.7;
+    this.content = this.shape(extent, materials);
+    this.object.add(this.content);
   }
 
   shape(extent, materials) {
@@ -87,8 +91,8 @@ class ColliderObject {
     };
     switch (collider.shape) {
       case "plane": {
-        const normal = new THREE.Vector3(...collider.normal).normalize();
-        const plane = towards(planeObject(4 * extent.radius, materials), new THREE.Vector3(0, 0, 1), normal.clone());
+        const { normal } = this, radius = (this.isFloor ? 4 : 1.6) * extent.radius;
+        const plane = towards(planeObject(radius, !this.isFloor, materials), new THREE.Vector3(0, 0, 1), normal.clone());
         // The disc is around the point of the plane nearest to the scene.
         const offset = extent.center.clone().sub(center);
         plane.position.copy(offset.addScaledVector(normal, -offset.dot(normal)));
@@ -110,17 +114,41 @@ class ColliderObject {
         const positions = collider.positions ? collider.positions.slice() : new Float32Array(3 * collider.surface.vertices);
         if (collider.points) collider.points.positions(0, positions);
         this.geometry = new SurfaceGeometry(collider.surface, positions);
-        const faces = new THREE.Mesh(this.geometry.faces, materials.collider);
+        const material = collider.is_closed ? materials.solid : materials.collider;
+        const faces = new THREE.Mesh(this.geometry.faces, material);
         faces.receiveShadow = true;
-        const edges = new THREE.LineSegments(this.geometry.edges, materials.colliderEdge);
-        faces.frustumCulled = edges.frustumCulled = false;
+        faces.frustumCulled = false;
         const group = new THREE.Group();
-        group.add(faces, edges);
+        group.add(faces);
+        // The edges of a fine mesh would hide what is behind it.
+        if (!collider.is_closed && collider.surface.sizes.length < 2000) {
+          const edges = new THREE.LineSegments(this.geometry.edges, materials.colliderEdge);
+          edges.frustumCulled = false;
+          group.add(edges);
+        }
         // Its positions are in world space, and those of other shapes are relative to the center.
         group.position.copy(center).negate();
         return group;
       }
     }
+  }
+
+  // Returns whether the collider is a wall that is seen from behind, where it would hide the bodies.
+  isSeenFromBehind(camera) {
+    if (!this.isPlane || this.isFloor) return false;
+    const normal = this.normal.clone().applyQuaternion(this.object.quaternion);
+    return camera.position.clone().sub(this.object.position).dot(normal) < 0;
+  }
+
+  // Returns the bounding box in some frames.
+  box() {
+    const box = new THREE.Box3(), frames = this.collider.poses.length / 6;
+    for (const frame of new Set([0, 1, 2, 3, 4].map((k) => Math.round(k * (frames - 1) / 4)))) {
+      this.show(frame);
+      this.object.updateMatrixWorld(true);
+      box.expandByObject(this.object);
+    }
+    return box;
   }
 
   show(frame) {

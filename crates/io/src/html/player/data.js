@@ -13,10 +13,14 @@ function readWords(bytes, at, count) {
   return words;
 }
 
+const MESH_VALUES = 65535, LATTICE_VALUES = 4095;
+
 // A set of points in all frames.
 class PointSet {
-  constructor(points, frames) {
+  // `largest` is the largest value of a coordinate.
+  constructor(points, frames, largest) {
     this.points = points;
+    this.largest = largest;
     this.bounds = new Float32Array(6 * frames);
     this.values = new Uint16Array(3 * points * frames);
     this.last = null;
@@ -38,7 +42,7 @@ class PointSet {
         if (this.last && step[axis] > 0) {
           const last = this.last[i];
           const next = this.secondLast ? last + (last - this.secondLast[i]) : last;
-          predicted = Math.min(Math.max(Math.floor((next - low[axis]) / step[axis] + 0.5), 0), 65535);
+          predicted = Math.min(Math.max(Math.floor((next - low[axis]) / step[axis] + 0.5), 0), this.largest);
         }
         const value = (predicted + error) & 65535;
         this.values[start + i] = value;
@@ -52,7 +56,7 @@ class PointSet {
   // Returns the smallest coordinates and the steps of the grid of a frame.
   grid(frame) {
     const bounds = this.bounds.subarray(6 * frame, 6 * frame + 6);
-    return [[...bounds.subarray(0, 3)], [0, 1, 2].map((axis) => (bounds[3 + axis] - bounds[axis]) / 65535)];
+    return [[...bounds.subarray(0, 3)], [0, 1, 2].map((axis) => (bounds[3 + axis] - bounds[axis]) / this.largest)];
   }
 
   // Writes the positions of a frame to `out`.
@@ -98,12 +102,12 @@ async function readRun(bytes) {
   const run = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
   readArrays(run, bytes, 4 + length);
   for (const body of run.bodies) {
-    body.mesh = new PointSet(body.surface.vertices, run.frames);
-    body.latticePoints = new PointSet(body.lattice, run.frames);
+    body.mesh = new PointSet(body.surface.vertices, run.frames, MESH_VALUES);
+    body.latticePoints = new PointSet(body.lattice, run.frames, LATTICE_VALUES);
     body.volumes = new Float64Array(3 * run.frames);
   }
   const animated = run.colliders.filter((collider) => collider.is_animated);
-  for (const collider of animated) collider.points = new PointSet(collider.surface.vertices, run.frames);
+  for (const collider of animated) collider.points = new PointSet(collider.surface.vertices, run.frames, MESH_VALUES);
   for (const collider of run.colliders) collider.poses = new Float64Array(6 * run.frames);
   const sets = run.bodies.flatMap((body) => [body.mesh, body.latticePoints]).concat(animated.map((collider) => collider.points));
   let at = 4 + length + run.arrays, paused = performance.now();

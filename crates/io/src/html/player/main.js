@@ -63,7 +63,10 @@ class Player {
     at("help").addEventListener("click", () => this.showKeys());
     theme.addEventListener("click", () => this.toggleTheme());
     at("lattice").disabled = this.runs.every((run) => run.bodies.every((body) => body.lattice === 0));
-    at("colliders").disabled = this.views.views.every((view) => view.colliders.every((collider) => collider.isPlane));
+    at("colliders").disabled = this.views.views.every((view) => view.colliders.every((collider) => collider.isFloor));
+    for (const option of ["lattice", "colliders"]) {
+      if (at(option).disabled) at(option).setAttribute("aria-pressed", "false");
+    }
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => this.setTheme(event.matches ? "dark" : "light"));
     this.views.controls.addEventListener("change", () => this.invalidate());
     new ResizeObserver(() => {

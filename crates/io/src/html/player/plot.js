@@ -42,7 +42,10 @@ class Plot {
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", `Volumes of ${run.name} over time: dashed before the correction, solid after it`);
-    this.element.append(this.canvas, this.table());
+    const inner = document.createElement("div");
+    inner.className = "inner";
+    inner.append(this.canvas, this.table());
+    this.element.append(inner);
     const drag = (event) => {
       if (event.buttons !== 1) return;
       this.canvas.setPointerCapture(event.pointerId);
@@ -55,6 +58,7 @@ class Plot {
 
   table() {
     const holder = document.createElement("div"), table = document.createElement("table");
+    holder.className = "table";
     holder.tabIndex = 0;
     holder.setAttribute("role", "region");
     holder.setAttribute("aria-label", `Volumes of ${this.run.name} in the shown frame`);
@@ -147,11 +151,12 @@ class Plot {
       context.fillText(`${(tick * step).toFixed(Math.max(0, -Math.floor(Math.log10(step))))}`.replace("-", "−"), left - 7, y(tick * step));
     }
     context.textAlign = "left";
-    context.fillText("Volume change in %   ┄ before   — after correction", left - 42, 11);
+    const keys = right - left > 280 ? "   ┄ before   — after correction" : "";
+    context.fillText(`Volume change in %${keys}`, left - 42, 11);
     context.textBaseline = "alphabetic";
     context.textAlign = "center";
     const seconds = (this.frames - 1) * this.run.every / this.run.fps;
-    const interval = roundLength(seconds / 5) || 1;
+    const interval = roundLength(seconds / Math.max((right - left) / 110, 1)) || 1;
     for (let time = 0; time <= seconds * 1.0001 && seconds > 0; time += interval) {
       const at = x(time / seconds * (this.frames - 1));
       context.fillText(`${Number(time.toFixed(6))} s`, Math.min(at, right - 4), bottom + 15);

@@ -28,11 +28,11 @@ class View {
     this.scene.add(this.lights.object);
     this.materials = materials;
     this.bodies = run.bodies.map((body, index) => this.bodyObject(body, index));
-    this.colliders = run.colliders.map((collider) => new ColliderObject(collider, extent, materials));
+    this.colliders = run.colliders.map((collider) => new ColliderObject(collider, extent, axes, materials));
     this.colliderGroup = new THREE.Group();
     this.ground = new THREE.Group();
     for (const collider of this.colliders) this.colliderGroup.add(collider.object);
-    if (!this.colliders.some((collider) => collider.isPlane)) this.addGround(extent, axes);
+    if (!this.colliders.some((collider) => collider.isFloor)) this.addGround(extent, axes);
     this.scene.add(this.colliderGroup, this.ground);
   }
 
@@ -59,7 +59,7 @@ class View {
   addGround(extent, { up }) {
     const corners = [extent.box.min, extent.box.max];
     const heights = corners.flatMap((a) => corners.flatMap((b) => corners.map((c) => new THREE.Vector3(a.x, b.y, c.z).dot(up))));
-    const ground = planeObject(4 * extent.radius, this.materials);
+    const ground = planeObject(4 * extent.radius, false, this.materials);
     ground.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), up);
     ground.position.copy(extent.center).addScaledVector(up, Math.min(...heights) - 0.02 * extent.radius - extent.center.dot(up));
     this.ground.add(ground);
@@ -80,13 +80,18 @@ class View {
     for (const collider of this.colliders) collider.show(shown);
   }
 
+  // Hides the walls between the bodies and the camera.
+  hideWalls(camera) {
+    for (const collider of this.colliders) collider.content.visible = !collider.isSeenFromBehind(camera);
+  }
+
   setVisible(options) {
     for (const { edges, lattice } of this.bodies) {
       edges.visible = options.wireframe;
       lattice.visible = options.lattice;
     }
     for (const collider of this.colliders) {
-      collider.object.visible = collider.isPlane ? options.ground : options.colliders;
+      collider.object.visible = collider.isFloor ? options.ground : options.colliders;
     }
     this.ground.visible = options.ground;
   }
@@ -98,8 +103,9 @@ class Views {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setScissorTest(true);
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.toneMapping = THREE.NeutralToneMapping;
+    this.renderer.toneMappingExposure = 0.92;
     const room = new THREE.RoomEnvironment();
     const environment = new THREE.PMREMGenerator(this.renderer).fromScene(room, 0.04).texture;
     this.extent = extentOf(runs);
@@ -109,10 +115,22 @@ class Views {
     this.rows = Math.ceil(runs.length / this.columns);
     this.camera = new THREE.PerspectiveCamera(32, 1, this.extent.radius / 100, 60 * this.extent.radius);
     this.camera.up.copy(this.axes.up);
+    this.picture = this.pictureBox();
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.isDefault = true;
     this.controls.addEventListener("start", () => { this.isDefault = false; });
     this.resetCamera();
+  }
+
+  // Returns the box that the camera shows: the bodies in all frames, and the colliders that are not much larger.
+  pictureBox() {
+    const box = this.extent.box.clone(), size = new THREE.Vector3();
+    for (const collider of this.views.flatMap((view) => view.colliders)) {
+      if (collider.isPlane) continue;
+      const around = collider.box();
+      if (around.getSize(size).length() <= 4 * this.extent.radius) box.union(around);
+    }
+    return box;
   }
 
   setTheme(theme) {
@@ -124,7 +142,7 @@ class Views {
 
   // Places the camera so that the bodies fill the picture in all frames.
   resetCamera() {
-    const { box, center } = this.extent, { up, front, right } = this.axes;
+    const box = this.picture, center = box.getCenter(new THREE.Vector3()), { up, front, right } = this.axes;
     const direction = front.clone().addScaledVector(right, 0.55).addScaledVector(up, 0.36).normalize();
     const across = new THREE.Vector3().crossVectors(up, direction).normalize();
     const above = new THREE.Vector3().crossVectors(direction, across);
@@ -168,6 +186,7 @@ class Views {
     const width = clientWidth / this.columns, height = clientHeight / this.rows;
     this.views.forEach((view, index) => {
       const x = index % this.columns * width, y = clientHeight - (Math.floor(index / this.columns) + 1) * height;
+      view.hideWalls(this.camera);
       this.renderer.setViewport(x, y, width, height);
       this.renderer.setScissor(x, y, width, height);
       this.renderer.render(view.scene, this.camera);
