@@ -107,7 +107,7 @@ class Views {
     this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.renderer.toneMappingExposure = 0.92;
     const room = new THREE.RoomEnvironment();
-    const environment = new THREE.PMREMGenerator(this.renderer).fromScene(room, 0.04).texture;
+    const environment = new THREE.PMREMGenerator(this.renderer).fromScene(room, 0.04, 0.1, 100, { size: 64 }).texture;
     this.extent = extentOf(runs);
     this.axes = axesOf(runs[0].up);
     this.views = runs.map((run) => new View(run, this.extent, this.axes, materials, environment));
