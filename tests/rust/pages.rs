@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use supple::{Collider, Simulation};
 use supple_io::frames::{Format, FrameWriter, OutputError, Sequence, Source};
 use supple_io::obj::Document;
 use supple_io::pages::{PageError, join};
-use supple_io::run::{Flow, Job, Note, Observer, Outcome, Progress};
+use supple_io::run::{Flow, Input, Job, Note, Observer, Outcome, Progress};
 use supple_io::scene::Scene;
 
 use crate::page_reader::{data, runs};
@@ -260,6 +262,35 @@ fn stopped_killed_and_extended_runs_have_the_page_of_an_uninterrupted_run() {
     let before = fs::metadata(at("extended/supple.html")).unwrap().modified().unwrap();
     assert_eq!(resumed("extended", &[], &mut ()).outcome, Outcome::AlreadyFinished);
     assert_eq!(fs::metadata(at("extended/supple.html")).unwrap().modified().unwrap(), before);
+}
+
+/// Replaces the colliders of the simulation after a frame.
+struct NewColliders(Option<Arc<Mutex<Simulation>>>);
+
+impl Observer for NewColliders {
+    fn built(&mut self, simulation: &Arc<Mutex<Simulation>>, _: &[Input]) {
+        self.0 = Some(simulation.clone());
+    }
+
+    fn frame(&mut self, progress: &Progress) -> Flow {
+        let colliders = match progress.frame {
+            2 => vec![Collider::sphere([0.0, -9.0, 0.0], 1.0)],
+            4 => vec![Collider::sphere([0.0, -9.0, 0.0], 1.0); 5],
+            _ => return Flow::Continue,
+        };
+        self.0.as_ref().unwrap().lock().unwrap().set_colliders(&colliders).unwrap();
+        Flow::Continue
+    }
+}
+
+#[test]
+fn colliders_that_an_observer_replaces_do_not_change_the_layout() {
+    let folder = tempfile::tempdir().unwrap();
+    job(folder.path(), "out", &["output.format=html"]).run(&mut NewColliders(None)).unwrap();
+    let run = runs(&String::from_utf8(page(folder.path(), "out")).unwrap()).remove(0);
+    assert_eq!((run.sets.len(), run.header["colliders"].as_array().unwrap().len()), (13, 3));
+    assert_ne!(run.poses[2][1], [0.0; 6]);
+    assert!(run.poses[3..].iter().flatten().all(|pose| *pose == [0.0; 6]));
 }
 
 #[test]

@@ -43,6 +43,7 @@ pub(crate) struct PageWriter {
 struct Data {
     file: File,
     header: Header,
+    layout: Layout,
     arrays: Vec<u8>,
     /// Offset of the first frame.
     start: u64,
@@ -74,7 +75,7 @@ impl PageWriter {
             write_durably(&path, write).map_err(OutputError::io("write", &path))?;
         }
         let mut data = open(&path)?;
-        if Layout::new(&data.header) != Layout::new(header) {
+        if data.layout != Layout::new(header) {
             return Err(invalid("it has other bodies, lattices or colliders".to_owned()));
         }
         let complete = data.complete().map_err(OutputError::io("read", &path))?;
@@ -111,12 +112,19 @@ impl PageWriter {
     /// Writes the frame with the added bodies and the colliders, and returns its record. If this fails, truncates the file
     /// after the previous frame.
     pub(crate) fn write(&mut self, simulation: &Simulation) -> Result<Record, OutputError> {
-        for index in 0..simulation.collider_count() {
-            let collider = simulation.collider(index);
-            self.frame.push_pose(collider.translation(), collider.rotation());
+        // An observer can replace the colliders of the simulation. The page shows those of the first frame.
+        for index in 0..self.data.layout.colliders() {
+            let collider = (index < simulation.collider_count()).then(|| simulation.collider(index));
+            let pose = collider.map(|collider| (collider.translation(), collider.rotation()));
+            let (translate, rotate) = pose.unwrap_or_default();
+            self.frame.push_pose(translate, rotate);
         }
-        animated_positions(simulation, simulation.time())
-            .for_each(|positions| self.frame.push_mesh(&positions));
+        let mut animated = animated_positions(simulation, simulation.time());
+        for points in self.data.layout.animated() {
+            let positions = animated.next().filter(|positions| positions.len() == points);
+            self.frame.push_mesh(&positions.unwrap_or_else(|| vec![[0.0; 3]; points]));
+        }
+        drop(animated);
         let frame = self.frame.finish();
         debug_assert_eq!(frame.len() as u64, self.data.frame_bytes, "all frames have the size of the layout");
         if let Err(error) = self.data.file.write_all(frame) {
@@ -157,8 +165,9 @@ impl PageWriter {
 impl Data {
     /// `length` is that of the encoded header.
     fn new(file: File, header: Header, arrays: Vec<u8>, length: usize) -> Self {
-        let frame_bytes = Layout::new(&header).bytes() as u64;
-        Self { file, header, arrays, start: PREFIX + length as u64, frame_bytes }
+        let layout = Layout::new(&header);
+        let frame_bytes = layout.bytes() as u64;
+        Self { file, header, layout, arrays, start: PREFIX + length as u64, frame_bytes }
     }
 
     /// Returns the number of complete frames.

@@ -40,6 +40,16 @@ impl Layout {
         self.head() + POINT * self.sets.iter().map(|(points, _)| points).sum::<usize>()
     }
 
+    /// Returns the number of colliders.
+    pub(crate) fn colliders(&self) -> usize {
+        self.colliders
+    }
+
+    /// Returns the number of points of each animated collider.
+    pub(crate) fn animated(&self) -> impl Iterator<Item = usize> + '_ {
+        self.sets[2 * self.bodies..].iter().map(|(points, _)| *points)
+    }
+
     /// Returns the size of the head, in bytes.
     fn head(&self) -> usize {
         VOLUMES * self.bodies + POSE * self.colliders + BOUNDS * self.sets.len()

@@ -16,7 +16,7 @@ const PAGE: &str = include_str!("player/page.html");
 const STYLE: &str = include_str!("player/style.css");
 const BOOT: &str = include_str!("player/boot.js");
 
-/// three.js, see `vendor/README.md`.
+/// three.js: see `vendor/README.md`.
 const THREE: &str = include_str!("vendor/three.min.js");
 const THREE_LICENCE: &str = include_str!("vendor/LICENSE");
 
