@@ -8,11 +8,15 @@ import { after, before, test } from 'node:test';
 import { bounds, drawn, launch, open, pixels, projectedBounds, state, vertices } from './support.mjs';
 
 const folder = process.env.RUNS;
-const kept = join(folder, 'kept', 'supple.html'), joined = join(folder, 'joined.html'), colliders = join(folder, 'colliders', 'supple.html');
+const kept = join(folder, 'kept', 'supple.html'),
+  joined = join(folder, 'joined.html'),
+  colliders = join(folder, 'colliders', 'supple.html');
 const LAST = 40;
 
 let browser;
-before(async () => { browser = await launch(); });
+before(async () => {
+  browser = await launch();
+});
 after(() => browser.close());
 
 // Opens a page, and closes it after the test. Messages in the console fail the test.
@@ -28,7 +32,10 @@ test('a page opens from the disk without messages and without a network', async 
     assert.equal((await state(page)).state, 'ready');
     await page.screenshot({ path: `${path}.png` });
     assert.deepEqual(messages, []);
-    assert.deepEqual(requests.filter((url) => !/^(file|data|blob):/.test(url)), []);
+    assert.deepEqual(
+      requests.filter((url) => !/^(file|data|blob):/.test(url)),
+      [],
+    );
   }
 });
 
@@ -37,20 +44,27 @@ test('the picture is not blank', async (t) => {
     const { page } = await opened(t, kept, { colorScheme });
     const { data } = await pixels(page);
     const colors = new Set();
-    for (let i = 0; i < data.length; i += 4) colors.add(data[i] << 16 | data[i + 1] << 8 | data[i + 2]);
+    for (let i = 0; i < data.length; i += 4) colors.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
     // A background of one gradient has at most a few hundred colors.
     assert.ok(colors.size > 1000, `${colors.size} colors`);
-    const [red, green, blue] = await page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/\d+/g).map(Number));
+    const [red, green, blue] = await page.evaluate(() =>
+      getComputedStyle(document.body).backgroundColor.match(/\d+/g).map(Number),
+    );
     assert.equal(red + green + blue > 384, colorScheme === 'light');
   }
 });
 
 test('the first and the last frame are at the projected bounds of the meshes', async (t) => {
   const { page } = await opened(t, kept);
-  await page.addStyleTag({ content: '#views, header, footer { background: #000 !important; border-color: #000 !important }' });
+  await page.addStyleTag({
+    content: '#views, header, footer { background: #000 !important; border-color: #000 !important }',
+  });
   await page.keyboard.press('g');
   await page.keyboard.press('v');
-  for (const [key, frame] of [['Home', 0], ['End', LAST]]) {
+  for (const [key, frame] of [
+    ['Home', 0],
+    ['End', LAST],
+  ]) {
     await page.keyboard.press(key);
     await drawn(page);
     assert.equal((await state(page)).frame, frame);
@@ -58,7 +72,9 @@ test('the first and the last frame are at the projected bounds of the meshes', a
     const expected = await projectedBounds(page, vertices(join(folder, 'kept', `bust_${number}.obj`)));
     const found = bounds(await pixels(page));
     // A pixel is lit if the surface covers a part of it; the softened edge covers at most one more.
-    expected.forEach((edge, k) => assert.ok(Math.abs(found[k] - edge) <= 2, `frame ${frame}: ${found} instead of ${expected}`));
+    expected.forEach((edge, k) =>
+      assert.ok(Math.abs(found[k] - edge) <= 2, `frame ${frame}: ${found} instead of ${expected}`),
+    );
     assert.ok(expected[3] - expected[1] > 200, 'the body fills a large part of the picture');
   }
 });
@@ -67,15 +83,19 @@ test('the browser reads every position to half a grid step', async (t) => {
   const { page } = await opened(t, kept);
   for (let frame = 0; frame <= LAST; frame++) {
     const read = await page.evaluate((frame) => {
-      const { mesh } = player.runs[0].bodies[0], out = new Float64Array(3 * mesh.points);
+      const { mesh } = player.runs[0].bodies[0],
+        out = new Float64Array(3 * mesh.points);
       mesh.positions(frame, out);
       return { positions: Array.from(out), step: mesh.grid(frame)[1] };
     }, frame);
     const expected = vertices(join(folder, 'kept', `bust_${String(frame).padStart(4, '0')}.obj`)).flat();
     assert.equal(read.positions.length, expected.length);
-    // The text of OBJ frames has the shortest digits of an f32, so that reading it as f64 adds less than an f32 rounding.
-    const worst = Math.max(...read.positions.map((x, i) =>
-      Math.abs(x - expected[i]) - read.step[i % 3] / 2 - 2 ** -24 * Math.abs(expected[i])));
+    // OBJ frames have the shortest digits of an f32, so that reading them as f64 adds less than an f32 rounding.
+    const worst = Math.max(
+      ...read.positions.map(
+        (x, i) => Math.abs(x - expected[i]) - read.step[i % 3] / 2 - 2 ** -24 * Math.abs(expected[i]),
+      ),
+    );
     assert.ok(worst <= 0, `frame ${frame}: ${worst}`);
   }
 });
@@ -100,7 +120,11 @@ test('keys play, step, and switch the display', async (t) => {
   assert.equal((await press('Space')).play, 'Play');
   await press('Home');
   let before = (await pixels(page)).data;
-  for (const [key, id] of [['w', 'wireframe'], ['l', 'lattice'], ['g', 'ground']]) {
+  for (const [key, id] of [
+    ['w', 'wireframe'],
+    ['l', 'lattice'],
+    ['g', 'ground'],
+  ]) {
     const pressed = () => page.getAttribute(`#${id}`, 'aria-pressed');
     const was = await pressed();
     await press(key);
@@ -139,15 +163,35 @@ test('everything can be reached with the tab key, has a name, and shows the focu
     const element = await page.evaluate(() => {
       const { activeElement: at } = document;
       const name = at.getAttribute('aria-label') ?? at.labels?.[0]?.textContent ?? at.textContent;
-      return { id: at === document.body ? '' : at.id || at.className, name: name.trim(), outline: getComputedStyle(at).outlineStyle };
+      return {
+        id: at === document.body ? '' : at.id || at.className,
+        name: name.trim(),
+        outline: getComputedStyle(at).outlineStyle,
+      };
     });
     if (element.id === '' || element.id === reached[0]?.id) break;
     assert.notEqual(element.name, '', element.id);
     reached.push(element);
   }
   const ids = reached.map((element) => element.id);
-  for (const id of ['wireframe', 'lattice', 'colliders', 'reset', 'theme', 'help', 'canvas', 'first', 'play', 'last', 'frame', 'speed']) {
-    assert.ok(ids.some((found) => found.split(' ').includes(id)), `${id} in ${ids}`);
+  for (const id of [
+    'wireframe',
+    'lattice',
+    'colliders',
+    'reset',
+    'theme',
+    'help',
+    'canvas',
+    'first',
+    'play',
+    'last',
+    'frame',
+    'speed',
+  ]) {
+    assert.ok(
+      ids.some((found) => found.split(' ').includes(id)),
+      `${id} in ${ids}`,
+    );
   }
   for (const { id, outline } of reached) assert.equal(outline, 'solid', id);
   // Space on a focused button presses the button, and nothing else.
@@ -205,10 +249,14 @@ test('colliders are drawn, and can be hidden', async (t) => {
 test('without scripts the page says what it contains', async (t) => {
   const { page } = await opened(t, kept, { javaScriptEnabled: false });
   const text = await page.innerText('#summary');
-  for (const words of ['needs JavaScript', '1 body, 41 frames at 30 frames per second', 'bust: volume from 100.00 % to 100.00 %']) {
+  for (const words of [
+    'needs JavaScript',
+    '1 body, 41 frames at 30 frames per second',
+    'bust: volume from 100.00 % to 100.00 %',
+  ]) {
     assert.ok(text.includes(words), `${words} in ${text}`);
   }
-  assert.ok(await page.isVisible('#summary') && await page.isHidden('#player'));
+  assert.ok((await page.isVisible('#summary')) && (await page.isHidden('#player')));
 });
 
 test('a page that cannot work says what to do', async (t) => {
@@ -221,7 +269,8 @@ test('a page that cannot work says what to do', async (t) => {
   };
   await failure(kept, 'delete globalThis.DecompressionStream', ['unpack', 'Firefox 113']);
   await failure(kept, 'HTMLCanvasElement.prototype.getContext = () => null', ['WebGL 2', 'hardware acceleration']);
-  const damaged = join(folder, 'damaged.html'), whole = readFileSync(kept, 'utf8');
+  const damaged = join(folder, 'damaged.html'),
+    whole = readFileSync(kept, 'utf8');
   const start = whole.indexOf('data-run="0">') + 2000;
   writeFileSync(damaged, whole.slice(0, start) + whole.slice(start + 4000));
   await failure(damaged, '', ['incomplete', 'copy it again']);
@@ -230,7 +279,9 @@ test('a page that cannot work says what to do', async (t) => {
 test('a page with motion starts to play by itself, and returns to its first frame', async (t) => {
   const { page } = await opened(t, kept, { reducedMotion: 'no-preference' });
   assert.equal((await state(page)).play, 'Pause');
-  await page.evaluate(() => { player.clock.speed = 10; });
+  await page.evaluate(() => {
+    player.clock.speed = 10;
+  });
   await page.waitForFunction((last) => Number(document.getElementById('frame').value) === last, LAST);
   await page.waitForFunction((last) => Number(document.getElementById('frame').value) < last, LAST);
 });

@@ -17,7 +17,8 @@ export async function open(browser, path, { before, ...options } = {}) {
   const viewport = { width: 1000, height: 700 };
   const context = await browser.newContext({ viewport, offline: true, reducedMotion: 'reduce', ...options });
   const page = await context.newPage();
-  const messages = [], requests = [];
+  const messages = [],
+    requests = [];
   page.on('console', (message) => messages.push(`${message.type()}: ${message.text()}`));
   page.on('pageerror', (error) => messages.push(`uncaught: ${error.message}`));
   page.on('request', (request) => requests.push(request.url()));
@@ -53,7 +54,8 @@ export async function pixels(page) {
   const { width, height, text } = await page.evaluate(async (text) => {
     const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
     const image = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
-    const canvas = new OffscreenCanvas(image.width, image.height), context = canvas.getContext('2d');
+    const canvas = new OffscreenCanvas(image.width, image.height),
+      context = canvas.getContext('2d');
     context.drawImage(image, 0, 0);
     const { data } = context.getImageData(0, 0, image.width, image.height);
     let bytesAsText = '';
@@ -68,7 +70,8 @@ export function bounds({ width, data }) {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
   for (let i = 0; i < data.length; i += 4) {
     if (data[i] + data[i + 1] + data[i + 2] <= 24) continue;
-    const x = i / 4 % width, y = Math.floor(i / 4 / width);
+    const x = (i / 4) % width,
+      y = Math.floor(i / 4 / width);
     box[0] = Math.min(box[0], x);
     box[1] = Math.min(box[1], y);
     box[2] = Math.max(box[2], x + 1);
@@ -79,26 +82,33 @@ export function bounds({ width, data }) {
 
 // Returns the vertices of an OBJ file.
 export function vertices(path) {
-  const lines = readFileSync(path, 'utf8').split('\n').filter((line) => line.startsWith('v '));
+  const lines = readFileSync(path, 'utf8')
+    .split('\n')
+    .filter((line) => line.startsWith('v '));
   return lines.map((line) => line.trim().split(/\s+/).slice(1, 4).map(Number));
 }
 
 // Returns the bounds of points in the picture of the page, in pixels.
 export async function projectedBounds(page, points) {
   const { view, projection, width, height } = await page.evaluate(() => {
-    const { camera } = player.views, { clientWidth, clientHeight } = document.getElementById('canvas');
+    const { camera } = player.views,
+      { clientWidth, clientHeight } = document.getElementById('canvas');
     camera.updateMatrixWorld();
     return {
-      view: camera.matrixWorldInverse.elements, projection: camera.projectionMatrix.elements,
-      width: clientWidth, height: clientHeight,
+      view: camera.matrixWorldInverse.elements,
+      projection: camera.projectionMatrix.elements,
+      width: clientWidth,
+      height: clientHeight,
     };
   });
   // Matrices are stored by columns.
-  const times = (matrix, vector) => [0, 1, 2, 3].map((row) => vector.reduce((sum, x, column) => sum + matrix[4 * column + row] * x, 0));
+  const times = (matrix, vector) =>
+    [0, 1, 2, 3].map((row) => vector.reduce((sum, x, column) => sum + matrix[4 * column + row] * x, 0));
   const box = [Infinity, Infinity, -Infinity, -Infinity];
   for (const point of points) {
     const [x, y, , w] = times(projection, times(view, [...point, 1]));
-    const across = (x / w + 1) / 2 * width, down = (1 - y / w) / 2 * height;
+    const across = ((x / w + 1) / 2) * width,
+      down = ((1 - y / w) / 2) * height;
     box[0] = Math.min(box[0], across);
     box[1] = Math.min(box[1], down);
     box[2] = Math.max(box[2], across);

@@ -1,4 +1,5 @@
-//! Pages: their data equal the frames of other formats, they resume to the same bytes, they are joined without a change.
+//! Pages: their data equal the frames of other formats, they resume to the same bytes, they are joined without a
+//! change.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,7 +16,8 @@ use supple_io::scene::Scene;
 
 use crate::page_reader::{data, runs};
 
-/// Two bodies, one of which is turned by a handle, a plane, a ball that moves, and a mesh that is animated.
+/// Two bodies, one of which is turned by a handle, a plane whose point needs all digits, a ball that moves, and a mesh
+/// that is animated.
 const SCENE: &str = r#"
 [simulation]
 frames = 12
@@ -40,7 +42,7 @@ translate = [4, 1, 0]
 volume = "off"
 
 [[collider]]
-plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+plane = { point = [31.245270191439438, 0, 121.48791951161945], normal = [0, 1, 0] }
 
 [[collider]]
 sphere = { center = [4, -1, 0], radius = 1.5 }
@@ -52,8 +54,8 @@ animation = "sheet.pc2"
 scale = 2
 "#;
 
-const BLOCK: &str = "o Block\nv -1 0 -1\nv 1 0 -1\nv 1 3 -1\nv -1 3 -1\nv -1 0 1\nv 1 0 1\nv 1 3 1\nv -1 3 1\nf 4 3 2 1\n\
-                     f 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const BLOCK: &str = "o Block\nv -1 0 -1\nv 1 0 -1\nv 1 3 -1\nv -1 3 -1\nv -1 0 1\nv 1 0 1\nv 1 3 1\nv -1 3 1\n\
+                     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 const SHEET: &str = "v -9 -9 -9\nv 9 -9 -9\nv 0 -9 9\nf 1 2 3\n";
 

@@ -24,7 +24,7 @@ pub enum PageError {
     },
     /// A folder has no page.
     #[error(
-        "{} has no page {PAGE}.html: run the scene with --format html, or with --format obj,html to have the frames too",
+        "{} has no page {PAGE}.html: run the scene with --format html, or with --format obj,html for frames too",
         Escaped(path.display())
     )]
     NoPage {
@@ -54,9 +54,9 @@ impl PageError {
     }
 }
 
-/// Writes the page `output` with the runs of `inputs` side by side: pages, or folders of runs that have a page. A run is
-/// named after its folder, or after its page if that has another name than `supple.html`; the runs of a page with several
-/// runs keep their names. Returns the number of runs.
+/// Writes the page `output` with the runs of `inputs` side by side: pages, or folders of runs that have a page. A run
+/// is named after its folder, or after its page if that has another name than `supple.html`; the runs of a page with
+/// several runs keep their names. Returns the number of runs.
 ///
 /// # Errors
 ///

@@ -31,6 +31,7 @@ mod normal_transform;
 mod number;
 mod obj;
 mod page;
+mod page_data;
 mod pc2;
 mod plain;
 mod ply;

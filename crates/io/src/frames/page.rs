@@ -1,34 +1,22 @@
-//! Writes the page of a run. Its frames are kept in the file `NAME.html.data` until the run ends, and then become the page
-//! `NAME.html`, from which a later run can take them again.
-//!
-//! ```text
-//! offset  0   8 bytes   "SUPPLEPG"
-//!         8   u64       length of the description and its arrays, little endian
-//!        16   u8        the description and its arrays
-//!             u8        the frames, all of the same size
-//! ```
+//! Writes the page of a run. Its frames are kept in the file `NAME.html.data` until the run ends, and then become the
+//! page `NAME.html`, from which a later run can take them again.
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 use supple::Simulation;
 
 use super::error::check_finite;
+use super::page_data::{self, Data, DataFrames, data_path};
 use super::record::{Compare, Record};
-use super::sequence::PAGE_DATA;
 use super::{OutputError, Sequence};
 use crate::count::counted;
-use crate::file::{self, is_link, write_atomically, write_durably};
+use crate::file::{self, is_link, write_durably};
 use crate::html::{
-    FrameBuilder, FrameSource, Header, Layout, Run, animated_positions, decode_header, encode_header,
-    read_page, write_page,
+    FrameBuilder, FrameSource, Header, Layout, Run, animated_positions, read_page, write_page,
 };
-
-const SIGNATURE: &[u8; 8] = b"SUPPLEPG";
-/// Size of the signature and the length, in bytes.
-const PREFIX: u64 = 16;
 
 /// A page that is being written, as `NAME.html.data`.
 #[derive(Debug)]
@@ -38,26 +26,11 @@ pub(crate) struct PageWriter {
     frame: FrameBuilder,
 }
 
-/// The open data of a page.
-#[derive(Debug)]
-struct Data {
-    file: File,
-    header: Header,
-    layout: Layout,
-    arrays: Vec<u8>,
-    /// Offset of the first frame.
-    start: u64,
-    /// Size of a frame, in bytes.
-    frame_bytes: u64,
-}
-
 impl PageWriter {
     /// Starts a page.
     pub(crate) fn create(sequence: Sequence, header: &Header, arrays: &[u8]) -> Result<Self, OutputError> {
         let path = data_path(&sequence);
-        let write = |file: &mut File| write_prefix(file, &encode_header(header, arrays)?);
-        write_atomically(&path, write).map_err(OutputError::io("write", &path))?;
-        let mut data = open(&path)?;
+        let mut data = page_data::create(&path, header, arrays)?;
         data.truncate(0).map_err(OutputError::io("write", &path))?;
         Ok(Self::open(sequence, data))
     }
@@ -70,11 +43,9 @@ impl PageWriter {
         let page = sequence.path(0);
         let invalid = |reason: String| OutputError::Cache { path: page.clone(), reason };
         if !path.exists() {
-            let mut run = read_run(&page)?;
-            let write = |file: &mut File| write_data(file, &mut run);
-            write_durably(&path, write).map_err(OutputError::io("write", &path))?;
+            page_data::create_from(&path, &mut read_run(&page)?)?;
         }
-        let mut data = open(&path)?;
+        let mut data = page_data::open(&path)?;
         if data.layout != Layout::new(header) {
             return Err(invalid("it has other bodies, lattices or colliders".to_owned()));
         }
@@ -91,8 +62,8 @@ impl PageWriter {
         Self { sequence, data, frame: FrameBuilder::default() }
     }
 
-    /// Adds the next body to frame `frame`: the positions of its mesh and its lattice, and its volumes at rest, before and
-    /// after the correction.
+    /// Adds the next body to frame `frame`: the positions of its mesh and its lattice, and its volumes at rest, before
+    /// and after the correction.
     pub(crate) fn push_body(
         &mut self,
         frame: u64,
@@ -109,8 +80,8 @@ impl PageWriter {
         Ok(())
     }
 
-    /// Writes the frame with the added bodies and the colliders, and returns its record. If this fails, truncates the file
-    /// after the previous frame.
+    /// Writes the frame with the added bodies and the colliders, and returns its record. If this fails, truncates the
+    /// file after the previous frame.
     pub(crate) fn write(&mut self, simulation: &Simulation) -> Result<Record, OutputError> {
         // An observer can replace the colliders of the simulation. The page shows those of the first frame.
         for index in 0..self.data.layout.colliders() {
@@ -126,13 +97,7 @@ impl PageWriter {
         }
         drop(animated);
         let frame = self.frame.finish();
-        debug_assert_eq!(frame.len() as u64, self.data.frame_bytes, "all frames have the size of the layout");
-        if let Err(error) = self.data.file.write_all(frame) {
-            // The write error is returned; an error of the truncation would add nothing.
-            let _ = self.data.truncate(self.data.header.frames as u64);
-            return Err(OutputError::io("write", &self.path())(error));
-        }
-        self.data.header.frames += 1;
+        self.data.append(frame).map_err(OutputError::io("write", &data_path(&self.sequence)))?;
         Ok(Record::of(frame))
     }
 
@@ -160,102 +125,6 @@ impl PageWriter {
         drop((runs, self.data));
         fs::remove_file(&data_path).map_err(OutputError::io("remove", &data_path))
     }
-}
-
-impl Data {
-    /// `length` is that of the encoded header.
-    fn new(file: File, header: Header, arrays: Vec<u8>, length: usize) -> Self {
-        let layout = Layout::new(&header);
-        let frame_bytes = layout.bytes() as u64;
-        Self { file, header, layout, arrays, start: PREFIX + length as u64, frame_bytes }
-    }
-
-    /// Returns the number of complete frames.
-    fn complete(&self) -> io::Result<u64> {
-        Ok(self.file.metadata()?.len().saturating_sub(self.start) / self.frame_bytes.max(1))
-    }
-
-    /// Truncates the file after `frames` frames, and seeks to the end.
-    fn truncate(&mut self, frames: u64) -> io::Result<()> {
-        self.header.frames = frames as usize;
-        self.file.set_len(self.start + frames * self.frame_bytes)?;
-        self.file.seek(SeekFrom::End(0)).map(drop)
-    }
-}
-
-/// The frames of a data file.
-struct DataFrames {
-    file: File,
-    start: u64,
-    frame_bytes: u64,
-}
-
-impl DataFrames {
-    fn open(path: &Path, data: &Data) -> Result<Self, OutputError> {
-        let file = File::open(path).map_err(OutputError::io("read", path))?;
-        Ok(Self { file, start: data.start, frame_bytes: data.frame_bytes })
-    }
-}
-
-impl FrameSource for DataFrames {
-    fn read_frame(&mut self, index: usize, frame: &mut Vec<u8>) -> io::Result<()> {
-        frame.resize(self.frame_bytes as usize, 0);
-        self.file.seek(SeekFrom::Start(self.start + index as u64 * self.frame_bytes))?;
-        self.file.read_exact(frame)
-    }
-}
-
-fn data_path(sequence: &Sequence) -> PathBuf {
-    let mut name = sequence.path(0).into_os_string();
-    name.push(PAGE_DATA);
-    name.into()
-}
-
-fn write_prefix(file: &mut impl Write, encoded: &[u8]) -> io::Result<()> {
-    file.write_all(SIGNATURE)?;
-    file.write_all(&(encoded.len() as u64).to_le_bytes())?;
-    file.write_all(encoded)
-}
-
-/// Writes the data of a run to a file.
-fn write_data(file: &mut File, run: &mut Run<'_>) -> io::Result<()> {
-    let mut out = BufWriter::new(file);
-    // Frames are counted by the length of the file.
-    let mut header = run.header.clone();
-    header.frames = 0;
-    write_prefix(&mut out, &encode_header(&header, &run.arrays)?)?;
-    let mut frame = Vec::new();
-    for index in 0..run.header.frames {
-        run.frames.read_frame(index, &mut frame)?;
-        out.write_all(&frame)?;
-    }
-    out.flush()
-}
-
-/// Opens existing data, for reading and writing.
-fn open(path: &Path) -> Result<Data, OutputError> {
-    let open = || {
-        let mut file = File::options().read(true).write(true).open(path)?;
-        let mut prefix = [0; PREFIX as usize];
-        file.read_exact(&mut prefix)?;
-        let (signature, length) = prefix.split_at(8);
-        let length = u64::from_le_bytes(std::array::from_fn(|byte| length[byte]));
-        if signature != SIGNATURE || length > file.metadata()?.len() {
-            return Err(ErrorKind::UnexpectedEof.into());
-        }
-        let mut encoded = vec![0; length as usize];
-        file.read_exact(&mut encoded)?;
-        let (header, arrays, _) = decode_header(&encoded)?;
-        let arrays = arrays.to_vec();
-        Ok(Data::new(file, header, arrays, encoded.len()))
-    };
-    open().map_err(|error: io::Error| match error.kind() {
-        ErrorKind::UnexpectedEof | ErrorKind::InvalidData => OutputError::Cache {
-            path: path.to_owned(),
-            reason: "its beginning is incomplete or was changed".to_owned(),
-        },
-        _ => OutputError::io("read", path)(error),
-    })
 }
 
 /// Reads the only run of a page.
@@ -307,7 +176,7 @@ fn check_frames(
     let Some(first) = records.first() else { return Ok(None) };
     let (data_path, page) = (data_path(sequence), sequence.path(0));
     let (path, found, size, mut frames): (_, _, _, Box<dyn FrameSource>) = if data_path.exists() {
-        let data = open(&data_path)?;
+        let data = page_data::open(&data_path)?;
         let found = data.complete().map_err(OutputError::io("read", &data_path))?;
         let frames = DataFrames::open(&data_path, &data)?;
         (&data_path, found, data.frame_bytes, Box::new(frames))
@@ -344,7 +213,7 @@ pub(super) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), Outp
         return Ok(());
     }
     check_link(sequence)?;
-    let mut data = open(&data_path)?;
+    let mut data = page_data::open(&data_path)?;
     data.truncate(records.len() as u64).map_err(OutputError::io("write", &data_path))?;
     PageWriter::open(sequence.clone(), data).finish()
 }

@@ -48,8 +48,8 @@ impl Source<'_> {
         }
     }
 
-    /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For HTML it
-    /// is that of the positions on disk while a run writes them; in the page they are compressed.
+    /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
+    /// HTML it is that of the positions on disk while a run writes them; in the page they are compressed.
     pub fn frame_bytes(&self, format: Format) -> u64 {
         match (format, self) {
             (Format::Pc2, _) => 12 * self.points() as u64,
@@ -239,8 +239,8 @@ impl FrameWriter {
         Ok(record)
     }
 
-    /// Returns when the contents of all frames that `writers` and `page` wrote so far are on disk. Their names are on disk
-    /// when the directory is synchronized too.
+    /// Returns when the contents of all frames that `writers` and `page` wrote so far are on disk. Their names are on
+    /// disk when the directory is synchronized too.
     pub(crate) fn sync_all<'a>(
         writers: impl Iterator<Item = &'a mut Self>,
         page: Option<&PageWriter>,

@@ -148,8 +148,8 @@ impl Header {
         (header, arrays)
     }
 
-    /// Returns the point sets of a frame, each as its number of points and the largest value of a coordinate: the mesh and the lattice of each body, then the mesh of
-    /// each animated collider.
+    /// Returns the point sets of a frame, each as its number of points and the largest value of a coordinate: the mesh
+    /// and the lattice of each body, then the mesh of each animated collider.
     pub(super) fn point_sets(&self) -> Vec<(usize, u16)> {
         let bodies = self.bodies.iter();
         let mesh = |surface: usize| (self.surfaces[surface].vertices, MESH_VALUES);
@@ -221,8 +221,8 @@ pub(crate) fn animated_positions(simulation: &Simulation, time: f64) -> impl Ite
 struct Surfaces<'a>(Vec<(&'a Mesh, SurfaceSize)>);
 
 impl<'a> Surfaces<'a> {
-    /// Returns the index of the surface of a mesh. A new surface is added, with the numbers of corners of its faces, its
-    /// corners, and for each vertex the first vertex at the same position.
+    /// Returns the index of the surface of a mesh. A new surface is added, with the numbers of corners of its faces,
+    /// its corners, and for each vertex the first vertex at the same position.
     fn index(&mut self, mesh: &'a Mesh, arrays: &mut Vec<u8>) -> usize {
         let size = SurfaceSize {
             vertices: mesh.vertices().len(),

@@ -1,19 +1,19 @@
 //! Points of a frame as 16-bit numbers, and their prediction from earlier frames.
 //!
-//! A point set has its own grid in each frame: 65,536 values per axis, or 4096 for a lattice, from the smallest to the largest coordinate. The
-//! position of a point is that of the nearest grid point, so its error per axis is at most half a grid step: the extent
-//! divided by 131,070, or by 8190.
+//! A point set has its own grid in each frame: 65,536 values per axis, or 4096 for a lattice, from the smallest to the
+//! largest coordinate. The position of a point is that of the nearest grid point, so its error per axis is at most half
+//! a grid step: the extent divided by 131,070, or by 8190.
 //!
 //! A set is packed as the differences between its values and their predictions, which compress better. A point is
-//! expected to keep its velocity: x(t) = 2 x(t-1) - x(t-2), rounded to the grid. The error of the point before it in the
-//! set is subtracted, because neighbors err alike. All coordinates are `f64` and all operations are exactly those of
-//! JavaScript, so that a browser computes the same predictions.
+//! expected to keep its velocity: x(t) = 2 x(t-1) - x(t-2), rounded to the grid. The error of the point before it in
+//! the set is subtracted, because neighbors err alike. All coordinates are `f64` and all operations are exactly those
+//! of JavaScript, so that a browser computes the same predictions.
 
 /// Largest value of a coordinate of a mesh.
 pub(super) const MESH_VALUES: u16 = 65535;
 
-/// Largest value of a coordinate of a lattice. A lattice is drawn as lines, for which a fortieth of a percent of the extent
-/// is enough, and has a third of the size that it would have with 16 bits.
+/// Largest value of a coordinate of a lattice. A lattice is drawn as lines, for which a fortieth of a percent of the
+/// extent is enough, and has a third of the size that it would have with 16 bits.
 pub(super) const LATTICE_VALUES: u16 = 4095;
 
 /// Size of the bounds of a set, in bytes: smallest x, y, z, then largest x, y, z, as `f32`.

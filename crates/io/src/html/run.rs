@@ -7,8 +7,8 @@
 //! ...   the frames
 //! ```
 //!
-//! The arrays are in the order in which bodies and then colliders use them. A body has its surface, unless an earlier one
-//! has it, and the pairs of lattice vertices that are linked. A collider that is a mesh has its surface, unless an
+//! The arrays are in the order in which bodies and then colliders use them. A body has its surface, unless an earlier
+//! one has it, and the pairs of lattice vertices that are linked. A collider that is a mesh has its surface, unless an
 //! earlier item has it, and its positions as `f32`, unless it is animated. A surface has the number of corners of each
 //! face, the corners of all faces, and the first vertex at the position of each vertex. See `points::pack_words`.
 

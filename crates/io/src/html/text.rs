@@ -6,7 +6,8 @@
 //! random bytes is 8/7 (1 + 3/128) = 1.17 times as long as the bytes; base64 would be 1.33 times as long.
 //!
 //! The text is divided into `<script>` elements of a type that browsers do not run, because browsers limit the length
-//! of a string to about 500 million characters. Each element holds whole groups of eight characters, except the last one.
+//! of a string to about 500 million characters. Each element holds whole groups of eight characters, except the last
+//! one.
 
 use std::io::{self, Error, ErrorKind, Write};
 

@@ -60,8 +60,8 @@ impl Job {
         }
     }
 
-    /// Returns the file sequences: for each format of the scene those of all bodies in the order of the scene, or that of
-    /// the run if a file of the format contains all bodies. The file of the run has the name [`PAGE`].
+    /// Returns the file sequences: for each format of the scene those of all bodies in the order of the scene, or that
+    /// of the run if a file of the format contains all bodies. The file of the run has the name [`PAGE`].
     pub fn sequences(&self) -> Vec<Sequence> {
         let sequence = |name: &str, format: Format| Sequence {
             directory: self.directory.clone(),

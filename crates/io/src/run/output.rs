@@ -62,8 +62,8 @@ impl Output {
         self.page.is_some()
     }
 
-    /// Writes a frame of a body, and appends the records of its files to those of their sequences. The page takes part of
-    /// the frame, and `volume` if it is given.
+    /// Writes a frame of a body, and appends the records of its files to those of their sequences. The page takes part
+    /// of the frame, and `volume` if it is given.
     pub(super) fn write_body(
         &mut self,
         number: u64,

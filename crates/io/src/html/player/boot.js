@@ -17,8 +17,10 @@ function fail(text) {
 
 // Returns the bytes of a text of seven bits a character: see text.rs.
 function decodeText(text) {
-  const bytes = new Uint8Array(Math.floor(text.length * 7 / 8));
-  let bits = 0, count = 0, at = 0;
+  const bytes = new Uint8Array(Math.floor((text.length * 7) / 8));
+  let bits = 0,
+    count = 0,
+    at = 0;
   for (let i = 0; i < text.length; i++) {
     bits |= (text.charCodeAt(i) & 127) << count;
     count += 7;
@@ -52,13 +54,17 @@ async function boot() {
   const dark = matchMedia("(prefers-color-scheme: dark)");
   document.documentElement.dataset.theme = dark.matches ? "dark" : "light";
   if (typeof DecompressionStream === "undefined") {
-    fail("This browser cannot unpack the data of this page. Open the page in Chrome or Edge 80, Firefox 113, "
-      + "Safari 16.4, or a later version.");
+    fail(
+      "This browser cannot unpack the data of this page. Open the page in Chrome or Edge 80, Firefox 113, " +
+        "Safari 16.4, or a later version.",
+    );
     return;
   }
   if (!document.createElement("canvas").getContext("webgl2")) {
-    fail("This browser shows no 3D graphics (WebGL 2). Turn on hardware acceleration in its settings, update the "
-      + "graphics driver, or open the page in another browser.");
+    fail(
+      "This browser shows no 3D graphics (WebGL 2). Turn on hardware acceleration in its settings, update the " +
+        "graphics driver, or open the page in another browser.",
+    );
     return;
   }
   const elements = [];
@@ -72,6 +78,13 @@ async function boot() {
   document.body.append(program);
 }
 
-addEventListener("error", (event) => fail("The page has failed: " + event.message + ". Reload it, or open it in another browser."));
-boot().catch((error) => fail("The data of this page cannot be unpacked: " + error.message
-  + ". The file may be incomplete; copy it again, or write it again with supple."));
+addEventListener("error", (event) =>
+  fail("The page has failed: " + event.message + ". Reload it, or open it in another browser."),
+);
+boot().catch((error) =>
+  fail(
+    "The data of this page cannot be unpacked: " +
+      error.message +
+      ". The file may be incomplete; copy it again, or write it again with supple.",
+  ),
+);

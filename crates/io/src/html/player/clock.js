@@ -24,7 +24,7 @@ class Clock {
   advance(now) {
     if (!this.isPlaying) return;
     const pause = 0.5 * this.rate * this.speed;
-    this.phase += Math.max(now - this.before, 0) / 1000 * this.rate * this.speed;
+    this.phase += (Math.max(now - this.before, 0) / 1000) * this.rate * this.speed;
     this.before = now;
     if (this.phase >= this.frames + pause) this.phase = 0;
     const frame = Math.min(Math.floor(this.phase), this.frames - 1);

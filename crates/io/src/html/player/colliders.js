@@ -2,24 +2,34 @@
 
 // Returns the rotation by angles in degrees about the fixed axes x, then y, then z.
 function eulerDegrees([x, y, z]) {
-  const turn = (axis, degrees) => new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(...axis), degrees * Math.PI / 180);
-  return turn([0, 0, 1], z).multiply(turn([0, 1, 0], y)).multiply(turn([1, 0, 0], x));
+  const turn = (axis, degrees) =>
+    new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(...axis), (degrees * Math.PI) / 180);
+  return turn([0, 0, 1], z)
+    .multiply(turn([0, 1, 0], y))
+    .multiply(turn([1, 0, 0], x));
 }
 
-// Returns a disc of a radius in the plane z = 0 that fades towards its rim, or its square grid with lines at a distance.
+// Returns a disc of a radius in the plane z = 0 that fades towards its rim, or with a spacing its grid of lines.
 function fadingDisc(radius, spacing) {
-  const rings = 24, sectors = 64, positions = [], colors = [], index = [];
+  const rings = 24,
+    sectors = 64,
+    positions = [],
+    colors = [],
+    index = [];
   const add = (x, y, strength) => {
-    const r = Math.min(Math.hypot(x, y) / radius, 1), fade = (1 - r) * (1 - r);
+    const r = Math.min(Math.hypot(x, y) / radius, 1),
+      fade = (1 - r) * (1 - r);
     positions.push(x, y, 0);
     colors.push(1, 1, 1, strength * fade);
   };
   if (spacing) {
-    const lines = Math.floor(radius / spacing), pieces = 16;
+    const lines = Math.floor(radius / spacing),
+      pieces = 16;
     for (let line = -lines; line <= lines; line++) {
-      const half = Math.sqrt(Math.max(radius * radius - (line * spacing) ** 2, 0)), strength = line % 5 === 0 ? 1 : 0.45;
+      const half = Math.sqrt(Math.max(radius * radius - (line * spacing) ** 2, 0)),
+        strength = line % 5 === 0 ? 1 : 0.45;
       for (let piece = 0; piece < pieces; piece++) {
-        const ends = [piece, piece + 1].map((k) => half * (2 * k / pieces - 1));
+        const ends = [piece, piece + 1].map((k) => half * ((2 * k) / pieces - 1));
         for (const end of ends) add(line * spacing, end, strength);
         for (const end of ends) add(end, line * spacing, strength);
       }
@@ -27,24 +37,35 @@ function fadingDisc(radius, spacing) {
   } else {
     for (let ring = 0; ring <= rings; ring++) {
       for (let sector = 0; sector < sectors; sector++) {
-        const angle = 2 * Math.PI * sector / sectors, r = radius * ring / rings;
+        const angle = (2 * Math.PI * sector) / sectors,
+          r = (radius * ring) / rings;
         add(r * Math.cos(angle), r * Math.sin(angle), 1);
-        const next = (sector + 1) % sectors, inner = (ring - 1) * sectors, outer = ring * sectors;
-        if (ring > 0) index.push(inner + sector, outer + sector, outer + next, inner + sector, outer + next, inner + next);
+        const next = (sector + 1) % sectors,
+          inner = (ring - 1) * sectors,
+          outer = ring * sectors;
+        if (ring > 0)
+          index.push(inner + sector, outer + sector, outer + next, inner + sector, outer + next, inner + next);
       }
     }
   }
   const geometry = new THREE.BufferGeometry();
   if (!spacing) geometry.setIndex(index);
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
-  geometry.setAttribute("normal", new THREE.Float32BufferAttribute(positions.map((_, i) => i % 3 === 2 ? 1 : 0), 3));
+  geometry.setAttribute(
+    "normal",
+    new THREE.Float32BufferAttribute(
+      positions.map((_, i) => (i % 3 === 2 ? 1 : 0)),
+      3,
+    ),
+  );
   geometry.setAttribute("color", new THREE.Float32BufferAttribute(colors, 4));
   return geometry;
 }
 
 // Returns a round number near a length: 1, 2 or 5 times a power of ten.
 function roundLength(length) {
-  const power = 10 ** Math.floor(Math.log10(length)), digit = length / power;
+  const power = 10 ** Math.floor(Math.log10(length)),
+    digit = length / power;
   return power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
 }
 
@@ -91,8 +112,13 @@ class ColliderObject {
     };
     switch (collider.shape) {
       case "plane": {
-        const { normal } = this, radius = (this.isFloor ? 4 : 1.6) * extent.radius;
-        const plane = towards(planeObject(radius, !this.isFloor, materials), new THREE.Vector3(0, 0, 1), normal.clone());
+        const { normal } = this,
+          radius = (this.isFloor ? 4 : 1.6) * extent.radius;
+        const plane = towards(
+          planeObject(radius, !this.isFloor, materials),
+          new THREE.Vector3(0, 0, 1),
+          normal.clone(),
+        );
         // The disc is around the point of the plane nearest to the scene.
         const offset = extent.center.clone().sub(center);
         plane.position.copy(offset.addScaledVector(normal, -offset.dot(normal)));
@@ -111,7 +137,9 @@ class ColliderObject {
         return axis.length() > 0 ? towards(capsule, new THREE.Vector3(0, 1, 0), axis) : capsule;
       }
       default: {
-        const positions = collider.positions ? collider.positions.slice() : new Float32Array(3 * collider.surface.vertices);
+        const positions = collider.positions
+          ? collider.positions.slice()
+          : new Float32Array(3 * collider.surface.vertices);
         if (collider.points) collider.points.positions(0, positions);
         this.geometry = new SurfaceGeometry(collider.surface, positions);
         const material = collider.is_closed ? materials.solid : materials.collider;
@@ -142,8 +170,9 @@ class ColliderObject {
 
   // Returns the bounding box in some frames.
   box() {
-    const box = new THREE.Box3(), frames = this.collider.poses.length / 6;
-    for (const frame of new Set([0, 1, 2, 3, 4].map((k) => Math.round(k * (frames - 1) / 4)))) {
+    const box = new THREE.Box3(),
+      frames = this.collider.poses.length / 6;
+    for (const frame of new Set([0, 1, 2, 3, 4].map((k) => Math.round((k * (frames - 1)) / 4)))) {
       this.show(frame);
       this.object.updateMatrixWorld(true);
       box.expandByObject(this.object);

@@ -13,7 +13,8 @@ function readWords(bytes, at, count) {
   return words;
 }
 
-const MESH_VALUES = 65535, LATTICE_VALUES = 4095;
+const MESH_VALUES = 65535,
+  LATTICE_VALUES = 4095;
 
 // A set of points in all frames.
 class PointSet {
@@ -29,14 +30,17 @@ class PointSet {
 
   // Unpacks the values of the next frame.
   unpack(frame, bytes, at) {
-    const count = this.points, start = 3 * count * frame, high = at + 3 * count;
+    const count = this.points,
+      start = 3 * count * frame,
+      high = at + 3 * count;
     const [low, step] = this.grid(frame);
     const positions = new Float64Array(3 * count);
     for (let axis = 0; axis < 3; axis++) {
       let error = 0;
       for (let point = 0; point < count; point++) {
-        const k = axis * count + point, i = 3 * point + axis;
-        const word = bytes[at + k] | bytes[high + k] << 8;
+        const k = axis * count + point,
+          i = 3 * point + axis;
+        const word = bytes[at + k] | (bytes[high + k] << 8);
         error = (error + ((word >>> 1) ^ -(word & 1))) & 65535;
         let predicted = 0;
         if (this.last && step[axis] > 0) {
@@ -61,7 +65,8 @@ class PointSet {
 
   // Writes the positions of a frame to `out`.
   positions(frame, out) {
-    const [low, step] = this.grid(frame), start = 3 * this.points * frame;
+    const [low, step] = this.grid(frame),
+      start = 3 * this.points * frame;
     for (let i = 0; i < 3 * this.points; i += 3) {
       for (let axis = 0; axis < 3; axis++) out[i + axis] = low[axis] + this.values[start + i + axis] * step[axis];
     }
@@ -80,7 +85,12 @@ function readArrays(header, bytes, start) {
   const surface = (index) => {
     if (index === surfaces.length) {
       const size = header.surfaces[index];
-      surfaces.push({ vertices: size.vertices, sizes: words(size.faces), corners: words(size.corners), weld: words(size.vertices) });
+      surfaces.push({
+        vertices: size.vertices,
+        sizes: words(size.faces),
+        corners: words(size.corners),
+        weld: words(size.vertices),
+      });
     }
     return surfaces[index];
   };
@@ -109,10 +119,14 @@ async function readRun(bytes) {
   const animated = run.colliders.filter((collider) => collider.is_animated);
   for (const collider of animated) collider.points = new PointSet(collider.surface.vertices, run.frames, MESH_VALUES);
   for (const collider of run.colliders) collider.poses = new Float64Array(6 * run.frames);
-  const sets = run.bodies.flatMap((body) => [body.mesh, body.latticePoints]).concat(animated.map((collider) => collider.points));
-  let at = 4 + length + run.arrays, paused = performance.now();
+  const sets = run.bodies
+    .flatMap((body) => [body.mesh, body.latticePoints])
+    .concat(animated.map((collider) => collider.points));
+  let at = 4 + length + run.arrays,
+    paused = performance.now();
   const numbers = (out, first, count, size) => {
-    for (let i = 0; i < count; i++, at += size) out[first + i] = size === 8 ? view.getFloat64(at, true) : view.getFloat32(at, true);
+    for (let i = 0; i < count; i++, at += size)
+      out[first + i] = size === 8 ? view.getFloat64(at, true) : view.getFloat32(at, true);
   };
   for (let frame = 0; frame < run.frames; frame++) {
     for (const body of run.bodies) numbers(body.volumes, 3 * frame, 3, 8);

@@ -11,10 +11,12 @@ function playerKeys(player) {
     clock.setPlaying(false);
     clock.seek(frame);
   };
-  const turn = (...angles) => () => {
-    views.turn(...angles);
-    player.invalidate();
-  };
+  const turn =
+    (...angles) =>
+    () => {
+      views.turn(...angles);
+      player.invalidate();
+    };
   return [
     [["Space"], "Play or pause", () => clock.setPlaying(!clock.isPlaying)],
     [["←"], "Frame before", step(-1)],
@@ -54,11 +56,13 @@ function keyName(event) {
 
 // Runs the actions of the keys, and fills the list.
 function listenToKeys(player, list) {
-  const keys = playerKeys(player), actions = new Map();
+  const keys = playerKeys(player),
+    actions = new Map();
   for (const [names, description, action] of keys) {
     if (action) for (const name of names) actions.set(name, action);
     if (!description) continue;
-    const term = document.createElement("dt"), text = document.createElement("dd");
+    const term = document.createElement("dt"),
+      text = document.createElement("dd");
     for (const name of names) {
       const key = document.createElement("kbd");
       key.textContent = name;
@@ -68,7 +72,8 @@ function listenToKeys(player, list) {
     list.append(term, text);
   }
   addEventListener("keydown", (event) => {
-    const action = actions.get(keyName(event)), { target } = event;
+    const action = actions.get(keyName(event)),
+      { target } = event;
     if (!action || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     // A list of choices uses letters and arrows, and a button the space bar.
     if (target instanceof HTMLSelectElement || (target instanceof HTMLButtonElement && event.key === " ")) return;

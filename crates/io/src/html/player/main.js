@@ -10,12 +10,17 @@ class Player {
     // All runs have one time line, that of the first one. A shorter run stays at its last frame.
     const frames = Math.max(...runs.map((run) => run.frames));
     this.clock = new Clock(frames, runs[0].fps / runs[0].every, () => this.invalidate());
-    this.elements = Object.fromEntries(["play", "frame", "time", "speed", "keys", "plots", "theme"].map((id) => [id, at(id)]));
+    this.elements = Object.fromEntries(
+      ["play", "frame", "time", "speed", "keys", "plots", "theme"].map((id) => [id, at(id)]),
+    );
     const range = volumeRange(runs);
-    this.plots = runs.map((run) => new Plot(run, range, frames, (frame) => {
-      this.clock.setPlaying(false);
-      this.clock.seek(frame);
-    }));
+    this.plots = runs.map(
+      (run) =>
+        new Plot(run, range, frames, (frame) => {
+          this.clock.setPlaying(false);
+          this.clock.seek(frame);
+        }),
+    );
     this.elements.plots.append(...this.plots.map((plot) => plot.element));
     this.addLabels(at("labels"));
     this.connect(at);
@@ -35,7 +40,8 @@ class Player {
     if (this.runs.length < 2) return;
     labels.style.gridTemplate = `repeat(${this.views.rows}, 1fr) / repeat(${this.views.columns}, 1fr)`;
     for (const run of this.runs) {
-      const label = document.createElement("div"), text = document.createElement("span");
+      const label = document.createElement("div"),
+        text = document.createElement("span");
       label.className = "label";
       text.textContent = run.name;
       label.append(text);
@@ -44,20 +50,24 @@ class Player {
   }
 
   connect(at) {
-    const { play, frame, speed, theme } = this.elements, { clock } = this;
+    const { play, frame, speed, theme } = this.elements,
+      { clock } = this;
     frame.max = String(clock.frames - 1);
     play.addEventListener("click", () => clock.setPlaying(!clock.isPlaying));
-    const jump = (id, to) => at(id).addEventListener("click", () => {
-      clock.setPlaying(false);
-      clock.seek(to);
-    });
+    const jump = (id, to) =>
+      at(id).addEventListener("click", () => {
+        clock.setPlaying(false);
+        clock.seek(to);
+      });
     jump("first", 0);
     jump("last", clock.frames - 1);
     frame.addEventListener("input", () => {
       clock.setPlaying(false);
       clock.seek(Number(frame.value));
     });
-    speed.addEventListener("change", () => { clock.speed = Number(speed.value); });
+    speed.addEventListener("change", () => {
+      clock.speed = Number(speed.value);
+    });
     for (const option of Object.keys(this.options)) at(option).addEventListener("click", () => this.toggle(option));
     at("reset").addEventListener("click", () => this.resetCamera());
     at("help").addEventListener("click", () => this.showKeys());
@@ -67,7 +77,9 @@ class Player {
     for (const option of ["lattice", "colliders"]) {
       if (at(option).disabled) at(option).setAttribute("aria-pressed", "false");
     }
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => this.setTheme(event.matches ? "dark" : "light"));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) =>
+      this.setTheme(event.matches ? "dark" : "light"),
+    );
     this.views.controls.addEventListener("change", () => this.invalidate());
     new ResizeObserver(() => {
       this.views.resize();
@@ -122,12 +134,15 @@ class Player {
   draw() {
     if (this.isDrawn) return;
     this.isDrawn = true;
-    const { clock, runs, elements } = this, { frame } = clock, run = runs[0];
+    const { clock, runs, elements } = this,
+      { frame } = clock,
+      run = runs[0];
     for (const view of this.views.views) view.show(frame);
     this.views.draw();
     if (this.options.volume) for (const plot of this.plots) plot.draw(frame);
-    const number = run.first + run.every * frame, last = run.first + run.every * (clock.frames - 1);
-    const time = `${(frame * run.every / run.fps).toFixed(2)} s`;
+    const number = run.first + run.every * frame,
+      last = run.first + run.every * (clock.frames - 1);
+    const time = `${((frame * run.every) / run.fps).toFixed(2)} s`;
     elements.time.textContent = `Frame ${number} of ${last} · ${time}`;
     elements.frame.value = String(frame);
     elements.frame.setAttribute("aria-valuetext", `frame ${number} of ${last}, ${time}`);

@@ -6,17 +6,21 @@ function volumeChange(body, frame, kind) {
   return rest > 0 ? 100 * (body.volumes[3 * frame + kind] / rest - 1) : NaN;
 }
 
-const BEFORE = 1, AFTER = 2;
+const BEFORE = 1,
+  AFTER = 2;
 
 function percent(value) {
   if (Number.isNaN(value)) return "–";
   const rounded = value.toFixed(2);
-  return (rounded === "-0.00" ? "0.00" : value > 0 && rounded !== "0.00" ? "+" + rounded : rounded).replace("-", "−") + " %";
+  return (
+    (rounded === "-0.00" ? "0.00" : value > 0 && rounded !== "0.00" ? "+" + rounded : rounded).replace("-", "−") + " %"
+  );
 }
 
 // Returns the common range of the plots: of all volumes, before and after the correction.
 function volumeRange(runs) {
-  let low = 0, high = 0;
+  let low = 0,
+    high = 0;
   for (const run of runs) {
     for (const body of run.bodies) {
       for (let frame = 0; frame < run.frames; frame++) {
@@ -41,7 +45,10 @@ class Plot {
     this.element.className = "plot";
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", `Volumes of ${run.name} over time: dashed before the correction, solid after it`);
+    this.canvas.setAttribute(
+      "aria-label",
+      `Volumes of ${run.name} over time: dashed before the correction, solid after it`,
+    );
     const inner = document.createElement("div");
     inner.className = "inner";
     inner.append(this.canvas, this.table());
@@ -49,15 +56,17 @@ class Plot {
     const drag = (event) => {
       if (event.buttons !== 1) return;
       this.canvas.setPointerCapture(event.pointerId);
-      const { left, right } = this.area(), x = event.offsetX;
-      seek(Math.round((x - left) / (right - left) * (frames - 1)));
+      const { left, right } = this.area(),
+        x = event.offsetX;
+      seek(Math.round(((x - left) / (right - left)) * (frames - 1)));
     };
     this.canvas.addEventListener("pointerdown", drag);
     this.canvas.addEventListener("pointermove", drag);
   }
 
   table() {
-    const holder = document.createElement("div"), table = document.createElement("table");
+    const holder = document.createElement("div"),
+      table = document.createElement("table");
     holder.className = "table";
     holder.tabIndex = 0;
     holder.setAttribute("role", "region");
@@ -71,7 +80,9 @@ class Plot {
     }
     const rows = table.createTBody();
     this.cells = this.run.bodies.map((body, index) => {
-      const row = rows.insertRow(), name = document.createElement("th"), swatch = document.createElement("span");
+      const row = rows.insertRow(),
+        name = document.createElement("th"),
+        swatch = document.createElement("span");
       swatch.className = "swatch";
       swatch.style.background = bodyColor(index);
       name.scope = "row";
@@ -90,9 +101,13 @@ class Plot {
 
   // Draws the curves, and the frame that is shown.
   draw(shown) {
-    const { canvas, run, frames } = this, context = canvas.getContext("2d"), ratio = devicePixelRatio || 1;
-    const style = getComputedStyle(document.documentElement), color = (name) => style.getPropertyValue(name).trim();
-    const { clientWidth: width, clientHeight: height } = canvas, { left, right, top, bottom } = this.area();
+    const { canvas, run, frames } = this,
+      context = canvas.getContext("2d"),
+      ratio = devicePixelRatio || 1;
+    const style = getComputedStyle(document.documentElement),
+      color = (name) => style.getPropertyValue(name).trim();
+    const { clientWidth: width, clientHeight: height } = canvas,
+      { left, right, top, bottom } = this.area();
     if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
       canvas.width = Math.round(width * ratio);
       canvas.height = Math.round(height * ratio);
@@ -101,7 +116,7 @@ class Plot {
     context.clearRect(0, 0, width, height);
     const [low, high] = this.range;
     const x = (frame) => left + (right - left) * (frames > 1 ? frame / (frames - 1) : 0.5);
-    const y = (value) => bottom - (bottom - top) * (value - low) / (high - low);
+    const y = (value) => bottom - ((bottom - top) * (value - low)) / (high - low);
     context.font = "12px system-ui, sans-serif";
     context.lineWidth = 1;
     this.drawAxes(context, { x, y, color });
@@ -137,7 +152,8 @@ class Plot {
   }
 
   drawAxes(context, { x, y, color }) {
-    const { left, right, top, bottom } = this.area(), [low, high] = this.range;
+    const { left, right, top, bottom } = this.area(),
+      [low, high] = this.range;
     const step = roundLength((high - low) / 3.4);
     context.fillStyle = color("--soft");
     context.strokeStyle = color("--line");
@@ -148,17 +164,21 @@ class Plot {
       context.moveTo(left, y(tick * step));
       context.lineTo(right, y(tick * step));
       context.stroke();
-      context.fillText(`${(tick * step).toFixed(Math.max(0, -Math.floor(Math.log10(step))))}`.replace("-", "−"), left - 7, y(tick * step));
+      context.fillText(
+        `${(tick * step).toFixed(Math.max(0, -Math.floor(Math.log10(step))))}`.replace("-", "−"),
+        left - 7,
+        y(tick * step),
+      );
     }
     context.textAlign = "left";
     const keys = right - left > 280 ? "   ┄ before   — after correction" : "";
     context.fillText(`Volume change in %${keys}`, left - 42, 11);
     context.textBaseline = "alphabetic";
     context.textAlign = "center";
-    const seconds = (this.frames - 1) * this.run.every / this.run.fps;
+    const seconds = ((this.frames - 1) * this.run.every) / this.run.fps;
     const interval = roundLength(seconds / Math.max((right - left) / 110, 1)) || 1;
     for (let time = 0; time <= seconds * 1.0001 && seconds > 0; time += interval) {
-      const at = x(time / seconds * (this.frames - 1));
+      const at = x((time / seconds) * (this.frames - 1));
       context.fillText(`${Number(time.toFixed(6))} s`, Math.min(at, right - 4), bottom + 15);
     }
   }

@@ -1,7 +1,18 @@
 // Colors, materials and lights.
 
 // Colors of the bodies; further bodies have other hues.
-const PALETTE = ["#cb6a4a", "#3b9a96", "#dba93f", "#5f7fc9", "#a9638f", "#74a05a", "#e08a93", "#7d6fc4", "#4fa3d1", "#b98354"];
+const PALETTE = [
+  "#cb6a4a",
+  "#3b9a96",
+  "#dba93f",
+  "#5f7fc9",
+  "#a9638f",
+  "#74a05a",
+  "#e08a93",
+  "#7d6fc4",
+  "#4fa3d1",
+  "#b98354",
+];
 
 function bodyColor(index) {
   if (index < PALETTE.length) return PALETTE[index];
@@ -11,22 +22,60 @@ function bodyColor(index) {
 
 // Colors of the other objects, light and dark.
 const THEMES = {
-  light: { plane: "#d8d5cc", planeOpacity: 0.9, grid: "#77746b", gridOpacity: 0.5, collider: "#9aa3ad", colliderEdge: "#59616b",
-    edge: "#1c1e22", lattice: "#14566e", sky: "#ffffff", floor: "#c9c2b4", environment: 0.34 },
-  dark: { plane: "#3a3f49", planeOpacity: 0.85, grid: "#aab2c0", gridOpacity: 0.28, collider: "#7f8a97", colliderEdge: "#c3cad3",
-    edge: "#0d0e11", lattice: "#9fe0f3", sky: "#dfe7f5", floor: "#4a4640", environment: 0.3 },
+  light: {
+    plane: "#d8d5cc",
+    planeOpacity: 0.9,
+    grid: "#77746b",
+    gridOpacity: 0.5,
+    collider: "#9aa3ad",
+    colliderEdge: "#59616b",
+    edge: "#1c1e22",
+    lattice: "#14566e",
+    sky: "#ffffff",
+    floor: "#c9c2b4",
+    environment: 0.34,
+  },
+  dark: {
+    plane: "#3a3f49",
+    planeOpacity: 0.85,
+    grid: "#aab2c0",
+    gridOpacity: 0.28,
+    collider: "#7f8a97",
+    colliderEdge: "#c3cad3",
+    edge: "#0d0e11",
+    lattice: "#9fe0f3",
+    sky: "#dfe7f5",
+    floor: "#4a4640",
+    environment: 0.3,
+  },
 };
 
 // Materials that the views share.
 class Materials {
   constructor() {
     const line = (options) => new THREE.LineBasicMaterial({ transparent: true, ...options });
-    this.plane = new THREE.MeshStandardMaterial({ vertexColors: true, transparent: true, roughness: 1, depthWrite: false,
-      side: THREE.DoubleSide, envMapIntensity: 0.6 });
+    this.plane = new THREE.MeshStandardMaterial({
+      vertexColors: true,
+      transparent: true,
+      roughness: 1,
+      depthWrite: false,
+      side: THREE.DoubleSide,
+      envMapIntensity: 0.6,
+    });
     this.grid = line({ vertexColors: true, depthWrite: false });
-    this.collider = new THREE.MeshStandardMaterial({ transparent: true, opacity: 0.4, roughness: 0.7, depthWrite: false,
-      side: THREE.DoubleSide });
-    this.solid = new THREE.MeshStandardMaterial({ transparent: true, opacity: 0.62, roughness: 0.7, side: THREE.FrontSide });
+    this.collider = new THREE.MeshStandardMaterial({
+      transparent: true,
+      opacity: 0.4,
+      roughness: 0.7,
+      depthWrite: false,
+      side: THREE.DoubleSide,
+    });
+    this.solid = new THREE.MeshStandardMaterial({
+      transparent: true,
+      opacity: 0.62,
+      roughness: 0.7,
+      side: THREE.FrontSide,
+    });
     this.colliderEdge = line({ opacity: 0.55 });
     this.edge = line({ opacity: 0.55 });
     this.lattice = line({ opacity: 0.5 });
@@ -35,13 +84,21 @@ class Materials {
 
   // Returns the material of the body with an index.
   body(index) {
-    this.bodies[index] ??= new THREE.MeshStandardMaterial({ color: bodyColor(index), roughness: 0.58, metalness: 0,
-      side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    this.bodies[index] ??= new THREE.MeshStandardMaterial({
+      color: bodyColor(index),
+      roughness: 0.58,
+      metalness: 0,
+      side: THREE.DoubleSide,
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 1,
+    });
     return this.bodies[index];
   }
 
   setTheme(theme) {
-    for (const name of ["plane", "grid", "collider", "colliderEdge", "edge", "lattice"]) this[name].color.set(theme[name]);
+    for (const name of ["plane", "grid", "collider", "colliderEdge", "edge", "lattice"])
+      this[name].color.set(theme[name]);
     this.solid.color.set(theme.collider);
     this.plane.opacity = theme.planeOpacity;
     this.grid.opacity = theme.gridOpacity;
@@ -71,7 +128,8 @@ class Lights {
     this.key.target.position.copy(center);
     this.key.castShadow = true;
     this.key.shadow.mapSize.set(2048, 2048);
-    const camera = this.key.shadow.camera, reach = 1.5 * radius;
+    const camera = this.key.shadow.camera,
+      reach = 1.5 * radius;
     camera.left = camera.bottom = -reach;
     camera.right = camera.top = reach;
     camera.near = 0.1 * radius;
@@ -79,7 +137,10 @@ class Lights {
     this.key.shadow.normalBias = 0.006 * radius;
     this.key.shadow.radius = 5;
     const fill = new THREE.DirectionalLight(0xdfe9ff, 0.3);
-    fill.position.copy(center).addScaledVector(up.right, -3 * radius).addScaledVector(up.up, radius)
+    fill.position
+      .copy(center)
+      .addScaledVector(up.right, -3 * radius)
+      .addScaledVector(up.up, radius)
       .addScaledVector(up.front, radius);
     fill.target.position.copy(center);
     this.object.add(this.sky, this.key, this.key.target, fill, fill.target);

@@ -1,15 +1,18 @@
 // Surfaces as three.js geometries whose positions and normals follow the frames.
 
 // Two faces whose normals differ by more than this angle meet in a crease: 40 degrees.
-const CREASE = Math.cos(40 * Math.PI / 180);
+const CREASE = Math.cos((40 * Math.PI) / 180);
 
 // Returns the triangles of a surface, as fans of its faces, and the ends of its edges.
 function triangulate(surface) {
-  const triangles = [], edges = [], known = new Set();
+  const triangles = [],
+    edges = [],
+    known = new Set();
   let first = 0;
   for (const size of surface.sizes) {
     for (let k = 0; k < size; k++) {
-      const a = surface.corners[first + k], b = surface.corners[first + (k + 1) % size];
+      const a = surface.corners[first + k],
+        b = surface.corners[first + ((k + 1) % size)];
       const [low, high] = [surface.weld[a], surface.weld[b]].sort((x, y) => x - y);
       const key = low * surface.vertices + high;
       if (!known.has(key)) {
@@ -26,9 +29,15 @@ function triangulate(surface) {
 // Computes the normals of triangles, with the length of twice their areas.
 function triangleNormals(triangles, positions, out) {
   for (let t = 0; t < triangles.length; t += 3) {
-    const a = 3 * triangles[t], b = 3 * triangles[t + 1], c = 3 * triangles[t + 2];
-    const ux = positions[b] - positions[a], uy = positions[b + 1] - positions[a + 1], uz = positions[b + 2] - positions[a + 2];
-    const vx = positions[c] - positions[a], vy = positions[c + 1] - positions[a + 1], vz = positions[c + 2] - positions[a + 2];
+    const a = 3 * triangles[t],
+      b = 3 * triangles[t + 1],
+      c = 3 * triangles[t + 2];
+    const ux = positions[b] - positions[a],
+      uy = positions[b + 1] - positions[a + 1],
+      uz = positions[b + 2] - positions[a + 2];
+    const vx = positions[c] - positions[a],
+      vy = positions[c + 1] - positions[a + 1],
+      vz = positions[c + 2] - positions[a + 2];
     out[t] = uy * vz - uz * vy;
     out[t + 1] = uz * vx - ux * vz;
     out[t + 2] = ux * vy - uy * vx;
@@ -47,14 +56,18 @@ function smoothGroups(triangles, weld, positions) {
   };
   const isSmooth = (s, t) => {
     const dot = normals[s] * normals[t] + normals[s + 1] * normals[t + 1] + normals[s + 2] * normals[t + 2];
-    const lengths = Math.hypot(normals[s], normals[s + 1], normals[s + 2])
-      * Math.hypot(normals[t], normals[t + 1], normals[t + 2]);
+    const lengths =
+      Math.hypot(normals[s], normals[s + 1], normals[s + 2]) * Math.hypot(normals[t], normals[t + 1], normals[t + 2]);
     return dot >= CREASE * lengths;
   };
   // The last corner from which each edge leaves, by its welded ends.
-  const count = weld.length, leaving = new Map();
+  const count = weld.length,
+    leaving = new Map();
   const visit = (from, to) => {
-    const a = weld[triangles[from]], b = weld[triangles[to]], low = Math.min(a, b), high = Math.max(a, b);
+    const a = weld[triangles[from]],
+      b = weld[triangles[to]],
+      low = Math.min(a, b),
+      high = Math.max(a, b);
     const other = leaving.get(low * count + high);
     leaving.set(low * count + high, [from, to]);
     if (!other || !isSmooth(3 * Math.floor(other[0] / 3), 3 * Math.floor(from / 3))) return;
@@ -67,7 +80,9 @@ function smoothGroups(triangles, weld, positions) {
     visit(t + 1, t + 2);
     visit(t + 2, t);
   }
-  const groups = new Uint32Array(triangles.length), vertices = [], numbers = new Map();
+  const groups = new Uint32Array(triangles.length),
+    vertices = [],
+    numbers = new Map();
   for (let corner = 0; corner < triangles.length; corner++) {
     const root = find(corner);
     if (!numbers.has(root)) {
@@ -103,7 +118,8 @@ class SurfaceGeometry {
   // Computes positions and normals of the triangles from `this.positions`.
   update() {
     const { triangles, groups, vertices, normals, positions } = this;
-    const place = this.faces.attributes.position, normal = this.faces.attributes.normal;
+    const place = this.faces.attributes.position,
+      normal = this.faces.attributes.normal;
     for (let i = 0; i < vertices.length; i++) {
       const v = 3 * vertices[i];
       place.array[3 * i] = positions[v];
@@ -113,7 +129,8 @@ class SurfaceGeometry {
     triangleNormals(triangles, positions, normals);
     normal.array.fill(0);
     for (let corner = 0; corner < groups.length; corner++) {
-      const g = 3 * groups[corner], t = 3 * Math.floor(corner / 3);
+      const g = 3 * groups[corner],
+        t = 3 * Math.floor(corner / 3);
       normal.array[g] += normals[t];
       normal.array[g + 1] += normals[t + 1];
       normal.array[g + 2] += normals[t + 2];

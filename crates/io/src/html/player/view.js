@@ -12,9 +12,11 @@ function axesOf(direction) {
 function extentOf(runs) {
   const box = new THREE.Box3();
   for (const { mesh } of runs.flatMap((run) => run.bodies)) {
-    for (let i = 0; i < mesh.bounds.length; i += 3) box.expandByPoint(new THREE.Vector3(...mesh.bounds.subarray(i, i + 3)));
+    for (let i = 0; i < mesh.bounds.length; i += 3)
+      box.expandByPoint(new THREE.Vector3(...mesh.bounds.subarray(i, i + 3)));
   }
-  const center = box.getCenter(new THREE.Vector3()), radius = box.getSize(new THREE.Vector3()).length() / 2;
+  const center = box.getCenter(new THREE.Vector3()),
+    radius = box.getSize(new THREE.Vector3()).length() / 2;
   return { box, center, radius: radius || 1 };
 }
 
@@ -58,10 +60,14 @@ class View {
   // Adds a grid below the bodies to a scene without a plane, for the shadows.
   addGround(extent, { up }) {
     const corners = [extent.box.min, extent.box.max];
-    const heights = corners.flatMap((a) => corners.flatMap((b) => corners.map((c) => new THREE.Vector3(a.x, b.y, c.z).dot(up))));
+    const heights = corners.flatMap((a) =>
+      corners.flatMap((b) => corners.map((c) => new THREE.Vector3(a.x, b.y, c.z).dot(up))),
+    );
     const ground = planeObject(4 * extent.radius, false, this.materials);
     ground.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), up);
-    ground.position.copy(extent.center).addScaledVector(up, Math.min(...heights) - 0.02 * extent.radius - extent.center.dot(up));
+    ground.position
+      .copy(extent.center)
+      .addScaledVector(up, Math.min(...heights) - 0.02 * extent.radius - extent.center.dot(up));
     this.ground.add(ground);
   }
 
@@ -118,13 +124,16 @@ class Views {
     this.picture = this.pictureBox();
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.isDefault = true;
-    this.controls.addEventListener("start", () => { this.isDefault = false; });
+    this.controls.addEventListener("start", () => {
+      this.isDefault = false;
+    });
     this.resetCamera();
   }
 
   // Returns the box that the camera shows: the bodies in all frames, and the colliders that are not much larger.
   pictureBox() {
-    const box = this.extent.box.clone(), size = new THREE.Vector3();
+    const box = this.extent.box.clone(),
+      size = new THREE.Vector3();
     for (const collider of this.views.flatMap((view) => view.colliders)) {
       if (collider.isPlane) continue;
       const around = collider.box();
@@ -142,17 +151,25 @@ class Views {
 
   // Places the camera so that the bodies fill the picture in all frames.
   resetCamera() {
-    const box = this.picture, center = box.getCenter(new THREE.Vector3()), { up, front, right } = this.axes;
+    const box = this.picture,
+      center = box.getCenter(new THREE.Vector3()),
+      { up, front, right } = this.axes;
     const direction = front.clone().addScaledVector(right, 0.55).addScaledVector(up, 0.36).normalize();
     const across = new THREE.Vector3().crossVectors(up, direction).normalize();
     const above = new THREE.Vector3().crossVectors(direction, across);
-    const slope = Math.tan(this.camera.fov * Math.PI / 360) * 0.86, corner = new THREE.Vector3();
+    const slope = Math.tan((this.camera.fov * Math.PI) / 360) * 0.86,
+      corner = new THREE.Vector3();
     let distance = 0.5 * this.extent.radius;
     for (let k = 0; k < 8; k++) {
-      corner.set(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z).sub(center);
+      corner
+        .set(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z)
+        .sub(center);
       const towards = corner.dot(direction);
-      distance = Math.max(distance, towards + Math.abs(corner.dot(above)) / slope,
-        towards + Math.abs(corner.dot(across)) / (slope * this.camera.aspect));
+      distance = Math.max(
+        distance,
+        towards + Math.abs(corner.dot(above)) / slope,
+        towards + Math.abs(corner.dot(across)) / (slope * this.camera.aspect),
+      );
     }
     this.controls.target.copy(center);
     this.camera.position.copy(center).addScaledVector(direction, distance);
@@ -162,10 +179,14 @@ class Views {
 
   // Turns the camera about the center, in degrees to the right and up, and moves it by a factor of its distance.
   turn(sideways, upwards, factor) {
-    const { up } = this.axes, offset = this.camera.position.clone().sub(this.controls.target);
-    offset.applyAxisAngle(up, sideways * Math.PI / 180);
-    const angle = offset.angleTo(up), next = Math.min(Math.max(angle - upwards * Math.PI / 180, 0.02), Math.PI - 0.02);
-    offset.applyAxisAngle(new THREE.Vector3().crossVectors(offset, up).normalize(), angle - next).multiplyScalar(factor);
+    const { up } = this.axes,
+      offset = this.camera.position.clone().sub(this.controls.target);
+    offset.applyAxisAngle(up, (sideways * Math.PI) / 180);
+    const angle = offset.angleTo(up),
+      next = Math.min(Math.max(angle - (upwards * Math.PI) / 180, 0.02), Math.PI - 0.02);
+    offset
+      .applyAxisAngle(new THREE.Vector3().crossVectors(offset, up).normalize(), angle - next)
+      .multiplyScalar(factor);
     this.camera.position.copy(this.controls.target).add(offset);
     this.isDefault = false;
     this.controls.update();
@@ -173,19 +194,22 @@ class Views {
 
   // Fits the picture to the canvas.
   resize() {
-    const canvas = this.renderer.domElement, { clientWidth: width, clientHeight: height } = canvas;
+    const canvas = this.renderer.domElement,
+      { clientWidth: width, clientHeight: height } = canvas;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
-    this.camera.aspect = (width / this.columns) / (height / this.rows);
+    this.camera.aspect = width / this.columns / (height / this.rows);
     this.camera.updateProjectionMatrix();
     if (this.isDefault) this.resetCamera();
   }
 
   draw() {
     const { clientWidth, clientHeight } = this.renderer.domElement;
-    const width = clientWidth / this.columns, height = clientHeight / this.rows;
+    const width = clientWidth / this.columns,
+      height = clientHeight / this.rows;
     this.views.forEach((view, index) => {
-      const x = index % this.columns * width, y = clientHeight - (Math.floor(index / this.columns) + 1) * height;
+      const x = (index % this.columns) * width,
+        y = clientHeight - (Math.floor(index / this.columns) + 1) * height;
       view.hideWalls(this.camera);
       this.renderer.setViewport(x, y, width, height);
       this.renderer.setScissor(x, y, width, height);
