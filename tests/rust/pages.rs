@@ -322,7 +322,7 @@ fn a_run_whose_page_is_damaged_starts_again() {
     };
     fs::remove_file(&path).unwrap();
     assert!(reason(run(false)).contains("it is missing"));
-    for damaged in [&whole[..whole.len() / 2], b"<html>", b""] {
+    for damaged in [&whole[..whole.len() / 2], &whole[..whole.len() - 9], b"<html></html>", b""] {
         job(folder.path(), "out", &[formats, "simulation.frames=5"]).run(&mut ()).unwrap();
         fs::write(&path, damaged).unwrap();
         assert!(reason(run(false)).contains("cannot continue"), "{} bytes", damaged.len());
@@ -379,7 +379,7 @@ fn errors_of_joining_name_the_file_and_the_way_out() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("empty")).unwrap();
-    fs::write(at("other.html"), "<!doctype html><p>Hello").unwrap();
+    fs::write(at("other.html"), "<!doctype html><p>Hello</html>\n").unwrap();
     job(folder.path(), "out", &["output.format=html", "simulation.frames=1"]).run(&mut ()).unwrap();
     let refused = |input: &str, output: &str| {
         let error = join(&[at("out"), at(input)], &at(output)).unwrap_err();

@@ -38,10 +38,10 @@ pub(crate) struct Header {
 /// Numbers of elements of the arrays of a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct SurfaceSize {
-    vertices: usize,
-    faces: usize,
+    vertices: u32,
+    faces: u32,
     /// Number of corners of all faces.
-    corners: usize,
+    corners: u32,
 }
 
 /// A body.
@@ -51,9 +51,9 @@ pub(super) struct BodyHeader {
     /// Index of its surface.
     surface: usize,
     /// Number of vertices of its lattice.
-    lattice: usize,
+    lattice: u32,
     /// Number of links of its lattice.
-    links: usize,
+    links: u32,
 }
 
 /// A collider.
@@ -118,8 +118,8 @@ impl Header {
             bodies.push(BodyHeader {
                 name: body.name().to_owned(),
                 surface,
-                lattice: lattice.len(),
-                links: links.len(),
+                lattice: lattice.len() as u32,
+                links: links.len() as u32,
             });
             pack_words(links.iter().flatten().copied(), &mut arrays);
         }
@@ -152,9 +152,9 @@ impl Header {
     /// and the lattice of each body, then the mesh of each animated collider.
     pub(super) fn point_sets(&self) -> Vec<(usize, u16)> {
         let bodies = self.bodies.iter();
-        let mesh = |surface: usize| (self.surfaces[surface].vertices, MESH_VALUES);
+        let mesh = |surface: usize| (self.surfaces[surface].vertices as usize, MESH_VALUES);
         let mut sets: Vec<(usize, u16)> =
-            bodies.flat_map(|body| [mesh(body.surface), (body.lattice, LATTICE_VALUES)]).collect();
+            bodies.flat_map(|body| [mesh(body.surface), (body.lattice as usize, LATTICE_VALUES)]).collect();
         sets.extend(self.colliders.iter().filter_map(|collider| match collider.shape {
             ColliderShape::Mesh { surface, is_animated: true, .. } => Some(mesh(surface)),
             _ => None,
@@ -225,9 +225,9 @@ impl<'a> Surfaces<'a> {
     /// its corners, and for each vertex the first vertex at the same position.
     fn index(&mut self, mesh: &'a Mesh, arrays: &mut Vec<u8>) -> usize {
         let size = SurfaceSize {
-            vertices: mesh.vertices().len(),
-            faces: mesh.face_count(),
-            corners: mesh.faces().map(<[u32]>::len).sum(),
+            vertices: mesh.vertices().len() as u32,
+            faces: mesh.face_count() as u32,
+            corners: mesh.faces().map(|face| face.len() as u32).sum(),
         };
         let is_equal = |(other, other_size): &(&Mesh, SurfaceSize)| {
             *other_size == size && other.faces().eq(mesh.faces()) && other.weld() == mesh.weld()

@@ -98,7 +98,8 @@ fn summary(run: &mut Run<'_>) -> io::Result<String> {
     let mut text = format!(
         "<section><h2>{}</h2>\n<p>{bodies}, {frames} at {} frames per second, {seconds:.2} seconds.</p>\n<ul>\n",
         escaped(&header.name),
-        header.fps / header.every as f64,
+        // With at most three decimals.
+        (1e3 * header.fps / header.every as f64).round() / 1e3,
     );
     for (body, [low, high]) in header.bodies.iter().zip(ranges) {
         let volume = if low <= high {

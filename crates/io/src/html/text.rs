@@ -177,8 +177,7 @@ mod tests {
         all.iter().enumerate().for_each(|(run, bytes)| page.extend(text(bytes, run)));
         page.extend_from_slice(b"<script>let a = 1 < 2;</script>");
         assert_eq!(runs(&page).unwrap(), all);
-        page.truncate(page.len() - 100);
-        assert!(runs(&page[..100]).is_err(), "the element does not end");
+        assert!(runs(&page[..page.len() / 2]).is_err(), "the element does not end");
     }
 
     #[test]
