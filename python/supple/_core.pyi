@@ -414,7 +414,7 @@ def run(
     overrides: list[str],
     *,
     output: _Path | None = None,
-    format: str | None = None,
+    format: str | Sequence[str] | None = None,
     frames: int | None = None,
     progress: Callable[[Progress], object] | None = None,
     every: int = 1,

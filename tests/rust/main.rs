@@ -32,6 +32,8 @@ mod mesh;
 mod mesh_colliders;
 mod obj;
 mod obj_frames;
+mod page_reader;
+mod pages;
 mod quantities;
 mod random_triangles;
 mod reference;

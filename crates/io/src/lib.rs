@@ -1,9 +1,11 @@
 //! File input and output for [`supple`]: reads models and scenes, runs simulations, writes frames.
 //!
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
-//! * [`frames`] writes frame sequences as OBJ, PLY and PC2.
+//! * `html` writes and reads pages that show runs in a browser.
+//! * [`frames`] writes frame sequences as OBJ, PLY and PC2, and pages (HTML).
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
+//! * [`pages`] joins the pages of several runs.
 //!
 //! Each module may use only the modules above it in this list.
 
@@ -11,7 +13,9 @@ mod count;
 mod escape;
 mod file;
 pub mod frames;
+mod html;
 pub mod obj;
+pub mod pages;
 mod path;
 pub mod run;
 pub mod scene;

@@ -19,7 +19,7 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use super::record::{Compare, Record};
-use super::{Format, OutputError, Sequence};
+use super::{OutputError, Sequence};
 use crate::count::counted;
 use crate::file::{create_part, is_link, part_path};
 
@@ -119,9 +119,9 @@ fn existing(sequence: &Sequence) -> PathBuf {
 }
 
 /// Returns an error if an existing cache is a link, which would have to be followed to continue the cache.
-pub(crate) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
+pub(super) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
     let path = existing(sequence);
-    if sequence.format == Format::Pc2 && is_link(&path) {
+    if is_link(&path) {
         return Err(OutputError::Link { path });
     }
     Ok(())
@@ -183,7 +183,7 @@ pub(super) fn check(
 }
 
 /// Gives an unfinished cache that has all frames its final name, and removes the samples after `records`.
-pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
+pub(super) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
     match records.first() {
         Some(first) if existing(sequence) != sequence.path(0) => {
             PointCache::resume(sequence, points(first), records.len() as u64)?.finish()

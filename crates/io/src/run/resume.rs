@@ -7,9 +7,7 @@ use super::job::Job;
 use super::observer::{Note, Observer};
 use super::settings::Settings;
 use super::stats::read_rows;
-use crate::frames::{
-    Compare, Listing, Present, Record, Recorder, Renames, check, check_cache_link, finish_cache,
-};
+use crate::frames::{Compare, Listing, Present, Record, Recorder, Renames, check, check_link, finish};
 use supple::SimulationState;
 
 /// Starting point of a job.
@@ -70,11 +68,11 @@ impl Job {
         };
         if frame >= last_frame {
             for (sequence, records) in sequences.iter().zip(&saved.checkpoint.frames) {
-                finish_cache(sequence, records)?;
+                finish(sequence, records)?;
             }
             return Ok(Start::Finished);
         }
-        sequences.iter().try_for_each(check_cache_link)?;
+        sequences.iter().try_for_each(check_link)?;
         let state = saved.state()?;
         let checkpoint = saved.checkpoint;
         Ok(Start::After(Box::new(Earlier { checkpoint, state, stats, listing, renames })))

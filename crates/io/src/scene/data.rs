@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 
 use super::collider::ColliderData;
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
-use crate::frames::Format;
+use crate::frames::Formats;
 use supple::{
     Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, TouchingOptions, VolumeOptions,
     Zone,
@@ -80,15 +80,15 @@ pub enum Substeps {
     Auto,
 }
 
-/// `[output]`: directory and format of the frames.
+/// `[output]`: directory and formats of the frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct OutputData {
     /// Directory of the frames, relative to the scene file; default `frames`.
     #[serde(deserialize_with = "keys::directory")]
     pub directory: PathBuf,
-    /// File format; default OBJ.
-    pub format: Format,
+    /// File formats; default OBJ.
+    pub format: Formats,
 }
 
 /// `[[body]]`: mesh, placement, lattice, material and constraints of a body.
@@ -187,7 +187,7 @@ impl Default for SimulationData {
 
 impl Default for OutputData {
     fn default() -> Self {
-        Self { directory: "frames".into(), format: Format::default() }
+        Self { directory: "frames".into(), format: Formats::default() }
     }
 }
 
