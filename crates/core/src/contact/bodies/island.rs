@@ -123,7 +123,7 @@ impl Island {
             + buffer_bytes(begin)
             + buffer_bytes(collider_impulses);
         let changes = buffer_bytes(impacts) + buffer_bytes(pushes);
-        let links: usize = patches.links.iter().map(|list| buffer_bytes(list)).sum();
+        let links: usize = patches.links.iter().map(buffer_bytes).sum();
         lists + changes + solver.bytes() + buffer_bytes(&patches.keys) + links
     }
 
