@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use super::{Body, StepContext};
 use crate::contact::Pressure;
-use crate::contact::bodies::{BodyContact, BodyView, Bounds, ContactSurface, Island, SurfaceProperties};
+use crate::contact::bodies::{
+    BodyContact, BodyView, Bounds, ContactSurface, Island, SEARCH_DISTANCE, SurfaceProperties,
+};
 use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
 use crate::error::Error;
 use crate::parallel::Executor;
@@ -154,7 +156,7 @@ impl Body {
         let Some(contact) = self.body_contact.as_ref().filter(|contact| contact.has_surface()) else {
             return;
         };
-        limits.extend(self.state.touches.samples().iter().flat_map(|touch| {
+        limits.extend(self.state.touches.samples().flat_map(|touch| {
             let normal = Vector3::from(touch.normal.map(f64::from));
             let vertices = contact.surface().vertices_of(touch.sample);
             vertices.map(move |vertex| Limit { vertex, normal, clearance: 0.0 })
@@ -187,6 +189,12 @@ impl Body {
         // Pins and handles move the body, so the velocities at its contacts are those of their motion.
         self.apply_constraints(context);
         self.detect_contacts(context);
+        let is_asleep = self.is_asleep();
+        let Self { state, matching, body_contact, .. } = self;
+        if let Some(contact) = body_contact {
+            let mut distance = || state.search_distance(matching.layout.occupied(), SEARCH_DISTANCE);
+            contact.search_distance = if is_asleep { f64::INFINITY } else { distance() };
+        }
     }
 
     /// Poses the lattice `past` seconds before the end of the step, to search contacts in `region`.

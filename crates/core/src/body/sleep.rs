@@ -4,9 +4,10 @@
 //! √(L max(g, 8 L/s²)), every component was held by a pin or handle or rested on a collider or a body, and no pin, handle or
 //! near collider moved, and if it is not leaving a collider. L is the size of the body and g the gravity: the limit
 //! is a thousandth of the speed after a fall by about the size of the body. Its velocities are then set to zero. A
-//! component that is exactly still needs no support. Of a body that touches others, the root mean square of the speeds
-//! has to be below the limit, and single vertices may be ten times as fast: where its edges are squeezed, contacts come
-//! and go.
+//! component that is exactly still needs no support.
+//!
+//! A body that touches others is at rest if no vertex moved by more than 0.02 cells in this half second. The speeds do not
+//! tell it: where edges are squeezed, contacts come and go, and single vertices jump to and fro by small distances.
 //!
 //! Bodies that touch each other fall asleep and wake up together, if one of them is held or rests on a collider. A body that
 //! another one touches wakes up.
@@ -27,9 +28,6 @@ const REST_TIME: f64 = 0.5;
 
 /// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
 const REST_SPEED: f64 = 1e-3;
-
-/// Greatest speed of a single vertex of a body that touches others, as a multiple of the limit.
-const SQUEEZED: f64 = 10.0;
 
 /// Largest velocity of a vertex by rounding errors, in standard deviations: 5 for the largest of 10^6 numbers, times 3 for
 /// the rounding errors of the sums over the regions.
@@ -62,6 +60,10 @@ impl Body {
 
     /// Wakes the body up. It falls asleep again after half a second of rest.
     pub fn wake(&mut self) {
+        if self.is_asleep() {
+            // A sleeping body keeps contacts that the bodies at them may have forgotten.
+            self.state.touches.forget_search();
+        }
         self.state.rest = Rest::default();
     }
 
@@ -109,8 +111,15 @@ impl Body {
         if !context.sleep {
             return;
         }
-        let limit = self.rest_speed(context, executor);
-        let is_at_rest = self.state.escapes.list().is_empty() && self.is_slow(limit) && self.is_supported();
+        let is_at_rest = self.state.escapes.list().is_empty()
+            && match self.state.touches.bodies().is_empty() {
+                true => self.is_slow(self.rest_speed(context, executor)),
+                // The body is where it was when its contacts were searched.
+                false => {
+                    self.body_contact.as_ref().is_some_and(|contact| contact.search_distance.is_finite())
+                }
+            }
+            && self.is_supported();
         let rest = &mut self.state.rest;
         rest.time = if is_at_rest { rest.time + context.interval.dt } else { 0.0 };
     }
@@ -140,21 +149,17 @@ impl Body {
         speed.max(noise.min(GREATEST_NOISE * speed))
     }
 
-    /// Returns whether every vertex is slower than `limit`, in cells/s; for a body that touches others, whether the root
-    /// mean square of the speeds is below the limit, and every speed below a multiple of it.
+    /// Returns whether every vertex is slower than `limit`, in cells/s.
     ///
     /// Most bodies in motion are recognized by one vertex, the first that was too fast in an earlier step.
     fn is_slow(&mut self, limit: f64) -> bool {
         let Self { matching, state, fast_vertex, .. } = self;
         let slots = matching.layout.slots();
         let origin = state.frame.velocity();
-        let touches = !state.touches.bodies().is_empty();
-        let greatest = if touches { SQUEEZED * limit } else { limit };
-        let squared =
-            |slot: u32| (Vector3::from(state.velocities.get(slot).map(f64::from)) + origin).norm_squared();
         let is_fast = |&slot: &u32| {
-            let squared = squared(slot);
-            squared >= greatest * greatest || squared.is_nan()
+            let velocity = Vector3::from(state.velocities.get(slot).map(f64::from)) + origin;
+            let squared = velocity.norm_squared();
+            squared >= limit * limit || squared.is_nan()
         };
         if is_fast(&slots[*fast_vertex]) {
             return false;
@@ -163,10 +168,6 @@ impl Body {
             Some(vertex) => {
                 *fast_vertex = vertex;
                 false
-            }
-            None if touches => {
-                let sum: f64 = slots.iter().map(|&slot| squared(slot)).sum();
-                sum < limit * limit * slots.len() as f64
             }
             None => true,
         }

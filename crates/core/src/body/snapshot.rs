@@ -150,7 +150,7 @@ impl Body {
         }
         self.measure_contact_bounds();
         // The limits of the displayed surface at touching bodies need it.
-        if !self.state.touches.samples().is_empty() {
+        if self.state.touches.samples().next().is_some() {
             self.create_contact_surface();
         }
         self.constraints = snapshot.constraints.clone();

@@ -25,9 +25,9 @@
 //! or slip make the impulses exceed the solution, `limit_energy` scales all impulses down until they add no
 //! energy.
 //!
-//! In the code below, a *row* is not a row of the matrix A but an index into `SampleCells::vertices`, and the
-//! index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with displacements in
-//! place of velocities.
+//! In the code below, a *row* is not a row of the matrix A but the number of a vertex in the problem, as the caller counts
+//! them, and the index of a vertex is its index in `Solver::rows`. A push-out uses the same solver with displacements in place
+//! of velocities.
 
 use super::constraint::{Contact, ContactConstraint};
 use super::rows::{RowSet, buffer_bytes};
@@ -69,8 +69,8 @@ pub(super) struct Units {
     pub(super) mobility: f32,
 }
 
-/// Contact problem of one body, or of several bodies that touch each other, at one time. Its buffers are reused, and grow if there are more contacts than
-/// before.
+/// Contact problem of one body, or of several bodies that touch each other, at one time. Its buffers are reused, and grow
+/// if there are more contacts than before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
     constraints: Vec<ContactConstraint>,
@@ -376,6 +376,41 @@ mod tests {
             let (velocity, _) = outcome(&solver, 0);
             assert!((velocity.x - slip).abs() < 1e-5 && velocity.y.abs() < 1e-5, "{friction}: {velocity:?}");
         }
+    }
+
+    #[test]
+    fn solution_that_begins_with_the_impulses_of_the_solution_keeps_them() {
+        let slow = 10.0;
+        let problem = |solver: &mut Solver| {
+            solver.clear();
+            for row in 0..4 {
+                let contact = Contact { friction: 0.3, ..up(0.0, vector(0.4, -1.0 - row as f32, 0.0)) };
+                solver.add(contact, [(row, 0.7, 1.0), (row + 1, 0.3, 2.0)].into_iter());
+            }
+        };
+        let mut solver = Solver::new(5);
+        problem(&mut solver);
+        solver.solve(TOLERANCE);
+        let solution: Vec<Vec4> = solver.constraints.iter().map(ContactConstraint::impulse).collect();
+        assert!(solution.iter().all(|impulse| impulse.norm() > 0.1), "{solution:?}");
+        let difference = |solver: &Solver| {
+            let impulses = solver.constraints.iter().map(ContactConstraint::impulse).zip(&solution);
+            impulses.map(|(impulse, expected)| (impulse - expected).norm()).fold(0.0, f32::max)
+        };
+        // One pass finds the solution only from the solution.
+        problem(&mut solver);
+        solver.solve(ONE_PASS);
+        assert!(difference(&solver) > 0.1);
+        problem(&mut solver);
+        solver.begin_with(&solution, slow);
+        solver.solve(ONE_PASS);
+        assert!(difference(&solver) < 1e-4, "{}", difference(&solver));
+        // A contact that was fast before the step begins without an impulse.
+        problem(&mut solver);
+        solver.constraints[2].contact.limit = slow;
+        solver.begin_with(&solution, slow);
+        let begun: Vec<bool> = solver.constraints.iter().map(|c| c.impulse().norm() > 0.0).collect();
+        assert_eq!(begun, [true, true, false, true]);
     }
 
     #[test]

@@ -230,7 +230,7 @@ impl Contacts {
                     velocity: mean(patch.vertices(), |row| velocities[row]),
                     velocity_before: mean(patch.vertices(), |row| velocities_before[row]),
                 };
-                let contact = point.contact(&collider, patch.deepest, step.dt, min_bounce);
+                let contact = point.contact(&collider, step.dt, min_bounce);
                 let (normal, position) = (wide(&contact.normal), point.position);
                 pressures.push(Pressure {
                     collider: index as u32,

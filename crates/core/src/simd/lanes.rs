@@ -76,6 +76,11 @@ impl<const N: usize> Lanes<N> {
         self.blocks.clone_from(&other.blocks);
     }
 
+    /// Removes all blocks. Keeps the allocation.
+    pub(crate) fn clear(&mut self) {
+        self.blocks.clear();
+    }
+
     /// Returns the numbers of one slot.
     #[inline]
     pub fn get(&self, slot: u32) -> [f32; N] {

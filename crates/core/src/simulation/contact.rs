@@ -132,6 +132,7 @@ impl Simulation {
                     body.prepare_body_contact(context);
                 }
             });
+            contacts.follow(|index| bodies[index as usize].contact_view());
             for past in contacts.looks() {
                 executor.for_each_indexed(bodies, |index, body| {
                     if let Some(region) = contacts.region_at(index, past) {

@@ -33,11 +33,6 @@ impl Bounds {
         Self { low: self.low - margin, high: self.high + margin }
     }
 
-    /// Returns the box with its coordinates times `factor`, which is not negative.
-    pub(crate) fn scaled(self, factor: f64) -> Self {
-        Self { low: self.low * factor, high: self.high * factor }
-    }
-
     /// Returns the greatest distance between a point of this box and one of the other.
     pub(crate) fn greatest_difference(&self, other: &Self) -> f64 {
         (self.high - other.low).sup(&(other.high - self.low)).norm()

@@ -34,7 +34,7 @@ const GREATEST_RATIO: f64 = 1e30;
 
 /// Tolerance of the impulses. Each solution begins with the impulses of the step before, so that those of bodies at rest
 /// become more exact from step to step, with few passes in each. An impact takes more passes.
-const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-2, absolute: 0.0 };
+const IMPACT: Tolerance = Tolerance { passes: 13, relative: 1e-4, absolute: 0.0 };
 
 /// Tolerance of the pushes, in cells.
 const PUSH: Tolerance = Tolerance { passes: 9, relative: 0.0, absolute: 1e-5 };
@@ -224,7 +224,7 @@ impl Island {
         buffers.keys.extend((0..).zip(&search.touches).map(|(index, touch)| {
             let sample = &body.contact.surface().samples[touch.sample as usize];
             let node = half_grid_node(body.lattice.cells()[touch.cell as usize], sample.local);
-            let component = component_of(&other, touch.other_cell);
+            let component = component_of(&other, touch.foot.cell);
             (node, dominant_axis(&touch.normal), component, index)
         }));
         buffers.keys.sort_unstable();
@@ -266,7 +266,7 @@ impl Island {
         links.iter_mut().for_each(Vec::clear);
         for touch in touches {
             let sample = &body.contact.surface().samples[touch.sample as usize];
-            let sides = [(body, touch.cell, sample.local), (other, touch.other_cell, touch.other_local)];
+            let sides = [(body, touch.cell, sample.local), (other, touch.foot.cell, touch.foot.local)];
             for (links, (body, cell, local)) in links.iter_mut().zip(sides) {
                 let corners = body.corners(cell).into_iter().zip(trilinear_weights(local));
                 links.extend(corners.map(|(vertex, w)| (vertex, f64::from(w) * share(touch))));
@@ -294,7 +294,6 @@ impl Island {
             target: (target / length) as f32,
             limit: (approach.max(target) / length) as f32,
             friction: friction.min(f64::from(f32::MAX)) as f32,
-            depth: (-gap / length) as f32,
         };
         let sides = [(body, search.body, 1.0), (other, search.other, -1.0)];
         let offsets = sides.map(|(_, index, _)| self.member(index).offset);

@@ -35,7 +35,7 @@ pub(crate) use self::view::{BodyContact, BodyView, SurfaceProperties};
 
 use nalgebra::Vector3;
 
-use self::search::Search;
+use self::search::{Search, Touch};
 use self::view::MotionBounds;
 use super::SKIN;
 use crate::mesh::UnionFind;
@@ -50,6 +50,11 @@ const LOOK_WAY: f64 = 0.5;
 /// contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it ends at
 /// the surface from which it began.
 const REBOUND_WAY: f64 = 1.0;
+
+/// Distance in cells by which a body may move before its contacts are searched again. In the steps before, the samples that
+/// touched at the last search follow their points of the other surface. Samples that begin to touch are so noticed up to
+/// this deep.
+pub(crate) const SEARCH_DISTANCE: f64 = 0.02;
 
 /// Depth in cells of the smaller cell size from which bodies count as overlapping.
 const OVERLAP: f64 = 0.1;
@@ -80,6 +85,8 @@ pub(crate) struct BodyContacts {
     regions: Vec<Bounds>,
     /// Greatest number of looks of the searches of each body.
     looks: Vec<u32>,
+    /// Whether each body is searched in this step.
+    is_searched: Vec<bool>,
     /// The searches of this step are the first `search_count` ones.
     searches: Vec<Search>,
     search_count: usize,
@@ -101,8 +108,21 @@ impl BodyContacts {
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let Self { bounds, order, regions, looks, searches, pairs, islands, places, records, .. } = self;
+        let Self {
+            bounds,
+            order,
+            regions,
+            looks,
+            is_searched,
+            searches,
+            pairs,
+            islands,
+            places,
+            records,
+            ..
+        } = self;
         size_of_val(&**bounds)
+            + size_of_val(&**is_searched)
             + size_of_val(&**order)
             + size_of_val(&**regions)
             + size_of_val(&**looks)
@@ -220,10 +240,31 @@ impl BodyContacts {
         self.regions.get(body as usize).copied().filter(|region| !region.is_empty())
     }
 
+    /// Decides which pairs are searched, and for which the contacts of the last search are followed. All bodies of pairs
+    /// know their search distance.
+    pub(crate) fn follow<'a>(&mut self, view: impl Fn(u32) -> Option<BodyView<'a>>) {
+        let Self { searches, search_count, is_searched, looks, .. } = self;
+        is_searched.clear();
+        is_searched.resize(looks.len(), false);
+        for search in &mut searches[..*search_count] {
+            let both = [search.body, search.other].map(&view);
+            let cell_size = |body: &Option<BodyView>| body.map_or(0.0, |body| body.lattice.cell_size());
+            let distance = |body: &Option<BodyView>| {
+                body.map_or(f64::INFINITY, |body| body.contact.search_distance * body.lattice.cell_size())
+            };
+            let limit = 2.0 * SEARCH_DISTANCE * cell_size(&both[0]).min(cell_size(&both[1]));
+            search.follows = distance(&both[0]) + distance(&both[1]) <= limit;
+            for body in [search.body, search.other] {
+                is_searched[body as usize] |= !search.follows;
+            }
+        }
+    }
+
     /// Returns the box in which a body is searched at the time `past`, a part of the step before its end, or `None` if it
     /// is not searched then.
     pub(crate) fn region_at(&self, body: u32, past: f64) -> Option<Bounds> {
-        self.region(body).filter(|_| is_look(past, self.looks[body as usize]))
+        let is_searched = |body: usize| self.is_searched[body] && is_look(past, self.looks[body]);
+        self.region(body).filter(|_| is_searched(body as usize))
     }
 
     /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end. All bodies of
@@ -235,9 +276,12 @@ impl BodyContacts {
         executor: &Executor,
     ) {
         executor.for_each_mut(&mut self.searches[..self.search_count], |search| {
-            let is_look = is_look(past, search.looks);
+            let is_look = if search.follows { past == 0.0 } else { is_look(past, search.looks) };
             if let (true, Some(body), Some(other)) = (is_look, view(search.body), view(search.other)) {
-                search.run(&body, &other, past * dt, dt);
+                match search.follows {
+                    true => search.follow(&body, &other),
+                    false => search.run(&body, &other, past * dt, dt),
+                }
             }
         });
     }
@@ -298,11 +342,15 @@ impl BodyContacts {
     pub(crate) fn touches(&self, body: u32) -> impl Iterator<Item = SampleTouch> {
         let searches = self.searches[..self.search_count].iter().filter(move |search| search.body == body);
         searches.flat_map(|search| {
-            search.touches.iter().map(|touch| SampleTouch {
+            let touch = |touch: &Touch, is_touching: bool| SampleTouch {
                 other: search.other,
                 sample: touch.sample,
+                is_touching,
                 normal: touch.normal.map(|x| x as f32).into(),
-            })
+                foot: touch.foot,
+            };
+            let lifted = search.lifted.iter().map(move |lifted| touch(lifted, false));
+            search.touches.iter().map(move |touching| touch(touching, true)).chain(lifted)
         })
     }
 

@@ -14,7 +14,7 @@ use super::view::BodyView;
 use crate::contact::SKIN;
 use crate::contact::rows::buffer_bytes;
 use crate::lattice::{Lattice, trilinear_weights};
-use crate::state::SampleTouch;
+use crate::state::{Foot, SampleTouch};
 
 /// Greatest product of the normal of a surface and that of a sample, at rest of the surface, for which they touch: they
 /// have to face each other. The sides of a stack of boxes would otherwise push each other where the boxes are flush.
@@ -59,9 +59,8 @@ pub(super) struct Touch {
     pub(super) sample: u32,
     /// Cell of the sample.
     pub(super) cell: u32,
-    /// Cell of the other body with the touched point of its surface, and the local coordinates of this point.
-    pub(super) other_cell: u32,
-    pub(super) other_local: [f32; 3],
+    /// The touched point of the other body.
+    pub(super) foot: Foot,
     pub(super) point: Point3<f64>,
     /// Unit normal of the surface of the other body, to its outside.
     pub(super) normal: Vector3<f64>,
@@ -80,6 +79,10 @@ pub(super) struct Search {
     pub(super) looks: u32,
     /// The samples that touch, in increasing order.
     pub(super) touches: Vec<Touch>,
+    /// Whether the step follows the samples that touched at the last search, and does not search.
+    pub(super) follows: bool,
+    /// Samples that touched at the last search and do not touch now.
+    pub(super) lifted: Vec<Touch>,
     /// The samples that touch at the current look.
     found: Vec<Touch>,
     cells: CellCache,
@@ -89,6 +92,8 @@ impl Search {
     /// Begins a search. Keeps the buffer.
     pub(super) fn begin(&mut self, body: u32, other: u32, looks: u32) {
         self.touches.clear();
+        self.lifted.clear();
+        self.follows = false;
         (self.body, self.other, self.looks) = (body, other, looks);
     }
 
@@ -126,9 +131,43 @@ impl Search {
         }
     }
 
+    /// Follows the samples that touched at the last search: each is compared with the point of the other surface that it
+    /// touched. In the time since, the bodies moved by a small part of a cell.
+    pub(super) fn follow(&mut self, body: &BodyView, other: &BodyView) {
+        let surface = body.contact.surface();
+        let mut groups = surface.cells.iter().peekable();
+        let mut own: Option<(u32, DeformedCell)> = None;
+        let mut touched: Option<(u32, DeformedCell)> = None;
+        for memory in body.state.touches.of(self.other) {
+            while groups.next_if(|group| group.samples.end <= memory.sample).is_some() {}
+            let Some(group) = groups.peek() else { break };
+            let Foot { cell, local, normal, shell } = memory.foot;
+            if cell as usize >= other.lattice.cells().len() {
+                continue;
+            }
+            let sample = &surface.samples[memory.sample as usize];
+            let point = current(&mut own, body, group.cell).position(sample.local.map(f64::from));
+            let touched = current(&mut touched, other, cell);
+            let local = local.map(f64::from);
+            let normal = touched.gradient(local).normal(&Vector3::from(normal.map(f64::from)));
+            let normal = normal.unwrap_or_else(|| Vector3::from(memory.normal.map(f64::from)));
+            let shell = f64::from(shell) * other.lattice.cell_size();
+            let gap = (point - touched.position(local)).dot(&normal) - shell;
+            let (sample, foot) = (memory.sample, memory.foot);
+            let touch = Touch { sample, cell: group.cell, foot, point, normal, gap, past: 0.0 };
+            match gap <= SKIN * body.lattice.cell_size().min(other.lattice.cell_size()) {
+                true => self.touches.push(touch),
+                false => self.lifted.push(touch),
+            }
+        }
+    }
+
     /// Returns the memory in bytes.
     pub(super) fn bytes(&self) -> usize {
-        buffer_bytes(&self.touches) + buffer_bytes(&self.found) + self.cells.bytes()
+        buffer_bytes(&self.touches)
+            + buffer_bytes(&self.lifted)
+            + buffer_bytes(&self.found)
+            + self.cells.bytes()
     }
 }
 
@@ -165,7 +204,8 @@ impl Pair<'_> {
         let located = posed.locate(&point, |cell| other.posed_corners(cell), accepts, cells)?;
         let outward = own.gradient(own_local).normal(&Vector3::from(sample.normal.map(f64::from)));
         let memory = remembered.binary_search_by_key(&index, |touch| touch.sample).ok();
-        let memory = memory.map(|k| Vector3::from(remembered[k].normal.map(f64::from)));
+        let memory = memory.map(|k| &remembered[k]).filter(|memory| memory.is_touching);
+        let memory = memory.map(|memory| Vector3::from(memory.normal.map(f64::from)));
         let way = || {
             let own = velocity_in(body, cell, sample.local);
             (own - velocity_in(other, located.cell, located.local.map(|u| u as f32))) * dt
@@ -176,7 +216,7 @@ impl Pair<'_> {
         // The direction at rest in which the surface of the sample faces. An open surface has no outside.
         let facing = outward.filter(|_| body.contact.surface().is_closed);
         let facing = facing.and_then(|outward| located.gradient.rest_normal(&outward));
-        let Foot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
+        let RestFoot { rest: foot, normal: rest_normal, shell } = match other.contact.surface().is_closed {
             true => {
                 let side = memory.and_then(|before| located.gradient.rest_normal(&before));
                 self.foot_of_closed(&rest, facing, side)?
@@ -195,8 +235,7 @@ impl Pair<'_> {
         // Where the touched cell is inside out, the derivative of that of the sample has to do.
         let normal = touched.gradient(touched_local).normal(&rest_normal);
         let normal = normal.or_else(|| located.gradient.normal(&rest_normal))?;
-        let shell = shell * other.lattice.cell_size();
-        let gap = (point - touched.position(touched_local)).dot(&normal) - shell;
+        let gap = (point - touched.position(touched_local)).dot(&normal) - shell * other.lattice.cell_size();
         let cell_size = body.lattice.cell_size().min(other.lattice.cell_size());
         let faces_away = facing.is_some() && outward.is_some_and(|outward| normal.dot(&outward) > 0.0);
         // A NaN, from positions that are not finite, is no contact.
@@ -208,7 +247,9 @@ impl Pair<'_> {
         let are_new = body.state.touches.all_count || other.state.touches.all_count;
         let counts =
             is_known || are_new || -gap <= FIRST_WAY * way().dot(&normal).abs() + FIRST_DEPTH * cell_size;
-        counts.then_some(Touch { sample: index, cell, other_cell, other_local, point, normal, gap, past })
+        let rest_normal = rest_normal.map(|x| x as f32).into();
+        let foot = Foot { cell: other_cell, local: other_local, normal: rest_normal, shell: shell as f32 };
+        counts.then_some(Touch { sample: index, cell, foot, point, normal, gap, past })
     }
 
     /// Returns the closest point of a closed surface that faces a sample, on the side that the sample touched in the last
@@ -219,7 +260,7 @@ impl Pair<'_> {
         rest: &Point3<f64>,
         facing: Option<Vector3<f64>>,
         side: Option<Vector3<f64>>,
-    ) -> Option<Foot> {
+    ) -> Option<RestFoot> {
         let tree = &self.other.contact.surface().tree;
         let limit = if self.is_same { MAX_SHELL_DEPTH } else { MAX_DEPTH };
         let closest = tree.closest(rest, limit, |_| true)?;
@@ -236,29 +277,29 @@ impl Pair<'_> {
             })?;
             let normal =
                 if accepts(&found.normal) { found.normal } else { tree.triangle_normal(found.triangle) };
-            Some(Foot { rest: found.point, normal, shell: 0.0 })
+            Some(RestFoot { rest: found.point, normal, shell: 0.0 })
         };
         let as_before = side.filter(|_| !is_same_side(&closest.normal));
         if let Some(foot) = as_before.and_then(|_| among(SIDE_RANGE, &is_same_side)) {
             return Some(foot);
         }
         match faces(&closest.normal) {
-            true => Some(Foot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
+            true => Some(RestFoot { rest: closest.point, normal: closest.normal, shell: 0.0 }),
             false => among(FACING_RANGE, &faces),
         }
     }
 
     /// Returns the closest point of an open surface, with the normal on the side of the sample. `side` is positive for the
     /// normal of the side from which the sample came.
-    fn foot_of_shell(&self, rest: &Point3<f64>, side: impl Fn(&Vector3<f64>) -> f64) -> Option<Foot> {
+    fn foot_of_shell(&self, rest: &Point3<f64>, side: impl Fn(&Vector3<f64>) -> f64) -> Option<RestFoot> {
         let closest = self.other.contact.surface().tree.closest(rest, MAX_SHELL_DEPTH, |_| true)?;
         let normal = if side(&closest.normal) < 0.0 { -closest.normal } else { closest.normal };
-        Some(Foot { rest: closest.point, normal, shell: SHELL })
+        Some(RestFoot { rest: closest.point, normal, shell: SHELL })
     }
 }
 
-/// The point of a surface that a sample touches.
-struct Foot {
+/// The point of a surface at rest that a sample touches.
+struct RestFoot {
     /// Rest coordinates.
     rest: Point3<f64>,
     /// Unit normal at rest.
@@ -279,6 +320,15 @@ fn cell_of(lattice: &Lattice, rest: &Point3<f64>, near: u32) -> (u32, [f32; 3]) 
         if is_inside(&local(near)) { None } else { lattice.cell_at(rest.map(|x| x.floor() as i32).into()) };
     let cell = found.unwrap_or(near);
     (cell, local(cell).map(|u| u.clamp(0.0, 1.0) as f32))
+}
+
+/// Returns the geometry of a cell at the end of the step. `last`: that of the last cell, which is computed once.
+fn current<'a>(last: &'a mut Option<(u32, DeformedCell)>, body: &BodyView, cell: u32) -> &'a DeformedCell {
+    if last.is_none_or(|(found, _)| found != cell) {
+        *last = Some((cell, DeformedCell::new(&body.corners(cell).map(|vertex| body.position(vertex)))));
+    }
+    let (_, geometry) = last.as_ref().expect("set above");
+    geometry
 }
 
 /// Returns the velocity of a point of a cell, in scene units per second.

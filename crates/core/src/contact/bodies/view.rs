@@ -31,6 +31,9 @@ pub(crate) struct BodyContact {
     origin_velocity: Vector3<f64>,
     pub(crate) posed: PosedLattice,
     pub(super) motion: MotionBounds,
+    /// Distance in cells by which the body moved at most since its contacts were searched; infinity if they have to be
+    /// searched.
+    pub(crate) search_distance: f64,
 }
 
 /// Boxes of the motion of a body in a step, by which near bodies are found, and the times at which they are searched.
@@ -58,6 +61,7 @@ impl BodyContact {
             origin_velocity: Vector3::zeros(),
             posed: PosedLattice::default(),
             motion: MotionBounds::EMPTY,
+            search_distance: f64::INFINITY,
         }
     }
 
