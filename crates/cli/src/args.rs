@@ -193,6 +193,8 @@ pub(crate) enum Format {
     Ply,
     /// One PC2 point cache per body
     Pc2,
+    /// A USD stage, supple.usd, with all bodies
+    Usd,
     /// A page for browsers, supple.html, with all bodies
     Html,
 }
@@ -212,6 +214,7 @@ impl From<Format> for frames::Format {
             Format::Obj => Self::Obj,
             Format::Ply => Self::Ply,
             Format::Pc2 => Self::Pc2,
+            Format::Usd => Self::Usd,
             Format::Html => Self::Html,
         }
     }

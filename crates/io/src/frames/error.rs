@@ -72,14 +72,14 @@ pub enum OutputError {
         /// The format.
         format: Format,
     },
-    /// A point cache or a page cannot be continued.
+    /// A point cache, a stage or a page cannot be continued.
     #[error(
         "cannot continue {}: {}; write the sequence again from its first frame",
         Escaped(.path.display()),
         Escaped(.reason)
     )]
     Cache {
-        /// Point cache, page or its data.
+        /// Point cache, stage, page or its data.
         path: PathBuf,
         /// Reason, a clause of the message.
         reason: String,

@@ -1,0 +1,445 @@
+//! Writes the structure of a crate file: all but the values in the frames.
+//!
+//! ```text
+//! offset  0   8 bytes    "PXR-USDC"
+//!         8   8 bytes    version: 0, 8, 0, zeros
+//!        16   u64        offset of the table of contents
+//!        24   64 bytes   zeros
+//!        96              the frames, all of the same size
+//!             arrays and other values that do not fit into their 48 bits, each at a multiple of 8
+//!             the sections TOKENS, STRINGS, FIELDS, FIELDSETS, PATHS, SPECS
+//!             table of contents: u64 number of sections; name (16 bytes), u64 offset and u64 size of each
+//! ```
+//!
+//! A spec is a path with a list of fields; a field is a name (a token) with a value, in 64 bits: flags, a type, and 48
+//! bits that hold the value or its offset in the file. All numbers are little endian. Version 0.8.0 is what the library
+//! of the format wrote from 2019 to 2024, so that programs with old releases of it read the file.
+//!
+//! The crate openusd (0.6) also writes such files, from all values in memory: 565 MB for a run of 240 frames of 100,000
+//! points, a file of 288 MB, and it cannot continue a file. Here the frames go straight into the file, one frame is in
+//! memory, and a run that is resumed continues the file.
+
+use std::collections::HashMap;
+use std::io::{self, Seek, SeekFrom, Write};
+
+use super::coding::{code_integers, lz4};
+use super::prim::{Prim, Property, Stored, StoredKind, Value};
+
+/// Offset of the first frame.
+pub(crate) const FRAMES: u64 = 96;
+
+/// The beginning of a file whose table of contents is at offset `contents`.
+pub(crate) fn head(contents: u64) -> [u8; FRAMES as usize] {
+    let mut head = [0; FRAMES as usize];
+    head[..8].copy_from_slice(b"PXR-USDC");
+    head[9] = 8;
+    head[16..24].copy_from_slice(&contents.to_le_bytes());
+    head
+}
+
+/// The frames of a file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FrameTable<'a> {
+    /// Size of a frame, in bytes.
+    pub(super) frame_bytes: u64,
+    /// Time codes of the frames.
+    pub(super) times: &'a [f64],
+}
+
+impl FrameTable<'_> {
+    /// Returns the end of the frames in the file.
+    pub(super) fn end(&self) -> u64 {
+        FRAMES + self.frame_bytes * self.times.len() as u64
+    }
+}
+
+/// Types of values in a file.
+#[derive(Clone, Copy)]
+#[repr(u8)]
+enum Type {
+    Bool = 1,
+    Int = 3,
+    Float = 8,
+    Double = 9,
+    String = 10,
+    Token = 11,
+    Asset = 12,
+    Matrix4d = 15,
+    Vec2f = 20,
+    Vec3f = 24,
+    TokenListOp = 32,
+    PathListOp = 34,
+    TokenVector = 41,
+    Specifier = 42,
+    Variability = 44,
+    TimeSamples = 46,
+    DoubleVector = 48,
+}
+
+const ARRAY: u64 = 1 << 63;
+const INLINED: u64 = 1 << 62;
+
+impl Type {
+    /// A value at an offset in the file.
+    fn at(self, offset: u64) -> u64 {
+        (self as u64) << 48 | offset
+    }
+
+    /// An array at an offset in the file.
+    fn array(self, offset: u64) -> u64 {
+        ARRAY | self.at(offset)
+    }
+
+    /// A value that fits into 32 bits.
+    fn inlined(self, value: u32) -> u64 {
+        INLINED | self.at(value.into())
+    }
+}
+
+impl Stored {
+    /// Returns the field value of a frame.
+    fn in_frame(self, frame: u64, frame_bytes: u64) -> u64 {
+        let at = FRAMES + frame * frame_bytes + self.at;
+        match self.kind {
+            StoredKind::Vectors3 => Type::Vec3f.array(at),
+            StoredKind::Matrix => Type::Matrix4d.at(at),
+        }
+    }
+}
+
+/// Types of specs.
+#[derive(Clone, Copy)]
+#[repr(u32)]
+enum SpecType {
+    Attribute = 1,
+    Prim = 6,
+    PseudoRoot = 7,
+    Relationship = 8,
+}
+
+/// Marks the end of a list of fields.
+const END_OF_FIELDS: u32 = u32::MAX;
+
+/// A path element below its parent.
+struct PathNode {
+    /// Token of the name; negative for a property.
+    element: i32,
+    jump: i32,
+}
+
+struct Writer<'a, W> {
+    out: W,
+    /// Offset in the file.
+    at: u64,
+    frames: FrameTable<'a>,
+    /// Field value of the time codes.
+    times: u64,
+    tokens: Vec<String>,
+    token_indices: HashMap<String, u32>,
+    /// Tokens of the strings.
+    strings: Vec<u32>,
+    fields: Vec<(u32, u64)>,
+    field_lists: Vec<u32>,
+    paths: Vec<PathNode>,
+    /// Indices of the paths.
+    path_indices: HashMap<String, u32>,
+    /// Type and first field of each spec; spec `k` has path `k`.
+    specs: Vec<(SpecType, u32)>,
+}
+
+/// Writes the structure of a stage after its frames, and then its beginning. `root` has the metadata of the stage.
+pub(super) fn write_layer(
+    out: &mut (impl Write + Seek),
+    root: &Prim,
+    frames: FrameTable<'_>,
+) -> io::Result<()> {
+    out.seek(SeekFrom::Start(frames.end()))?;
+    let mut writer = Writer {
+        at: frames.end(),
+        frames,
+        times: 0,
+        // Token 0 must not be the name of a property, because names of properties are negative.
+        tokens: vec![String::new()],
+        token_indices: HashMap::from([(String::new(), 0)]),
+        strings: Vec::new(),
+        fields: Vec::new(),
+        field_lists: Vec::new(),
+        paths: Vec::new(),
+        path_indices: HashMap::new(),
+        specs: Vec::new(),
+        out: &mut *out,
+    };
+    writer.times = writer.write_value(Type::DoubleVector, |bytes| {
+        bytes.extend((frames.times.len() as u64).to_le_bytes());
+        bytes.extend(frames.times.iter().flat_map(|time| time.to_le_bytes()));
+    })?;
+    writer.index_paths(root, "", SpecType::PseudoRoot, false);
+    writer.write_specs(root, true)?;
+    let contents = writer.write_sections()?;
+    out.seek(SeekFrom::Start(0))?;
+    out.write_all(&head(contents))?;
+    out.flush()
+}
+
+impl<W: Write> Writer<'_, W> {
+    fn token(&mut self, text: &str) -> u32 {
+        if let Some(&index) = self.token_indices.get(text) {
+            return index;
+        }
+        let index = self.tokens.len() as u32;
+        self.tokens.push(text.to_owned());
+        self.token_indices.insert(text.to_owned(), index);
+        index
+    }
+
+    fn string(&mut self, text: &str) -> u32 {
+        let token = self.token(text);
+        self.strings.push(token);
+        self.strings.len() as u32 - 1
+    }
+
+    /// Gives the paths of a prim, its properties and its children their indices, in the order of depth. `has_sibling`
+    /// tells whether a path with the same parent follows.
+    fn index_paths(&mut self, prim: &Prim, path: &str, spec: SpecType, has_sibling: bool) {
+        let is_root = matches!(spec, SpecType::PseudoRoot);
+        let element = if is_root { 0 } else { self.token(&prim.name) as i32 };
+        let index = self.push_path(if is_root { "/" } else { path }, element);
+        let children = prim.properties.len() + prim.children.len();
+        let more = |child: usize| child + 1 < children;
+        for (child, property) in prim.properties.iter().enumerate() {
+            let element = -(self.token(&property.name) as i32);
+            let index = self.push_path(&format!("{path}.{}", property.name), element);
+            self.paths[index].jump = jump(false, more(child), 0);
+        }
+        for (child, prim_below) in prim.children.iter().enumerate() {
+            let has_sibling = more(prim.properties.len() + child);
+            let path = format!("{path}/{}", prim_below.name);
+            self.index_paths(prim_below, &path, SpecType::Prim, has_sibling);
+        }
+        self.paths[index].jump = jump(children > 0, has_sibling, self.paths.len() - index);
+    }
+
+    fn push_path(&mut self, path: &str, element: i32) -> usize {
+        let index = self.paths.len();
+        self.paths.push(PathNode { element, jump: 0 });
+        self.path_indices.insert(path.to_owned(), index as u32);
+        index
+    }
+
+    /// Writes the values of a prim, its properties and its children, in the order of their paths.
+    fn write_specs(&mut self, prim: &Prim, is_root: bool) -> io::Result<()> {
+        let mut metadata = prim.metadata.clone();
+        let names = |names: &mut dyn Iterator<Item = &String>| Value::Names(names.cloned().collect());
+        if !prim.properties.is_empty() {
+            metadata.push(("properties", names(&mut prim.properties.iter().map(|property| &property.name))));
+        }
+        if !prim.children.is_empty() {
+            metadata.push(("primChildren", names(&mut prim.children.iter().map(|child| &child.name))));
+        }
+        self.write_spec(if is_root { SpecType::PseudoRoot } else { SpecType::Prim }, &metadata)?;
+        for Property { is_relationship, metadata, .. } in &prim.properties {
+            let spec = if *is_relationship { SpecType::Relationship } else { SpecType::Attribute };
+            self.write_spec(spec, metadata)?;
+        }
+        prim.children.iter().try_for_each(|child| self.write_specs(child, false))
+    }
+
+    fn write_spec(&mut self, spec: SpecType, metadata: &[(&'static str, Value)]) -> io::Result<()> {
+        self.specs.push((spec, self.field_lists.len() as u32));
+        for (name, value) in metadata {
+            let name = self.token(name);
+            let value = self.field_value(value)?;
+            self.field_lists.push(self.fields.len() as u32);
+            self.fields.push((name, value));
+        }
+        self.field_lists.push(END_OF_FIELDS);
+        Ok(())
+    }
+
+    /// Returns the 64 bits of a value. Writes a value that does not fit into them.
+    fn field_value(&mut self, value: &Value) -> io::Result<u64> {
+        Ok(match value {
+            Value::Bool(value) => Type::Bool.inlined((*value).into()),
+            Value::Float(value) => Type::Float.inlined(value.to_bits()),
+            Value::Double(value) => {
+                self.write_value(Type::Double, |bytes| bytes.extend(value.to_le_bytes()))?
+            }
+            Value::Token(text) => Type::Token.inlined(self.token(text)),
+            Value::Tokens(texts) => {
+                let tokens: Vec<u32> = texts.iter().map(|text| self.token(text)).collect();
+                self.write_array(Type::Token, tokens.iter().map(|token| token.to_le_bytes()))?
+            }
+            Value::String(text) => Type::String.inlined(self.string(text)),
+            Value::Asset(path) => Type::Asset.inlined(self.token(path)),
+            Value::Vector(vector) => self.write_value(Type::Vec3f, |bytes| {
+                bytes.extend(vector.iter().flat_map(|x| x.to_le_bytes()))
+            })?,
+            Value::Matrix(matrix) => self.write_value(Type::Matrix4d, |bytes| {
+                bytes.extend(matrix.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
+            })?,
+            Value::Integers(integers) => {
+                self.write_array(Type::Int, integers.iter().map(|integer| integer.to_le_bytes()))?
+            }
+            Value::Vectors2(vectors) => {
+                self.write_array(Type::Vec2f, vectors.as_flattened().iter().map(|x| x.to_le_bytes()))?
+            }
+            Value::Vectors3(vectors) => {
+                self.write_array(Type::Vec3f, vectors.as_flattened().iter().map(|x| x.to_le_bytes()))?
+            }
+            Value::Names(names) => {
+                let tokens: Vec<u32> = names.iter().map(|name| self.token(name)).collect();
+                self.write_value(Type::TokenVector, |bytes| push_words(bytes, &tokens))?
+            }
+            Value::Prepended(names) => {
+                let tokens: Vec<u32> = names.iter().map(|name| self.token(name)).collect();
+                self.write_list(Type::TokenListOp, PREPENDED, &tokens)?
+            }
+            Value::Paths(paths) => {
+                let indices: Vec<u32> = paths.iter().map(|path| self.path_indices[path]).collect();
+                self.write_list(Type::PathListOp, EXPLICIT, &indices)?
+            }
+            Value::Def => Type::Specifier.inlined(0),
+            Value::Uniform => Type::Variability.inlined(1),
+            Value::FirstFrame(stored) => stored.in_frame(0, self.frames.frame_bytes),
+            Value::Samples(stored) => self.write_samples(*stored)?,
+        })
+    }
+
+    /// Writes the values of all frames: where the time codes are, and the value of each frame.
+    fn write_samples(&mut self, stored: Stored) -> io::Result<u64> {
+        let (times, FrameTable { frame_bytes, times: frames }) = (self.times, self.frames);
+        self.write_value(Type::TimeSamples, |bytes| {
+            // Each part is preceded by the distance to what follows it, which is not used here: 8 bytes.
+            bytes.extend([8, times, 8, frames.len() as u64].iter().flat_map(|word| word.to_le_bytes()));
+            let frames = 0..frames.len() as u64;
+            bytes.extend(frames.flat_map(|frame| stored.in_frame(frame, frame_bytes).to_le_bytes()));
+        })
+    }
+
+    fn write_list(&mut self, kind: Type, header: u8, items: &[u32]) -> io::Result<u64> {
+        self.write_value(kind, |bytes| {
+            bytes.push(header);
+            push_words(bytes, items);
+        })
+    }
+
+    /// Writes a value at a multiple of 8.
+    fn write_value(&mut self, kind: Type, fill: impl FnOnce(&mut Vec<u8>)) -> io::Result<u64> {
+        let padding = self.at.next_multiple_of(8) - self.at;
+        let mut bytes = vec![0; padding as usize];
+        fill(&mut bytes);
+        let offset = self.at + padding;
+        self.append(&bytes)?;
+        Ok(kind.at(offset))
+    }
+
+    /// Writes an array of numbers: the number of elements, then their numbers.
+    fn write_array(
+        &mut self,
+        kind: Type,
+        numbers: impl ExactSizeIterator<Item = [u8; 4]>,
+    ) -> io::Result<u64> {
+        let size = match kind {
+            Type::Vec2f => 2,
+            Type::Vec3f => 3,
+            _ => 1,
+        };
+        if numbers.len() == 0 {
+            return Ok(kind.array(0));
+        }
+        let value = self.write_value(kind, |bytes| {
+            bytes.extend((numbers.len() as u64 / size).to_le_bytes());
+            bytes.extend(numbers.flatten());
+        })?;
+        Ok(ARRAY | value)
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.at += bytes.len() as u64;
+        self.out.write_all(bytes)
+    }
+
+    /// Writes the sections and the table of contents, and returns the offset of the table.
+    fn write_sections(&mut self) -> io::Result<u64> {
+        let tokens: Vec<u8> = self.tokens.iter().flat_map(|token| token.bytes().chain([0])).collect();
+        let words = |integers: &mut dyn ExactSizeIterator<Item = u32>| sized(&lz4(&code_integers(integers)));
+        let count = |count: usize| (count as u64).to_le_bytes().to_vec();
+        let values: Vec<u8> = self.fields.iter().flat_map(|(_, value)| value.to_le_bytes()).collect();
+        let strings: Vec<u8> = self.strings.iter().flat_map(|token| token.to_le_bytes()).collect();
+        let paths = self.paths.len();
+        let sections = [
+            ("TOKENS", [count(self.tokens.len()), count(tokens.len()), sized(&lz4(&tokens))].concat()),
+            ("STRINGS", [count(self.strings.len()), strings].concat()),
+            (
+                "FIELDS",
+                [
+                    count(self.fields.len()),
+                    words(&mut self.fields.iter().map(|(name, _)| *name)),
+                    sized(&lz4(&values)),
+                ]
+                .concat(),
+            ),
+            (
+                "FIELDSETS",
+                [count(self.field_lists.len()), words(&mut self.field_lists.iter().copied())].concat(),
+            ),
+            (
+                "PATHS",
+                [
+                    count(paths),
+                    count(paths),
+                    words(&mut (0..paths as u32)),
+                    words(&mut self.paths.iter().map(|path| path.element as u32)),
+                    words(&mut self.paths.iter().map(|path| path.jump as u32)),
+                ]
+                .concat(),
+            ),
+            (
+                "SPECS",
+                [
+                    count(paths),
+                    words(&mut (0..paths as u32)),
+                    words(&mut self.specs.iter().map(|(_, fields)| *fields)),
+                    words(&mut self.specs.iter().map(|(spec, _)| *spec as u32)),
+                ]
+                .concat(),
+            ),
+        ];
+        let mut contents = count(sections.len());
+        for (name, bytes) in sections {
+            let mut padded = [0; 16];
+            padded[..name.len()].copy_from_slice(name.as_bytes());
+            contents.extend(padded);
+            contents.extend(self.at.to_le_bytes());
+            contents.extend((bytes.len() as u64).to_le_bytes());
+            self.append(&bytes)?;
+        }
+        let at = self.at;
+        self.append(&contents)?;
+        Ok(at)
+    }
+}
+
+/// Headers of lists: the whole list, or names that are put before those of weaker layers.
+const EXPLICIT: u8 = 0b0000_0011;
+const PREPENDED: u8 = 0b0010_0000;
+
+/// Returns how the path after this one is found: a distance to the next sibling if the path has children.
+fn jump(has_children: bool, has_sibling: bool, distance: usize) -> i32 {
+    match (has_children, has_sibling) {
+        (true, true) => distance as i32,
+        (true, false) => -1,
+        (false, true) => 0,
+        (false, false) => -2,
+    }
+}
+
+/// Returns bytes after their number.
+fn sized(bytes: &[u8]) -> Vec<u8> {
+    [&(bytes.len() as u64).to_le_bytes()[..], bytes].concat()
+}
+
+fn push_words(bytes: &mut Vec<u8>, words: &[u32]) {
+    bytes.extend((words.len() as u64).to_le_bytes());
+    bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+}
