@@ -9,12 +9,10 @@ use std::sync::Arc;
 use super::error::check_finite;
 use super::listing::{Listing, check_inputs};
 use super::obj::ObjTemplate;
-use super::page::PageWriter;
 use super::pc2::PointCache;
 use super::plain::PlainObj;
 use super::ply::Ply;
 use super::record::{Record, Recorder};
-use super::stage::StageWriter;
 use super::{Format, OutputError, Sequence};
 use crate::file::{sync_files, write_atomically};
 use crate::obj::{Document, Part};
@@ -242,15 +240,13 @@ impl FrameWriter {
         Ok(record)
     }
 
-    /// Returns when the contents of all frames that `writers`, `stage` and `page` wrote so far are on disk. Their names are on
+    /// Returns when the contents of all frames that `writers` wrote so far, and those of the files `others`, are on disk. Their names are on
     /// disk when the directory is synchronized too.
     pub(crate) fn sync_all<'a>(
         writers: impl Iterator<Item = &'a mut Self>,
-        stage: Option<&StageWriter>,
-        page: Option<&PageWriter>,
+        others: impl Iterator<Item = PathBuf>,
     ) -> Result<(), OutputError> {
-        let mut paths: Vec<PathBuf> =
-            stage.map(StageWriter::part_path).into_iter().chain(page.map(PageWriter::path)).collect();
+        let mut paths: Vec<PathBuf> = others.collect();
         for Self { sequence, kind, unsynced, .. } in writers {
             match kind {
                 Kind::Cache(cache, _) => paths.push(cache.part_path()),

@@ -15,9 +15,9 @@ pub(super) struct Output {
     /// For each body, its writers and the indices of their sequences.
     bodies: Vec<Vec<(usize, FrameWriter)>>,
     /// The USD stage and the index of its sequence.
-    stage: Option<(usize, StageWriter)>,
+    pub(super) stage: Option<(usize, StageWriter)>,
     /// The page and the index of its sequence.
-    page: Option<(usize, PageWriter)>,
+    pub(super) page: Option<(usize, PageWriter)>,
     /// Coordinates of the files.
     space: FileSpace,
 }
@@ -31,12 +31,16 @@ pub(super) struct Surface<'a> {
 }
 
 impl Output {
+    /// No files, for a number of bodies.
+    pub(super) fn new(bodies: usize, space: FileSpace) -> Self {
+        Self { bodies: (0..bodies).map(|_| Vec::new()).collect(), stage: None, page: None, space }
+    }
+
     /// Opens the files, which continue at frame number `next`, or start a sequence if `next` is `None`.
     pub(super) fn open(job: &Job, prepared: &Prepared, next: Option<u64>) -> Result<Self, OutputError> {
         let simulation = &prepared.simulation;
         let space = job.space();
-        let bodies = prepared.inputs.iter().map(|_| Vec::new()).collect();
-        let mut output = Self { bodies, stage: None, page: None, space };
+        let mut output = Self::new(prepared.inputs.len(), space);
         let mut body = 0;
         for (index, sequence) in job.sequences().into_iter().enumerate() {
             if sequence.format == Format::Usd {
@@ -135,8 +139,9 @@ impl Output {
     /// Returns when the contents of all written frames are on disk.
     pub(super) fn sync(&mut self) -> Result<(), OutputError> {
         let writers = self.bodies.iter_mut().flatten().map(|(_, writer)| writer);
-        let stage = self.stage.as_ref().map(|(_, stage)| stage);
-        FrameWriter::sync_all(writers, stage, self.page.as_ref().map(|(_, page)| page))
+        let stage = self.stage.as_ref().map(|(_, stage)| stage.part_path());
+        let page = self.page.as_ref().map(|(_, page)| page.path());
+        FrameWriter::sync_all(writers, stage.into_iter().chain(page))
     }
 
     /// Gives all files their final form and names.

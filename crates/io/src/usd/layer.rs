@@ -4,7 +4,7 @@
 //! offset  0   8 bytes    "PXR-USDC"
 //!         8   8 bytes    version: 0, 8, 0, zeros
 //!        16   u64        offset of the table of contents
-//!        24   64 bytes   zeros
+//!        24   72 bytes   zeros
 //!        96              the frames, all of the same size
 //!             arrays and other values that do not fit into their 48 bits, each at a multiple of 8
 //!             the sections TOKENS, STRINGS, FIELDS, FIELDSETS, PATHS, SPECS
@@ -22,110 +22,9 @@
 use std::collections::HashMap;
 use std::io::{self, Seek, SeekFrom, Write};
 
-use super::coding::{code_integers, lz4};
-use super::prim::{Prim, Property, Stored, StoredKind, Value};
-
-/// Offset of the first frame.
-pub(crate) const FRAMES: u64 = 96;
-
-/// The beginning of a file whose table of contents is at offset `contents`.
-pub(crate) fn head(contents: u64) -> [u8; FRAMES as usize] {
-    let mut head = [0; FRAMES as usize];
-    head[..8].copy_from_slice(b"PXR-USDC");
-    head[9] = 8;
-    head[16..24].copy_from_slice(&contents.to_le_bytes());
-    head
-}
-
-/// The frames of a file.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FrameTable<'a> {
-    /// Size of a frame, in bytes.
-    pub(super) frame_bytes: u64,
-    /// Time codes of the frames.
-    pub(super) times: &'a [f64],
-}
-
-impl FrameTable<'_> {
-    /// Returns the end of the frames in the file.
-    pub(super) fn end(&self) -> u64 {
-        FRAMES + self.frame_bytes * self.times.len() as u64
-    }
-}
-
-/// Types of values in a file.
-#[derive(Clone, Copy)]
-#[repr(u8)]
-enum Type {
-    Bool = 1,
-    Int = 3,
-    Float = 8,
-    Double = 9,
-    String = 10,
-    Token = 11,
-    Asset = 12,
-    Matrix4d = 15,
-    Vec2f = 20,
-    Vec3f = 24,
-    TokenListOp = 32,
-    PathListOp = 34,
-    TokenVector = 41,
-    Specifier = 42,
-    Variability = 44,
-    TimeSamples = 46,
-    DoubleVector = 48,
-}
-
-const ARRAY: u64 = 1 << 63;
-const INLINED: u64 = 1 << 62;
-
-impl Type {
-    /// A value at an offset in the file.
-    fn at(self, offset: u64) -> u64 {
-        (self as u64) << 48 | offset
-    }
-
-    /// An array at an offset in the file.
-    fn array(self, offset: u64) -> u64 {
-        ARRAY | self.at(offset)
-    }
-
-    /// A value that fits into 32 bits.
-    fn inlined(self, value: u32) -> u64 {
-        INLINED | self.at(value.into())
-    }
-}
-
-impl Stored {
-    /// Returns the field value of a frame.
-    fn in_frame(self, frame: u64, frame_bytes: u64) -> u64 {
-        let at = FRAMES + frame * frame_bytes + self.at;
-        match self.kind {
-            StoredKind::Vectors3 => Type::Vec3f.array(at),
-            StoredKind::Matrix => Type::Matrix4d.at(at),
-        }
-    }
-}
-
-/// Types of specs.
-#[derive(Clone, Copy)]
-#[repr(u32)]
-enum SpecType {
-    Attribute = 1,
-    Prim = 6,
-    PseudoRoot = 7,
-    Relationship = 8,
-}
-
-/// Marks the end of a list of fields.
-const END_OF_FIELDS: u32 = u32::MAX;
-
-/// A path element below its parent.
-struct PathNode {
-    /// Token of the name; negative for a property.
-    element: i32,
-    jump: i32,
-}
+use super::kind::{ARRAY, EXPLICIT, FrameTable, PREPENDED, Type, head};
+use super::prim::{Prim, Property, Stored, Value};
+use super::section::{END_OF_FIELDS, PathNode, SpecType, Tables};
 
 struct Writer<'a, W> {
     out: W,
@@ -134,17 +33,10 @@ struct Writer<'a, W> {
     frames: FrameTable<'a>,
     /// Field value of the time codes.
     times: u64,
-    tokens: Vec<String>,
+    tables: Tables,
     token_indices: HashMap<String, u32>,
-    /// Tokens of the strings.
-    strings: Vec<u32>,
-    fields: Vec<(u32, u64)>,
-    field_lists: Vec<u32>,
-    paths: Vec<PathNode>,
     /// Indices of the paths.
     path_indices: HashMap<String, u32>,
-    /// Type and first field of each spec; spec `k` has path `k`.
-    specs: Vec<(SpecType, u32)>,
 }
 
 /// Writes the structure of a stage after its frames, and then its beginning. `root` has the metadata of the stage.
@@ -159,14 +51,9 @@ pub(super) fn write_layer(
         frames,
         times: 0,
         // Token 0 must not be the name of a property, because names of properties are negative.
-        tokens: vec![String::new()],
+        tables: Tables { tokens: vec![String::new()], ..Tables::default() },
         token_indices: HashMap::from([(String::new(), 0)]),
-        strings: Vec::new(),
-        fields: Vec::new(),
-        field_lists: Vec::new(),
-        paths: Vec::new(),
         path_indices: HashMap::new(),
-        specs: Vec::new(),
         out: &mut *out,
     };
     writer.times = writer.write_value(Type::DoubleVector, |bytes| {
@@ -175,7 +62,8 @@ pub(super) fn write_layer(
     })?;
     writer.index_paths(root, "", SpecType::PseudoRoot, false);
     writer.write_specs(root, true)?;
-    let contents = writer.write_sections()?;
+    let (sections, contents) = writer.tables.sections(writer.at);
+    writer.append(&sections)?;
     out.seek(SeekFrom::Start(0))?;
     out.write_all(&head(contents))?;
     out.flush()
@@ -186,16 +74,16 @@ impl<W: Write> Writer<'_, W> {
         if let Some(&index) = self.token_indices.get(text) {
             return index;
         }
-        let index = self.tokens.len() as u32;
-        self.tokens.push(text.to_owned());
+        let index = self.tables.tokens.len() as u32;
+        self.tables.tokens.push(text.to_owned());
         self.token_indices.insert(text.to_owned(), index);
         index
     }
 
     fn string(&mut self, text: &str) -> u32 {
         let token = self.token(text);
-        self.strings.push(token);
-        self.strings.len() as u32 - 1
+        self.tables.strings.push(token);
+        self.tables.strings.len() as u32 - 1
     }
 
     /// Gives the paths of a prim, its properties and its children their indices, in the order of depth. `has_sibling`
@@ -209,19 +97,19 @@ impl<W: Write> Writer<'_, W> {
         for (child, property) in prim.properties.iter().enumerate() {
             let element = -(self.token(&property.name) as i32);
             let index = self.push_path(&format!("{path}.{}", property.name), element);
-            self.paths[index].jump = jump(false, more(child), 0);
+            self.tables.paths[index].jump = jump(false, more(child), 0);
         }
         for (child, prim_below) in prim.children.iter().enumerate() {
             let has_sibling = more(prim.properties.len() + child);
             let path = format!("{path}/{}", prim_below.name);
             self.index_paths(prim_below, &path, SpecType::Prim, has_sibling);
         }
-        self.paths[index].jump = jump(children > 0, has_sibling, self.paths.len() - index);
+        self.tables.paths[index].jump = jump(children > 0, has_sibling, self.tables.paths.len() - index);
     }
 
     fn push_path(&mut self, path: &str, element: i32) -> usize {
-        let index = self.paths.len();
-        self.paths.push(PathNode { element, jump: 0 });
+        let index = self.tables.paths.len();
+        self.tables.paths.push(PathNode { element, jump: 0 });
         self.path_indices.insert(path.to_owned(), index as u32);
         index
     }
@@ -245,14 +133,14 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn write_spec(&mut self, spec: SpecType, metadata: &[(&'static str, Value)]) -> io::Result<()> {
-        self.specs.push((spec, self.field_lists.len() as u32));
+        self.tables.specs.push((spec, self.tables.field_lists.len() as u32));
         for (name, value) in metadata {
             let name = self.token(name);
             let value = self.field_value(value)?;
-            self.field_lists.push(self.fields.len() as u32);
-            self.fields.push((name, value));
+            self.tables.field_lists.push(self.tables.fields.len() as u32);
+            self.tables.fields.push((name, value));
         }
-        self.field_lists.push(END_OF_FIELDS);
+        self.tables.field_lists.push(END_OF_FIELDS);
         Ok(())
     }
 
@@ -358,71 +246,7 @@ impl<W: Write> Writer<'_, W> {
         self.at += bytes.len() as u64;
         self.out.write_all(bytes)
     }
-
-    /// Writes the sections and the table of contents, and returns the offset of the table.
-    fn write_sections(&mut self) -> io::Result<u64> {
-        let tokens: Vec<u8> = self.tokens.iter().flat_map(|token| token.bytes().chain([0])).collect();
-        let words = |integers: &mut dyn ExactSizeIterator<Item = u32>| sized(&lz4(&code_integers(integers)));
-        let count = |count: usize| (count as u64).to_le_bytes().to_vec();
-        let values: Vec<u8> = self.fields.iter().flat_map(|(_, value)| value.to_le_bytes()).collect();
-        let strings: Vec<u8> = self.strings.iter().flat_map(|token| token.to_le_bytes()).collect();
-        let paths = self.paths.len();
-        let sections = [
-            ("TOKENS", [count(self.tokens.len()), count(tokens.len()), sized(&lz4(&tokens))].concat()),
-            ("STRINGS", [count(self.strings.len()), strings].concat()),
-            (
-                "FIELDS",
-                [
-                    count(self.fields.len()),
-                    words(&mut self.fields.iter().map(|(name, _)| *name)),
-                    sized(&lz4(&values)),
-                ]
-                .concat(),
-            ),
-            (
-                "FIELDSETS",
-                [count(self.field_lists.len()), words(&mut self.field_lists.iter().copied())].concat(),
-            ),
-            (
-                "PATHS",
-                [
-                    count(paths),
-                    count(paths),
-                    words(&mut (0..paths as u32)),
-                    words(&mut self.paths.iter().map(|path| path.element as u32)),
-                    words(&mut self.paths.iter().map(|path| path.jump as u32)),
-                ]
-                .concat(),
-            ),
-            (
-                "SPECS",
-                [
-                    count(paths),
-                    words(&mut (0..paths as u32)),
-                    words(&mut self.specs.iter().map(|(_, fields)| *fields)),
-                    words(&mut self.specs.iter().map(|(spec, _)| *spec as u32)),
-                ]
-                .concat(),
-            ),
-        ];
-        let mut contents = count(sections.len());
-        for (name, bytes) in sections {
-            let mut padded = [0; 16];
-            padded[..name.len()].copy_from_slice(name.as_bytes());
-            contents.extend(padded);
-            contents.extend(self.at.to_le_bytes());
-            contents.extend((bytes.len() as u64).to_le_bytes());
-            self.append(&bytes)?;
-        }
-        let at = self.at;
-        self.append(&contents)?;
-        Ok(at)
-    }
 }
-
-/// Headers of lists: the whole list, or names that are put before those of weaker layers.
-const EXPLICIT: u8 = 0b0000_0011;
-const PREPENDED: u8 = 0b0010_0000;
 
 /// Returns how the path after this one is found: a distance to the next sibling if the path has children.
 fn jump(has_children: bool, has_sibling: bool, distance: usize) -> i32 {
@@ -432,11 +256,6 @@ fn jump(has_children: bool, has_sibling: bool, distance: usize) -> i32 {
         (false, true) => 0,
         (false, false) => -2,
     }
-}
-
-/// Returns bytes after their number.
-fn sized(bytes: &[u8]) -> Vec<u8> {
-    [&(bytes.len() as u64).to_le_bytes()[..], bytes].concat()
 }
 
 fn push_words(bytes: &mut Vec<u8>, words: &[u32]) {

@@ -8,6 +8,7 @@
 //! * `coding`: integers and bytes of the structure;
 //! * `name`: names of prims;
 //! * `prim`: prims, properties and values;
+//! * `kind`, `section`: values and tables of the structure;
 //! * `layer`: writes the structure;
 //! * `layout`: the layout of a frame;
 //! * `material`, `surface`, `collider`: the prims of each;
@@ -15,14 +16,16 @@
 
 mod coding;
 mod collider;
+mod kind;
 mod layer;
 mod layout;
 mod material;
 mod name;
 mod prim;
+mod section;
 mod stage;
 mod surface;
 
-pub(crate) use layer::{FRAMES, head};
+pub(crate) use kind::{FRAMES, head};
 pub(crate) use stage::{BodyInput, Stage, StageDescription};
 pub(crate) use surface::Surface;

@@ -9,7 +9,8 @@ use supple::Simulation;
 use supple::mesh::Mesh;
 
 use super::collider::ColliderPrim;
-use super::layer::{FRAMES, FrameTable, write_layer};
+use super::kind::{FRAMES, FrameTable};
+use super::layer::write_layer;
 use super::layout::{ARRAY_HEAD, Layout, MATRIX, push_bounds, push_matrix, push_vectors};
 use super::material::Materials;
 use super::name::Names;
