@@ -129,7 +129,7 @@ fn stopped_killed_and_extended_runs_have_the_stage_of_an_uninterrupted_run() {
     // A killed run that is to end at the frame of its checkpoint only lacks its structure.
     crate::run_files::copy(&at("killed5"), &at("shorter"));
     assert_eq!(resumed("shorter", &["simulation.frames=3"], &mut ()).outcome, Outcome::AlreadyFinished);
-    let mut short = job(folder.path(), "short", &[formats, "simulation.frames=4"]);
+    let short = job(folder.path(), "short", &[formats, "simulation.frames=4"]);
     short.run(&mut ()).unwrap();
     assert!(written(&at("shorter"))["supple.usd"] == written(&at("short"))["supple.usd"]);
     for frame in [0, 4, 5] {
@@ -150,6 +150,13 @@ fn stopped_killed_and_extended_runs_have_the_stage_of_an_uninterrupted_run() {
     let before = fs::metadata(at("extended/supple.usd")).unwrap().modified().unwrap();
     assert_eq!(resumed("extended", &[], &mut ()).outcome, Outcome::AlreadyFinished);
     assert_eq!(fs::metadata(at("extended/supple.usd")).unwrap().modified().unwrap(), before);
+}
+
+/// Returns bytes with one bit changed.
+fn flipped(bytes: &[u8], at: usize) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    bytes[at] ^= 1;
+    bytes
 }
 
 #[test]
@@ -188,11 +195,25 @@ fn a_run_whose_stage_is_damaged_starts_again() {
     assert!(again(&whole[..FRAMES + 5 * FRAME], false).unwrap().contains("it has 5 of 6 frames to keep"));
     assert!(again(b"PXR-USDC", false).unwrap().contains("its beginning is incomplete or was changed"));
     assert!(again(&whole[1..], false).unwrap().contains("its beginning is incomplete or was changed"));
-    let mut changed = whole.clone();
-    changed[FRAMES + 2 * FRAME + 9] ^= 1;
-    assert!(again(&changed, true).unwrap().contains("frame 2 of"));
+    assert!(again(&flipped(&whole, FRAMES + 2 * FRAME + 9), true).unwrap().contains("frame 2 of"));
     // What follows the frames is written again.
     assert_eq!(again(&whole[..FRAMES + 6 * FRAME], true), None);
+    // So it is if all frames exist.
+    for (damaged, verify) in [
+        (&whole[..whole.len() - 1], false),
+        (&whole[..FRAMES + 6 * FRAME], false),
+        (&[&whole[..], &[0]].concat(), false),
+        (&flipped(&whole, whole.len() - 9), true),
+        (&flipped(&whole, FRAMES + 6 * FRAME + 3), true),
+        (&flipped(&whole, 20), false),
+        (&flipped(&whole, 30), true),
+        (&flipped(&whole, 90), true),
+    ] {
+        run("simulation.frames=5", false, false);
+        fs::write(&path, damaged).unwrap();
+        assert_eq!(run("simulation.frames=5", true, verify), None);
+        assert!(fs::read(&path).unwrap() == whole);
+    }
     fs::remove_file(&path).unwrap();
     assert!(run("simulation.frames=7", true, false).unwrap().contains("it is missing"));
 }

@@ -52,5 +52,5 @@ pub(crate) use present::{Present, Renames, check, check_link, finish};
 pub use read_pc2::{PointCacheData, read_pc2};
 pub(crate) use record::{Compare, Record, Recorder};
 pub use sequence::Sequence;
-pub(crate) use stage::{StageWriter, is_unfinished};
+pub(crate) use stage::{StageWriter, is_complete};
 pub use writer::{FrameWriter, Source};

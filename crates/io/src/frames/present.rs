@@ -56,7 +56,7 @@ pub(crate) fn check(
 }
 
 /// Gives the unfinished file of a sequence that has all frames its final form and name, without the frames after
-/// `records`. A USD stage needs the simulation for this; see [`is_unfinished`](super::is_unfinished).
+/// `records`. A USD stage needs the simulation for this; see [`is_complete`](super::is_complete).
 pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
     match sequence.format {
         Format::Pc2 => pc2::finish(sequence, records),

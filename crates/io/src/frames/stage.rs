@@ -13,7 +13,7 @@ use super::record::{Compare, Record};
 use super::{OutputError, Sequence, Source};
 use crate::count::counted;
 use crate::file::{create_part, is_link, part_path};
-use crate::usd::{BodyInput, FRAMES, Stage, StageDescription, head};
+use crate::usd::{BodyInput, CONTENTS, FRAMES, Stage, StageDescription, head};
 
 /// Size of the beginning of a file that does not depend on its end, in bytes.
 const SIGNATURE: usize = 16;
@@ -155,7 +155,7 @@ fn input(source: Source<'_>) -> BodyInput {
 fn truncate(file: &mut File, frame_bytes: u64, frames: u64) -> std::io::Result<()> {
     file.set_len(FRAMES + frames * frame_bytes)?;
     file.seek(SeekFrom::Start(0))?;
-    file.write_all(&head(0))?;
+    file.write_all(&head(0, 0))?;
     file.seek(SeekFrom::End(0)).map(drop)
 }
 
@@ -166,9 +166,37 @@ fn existing(sequence: &Sequence) -> PathBuf {
     if part.symlink_metadata().is_ok() { part } else { path }
 }
 
-/// Returns whether a stage is not finished.
-pub(crate) fn is_unfinished(sequence: &Sequence) -> bool {
-    existing(sequence) != sequence.path(0)
+/// Returns whether a stage with the frames of `records` has its final name and its structure.
+pub(crate) fn is_complete(
+    sequence: &Sequence,
+    records: &[Record],
+    compare: Compare,
+) -> Result<bool, OutputError> {
+    let path = sequence.path(0);
+    if existing(sequence) != path {
+        return Ok(false);
+    }
+    let mut found = [0; FRAMES as usize];
+    let mut read = || {
+        let mut file = File::open(&path)?;
+        let length = file.metadata()?.len();
+        // A file that is shorter keeps zeros.
+        match file.read_exact(&mut found) {
+            Err(error) if error.kind() != ErrorKind::UnexpectedEof => Err(error),
+            _ => Ok(length),
+        }
+    };
+    let length = read().map_err(OutputError::io("read", &path))?;
+    let contents = u64::from_le_bytes(std::array::from_fn(|byte| found[16 + byte]));
+    let start = FRAMES + records.iter().map(|record| record.bytes).sum::<u64>();
+    if length < start || contents.checked_add(CONTENTS) != Some(length) {
+        return Ok(false);
+    }
+    if compare == Compare::Sizes {
+        return Ok(true);
+    }
+    let after = Record::of_range(&path, start, length - start).map_err(OutputError::io("read", &path))?;
+    Ok(found == head(contents, after.hash))
 }
 
 /// Returns an error if an existing stage is a link, which would have to be followed to continue the stage.
@@ -194,7 +222,7 @@ fn problem(sequence: &Sequence, frame_bytes: u64, frames: u64) -> Result<Option<
         Err(error) if error.kind() == ErrorKind::UnexpectedEof => {}
         result => result.map_err(failed)?,
     }
-    if found != head(0)[..SIGNATURE] {
+    if found != head(0, 0)[..SIGNATURE] {
         return Ok(Some("its beginning is incomplete or was changed".to_owned()));
     }
     let complete = length.saturating_sub(FRAMES) / frame_bytes.max(1);

@@ -8,7 +8,7 @@ use super::observer::{Note, Observer};
 use super::settings::Settings;
 use super::stats::read_rows;
 use crate::frames::{
-    Compare, Format, Listing, Present, Record, Recorder, Renames, check, check_link, finish, is_unfinished,
+    Compare, Format, Listing, Present, Record, Recorder, Renames, check, check_link, finish, is_complete,
 };
 use supple::SimulationState;
 
@@ -19,8 +19,8 @@ pub(super) enum Start {
     Fresh,
     /// After the frame of a checkpoint.
     After(Box<Earlier>),
-    /// All frames exist, but the USD stage still lacks its structure after this many of them: the simulation is needed
-    /// to write it.
+    /// All frames exist, but the USD stage lacks its structure, which follows this many frames: the simulation is needed to
+    /// write it.
     Unfinished(u64),
     /// Nothing to do, because all frames exist.
     Finished,
@@ -74,10 +74,10 @@ impl Job {
         if frame >= last_frame {
             let mut start = Start::Finished;
             for (sequence, records) in sequences.iter().zip(&saved.checkpoint.frames) {
-                if sequence.format == Format::Usd && is_unfinished(sequence) {
-                    start = Start::Unfinished(records.len() as u64);
-                } else {
+                if sequence.format != Format::Usd {
                     finish(sequence, records)?;
+                } else if !is_complete(sequence, records, compare)? {
+                    start = Start::Unfinished(records.len() as u64);
                 }
             }
             return Ok(start);

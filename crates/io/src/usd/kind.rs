@@ -5,12 +5,13 @@ use super::prim::{Stored, StoredKind};
 /// Offset of the first frame.
 pub(crate) const FRAMES: u64 = 96;
 
-/// The beginning of a file whose table of contents is at offset `contents`.
-pub(crate) fn head(contents: u64) -> [u8; FRAMES as usize] {
+/// The beginning of a file whose table of contents is at offset `contents`, with the hash of what follows the frames.
+pub(crate) fn head(contents: u64, hash: u64) -> [u8; FRAMES as usize] {
     let mut head = [0; FRAMES as usize];
     head[..8].copy_from_slice(b"PXR-USDC");
     head[9] = 8;
     head[16..24].copy_from_slice(&contents.to_le_bytes());
+    head[88..].copy_from_slice(&hash.to_le_bytes());
     head
 }
 

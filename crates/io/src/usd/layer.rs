@@ -4,7 +4,8 @@
 //! offset  0   8 bytes    "PXR-USDC"
 //!         8   8 bytes    version: 0, 8, 0, zeros
 //!        16   u64        offset of the table of contents
-//!        24   72 bytes   zeros
+//!        24   64 bytes   zeros
+//!        88   u64        XXH3 hash of what follows the frames; other programs skip it
 //!        96              the frames, all of the same size
 //!             arrays and other values that do not fit into their 48 bits, each at a multiple of 8
 //!             the sections TOKENS, STRINGS, FIELDS, FIELDSETS, PATHS, SPECS
@@ -22,12 +23,16 @@
 use std::collections::HashMap;
 use std::io::{self, Seek, SeekFrom, Write};
 
+use xxhash_rust::xxh3::Xxh3Default;
+
 use super::kind::{ARRAY, EXPLICIT, FrameTable, PREPENDED, Type, head};
 use super::prim::{Prim, Property, Stored, Value};
 use super::section::{END_OF_FIELDS, PathNode, SpecType, Tables};
 
 struct Writer<'a, W> {
     out: W,
+    /// Hash of all bytes so far.
+    hash: Xxh3Default,
     /// Offset in the file.
     at: u64,
     frames: FrameTable<'a>,
@@ -48,6 +53,7 @@ pub(super) fn write_layer(
     out.seek(SeekFrom::Start(frames.end()))?;
     let mut writer = Writer {
         at: frames.end(),
+        hash: Xxh3Default::new(),
         frames,
         times: 0,
         // Token 0 must not be the name of a property, because names of properties are negative.
@@ -64,8 +70,9 @@ pub(super) fn write_layer(
     writer.write_specs(root, true)?;
     let (sections, contents) = writer.tables.sections(writer.at);
     writer.append(&sections)?;
+    let hash = writer.hash.digest();
     out.seek(SeekFrom::Start(0))?;
-    out.write_all(&head(contents))?;
+    out.write_all(&head(contents, hash))?;
     out.flush()
 }
 
@@ -244,6 +251,7 @@ impl<W: Write> Writer<'_, W> {
 
     fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.at += bytes.len() as u64;
+        self.hash.update(bytes);
         self.out.write_all(bytes)
     }
 }

@@ -27,5 +27,6 @@ mod stage;
 mod surface;
 
 pub(crate) use kind::{FRAMES, head};
+pub(crate) use section::CONTENTS;
 pub(crate) use stage::{BodyInput, Stage, StageDescription};
 pub(crate) use surface::Surface;

@@ -12,6 +12,12 @@ pub(super) enum SpecType {
     Relationship = 8,
 }
 
+/// Number of sections.
+const SECTIONS: usize = 6;
+
+/// Size of the table of contents, in bytes.
+pub(crate) const CONTENTS: u64 = 8 + 32 * SECTIONS as u64;
+
 /// Marks the end of a list of fields.
 pub(super) const END_OF_FIELDS: u32 = u32::MAX;
 
@@ -47,7 +53,7 @@ impl Tables {
         let values: Vec<u8> = self.fields.iter().flat_map(|(_, value)| value.to_le_bytes()).collect();
         let strings: Vec<u8> = self.strings.iter().flat_map(|token| token.to_le_bytes()).collect();
         let paths = self.paths.len();
-        let sections = [
+        let sections: [_; SECTIONS] = [
             ("TOKENS", [count(self.tokens.len()), count(tokens.len()), sized(&lz4(&tokens))].concat()),
             ("STRINGS", [count(self.strings.len()), strings].concat()),
             (
