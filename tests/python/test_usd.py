@@ -174,9 +174,8 @@ def test_the_stage_states_its_axes_units_and_time(folder):
     for frame in range(7):
         before = np.array(mesh(stage, "soft_1").GetPointsAttr().Get(10 + frame), float)
         after = np.array(mesh(turned, "soft_1").GetPointsAttr().Get(frame))
-        assert np.array_equal(
-            after, (100 * np.stack([before[:, 0], -before[:, 2], before[:, 1]], 1)).astype(np.float32)
-        )
+        expected = 100 * np.stack([before[:, 0], -before[:, 2], before[:, 1]], axis=1)
+        assert np.array_equal(after, expected.astype(np.float32))
 
 
 def test_topology_texture_coordinates_and_normals_are_those_of_the_file(folder):
@@ -369,9 +368,14 @@ def test_a_recorder_writes_the_frames_of_a_run(folder):
 
 def test_a_recorder_keeps_its_frames_after_an_exception(folder):
     sim = supple.load_scene(folder / "scene.toml")
-    with pytest.raises(RuntimeError, match="enough"), supple.Recorder(sim, folder / "mine.usd") as recorder:
-        recorder.record()
-        raise RuntimeError("enough")
+
+    def fail():
+        with supple.Recorder(sim, folder / "mine.usd") as recorder:
+            recorder.record()
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        fail()
     assert Usd.Stage.Open(str(folder / "mine.usd")).GetEndTimeCode() == 0
 
 
