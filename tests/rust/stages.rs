@@ -1,10 +1,11 @@
-//! USD stages: the values in their frames equal the frames of other formats, they resume to the same bytes, and the axes
-//! and the scale of the files are the same in every format. The tests in Python read the whole stage.
+//! USD stages: the values in their frames equal the frames of other formats, they resume to the same bytes, and the
+//! axes and the scale of the files are the same in every format. The tests in Python read the whole stage.
 
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
+use nalgebra::Point3;
 use supple::{Body, Lattice, Simulation};
 use supple_io::frames::{Format, FrameWriter, OutputError, Sequence, Source, read_pc2};
 use supple_io::obj::Document;
@@ -239,7 +240,7 @@ fn the_axis_that_points_up_and_the_scale_are_the_same_in_every_format() {
             assert_eq!(points(&stage, frame, body).0, expected, "{name}, frame {frame}");
             assert_eq!(turned(points(&plain_stage, frame, body).0), expected);
             assert_eq!(obj_points(&path("turned", &format!("{name}_{frame:04}.obj"))), expected);
-            let cache = read_pc2(&path("turned", &format!("{name}.pc2"))).unwrap();
+            let cache = read_pc2(path("turned", &format!("{name}.pc2"))).unwrap();
             let sample = &cache.positions[POINTS * frame..POINTS * (frame + 1)];
             assert_eq!(sample, expected);
             // Positions and normals of a PLY file are six floats per vertex after the header.
@@ -361,6 +362,39 @@ fn recordings_have_the_frames_of_a_job() {
     }
     let names: Vec<String> = written(&folder.path().join("mine")).into_keys().collect();
     assert_eq!(names, ["a.usd", "b.html"]);
+}
+
+#[test]
+fn a_recording_goes_on_after_a_frame_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = job(folder.path(), "out", &[]);
+    let mut options = RecordingOptions::default();
+    options.scale = 1e30;
+    for name in ["a.usd", "b.html"] {
+        let path = folder.path().join(name);
+        let mut simulation = supple_io::run::prepare(&job.scene).unwrap().simulation;
+        let mut recording = Recording::create(&path, &simulation, &options).unwrap();
+        recording.write(&simulation).unwrap();
+        let before = simulation.state();
+        // The second body leaves the range of 32-bit numbers in the file.
+        let far = vec![Point3::new(1e9, 0.0, 0.0); simulation.body(1).lattice().len()];
+        simulation.body_mut(1).set_positions(&far).unwrap();
+        let error = recording.write(&simulation).unwrap_err();
+        assert!(matches!(error, OutputError::NotFinite { frame: 1, .. }), "{error}");
+        simulation.restore(&before).unwrap();
+        recording.write(&simulation).unwrap();
+        recording.finish().unwrap();
+        if name == "a.usd" {
+            let stage = fs::read(path).unwrap();
+            assert_eq!(
+                [0, 1].map(|body| points(&stage, 1, body)),
+                [0, 1].map(|body| points(&stage, 0, body))
+            );
+        } else {
+            let run = runs(&fs::read_to_string(path).unwrap()).remove(0);
+            assert!(run.sets[0].iter().zip(&run.sets[1]).all(|(a, b)| a.positions == b.positions));
+        }
+    }
 }
 
 #[test]

@@ -32,7 +32,8 @@ impl Up {
     }
 }
 
-/// The coordinates of files: those of the scene, rotated about x by a quarter turn if another axis points up, then scaled.
+/// The coordinates of files: those of the scene, rotated about x by a quarter turn if another axis points up, then
+/// scaled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FileSpace {
     /// Axis of the scene that points up.

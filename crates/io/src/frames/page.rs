@@ -101,6 +101,11 @@ impl PageWriter {
         Ok(Record::of(frame))
     }
 
+    /// Forgets the bodies that were added to the frame.
+    pub(crate) fn discard(&mut self) {
+        self.frame = FrameBuilder::default();
+    }
+
     /// Returns the path of the file while frames are written.
     pub(crate) fn path(&self) -> PathBuf {
         data_path(&self.sequence)

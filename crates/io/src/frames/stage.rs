@@ -112,8 +112,7 @@ impl StageWriter {
         );
         let record = Record::of(&self.frame);
         let written = self.file.write_all(&self.frame);
-        self.frame.clear();
-        self.bodies = 0;
+        self.discard();
         if let Err(error) = written {
             // The write error is returned; an error of the truncation would add nothing.
             let _ = truncate(&mut self.file, self.stage.frame_bytes(), self.frames);
@@ -121,6 +120,12 @@ impl StageWriter {
         }
         self.frames += 1;
         Ok(record)
+    }
+
+    /// Forgets the bodies that were added to the frame.
+    pub(crate) fn discard(&mut self) {
+        self.frame.clear();
+        self.bodies = 0;
     }
 
     /// Returns the path of the file while frames are written.

@@ -136,6 +136,16 @@ impl Output {
         Ok(())
     }
 
+    /// Forgets the bodies of a frame that is not complete.
+    pub(super) fn discard(&mut self) {
+        if let Some((_, stage)) = &mut self.stage {
+            stage.discard();
+        }
+        if let Some((_, page)) = &mut self.page {
+            page.discard();
+        }
+    }
+
     /// Returns when the contents of all written frames are on disk.
     pub(super) fn sync(&mut self) -> Result<(), OutputError> {
         let writers = self.bodies.iter_mut().flatten().map(|(_, writer)| writer);

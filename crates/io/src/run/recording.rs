@@ -17,7 +17,8 @@ pub struct RecordingOptions {
     pub up: Option<Up>,
     /// Length in the file of a length 1 of the simulation, above 0; default 1.
     pub scale: f64,
-    /// Frames per second at which the file is played, above 0; by default those of the simulation, or one frame per step.
+    /// Frames per second at which the file is played, above 0; by default those of the simulation, or one frame per
+    /// step.
     pub fps: Option<f64>,
     /// Meters per unit of length of the file, above 0, which USD stages state; default 1.
     pub meters_per_unit: f64,
@@ -43,8 +44,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd` or `.html`. Until
-    /// the recording ends, the frames are in `path` with `.part` or `.data` appended.
+    /// Starts the file `path`, and replaces an existing one. Its format is that of the extension: `.usd` or `.html`.
+    /// Until the recording ends, the frames are in `path` with `.part` or `.data` appended.
     ///
     /// # Errors
     ///
@@ -101,6 +102,10 @@ impl Recording {
     ///
     /// If the frame cannot be written. The earlier frames stay valid.
     pub fn write(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
+        self.write_bodies(simulation).inspect_err(|_| self.output.discard())
+    }
+
+    fn write_bodies(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
         let Self { output, next, displays, positions } = self;
         let mut records: [Vec<Record>; 1] = [Vec::new()];
         displays.resize_with(simulation.bodies().len(), Display::new);

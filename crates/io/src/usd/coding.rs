@@ -85,7 +85,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn integers_are_decoded_from_their_code(integers: Vec<u32>, small in proptest::collection::vec(0_u32..400, 0..40)) {
+        fn integers_are_decoded_from_their_code(
+            integers: Vec<u32>,
+            small in proptest::collection::vec(0_u32..400, 0..40),
+        ) {
             for integers in [integers, small] {
                 let code = code_integers(integers.iter().copied());
                 prop_assert_eq!(decode(&code, integers.len()), integers);

@@ -44,8 +44,8 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    /// Returns the bytes of the sections and of the table of contents, and the offset of the table, for sections that begin
-    /// at an offset.
+    /// Returns the bytes of the sections and of the table of contents, and the offset of the table, for sections that
+    /// begin at an offset.
     pub(super) fn sections(&self, offset: u64) -> (Vec<u8>, u64) {
         let tokens: Vec<u8> = self.tokens.iter().flat_map(|token| token.bytes().chain([0])).collect();
         let words = |integers: &mut dyn ExactSizeIterator<Item = u32>| sized(&lz4(&code_integers(integers)));

@@ -172,7 +172,7 @@ fn groups<'a>(document: &'a Document, part: &Part) -> Vec<(&'a str, Vec<u32>)> {
         (group, faces.collect::<Vec<u32>>())
     });
     let some = groups
-        .filter(|(group, faces)| !faces.is_empty() && !(group.is_object && faces.len() == in_file.len()));
+        .filter(|(group, faces)| !faces.is_empty() && (!group.is_object || faces.len() < in_file.len()));
     some.map(|(group, faces)| (group.name.as_str(), faces)).collect()
 }
 

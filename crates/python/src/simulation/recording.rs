@@ -32,7 +32,10 @@ pub(crate) struct Recording {
 impl Recording {
     /// Start a file.
     #[new]
-    #[pyo3(signature = (simulation, path, **options), text_signature = "(simulation, path, *, up=None, scale=1.0, fps=None, meters_per_unit=1.0)")]
+    #[pyo3(
+        signature = (simulation, path, **options),
+        text_signature = "(simulation, path, *, up=None, scale=1.0, fps=None, meters_per_unit=1.0)"
+    )]
     fn new(
         simulation: &Bound<'_, PyAny>,
         path: &Bound<'_, PyAny>,
