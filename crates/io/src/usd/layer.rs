@@ -13,8 +13,8 @@
 //! ```
 //!
 //! A spec is a path with a list of fields; a field is a name (a token) with a value, in 64 bits: flags, a type, and 48
-//! bits that hold the value or its offset in the file. All numbers are little endian. Version 0.8.0 is what the library
-//! of the format wrote from 2019 to 2024, so that programs with old releases of it read the file.
+//! bits that hold the value or its offset in the file. All numbers are little endian. The version is the one that
+//! OpenUSD 23.05 writes by default and 20.11 reads; later versions add only types that are not used here.
 //!
 //! The crate openusd (0.6) also writes such files, from all values in memory: 565 MB for a run of 240 frames of 100,000
 //! points, a file of 288 MB, and it cannot continue a file. Here the frames go straight into the file, one frame is in
