@@ -26,6 +26,7 @@ Contents:
                                             contacts lists the contacts of the last step; sim["name"] is a body
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
+    save_usd, save_html, Recorder           a live simulation as a USD stage, or as a page for browsers
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view
     rotations, reference.goals              rotations of matrices; goal positions by naive sums
@@ -46,11 +47,12 @@ The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. R
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import edits, errors, plots, reference, reports, viewer
+from . import edits, errors, plots, recorder, reference, reports, viewer
 from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
+from .recorder import Recorder, save_html, save_usd
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
 from .sweeps import SweepResult, sweep
@@ -74,6 +76,7 @@ __all__ = [
     "OutputError",
     "Plane",
     "Progress",
+    "Recorder",
     "RunReport",
     "SceneError",
     "Simulation",
@@ -91,10 +94,13 @@ __all__ = [
     "plot_volume",
     "plots",
     "read_obj",
+    "recorder",
     "reference",
     "reports",
     "rotations",
     "run",
+    "save_html",
+    "save_usd",
     "simd_level",
     "sweep",
     "view",

@@ -18,6 +18,7 @@ __all__ = [
     "Hold",
     "Lattice",
     "Mesh",
+    "Recording",
     "Simulation",
     "__version__",
     "body_keys",
@@ -408,6 +409,24 @@ def reference_goals(
 def simd_level() -> str: ...
 def body_keys() -> list[str]: ...
 def check_collider(collider: Collider) -> dict[str, Any]: ...
+
+@final
+class Recording:
+    def __new__(
+        cls,
+        simulation: Simulation,
+        path: _Path,
+        *,
+        up: str | None = None,
+        scale: float = 1.0,
+        fps: float | None = None,
+        meters_per_unit: float = 1.0,
+    ) -> Recording: ...
+    def record(self) -> None: ...
+    @property
+    def frames(self) -> int | None: ...
+    def close(self) -> None: ...
+
 def load_scene(path: _Path, overrides: list[str]) -> Simulation: ...
 def run(
     path: _Path,

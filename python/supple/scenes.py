@@ -13,7 +13,7 @@ from .reports import Progress, RunReport
 
 __all__ = ["load_scene", "run"]
 
-FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "html"]
+FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "usd", "html"]
 
 
 def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | None = None) -> Simulation:
@@ -52,8 +52,9 @@ def run(
         A scene (.toml) or a model (.obj), as for load_scene.
     output : str or os.PathLike, default the scene's `output.directory`
         Directory of the frames `NAME_0000.obj`, ... The directory is created if it does not exist.
-    format : "obj", "ply", "pc2" or "html", or a list of them, default the scene's
-        File formats of the frames. "html" writes one page for browsers, `supple.html`, with all bodies and frames.
+    format : "obj", "ply", "pc2", "usd" or "html", or a list of them, default the scene's
+        File formats of the frames. "usd" writes one USD stage, `supple.usd`, and "html" one page for browsers,
+        `supple.html`, with all bodies and frames.
     frames : int, default the scene's
         Number of frames after frame 0. Frame 0 is the rest pose in its initial placement.
     progress : callable, optional

@@ -1,9 +1,8 @@
 //! Pages: their data equal the frames of other formats, they resume to the same bytes, they are joined without a
 //! change.
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -15,6 +14,7 @@ use supple_io::run::{Flow, Input, Job, Note, Observer, Outcome, Progress};
 use supple_io::scene::Scene;
 
 use crate::page_reader::{data, runs};
+use crate::run_files::{CopyAfter, StopAfter, written};
 
 /// Two bodies, one of which is turned by a handle, a plane whose point needs all digits, a ball that moves, and a mesh
 /// that is animated.
@@ -91,47 +91,6 @@ fn job(folder: &Path, out: &str, overrides: &[&str]) -> Job {
 
 fn page(folder: &Path, out: &str) -> Vec<u8> {
     fs::read(folder.join(out).join("supple.html")).unwrap()
-}
-
-/// Stops a job after a frame.
-struct StopAfter(u32);
-
-impl Observer for StopAfter {
-    fn frame(&mut self, progress: &Progress) -> Flow {
-        if progress.frame == self.0 { Flow::Stop } else { Flow::Continue }
-    }
-}
-
-/// Copies the output directory after a frame, as it is when a run is killed.
-struct CopyAfter {
-    frame: u32,
-    from: PathBuf,
-    to: PathBuf,
-}
-
-impl Observer for CopyAfter {
-    fn frame(&mut self, progress: &Progress) -> Flow {
-        if progress.frame == self.frame {
-            copy(&self.from, &self.to);
-        }
-        Flow::Continue
-    }
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        fs::copy(&path, to.join(path.file_name().unwrap())).unwrap();
-    }
-}
-
-/// Returns the files of a directory that are not those of the program: frames and pages.
-fn written(directory: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
-    let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
-    let files = entries.filter(|path| !["supple.lock", "supple.checkpoint"].contains(&&*name(path)));
-    files.map(|path| (name(&path), fs::read(&path).unwrap())).collect()
 }
 
 #[test]

@@ -308,8 +308,12 @@ fn values_out_of_range_are_errors_with_the_value_and_the_range() {
             "[output]\nformat = \"abc\"\n",
             "output.format",
             "\"abc\"",
-            "one of \"obj\", \"ply\", \"pc2\", \"html\"",
+            "one of \"obj\", \"ply\", \"pc2\", \"usd\", \"html\"",
         ),
+        ("[output]\nup = \"x\"\n", "output.up", "\"x\"", "one of \"y\", \"z\""),
+        ("[output]\nscale = 0\n", "output.scale", "0", "a number above 0"),
+        ("[output]\nfps = -25\n", "output.fps", "-25", "a number above 0"),
+        ("[output]\nmeters_per_unit = inf\n", "output.meters_per_unit", "inf", "a number above 0"),
     ] {
         let message = parse(&format!("{text}{SMALL}")).unwrap_err().to_string();
         assert!(message.starts_with(&format!("scene.toml:2: `{key}` is ")), "{message}");

@@ -30,7 +30,7 @@ def _case(case: Case) -> None:
     else:
         scene = scenes.write_generated(case.folder, random)
         options = ["--frames", str(random.integers(50, 400))]
-    kind = str(random.choice(["obj", "ply", "pc2", "html", "obj,html"]))
+    kind = str(random.choice(["obj", "ply", "pc2", "usd", "html", "obj,usd,html"]))
     stats = str(random.choice(["stats.csv", "stats.json"]))
     options += ["--format", kind, "--threads", "1", "-q"]
     options += ["--every", str(random.integers(1, 4)), "--start-frame", str(random.choice([0, 1, 9990]))]

@@ -46,7 +46,7 @@ pub(crate) struct RunArgs {
     /// Write only every K-th frame; frames keep their numbers
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = count::<1, { u32::MAX }>, allow_negative_numbers = true)]
     pub(crate) every: u32,
-    /// Number of the first frame (the rest pose) in file names, statistics and PC2 headers
+    /// Number of the first frame (the rest pose) in file names, statistics, PC2 headers and time codes of USD
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count::<0, { u32::MAX }>, allow_negative_numbers = true)]
     pub(crate) start_frame: u32,
     /// Number of threads; 0 uses all processors [default: the scene's simulation.threads]
@@ -193,6 +193,8 @@ pub(crate) enum Format {
     Ply,
     /// One PC2 point cache per body
     Pc2,
+    /// A USD stage, supple.usd, with all bodies
+    Usd,
     /// A page for browsers, supple.html, with all bodies
     Html,
 }
@@ -212,6 +214,7 @@ impl From<Format> for frames::Format {
             Format::Obj => Self::Obj,
             Format::Ply => Self::Ply,
             Format::Pc2 => Self::Pc2,
+            Format::Usd => Self::Usd,
             Format::Html => Self::Html,
         }
     }

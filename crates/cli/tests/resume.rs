@@ -13,7 +13,7 @@ const LONG: [&str; 6] = ["run", "scene.toml", "--frames", "300", "--checkpoint",
 
 #[test]
 fn resuming_a_finished_run_writes_only_additional_frames() {
-    for format in ["obj", "ply", "pc2", "html", "obj,html"] {
+    for format in ["obj", "ply", "pc2", "usd", "html", "obj,usd,html"] {
         let workspace = Workspace::new();
         let run = |frames: &str, more: &[&str]| {
             let mut arguments = vec!["run", "scene.toml", "--format", format, "--frames", frames];

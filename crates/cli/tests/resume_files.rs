@@ -66,12 +66,12 @@ fn resuming_with_other_numbers_or_without_statistics_is_rejected() {
 
 #[test]
 fn a_missing_or_shorter_frame_restarts_the_run() {
-    for format in ["obj", "ply", "pc2", "html"] {
+    for format in ["obj", "ply", "pc2", "usd", "html"] {
         let workspace = Workspace::new();
         let options = format!("--frames 8 --format {format}");
         let name = match format {
             "pc2" => "block.pc2",
-            "html" => "supple.html",
+            "html" | "usd" => &format!("supple.{format}"),
             _ => &format!("block_0002.{format}"),
         };
         for length in [None, Some(0), Some(100)] {

@@ -1,8 +1,10 @@
 //! File input and output for [`supple`]: reads models and scenes, runs simulations, writes frames.
 //!
+//! * `space` converts the coordinates of scenes to those of files.
 //! * [`obj`] reads Wavefront OBJ models, and keeps the bytes so that they can be written back unchanged.
+//! * `usd` writes USD stages.
 //! * `html` writes and reads pages that show runs in a browser.
-//! * [`frames`] writes frame sequences as OBJ, PLY and PC2, and pages (HTML).
+//! * [`frames`] writes frame sequences as OBJ, PLY, PC2, USD stages and pages (HTML).
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
 //! * [`pages`] joins the pages of several runs.
@@ -19,6 +21,8 @@ pub mod pages;
 mod path;
 pub mod run;
 pub mod scene;
+mod space;
+mod usd;
 
 pub use count::counted;
 pub use escape::Escaped;

@@ -72,14 +72,26 @@ pub enum OutputError {
         /// The format.
         format: Format,
     },
-    /// A point cache or a page cannot be continued.
+    /// The name of a recording has another extension than the formats that contain all bodies.
+    #[error("{}: the name of a recording ends in .usd or .html", Escaped(.path.display()))]
+    NoRecording {
+        /// The name.
+        path: PathBuf,
+    },
+    /// A body without a mesh cannot be recorded.
+    #[error("body `{}` is a bare lattice, and recordings show meshes: build the body from a mesh", Escaped(.body))]
+    NoMesh {
+        /// Name of the body.
+        body: String,
+    },
+    /// A point cache, a stage or a page cannot be continued.
     #[error(
         "cannot continue {}: {}; write the sequence again from its first frame",
         Escaped(.path.display()),
         Escaped(.reason)
     )]
     Cache {
-        /// Point cache, page or its data.
+        /// Point cache, stage, page or its data.
         path: PathBuf,
         /// Reason, a clause of the message.
         reason: String,
@@ -95,6 +107,8 @@ impl OutputError {
                 | Self::NameTooLong { .. }
                 | Self::Link { .. }
                 | Self::NotPerBody { .. }
+                | Self::NoRecording { .. }
+                | Self::NoMesh { .. }
         )
     }
 

@@ -8,7 +8,7 @@ use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-/// Format of frames. Displayed and parsed as `obj`, `ply`, `pc2`, `html`.
+/// Format of frames. Displayed and parsed as `obj`, `ply`, `pc2`, `usd`, `html`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -26,6 +26,9 @@ pub enum Format {
     /// splitting vertices. The positions are in world space, in the axes of the scene. A program that rotates
     /// the input on import (y up to z up) must rotate the cache in the same way.
     Pc2,
+    /// A USD stage with all bodies of a run, one binary file per run. [`Job`](crate::run::Job) writes it;
+    /// [`FrameWriter`](super::FrameWriter), which writes one body, does not.
+    Usd,
     /// A page for browsers with all bodies of a run, one file per run. [`Job`](crate::run::Job) writes it;
     /// [`FrameWriter`](super::FrameWriter), which writes one body, does not.
     Html,
@@ -33,7 +36,7 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 4] = [Self::Obj, Self::Ply, Self::Pc2, Self::Html];
+    pub const ALL: [Self; 5] = [Self::Obj, Self::Ply, Self::Pc2, Self::Usd, Self::Html];
 
     /// Returns the name, which is also the file extension.
     pub const fn name(self) -> &'static str {
@@ -41,18 +44,19 @@ impl Format {
             Self::Obj => "obj",
             Self::Ply => "ply",
             Self::Pc2 => "pc2",
+            Self::Usd => "usd",
             Self::Html => "html",
         }
     }
 
     /// Returns whether a file contains all bodies of a run.
     pub const fn is_per_run(self) -> bool {
-        matches!(self, Self::Html)
+        matches!(self, Self::Usd | Self::Html)
     }
 
     /// Returns whether a file contains all frames.
     pub(super) const fn is_per_sequence(self) -> bool {
-        matches!(self, Self::Pc2 | Self::Html)
+        matches!(self, Self::Pc2 | Self::Usd | Self::Html)
     }
 }
 
@@ -64,7 +68,7 @@ impl fmt::Display for Format {
 
 /// Error: no [`Format`] has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown format `{0}`: it must be obj, ply, pc2 or html")]
+#[error("unknown format `{0}`: it must be obj, ply, pc2, usd or html")]
 pub struct UnknownFormat(pub String);
 
 /// The formats of a run: at least one, each once. Displayed as `obj,html`; a scene has one name or a list of names.

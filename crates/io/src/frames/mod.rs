@@ -5,6 +5,7 @@
 //! | [`Format::Obj`] | `NAME_0000.obj`, ... | the bytes of the input file, with new positions and normals |
 //! | [`Format::Ply`] | `NAME_0000.ply`, ... | positions, vertex normals and faces, binary little endian |
 //! | [`Format::Pc2`] | `NAME.pc2` | Point Cache 2: positions of all frames, in input vertex order |
+//! | [`Format::Usd`] | `supple.usd` | a USD stage with all bodies and frames of a run |
 //! | [`Format::Html`] | `supple.html` | a page for browsers, with all bodies and frames of a run |
 //!
 //! A [`Sequence`] names the files, and a [`FrameWriter`] writes them from positions and a [`Source`], the
@@ -15,7 +16,7 @@
 //! * `ply`;
 //! * `pc2`.
 //!
-//! A page is written by a `PageWriter`, which keeps its frames in a file of their own until the run ends.
+//! A USD stage is written by a `StageWriter`. A page is written by a `PageWriter`, which keeps its frames in a file of their own until the run ends.
 //!
 //! A `Record` is the size and the hash of a written frame. A resumed run finds the files of its sequences with
 //! a `Listing`, and compares them with the records of the earlier run (`present`).
@@ -39,6 +40,7 @@ mod present;
 mod read_pc2;
 mod record;
 mod sequence;
+mod stage;
 mod writer;
 
 pub use error::OutputError;
@@ -50,4 +52,5 @@ pub(crate) use present::{Present, Renames, check, check_link, finish};
 pub use read_pc2::{PointCacheData, read_pc2};
 pub(crate) use record::{Compare, Record, Recorder};
 pub use sequence::Sequence;
+pub(crate) use stage::{StageWriter, is_complete};
 pub use writer::{FrameWriter, Source};

@@ -5,7 +5,6 @@ use std::fs::{self, File};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use nalgebra::Point3;
 use supple::Simulation;
 
 use super::error::check_finite;
@@ -17,6 +16,7 @@ use crate::file::{self, is_link, write_durably};
 use crate::html::{
     FrameBuilder, FrameSource, Header, Layout, Run, animated_positions, read_page, write_page,
 };
+use crate::space::FileSpace;
 
 /// A page that is being written, as `NAME.html.data`.
 #[derive(Debug)]
@@ -68,11 +68,11 @@ impl PageWriter {
         &mut self,
         frame: u64,
         positions: &[[f32; 3]],
-        lattice: impl Iterator<Item = Point3<f64>>,
+        lattice: impl Iterator<Item = [f64; 3]>,
         volumes: [f64; 3],
     ) -> Result<(), OutputError> {
         check_finite(frame, positions)?;
-        let lattice: Vec<[f32; 3]> = lattice.map(|point| point.cast::<f32>().into()).collect();
+        let lattice: Vec<[f32; 3]> = lattice.map(|point| point.map(|number| number as f32)).collect();
         check_finite(frame, &lattice)?;
         self.frame.push_volumes(volumes);
         self.frame.push_mesh(positions);
@@ -80,17 +80,17 @@ impl PageWriter {
         Ok(())
     }
 
-    /// Writes the frame with the added bodies and the colliders, and returns its record. If this fails, truncates the
+    /// Writes the frame with the added bodies and the colliders, in the coordinates `space`, and returns its record. If this fails, truncates the
     /// file after the previous frame.
-    pub(crate) fn write(&mut self, simulation: &Simulation) -> Result<Record, OutputError> {
+    pub(crate) fn write(&mut self, simulation: &Simulation, space: FileSpace) -> Result<Record, OutputError> {
         // An observer can replace the colliders of the simulation. The page shows those of the first frame.
         for index in 0..self.data.layout.colliders() {
             let collider = (index < simulation.collider_count()).then(|| simulation.collider(index));
             let pose = collider.map(|collider| (collider.translation(), collider.rotation()));
             let (translate, rotate) = pose.unwrap_or_default();
-            self.frame.push_pose(translate, rotate);
+            self.frame.push_pose(space.position(translate), space.angles(rotate));
         }
-        let mut animated = animated_positions(simulation, simulation.time());
+        let mut animated = animated_positions(simulation, space);
         for points in self.data.layout.animated() {
             let positions = animated.next().filter(|positions| positions.len() == points);
             self.frame.push_mesh(&positions.unwrap_or_else(|| vec![[0.0; 3]; points]));
@@ -99,6 +99,11 @@ impl PageWriter {
         let frame = self.frame.finish();
         self.data.append(frame).map_err(OutputError::io("write", &data_path(&self.sequence)))?;
         Ok(Record::of(frame))
+    }
+
+    /// Forgets the bodies that were added to the frame.
+    pub(crate) fn discard(&mut self) {
+        self.frame = FrameBuilder::default();
     }
 
     /// Returns the path of the file while frames are written.

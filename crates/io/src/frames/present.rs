@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::listing::{ListedFile, Listing};
 use super::record::{Compare, Record};
-use super::{Format, OutputError, Sequence, page, pc2};
+use super::{Format, OutputError, Sequence, page, pc2, stage};
 
 /// Result of comparing the frames on disk with their records.
 #[derive(Debug)]
@@ -42,6 +42,7 @@ pub(crate) fn check(
     for (index, (sequence, records)) in sequences.iter().zip(records).enumerate() {
         let problem = match sequence.format {
             Format::Pc2 => pc2::check(sequence, records, compare)?,
+            Format::Usd => stage::check(sequence, records, compare)?,
             Format::Html => page::check(sequence, records, compare)?,
             Format::Obj | Format::Ply => {
                 check_files(listing.files(index), sequence, records, compare, &mut renames)?
@@ -55,12 +56,12 @@ pub(crate) fn check(
 }
 
 /// Gives the unfinished file of a sequence that has all frames its final form and name, without the frames after
-/// `records`.
+/// `records`. A USD stage needs the simulation for this; see [`is_complete`](super::is_complete).
 pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), OutputError> {
     match sequence.format {
         Format::Pc2 => pc2::finish(sequence, records),
         Format::Html => page::finish(sequence, records),
-        Format::Obj | Format::Ply => Ok(()),
+        Format::Usd | Format::Obj | Format::Ply => Ok(()),
     }
 }
 
@@ -68,6 +69,7 @@ pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), Outp
 pub(crate) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
     match sequence.format {
         Format::Pc2 => pc2::check_link(sequence),
+        Format::Usd => stage::check_link(sequence),
         Format::Html => page::check_link(sequence),
         Format::Obj | Format::Ply => Ok(()),
     }

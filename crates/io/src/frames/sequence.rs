@@ -16,7 +16,7 @@ const MAX_NAME: usize = 255;
 pub struct Sequence {
     /// Directory of the files. It is created if it is missing.
     pub directory: PathBuf,
-    /// Name of the body, or of the page of a run. File names start with it.
+    /// Name of the body, or of the stage or the page of a run. File names start with it.
     pub name: String,
     /// Format of the files.
     pub format: Format,
@@ -29,13 +29,13 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Returns the path of a frame, such as `NAME_0007.obj`. A point cache and a page have one path for all
-    /// frames, `NAME.pc2` and `NAME.html`.
+    /// Returns the path of a frame, such as `NAME_0007.obj`. A point cache, a stage and a page have one path for all
+    /// frames: `NAME.pc2`, `NAME.usd`, `NAME.html`.
     pub fn path(&self, frame: u64) -> PathBuf {
         let Self { name, format, .. } = self;
         let width = (self.last.checked_ilog10().unwrap_or(0) as usize + 1).max(4);
         self.directory.join(match format {
-            Format::Pc2 | Format::Html => format!("{name}.{format}"),
+            Format::Pc2 | Format::Usd | Format::Html => format!("{name}.{format}"),
             Format::Obj | Format::Ply => format!("{name}_{frame:0width$}.{format}"),
         })
     }
@@ -74,8 +74,8 @@ pub(super) struct FileName<'a> {
 }
 
 impl<'a> FileName<'a> {
-    /// Splits a name, which is `BODY_<digits>.<extension>` with four digits or more, `BODY.pc2` or `BODY.html`, all
-    /// also with `.part` appended, or `BODY.html.data`. Returns `None` for other names.
+    /// Splits a name, which is `BODY_<digits>.<extension>` with four digits or more, `BODY.pc2`, `BODY.usd` or `BODY.html`,
+    /// all also with `.part` appended, or `BODY.html.data`. Returns `None` for other names.
     pub(super) fn parse(name: &'a str, format: Format) -> Option<Self> {
         let stem = name.strip_suffix(PART);
         let is_part = stem.is_some();

@@ -9,7 +9,6 @@ use std::sync::Arc;
 use super::error::check_finite;
 use super::listing::{Listing, check_inputs};
 use super::obj::ObjTemplate;
-use super::page::PageWriter;
 use super::pc2::PointCache;
 use super::plain::PlainObj;
 use super::ply::Ply;
@@ -49,7 +48,7 @@ impl Source<'_> {
     }
 
     /// Returns the size of a frame on disk, in bytes. The size is exact for PLY and PC2, and approximate for OBJ. For
-    /// HTML it is that of the positions on disk while a run writes them; in the page they are compressed.
+    /// USD it leaves out normals and colliders. For HTML it is that of the positions on disk while a run writes them; in the page they are compressed.
     pub fn frame_bytes(&self, format: Format) -> u64 {
         match (format, self) {
             (Format::Pc2, _) => 12 * self.points() as u64,
@@ -62,6 +61,8 @@ impl Source<'_> {
                 (34 * mesh.vertices().len() + digits * corners + 2 * mesh.face_count()) as u64
             }
             (Format::Obj, Self::Document(document, _)) => document.bytes().len() as u64,
+            // The points and their bounds.
+            (Format::Usd, _) => 12 * self.mesh().vertices().len() as u64 + 48,
             (Format::Html, _) => 6 * self.mesh().vertices().len() as u64,
         }
     }
@@ -152,7 +153,7 @@ impl FrameWriter {
                 Kind::Obj(Box::new(ObjTemplate::new(document, part, directory)))
             }
             (Format::Ply, source) => Kind::Ply(Ply::new(source.mesh())),
-            (format @ Format::Html, _) => return Err(OutputError::NotPerBody { format }),
+            (format @ (Format::Usd | Format::Html), _) => return Err(OutputError::NotPerBody { format }),
             (Format::Pc2, source) => {
                 let points = CachedPoints::new(source);
                 let count = points.points.len() as u32;
@@ -239,13 +240,13 @@ impl FrameWriter {
         Ok(record)
     }
 
-    /// Returns when the contents of all frames that `writers` and `page` wrote so far are on disk. Their names are on
+    /// Returns when the contents of all frames that `writers` wrote so far, and those of the files `others`, are on disk. Their names are on
     /// disk when the directory is synchronized too.
     pub(crate) fn sync_all<'a>(
         writers: impl Iterator<Item = &'a mut Self>,
-        page: Option<&PageWriter>,
+        others: impl Iterator<Item = PathBuf>,
     ) -> Result<(), OutputError> {
-        let mut paths: Vec<PathBuf> = page.map(PageWriter::path).into_iter().collect();
+        let mut paths: Vec<PathBuf> = others.collect();
         for Self { sequence, kind, unsynced, .. } in writers {
             match kind {
                 Kind::Cache(cache, _) => paths.push(cache.part_path()),

@@ -6,6 +6,7 @@ use supple::mesh::Mesh;
 use supple::{Shape, Simulation, euler_degrees};
 
 use super::points::{LATTICE_VALUES, MESH_VALUES, pack_words};
+use crate::space::FileSpace;
 
 /// Version of the format of the data.
 pub(super) const VERSION: u32 = 1;
@@ -94,16 +95,17 @@ enum ColliderShape {
 }
 
 impl Header {
-    /// Describes a simulation whose bodies all have meshes. Returns the description, with no frames, and its arrays.
+    /// Describes a simulation whose bodies all have meshes, in the coordinates `space`. Returns the description, with no frames, and its arrays.
     pub(crate) fn new(
         simulation: &Simulation,
         name: &str,
         fps: f64,
         first: u64,
         every: u64,
+        space: FileSpace,
     ) -> (Self, Vec<u8>) {
-        let gravity = Vector3::from(simulation.gravity());
-        let up = (-gravity).try_normalize(0.0).unwrap_or_else(Vector3::y);
+        let gravity = Vector3::from(space.direction(simulation.gravity()));
+        let up = (-gravity).try_normalize(0.0).unwrap_or_else(|| space.direction([0.0, 1.0, 0.0]).into());
         let mut surfaces = Surfaces::default();
         let mut arrays = Vec::new();
         let mut bodies = Vec::new();
@@ -127,8 +129,8 @@ impl Header {
         for index in 0..simulation.collider_count() {
             let shape = &simulation.collider(index).description().shape;
             colliders.push(ColliderHeader {
-                center: shape.center().into(),
-                shape: ColliderShape::new(shape, &mut surfaces, &mut arrays),
+                center: space.position(shape.center().into()),
+                shape: ColliderShape::new(shape, space, &mut surfaces, &mut arrays),
             });
         }
         let sizes = surfaces.0.iter().map(|(_, size)| size.clone()).collect();
@@ -175,17 +177,29 @@ impl Header {
 }
 
 impl ColliderShape {
-    fn new<'a>(shape: &'a Shape, surfaces: &mut Surfaces<'a>, arrays: &mut Vec<u8>) -> Self {
+    fn new<'a>(
+        shape: &'a Shape,
+        space: FileSpace,
+        surfaces: &mut Surfaces<'a>,
+        arrays: &mut Vec<u8>,
+    ) -> Self {
         match *shape {
-            Shape::Plane { point, normal } => Self::Plane { point, normal },
-            Shape::Sphere { radius, .. } => Self::Sphere { radius },
-            Shape::Box { half_extents, rotate, .. } => Self::Box { half_extents, rotate },
-            Shape::Capsule { a, b, radius } => Self::Capsule { a, b, radius },
+            Shape::Plane { point, normal } => {
+                Self::Plane { point: space.position(point), normal: space.direction(normal) }
+            }
+            Shape::Sphere { radius, .. } => Self::Sphere { radius: space.length(radius) },
+            Shape::Box { half_extents, rotate, .. } => Self::Box {
+                half_extents: space.position(half_extents).map(f64::abs),
+                rotate: space.angles(rotate),
+            },
+            Shape::Capsule { a, b, radius } => {
+                Self::Capsule { a: space.position(a), b: space.position(b), radius: space.length(radius) }
+            }
             Shape::Mesh { ref mesh, .. } => {
                 let surface = surfaces.index(mesh.mesh(), arrays);
                 let is_animated = mesh.animation().is_some();
                 if !is_animated {
-                    let placed = placed(shape, mesh.mesh().vertices().iter().copied());
+                    let placed = placed(shape, space, mesh.mesh().vertices().iter().copied());
                     pack_words(placed.iter().flatten().map(|number| number.to_bits()), arrays);
                 }
                 Self::Mesh { surface, is_animated, is_closed: mesh.is_closed() }
@@ -195,24 +209,29 @@ impl ColliderShape {
 }
 
 /// Returns the positions of the vertices of a collider that is a mesh, before it moves. They are finite.
-fn placed(shape: &Shape, vertices: impl Iterator<Item = Point3<f64>>) -> Vec<[f32; 3]> {
+fn placed(shape: &Shape, space: FileSpace, vertices: impl Iterator<Item = Point3<f64>>) -> Vec<[f32; 3]> {
     let &Shape::Mesh { scale, rotate, translate, .. } = shape else { return Vec::new() };
     let rotation = euler_degrees(rotate);
     let finite = |number: f64| number.clamp(f32::MIN.into(), f32::MAX.into()) as f32;
     let place = |vertex: Point3<f64>| {
-        (rotation * (vertex.coords * scale) + Vector3::from(translate)).map(finite).into()
+        let place = rotation * (vertex.coords * scale) + Vector3::from(translate);
+        space.position(place.into()).map(finite)
     };
     vertices.map(place).collect()
 }
 
-/// Returns the positions of the vertices of each animated collider at a time in seconds, before it moves as a whole.
-pub(crate) fn animated_positions(simulation: &Simulation, time: f64) -> impl Iterator<Item = Vec<[f32; 3]>> {
+/// Returns the present positions of the vertices of each animated collider, before it moves as a whole.
+pub(crate) fn animated_positions(
+    simulation: &Simulation,
+    space: FileSpace,
+) -> impl Iterator<Item = Vec<[f32; 3]>> {
+    let time = simulation.time();
     (0..simulation.collider_count()).filter_map(move |index| {
         let shape = &simulation.collider(index).description().shape;
         let Shape::Mesh { mesh, .. } = shape else { return None };
         let mut vertices = Vec::new();
         mesh.animation()?.positions_at_time(time, &mut vertices);
-        Some(placed(shape, vertices.into_iter()))
+        Some(placed(shape, space, vertices.into_iter()))
     })
 }
 

@@ -157,6 +157,7 @@ impl<'a> Running<'a> {
             let write_start = Instant::now();
             let needs_volume = self.stats.is_some() || self.output.needs_volumes();
             let volume = needs_volume.then(|| evaluated.volume_report());
+            self.output.convert(&mut self.positions, &mut self.normals);
             let surface = Surface { positions: &self.positions, normals: &self.normals };
             let records = &mut self.checkpoint.frames;
             self.output.write_body(number, index, &surface, &evaluated, volume.as_ref(), records)?;
@@ -169,7 +170,7 @@ impl<'a> Running<'a> {
                 rows.push(Row::new(number, simulation.time(), &body, &volume, times, touching));
             }
         }
-        self.output.write_page(simulation, &mut self.checkpoint.frames)?;
+        self.output.write_run(simulation, &mut self.checkpoint.frames)?;
         self.written += 1;
         match &mut self.stats {
             Some(stats) => stats.append_rows(&rows),

@@ -12,8 +12,9 @@ use super::stats;
 use crate::file::{is_same_file, parent};
 use crate::frames::{Format, Sequence, check_inputs};
 use crate::scene::Scene;
+use crate::space::{FileSpace, Up};
 
-/// Name of the page of a run, without its extension.
+/// Name of the page and of the USD stage of a run, without its extension.
 pub const PAGE: &str = "supple";
 
 /// A scene, its output directory, and the options of the run.
@@ -90,6 +91,17 @@ impl Job {
         name.to_string_lossy().into_owned()
     }
 
+    /// Returns the coordinates of the files.
+    pub(super) fn space(&self) -> FileSpace {
+        let (scene, output) = (Up::of_gravity(self.scene.simulation.gravity), &self.scene.output);
+        FileSpace::new(scene, output.up.unwrap_or(scene), output.scale)
+    }
+
+    /// Returns the rate at which the files are played, in frames per second.
+    pub(super) fn fps(&self) -> f64 {
+        self.scene.output.fps.unwrap_or(self.scene.simulation.fps)
+    }
+
     /// Returns whether the job writes frame `frame`, counted from 0.
     pub(super) fn is_written(&self, frame: u32) -> bool {
         frame.is_multiple_of(self.every)
@@ -134,6 +146,14 @@ impl Job {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             fingerprint,
             format: self.scene.output.format.to_string(),
+            files: [
+                ("output.up", self.space().up().name().to_owned()),
+                ("output.scale", self.scene.output.scale.to_string()),
+                ("output.fps", self.fps().to_string()),
+                ("output.meters_per_unit", self.scene.output.meters_per_unit.to_string()),
+            ]
+            .map(|(key, value)| (key.to_owned(), value))
+            .to_vec(),
             start_frame: self.start_frame,
             every: self.every,
             stats: self.stats.as_deref().map(|path| absolute(path).display().to_string()),

@@ -13,6 +13,8 @@ pub(super) struct Settings {
     pub(super) fingerprint: String,
     /// Names of the formats of the frames.
     pub(super) format: String,
+    /// Axes, scale and rate of the files, for each key of `[output]` its value.
+    pub(super) files: Vec<(String, String)>,
     /// Number of frame 0 in file names.
     pub(super) start_frame: u32,
     /// Interval between written frames, in frames.
@@ -37,6 +39,11 @@ impl Settings {
         }
         if self.format != now.format {
             return Some(format!("the format changed from {} to {}", self.format, now.format));
+        }
+        for ((key, before), (_, now)) in self.files.iter().zip(&now.files) {
+            if before != now {
+                return Some(format!("`{key}` of the files changed from {before} to {now}"));
+            }
         }
         if self.start_frame != now.start_frame {
             return Some(format!(
@@ -72,6 +79,7 @@ mod tests {
             version: "1.0.0".into(),
             fingerprint: "[simulation]\nfps = 30.0\n".into(),
             format: "obj".into(),
+            files: vec![("output.scale".into(), "1".into())],
             start_frame: 0,
             every: 1,
             stats: Some("/a/s.csv".into()),
@@ -82,6 +90,10 @@ mod tests {
             (Settings { version: "1.0.1".into(), ..settings.clone() }, "version 1.0.0 of supple"),
             (Settings { fingerprint: "[simulation]\nfps = 25.0\n".into(), ..settings.clone() }, "fps = 25.0"),
             (Settings { format: "ply".into(), ..settings.clone() }, "from obj to ply"),
+            (
+                Settings { files: vec![("output.scale".into(), "100".into())], ..settings.clone() },
+                "`output.scale` of the files changed from 1 to 100",
+            ),
             (Settings { start_frame: 7, ..settings.clone() }, "from 0 to 7"),
             (Settings { every: 2, ..settings.clone() }, "from 1 to 2"),
             (

@@ -48,6 +48,10 @@ impl Job {
         }
 
         let prepared = prepare(&self.scene)?;
+        if let Start::Unfinished(frames) = start {
+            Output::complete_stage(self, &prepared, frames)?;
+            return Ok(self.already_finished(job_start));
+        }
         let _lock = match lock {
             Some(lock) => lock,
             None => self.create_directory()?,

@@ -4,13 +4,16 @@
 //! |---|---|
 //! | `build` | moves bodies into a simulation |
 //! | `contacts` | the contacts of the last step; warns about bodies that overlap |
+//! | `recording` | records frames into a USD stage or a page |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
 
 mod build;
 mod contacts;
+mod recording;
 mod steps;
 
 pub(crate) use contacts::warn_of_overlaps;
+pub(crate) use recording::Recording;
 
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -24,7 +24,9 @@ use supple::{
 
 pub(super) use material::MaterialKeys;
 pub(super) use parts::{handles, keyframes, pins, zones};
-pub(super) use ranges::{count, direction, directory, extents, fraction, mesh, name, not_negative, positive};
+pub(super) use ranges::{
+    count, direction, directory, extents, fraction, mesh, name, not_negative, optional_positive, positive,
+};
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
 const MAX_VERTICES: u32 = 2_000_000_000;
