@@ -35,6 +35,7 @@ def main() -> None:
     print(f"{platform.machine()}, {supple.simd_level()}, Python {platform.python_version()}, numpy {np.__version__}")
     step(quick)
     surface(quick)
+    states(quick)
     rotations(quick)
 
 
@@ -80,6 +81,18 @@ def surface(quick: bool) -> None:
     row("a numpy copy of that size", copy)
     row("surface(): a new float64 array", new)
     row("mesh update by numpy, float32, no volume correction", numpy)
+
+
+def states(quick: bool) -> None:
+    """Times saving and restoring the state of a body of 1,000 lattice vertices that rests on a collider."""
+    body = supple.Body(globe(20), lattice_vertices=1000)
+    ground = supple.Plane((0, body.positions[:, 1].min(), 0), (0, 1, 0))
+    sim = supple.Simulation([body], fps=30, colliders=ground)
+    sim.advance(20)
+    state = sim.save_state()
+    save, restore = alternately([sim.save_state, partial(sim.restore_state, state)], 2 if quick else 501)
+    row(f"save_state() of {len(body)} lattice vertices, {len(state) / 1e3:.0f} kB (target: at most 0.2 ms)", save)
+    row("restore_state() (target: at most 0.2 ms)", restore)
 
 
 def rotations(quick: bool) -> None:

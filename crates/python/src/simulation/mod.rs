@@ -4,10 +4,12 @@
 //! |---|---|
 //! | `build` | moves bodies into a simulation |
 //! | `contacts` | the contacts of the last step; warns about bodies that overlap |
+//! | `saved` | saves and restores the state |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
 
 mod build;
 mod contacts;
+mod saved;
 mod steps;
 
 pub(crate) use contacts::warn_of_overlaps;
