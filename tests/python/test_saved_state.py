@@ -156,12 +156,12 @@ def test_damaged_states_and_other_versions_are_refused():
     sim = _pile(heights=(0.05,))
     state = sim.save_state()
     for length in (0, 7, 19, 20, len(state) - 1):
-        with pytest.raises(ValueError, match="not a state|damaged"):
+        with pytest.raises(ValueError, match=r"not a state|damaged"):
             sim.restore_state(state[:length])
     for at in (0, 12, 25, len(state) // 2, len(state) - 1):
         damaged = bytearray(state)
         damaged[at] ^= 4
-        with pytest.raises(ValueError, match="not a state|damaged"):
+        with pytest.raises(ValueError, match=r"not a state|damaged"):
             sim.restore_state(damaged)
     later = bytearray(state)
     later[8] += 1
