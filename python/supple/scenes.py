@@ -14,7 +14,7 @@ from .reports import Progress, RunReport
 __all__ = ["load_scene", "run"]
 
 if TYPE_CHECKING:
-    FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "html"]
+    _FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "html"]
 
 
 def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | None = None) -> Simulation:
@@ -36,7 +36,7 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
 def run(
     path: str | os.PathLike[str],
     output: str | os.PathLike[str] | None = None,
-    format: FrameFormat | Sequence[FrameFormat] | None = None,
+    format: _FrameFormat | Sequence[_FrameFormat] | None = None,
     frames: int | None = None,
     progress: Callable[[Progress], object] | None = None,
     *,
