@@ -36,6 +36,7 @@ def main() -> None:
     step(quick)
     surface(quick)
     states(quick)
+    fields(quick)
     rotations(quick)
 
 
@@ -93,6 +94,21 @@ def states(quick: bool) -> None:
     save, restore = alternately([sim.save_state, partial(sim.restore_state, state)], 2 if quick else 501)
     row(f"save_state() of {len(body)} lattice vertices, {len(state) / 1e3:.0f} kB (target: at most 0.2 ms)", save)
     row("restore_state() (target: at most 0.2 ms)", restore)
+
+
+def fields(quick: bool) -> None:
+    """Times steps without a force field, with a constant one and with a function."""
+    steps = 2 if quick else 200
+    calls: list[Callable[[], object]] = []
+    for force in (None, (0, 1e-3, 0), lambda positions, velocities, time: np.full_like(positions, 1e-3)):
+        body = supple.Body(globe(20), lattice_vertices=1000, material="jelly")
+        if force is not None:
+            body.add_force_field(force)
+        calls.append(partial(supple.Simulation(body, gravity=(0, 0, 0), sleep=False).step, steps))
+    times = [seconds / steps for seconds in alternately(calls, 2 if quick else 15)]
+    row("step of 1,000 lattice vertices without force field", times[0])
+    row("with a constant force field, more by", times[1] - times[0])
+    row("with a function of positions and velocities, more by", times[2] - times[0])
 
 
 def rotations(quick: bool) -> None:

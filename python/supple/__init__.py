@@ -19,10 +19,12 @@ Contents:
     Mesh, read_obj                          surface meshes; a mesh argument may also be a path or a trimesh.Trimesh
     Lattice                                 from_mesh, or from_cells for a boolean array
     Body                                    positions, velocities, rotations, masses: numpy arrays, one row per vertex;
-                                            edit; pin, handle, holds, apply_force; goals, surface, volume_report;
+                                            edit; pin, handle, holds, apply_force, add_force_field; goals, surface,
+                                            volume_report;
                                             material, youngs_modulus, damping_ratio; mass, momenta, energies
     Simulation                              advance(frames), step(n); substeps, time, gravity, colliders, sleep can be
                                             set between steps
+                                            save_state, restore_state
                                             contacts lists the contacts of the last step; sim["name"] is a body
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
@@ -47,7 +49,7 @@ of threads. Bodies and simulations can be pickled and deep-copied; a copy contin
 """
 
 from . import edits, errors, plots, reference, reports, viewer
-from ._core import Body, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
+from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
@@ -64,6 +66,7 @@ __all__ = [
     "Collider",
     "ComponentReport",
     "ContactWarning",
+    "ForceField",
     "Hold",
     "Lattice",
     "LatticeError",

@@ -16,6 +16,7 @@ from .reports import Progress, RunReport, VolumeReport
 __all__ = [
     "Body",
     "ColliderMotion",
+    "ForceField",
     "Hold",
     "Lattice",
     "Mesh",
@@ -288,6 +289,17 @@ class Body:
         plane: _Plane | None = None,
         vertices: ArrayLike | None = None,
     ) -> None: ...
+    def add_force_field(
+        self,
+        force: ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64], float], ArrayLike],
+        *,
+        box: _Box | None = None,
+        sphere: _Sphere | None = None,
+        plane: _Plane | None = None,
+        vertices: ArrayLike | None = None,
+    ) -> ForceField: ...
+    @property
+    def force_fields(self) -> tuple[ForceField, ...]: ...
     def __len__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     def _set_state(self, positions: ArrayLike | None, velocities: ArrayLike | None) -> None: ...
@@ -295,6 +307,20 @@ class Body:
     def _of(simulation: Simulation, index: bytes) -> Body: ...
     @staticmethod
     def _restore(shape: Mesh | Lattice, data: bytes) -> Body: ...
+
+@final
+class ForceField:
+    @property
+    def body(self) -> Body: ...
+    @property
+    def force(self) -> NDArray[np.float64] | Callable[[NDArray[np.float64], NDArray[np.float64], float], ArrayLike]: ...
+    @property
+    def vertices(self) -> NDArray[np.int64]: ...
+    @property
+    def removed(self) -> bool: ...
+    def remove(self) -> None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
 
 @final
 class Hold:
@@ -342,7 +368,7 @@ class ColliderMotion:
 class Simulation:
     def __init__(
         self,
-        bodies: Iterable[Body],
+        bodies: Iterable[Body] | Body,
         *,
         dt: float | None = 0.016666666666666666,
         fps: float | None = None,

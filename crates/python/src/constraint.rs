@@ -16,6 +16,11 @@ pub(crate) const SHAPES: [&str; 4] = ["box", "sphere", "plane", "vertices"];
 /// Keyword arguments of a pin or a handle that may be `None`.
 pub(crate) const OPTIONAL: [&str; 5] = ["box", "sphere", "plane", "vertices", "end"];
 
+/// Returns whether the arguments give a selection.
+pub(crate) fn has_selection(settings: &Settings<'_>) -> PyResult<bool> {
+    SHAPES.into_iter().try_fold(false, |found, shape| Ok(found || settings.get(shape)?.is_some()))
+}
+
 /// Reads the selection from the arguments of `function`, for a lattice of `count` vertices.
 pub(crate) fn selection(settings: &Settings<'_>, function: &str, count: usize) -> PyResult<Selection> {
     let given = |shape| Ok(settings.get(shape)?.map(|value| (shape, value)));

@@ -1,4 +1,4 @@
-//! Adds pins, handles and forces to a body, and lists its pins and handles.
+//! Adds pins and handles to a body, and lists them.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -7,7 +7,7 @@ use supple::{Handle, Pin};
 
 use super::{Body, Hold};
 use crate::argument::Settings;
-use crate::{arrays, constraint, error};
+use crate::constraint;
 
 /// Keyword arguments of `handle`. All except the first are also the keyword arguments of `pin`.
 const ARGUMENTS: [&str; 7] = ["keys", "box", "sphere", "plane", "vertices", "start", "end"];
@@ -76,31 +76,5 @@ impl Body {
         let indices: Vec<usize> =
             slf.get().read(slf.py(), |body| body.constraints().map(supple::Constraint::index).collect())?;
         PyTuple::new(slf.py(), indices.into_iter().map(|index| Hold::new(slf, index)))
-    }
-
-    /// Apply a force to a part of the body in the next step. Several forces add up.
-    ///
-    /// force : (3,) float
-    ///     Total force in kg length/s^2. It is distributed over the selected lattice vertices in proportion
-    ///     to their masses.
-    /// box, sphere, plane, vertices
-    ///     Selection of the part, as for pin.
-    ///
-    /// Raises ValueError for an empty selection or a force that accelerates by more than 1e15 cells/s^2.
-    #[pyo3(
-        signature = (force, **options),
-        text_signature = "($self, force, *, box=None, sphere=None, plane=None, vertices=None)"
-    )]
-    fn apply_force(
-        &self,
-        py: Python<'_>,
-        force: &Bound<'_, PyAny>,
-        options: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<()> {
-        let settings =
-            Settings::from_call(options, "apply_force()", &constraint::SHAPES, &constraint::SHAPES)?;
-        let selection = constraint::selection(&settings, "apply_force()", self.count(py)?)?;
-        let force = arrays::vector(force, "force")?;
-        self.with(py, |body| body.apply_force(force, &selection))?.map_err(error::from_core)
     }
 }

@@ -1,6 +1,7 @@
 //! Defines `supple.Body`: a soft body, outside or in a simulation.
 
 mod build;
+mod forces;
 mod hold;
 mod holds;
 mod material;
@@ -11,6 +12,7 @@ mod values;
 mod zones;
 
 pub(crate) use build::{body_keys, volume_settings};
+pub(crate) use forces::{ForceField, add_fields};
 pub(crate) use hold::Hold;
 pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
 
@@ -190,7 +192,9 @@ impl Body {
         }
         let snapshot = slf.get().read(py, supple::Body::snapshot)?;
         let (shape, settings) = slf.get().build_arguments(py);
-        let data = (pickle::shape_checksum(&shape)?, pickle::dumps(&settings)?, snapshot);
+        let fields = slf.get().field_arguments(py)?;
+        let arguments = pickle::dumps((settings, fields).into_pyobject(py)?.as_any())?;
+        let data = (pickle::shape_checksum(&shape)?, arguments, snapshot);
         (class.getattr("_restore")?, (shape, encode(py, &data)?)).into_pyobject(py)
     }
 
@@ -203,11 +207,14 @@ impl Body {
 
     /// Build a body and restore its state. Pickles call this function.
     #[staticmethod]
-    fn _restore(py: Python<'_>, shape: &Bound<'_, PyAny>, data: &[u8]) -> PyResult<Self> {
-        let (checksum, settings, snapshot): (_, Vec<u8>, BodySnapshot) = decode(py, data)?;
+    fn _restore<'py>(shape: &Bound<'py, PyAny>, data: &[u8]) -> PyResult<Bound<'py, Self>> {
+        let py = shape.py();
+        let (checksum, arguments, snapshot): (_, Vec<u8>, BodySnapshot) = decode(py, data)?;
         pickle::check_shape(shape, checksum)?;
-        let body = Self::new(shape, Some(pickle::loads(py, &settings)?.cast()?))?;
-        body.with(py, |body| body.restore(&snapshot))?.map_err(error::from_core)?;
+        let (settings, fields): (Bound<'py, PyDict>, _) = pickle::loads(py, &arguments)?.extract()?;
+        let body = Bound::new(py, Self::new(shape, Some(&settings))?)?;
+        body.get().with(py, |body| body.restore(&snapshot))?.map_err(error::from_core)?;
+        add_fields(&body, fields)?;
         Ok(body)
     }
 }

@@ -13,6 +13,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
 use supple::{BodyRef, Collider};
 
+use super::forces::Fields;
 use super::{Body, BuildArguments};
 use crate::error;
 use crate::forked::{Forked, Owner};
@@ -113,6 +114,7 @@ pub(crate) struct SharedBody {
     owner: Owner,
     /// The shape that the body was built from: a `Mesh` or a `Lattice`.
     shape: Py<PyAny>,
+    pub(super) fields: Fields,
     /// A copy of the keyword arguments, for pickles.
     settings: Py<PyDict>,
     pub(super) mesh: PyOnceLock<Option<Py<Mesh>>>,
@@ -152,6 +154,7 @@ impl SharedBody {
             storage: Mutex::new(storage),
             display: Mutex::default(),
             owner: Owner::new(),
+            fields: Fields::default(),
             shape: shape.unbind(),
             settings: settings.unbind(),
             mesh: PyOnceLock::new(),
