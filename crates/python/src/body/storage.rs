@@ -221,10 +221,12 @@ impl SharedBody {
         py: Python<'_>,
         work: impl FnOnce(&mut supple::Displayed<'_>) -> R + Send,
     ) -> PyResult<R> {
-        self.in_context(py, |body| {
-            let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
-            work(&mut display.evaluate(body))
-        })
+        self.in_context(py, |body| work(&mut self.display().evaluate(body)))
+    }
+
+    /// Locks the buffers of the displayed surface. Call it while the storage or the simulation is locked.
+    pub(crate) fn display(&self) -> MutexGuard<'_, supple::Display> {
+        self.display.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Calls `read` with the body and the data of its simulation, if it is in one, without the GIL.

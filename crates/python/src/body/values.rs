@@ -2,14 +2,14 @@
 //! surface, and the options of the volume correction.
 
 use nalgebra::{Point3, Vector3};
-use numpy::{Element, PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use numpy::{Element, PyArray1, PyArray2, PyArray3};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use supple::Coordinate;
 
-use super::Body;
 use super::build::{read_volume, volume_settings};
+use super::{Body, SharedBody};
 use crate::arrays::{self, Axis};
 use crate::{error, report};
 
@@ -212,6 +212,13 @@ impl Body {
     pub(super) fn count(&self, py: Python<'_>) -> PyResult<usize> {
         self.read(py, |body| body.lattice().len())
     }
+}
+
+impl SharedBody {
+    /// Evaluates the displayed surface into the array `out`.
+    pub(crate) fn write_surface(&self, out: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.surface_rows(out.py(), Some(out), Rows::Positions).map(drop)
+    }
 
     /// Evaluates rows of the displayed surface into the array `out`, or into a new array.
     fn surface_rows<'py>(
@@ -229,16 +236,10 @@ impl Body {
             Some(out) => out.clone(),
             None => PyArray2::<f64>::zeros(py, [count, 3], false).into_any(),
         };
-        let array = arrays::check_out(&out, count)?;
-        if let Ok(single) = out.cast::<PyArray2<f32>>() {
-            self.write_rows(single, rows)?;
-        } else if let Ok(double) = out.cast::<PyArray2<f64>>() {
-            self.write_rows(double, rows)?;
-        } else {
-            let dtype = array.dtype();
-            return Err(PyTypeError::new_err(format!(
-                "out has dtype {dtype}; it must be float32 or float64"
-            )));
+        arrays::check_out(&out, "out", count)?;
+        match out.cast::<PyArray2<f32>>() {
+            Ok(single) => self.write_rows(single, rows)?,
+            Err(_) => self.write_rows(out.cast::<PyArray2<f64>>()?, rows)?,
         }
         Ok(out)
     }

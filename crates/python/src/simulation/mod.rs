@@ -6,11 +6,13 @@
 //! | `contacts` | the contacts of the last step; warns about bodies that overlap |
 //! | `saved` | saves and restores the state |
 //! | `steps` | steps and frames: `step`, `advance`, `fps`, `substeps`; warns about materials out of reach |
+//! | `surfaces` | evaluates the displayed surfaces of all bodies |
 
 mod build;
 mod contacts;
 mod saved;
 mod steps;
+mod surfaces;
 
 pub(crate) use contacts::warn_of_overlaps;
 
