@@ -9,7 +9,7 @@ from _typeshed import ReadableBuffer
 from numpy.typing import ArrayLike, NDArray
 from trimesh import Trimesh
 
-from .colliders import Collider, Key
+from .colliders import Collider, Key, Rotate
 from .edits import Edit
 from .reports import Progress, RunReport, VolumeReport
 
@@ -35,6 +35,7 @@ __version__: str
 
 _Float = TypeVar("_Float", np.float32, np.float64)
 _Path: TypeAlias = str | os.PathLike[str]
+_Interpolation: TypeAlias = Literal["linear", "smooth", "cubic"]
 _Box: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 _Sphere: TypeAlias = tuple[ArrayLike, float] | Mapping[str, Any]
 _Plane: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
@@ -106,7 +107,7 @@ class Body:
         name: str = "body",
         object: str | None = None,
         scale: float = 1.0,
-        rotate: ArrayLike = (0, 0, 0),
+        rotate: Rotate = (0, 0, 0),
         translate: ArrayLike = (0, 0, 0),
         lattice_vertices: int | None = 1000,
         cell_size: float | None = None,
@@ -259,6 +260,7 @@ class Body:
         self,
         *,
         keys: Iterable[Key],
+        interpolation: _Interpolation = "linear",
         box: _Box | None = None,
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
@@ -331,6 +333,8 @@ class Hold:
     @property
     def keys(self) -> tuple[tuple[float, tuple[float, float, float], tuple[float, float, float]], ...] | None: ...
     @property
+    def interpolation(self) -> _Interpolation | None: ...
+    @property
     def active(self) -> bool: ...
     @property
     def released(self) -> bool: ...
@@ -343,7 +347,7 @@ class Hold:
     @property
     def torque(self) -> NDArray[np.float64]: ...
     def release(self) -> None: ...
-    def set_keys(self, keys: Iterable[Key]) -> None: ...
+    def set_keys(self, keys: Iterable[Key], interpolation: _Interpolation | None = None) -> None: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -352,7 +356,7 @@ class Hold:
 
 @final
 class ColliderMotion:
-    def move_to(self, translate: ArrayLike, rotate: ArrayLike, duration: float | None) -> None: ...
+    def move_to(self, translate: ArrayLike, rotate: Rotate, duration: float | None) -> None: ...
     @property
     def translation(self) -> NDArray[np.float64]: ...
     @property

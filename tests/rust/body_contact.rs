@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, SimulationBuilder,
-    Substeps, TimeWindow, Touched,
+    Body, BodyBuilder, Collider, Handle, Interpolation, Key, Lattice, Mesh, Pin, Selection, Simulation,
+    SimulationBuilder, Substeps, TimeWindow, Touched,
 };
 
 use crate::common::{block, surface_of};
@@ -235,7 +235,13 @@ fn parts_of_a_body_touch_each_other_only_if_enabled() {
         body.pin(&Pin { selection: lower, window: TimeWindow::default() }).unwrap();
         let upper = Selection::Box { min: [0.75, 0.39, -1.0], max: [1.1, 0.41, 1.0] };
         let keys = vec![Key::default(), Key { time: 1.0, translate: [0.0, -0.28, 0.0], ..Key::default() }];
-        body.handle(&Handle { selection: upper, keys, window: TimeWindow::default() }).unwrap();
+        body.handle(&Handle {
+            interpolation: Interpolation::Linear,
+            selection: upper,
+            keys,
+            window: TimeWindow::default(),
+        })
+        .unwrap();
         let mut sim = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
         sim.steps(10);
         assert_eq!(sim.contacts().len(), 0, "nothing touches at rest");

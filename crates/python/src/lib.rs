@@ -10,6 +10,7 @@
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint` | reads the descriptions of pins and handles |
 //! | `collider` | reads the descriptions of colliders, and moves the colliders of a simulation |
+//! | `rotation` | reads angles, quaternions and matrices |
 //! | `scene` | loads and runs scenes |
 //! | `pickle` | encodes the data of pickles, with a checksum |
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
@@ -27,6 +28,7 @@ mod lattice;
 mod mesh;
 mod pickle;
 mod report;
+mod rotation;
 mod scene;
 mod simulation;
 

@@ -28,6 +28,7 @@ use crate::error;
 use crate::lattice::Lattice;
 use crate::mesh::Mesh;
 use crate::pickle::{self, decode, encode};
+use crate::rotation::rotate_once;
 
 /// A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
 ///
@@ -38,8 +39,8 @@ use crate::pickle::{self, decode, encode};
 ///     If the shape is a path: reads only the object (`o`) or group (`g`) with this name.
 /// scale : float, default 1
 ///     Scale factor of the shape, > 0, applied first.
-/// rotate : (3,) float, default 0
-///     Degrees about the fixed axes x, then y, then z.
+/// rotate : (3,), (4,) or (3, 3) float, or scipy Rotation, default 0
+///     Degrees about the fixed axes x, then y, then z; or a quaternion x, y, z, w, as in scipy; or a rotation matrix.
 /// translate : (3,) float, default 0
 ///     Offset in scene units, applied last.
 /// lattice_vertices : int, default 1000; or cell_size : float
@@ -120,6 +121,10 @@ impl Body {
             Some(given) => py.import("copy")?.call_method1("deepcopy", (given,))?.cast_into()?,
             None => PyDict::new(py),
         };
+        // A pickle does not need the library of the rotation.
+        if let Some(rotate) = settings.get_item("rotate")? {
+            settings.set_item("rotate", rotate_once(&rotate, "rotate")?)?;
+        }
         // The mesh contains only the faces of the object, so a pickle does not need the name of the object.
         if settings.contains("object")? {
             settings.del_item("object")?;
