@@ -7,7 +7,7 @@ from typing import Any, Literal, Protocol, TypeAlias, TypeVar, final, overload
 import numpy as np
 from _typeshed import ReadableBuffer
 from numpy.typing import ArrayLike, NDArray
-from trimesh import Trimesh
+from trimesh import Scene, Trimesh
 
 from .colliders import Collider, Key, Rotate
 from .edits import Edit
@@ -49,6 +49,8 @@ class _MeshLike(Protocol):
 @final
 class Mesh:
     def __new__(cls, vertices: ArrayLike, faces: ArrayLike | Sequence[Sequence[int]]) -> Mesh: ...
+    @staticmethod
+    def from_trimesh(mesh: Trimesh | Scene | _MeshLike) -> Mesh: ...
     @property
     def vertices(self) -> NDArray[np.float64]: ...
     @property
@@ -61,7 +63,7 @@ class Mesh:
     def bounds(self) -> NDArray[np.float64]: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @classmethod
-    def _restore(cls, data: bytes) -> Mesh: ...
+    def _restore(cls, data: bytes, visual: Any = None) -> Mesh: ...
 
 def read_obj(path: _Path, object: str | None = None) -> Mesh: ...
 
@@ -70,7 +72,7 @@ class Lattice:
     @classmethod
     def from_mesh(
         cls,
-        mesh: Mesh | _Path | _MeshLike,
+        mesh: Mesh | _Path | Scene | _MeshLike,
         *,
         vertices: int | None = None,
         cell_size: float | None = None,
@@ -102,7 +104,7 @@ class Lattice:
 class Body:
     def __new__(
         cls,
-        shape: Mesh | Lattice | _Path | _MeshLike,
+        shape: Mesh | Lattice | _Path | Scene | _MeshLike,
         *,
         name: str = "body",
         object: str | None = None,
@@ -245,6 +247,8 @@ class Body:
     def surface_normals(self, out: NDArray[_Float]) -> NDArray[_Float]: ...
     def volume_report(self) -> VolumeReport: ...
     def to_trimesh(self) -> Trimesh: ...
+    @property
+    def _visual(self) -> Any: ...
     def show(self) -> None: ...
     def pin(
         self,

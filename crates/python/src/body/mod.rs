@@ -32,8 +32,9 @@ use crate::rotation::rotate_once;
 
 /// A soft body: a lattice with a material and a state, and the mesh that the lattice deforms.
 ///
-/// shape : Mesh, Lattice, path of an OBJ file, or an object with vertices and faces (trimesh.Trimesh)
-///     A body from a Lattice has no mesh to display.
+/// shape : Mesh, Lattice, path, trimesh.Trimesh, trimesh.Scene, or another object with vertices and faces
+///     Path of an OBJ file, or of an STL, PLY, GLB, glTF, OFF or 3MF file, which trimesh reads. A body from a Lattice
+///     has no mesh to display.
 /// name : str, default "body"
 /// object : str
 ///     If the shape is a path: reads only the object (`o`) or group (`g`) with this name.

@@ -11,6 +11,7 @@ use supple::Coordinate;
 use super::build::{read_volume, volume_settings};
 use super::{Body, SharedBody};
 use crate::arrays::{self, Axis};
+use crate::mesh::Mesh;
 use crate::{error, report};
 
 #[pymethods]
@@ -153,11 +154,19 @@ impl Body {
 
     /// Return the displayed surface as a trimesh.Trimesh.
     ///
-    /// Vertices are in input order. Faces with more than three corners are fanned into triangles. Needs
-    /// trimesh (in a checkout: `pip install ".[trimesh]"`). Raises ValueError for a bare lattice, which has
+    /// Vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
+    /// trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors. Needs
+    /// trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has
     /// no mesh.
     fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf,))
+    }
+
+    /// The `visual` of the trimesh.Trimesh from which the body was built, or None.
+    #[getter]
+    fn _visual(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        let (shape, _) = self.build_arguments(py);
+        shape.cast::<Mesh>().ok()?.get().visual.as_ref().map(|visual| visual.clone_ref(py))
     }
 
     /// Open a viewer window with the simulation of the body, or with only the body if it is not in a
