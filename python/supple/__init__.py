@@ -28,6 +28,7 @@ Contents:
                                             contacts lists the contacts of the last step; sim["name"] is a body
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
+    screenshot                              picture of a simulation, without a display
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view
     rotations, reference.goals              rotations of matrices; goal positions by naive sums
@@ -48,13 +49,14 @@ The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. R
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import edits, errors, plots, reference, reports, viewer
+from . import edits, errors, pictures, plots, reference, reports, viewer
 from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
 from .plots import plot_study, plot_volume
 from .reports import BodyReport, ComponentReport, Progress, RunReport, Softened, UnkeptVolume, VolumeReport
 from .scenes import load_scene, run
+from .screenshots import screenshot
 from .sweeps import SweepResult, sweep
 from .viewer import view
 
@@ -90,6 +92,7 @@ __all__ = [
     "edits",
     "errors",
     "load_scene",
+    "pictures",
     "plot_study",
     "plot_volume",
     "plots",
@@ -98,6 +101,7 @@ __all__ = [
     "reports",
     "rotations",
     "run",
+    "screenshot",
     "simd_level",
     "sweep",
     "view",

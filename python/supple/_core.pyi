@@ -27,6 +27,7 @@ __all__ = [
     "load_scene",
     "read_obj",
     "reference_goals",
+    "rotation_matrix",
     "rotations",
     "run",
     "simd_level",
@@ -439,6 +440,7 @@ class Simulation:
     @classmethod
     def _restore(cls, shapes: list[Mesh | Lattice], data: bytes) -> Simulation: ...
 
+def rotation_matrix(rotate: Rotate) -> NDArray[np.float64]: ...
 def rotations(a: ArrayLike) -> NDArray[np.float64]: ...
 def reference_goals(
     lattice: Lattice,

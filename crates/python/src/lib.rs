@@ -55,6 +55,8 @@ mod _core {
     #[pymodule_export]
     use crate::mesh::{Mesh, read_obj};
     #[pymodule_export]
+    use crate::rotation::rotation_matrix;
+    #[pymodule_export]
     use crate::scene::{load_scene, run};
     #[pymodule_export]
     use crate::simulation::{Simulation, simd_level};

@@ -34,6 +34,13 @@ pub(crate) fn rotate(value: &Bound<'_, PyAny>, name: &str, near: [f64; 3]) -> Py
     Ok(euler_degrees_near(&matrix, near))
 }
 
+/// Return the matrix of a rotation: angles in degrees, a quaternion, a matrix or an object with as_matrix. (3, 3) float64.
+#[pyfunction]
+pub(crate) fn rotation_matrix<'py>(rotate: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let matrix = supple::euler_degrees(rotate_once(rotate, "rotate")?);
+    arrays::from_matrices(rotate.py(), &[matrix]).get_item(0)
+}
+
 /// Reads a rotation for [`Settings::read`](crate::argument::Settings::read).
 pub(crate) fn rotate_once(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; 3]> {
     rotate(value, name, [0.0; 3])

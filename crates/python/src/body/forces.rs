@@ -1,8 +1,8 @@
 //! Applies forces to a body: for the next step, or in every step until they are removed.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -10,44 +10,11 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyTuple};
 use supple::Selection;
 
+use super::fields::{Field, Force, Source};
 use super::{Body, SharedBody};
 use crate::argument::Settings;
 use crate::arrays::{self, Axis};
 use crate::{constraint, error};
-
-/// A force on some vertices, in mass x length / s^2.
-#[derive(Clone)]
-enum Force {
-    /// The total force, distributed over the vertices in proportion to their masses.
-    Total([f64; 3]),
-    /// One force per vertex.
-    Each(Vec<[f64; 3]>),
-}
-
-/// A force that acts in every step.
-struct Field {
-    id: u64,
-    source: Source,
-    /// The lattice vertices; `None`: all.
-    vertices: Option<Vec<u32>>,
-}
-
-/// What gives the force of a field in a step.
-enum Source {
-    Constant(Force),
-    /// A Python function of positions, velocities and time.
-    Function(Py<PyAny>),
-}
-
-/// The force fields of a body.
-#[derive(Default)]
-pub(super) struct Fields(Mutex<Vec<Arc<Field>>>);
-
-impl Fields {
-    fn lock(&self) -> MutexGuard<'_, Vec<Arc<Field>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
 
 /// A force of the next step, with the lattice vertices on which it acts; `None`: all.
 type NextForce = (Force, Option<Vec<u32>>);
@@ -104,19 +71,6 @@ pub(crate) fn add_fields(body: &Bound<'_, Body>, fields: Vec<Bound<'_, PyTuple>>
         Body::add_force_field(body, &force, Some(&[("vertices", vertices)].into_py_dict(body.py())?))?;
     }
     Ok(())
-}
-
-impl Source {
-    /// Returns the force as a Python object.
-    fn python<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        match self {
-            Self::Constant(Force::Total(force)) => arrays::frozen(PyArray1::from_slice(py, force)).into_any(),
-            Self::Constant(Force::Each(forces)) => {
-                arrays::read_only(py, forces.clone()).into_bound(py).into_any()
-            }
-            Self::Function(function) => function.bind(py).clone(),
-        }
-    }
 }
 
 /// Returns the rows of selected vertices as an array.

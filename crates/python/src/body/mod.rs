@@ -1,6 +1,7 @@
 //! Defines `supple.Body`: a soft body, outside or in a simulation.
 
 mod build;
+mod fields;
 mod forces;
 mod hold;
 mod holds;

@@ -13,7 +13,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyWeakrefMethods, PyWeakrefReference};
 use supple::{BodyRef, Collider};
 
-use super::forces::Fields;
+use super::fields::Fields;
 use super::{Body, BuildArguments};
 use crate::error;
 use crate::forked::{Forked, Owner};
