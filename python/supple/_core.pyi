@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, Protocol, TypeAlias, TypeVar, final, overload
+from typing import Any, Literal, Protocol, TypeAlias, TypedDict, TypeVar, final, overload
 
 import numpy as np
 from _typeshed import ReadableBuffer
@@ -36,10 +36,19 @@ __version__: str
 
 _Float = TypeVar("_Float", np.float32, np.float64)
 _Path: TypeAlias = str | os.PathLike[str]
+_Material: TypeAlias = Literal["jelly", "flesh", "rubber", "firm"]
+_Skin: TypeAlias = Literal["linear", "smooth"]
+_Volume: TypeAlias = Literal["auto", "off", "lattice", "cells", "mesh"]
 _Interpolation: TypeAlias = Literal["linear", "smooth", "cubic"]
 _Box: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
 _Sphere: TypeAlias = tuple[ArrayLike, float] | Mapping[str, Any]
 _Plane: TypeAlias = Sequence[ArrayLike] | Mapping[str, ArrayLike] | NDArray[Any]
+
+class _VolumeOptions(TypedDict, total=False):
+    measure: _Volume
+    scope: Literal["global", "regional"]
+    field: Literal["surface", "cells", "paper"]
+    max_correction: float
 
 class _MeshLike(Protocol):
     @property
@@ -115,7 +124,7 @@ class Body:
         lattice_vertices: int | None = 1000,
         cell_size: float | None = None,
         join: bool = True,
-        material: str | None = "rubber",
+        material: _Material | None = "rubber",
         youngs_modulus: float | None = None,
         half_width: int | None = None,
         stiffness_radius: float | None = None,
@@ -126,8 +135,8 @@ class Body:
         region_damping: float | None = 0.0,
         region_damping_rate: float | None = None,
         density: float = 1000.0,
-        volume: str | Mapping[str, Any] = "auto",
-        skin: str = "linear",
+        volume: _Volume | _VolumeOptions = "auto",
+        skin: _Skin = "linear",
         friction: float = 0.5,
         restitution: float = 0.0,
         ignore: Iterable[str] = (),
@@ -145,9 +154,9 @@ class Body:
     @property
     def simulation(self) -> Simulation | None: ...
     @property
-    def material(self) -> str | None: ...
+    def material(self) -> _Material | None: ...
     @material.setter
-    def material(self, value: str) -> None: ...
+    def material(self, value: _Material) -> None: ...
     @property
     def youngs_modulus(self) -> float: ...
     @youngs_modulus.setter
@@ -169,7 +178,7 @@ class Body:
     @property
     def volume(self) -> float: ...
     @property
-    def skin(self) -> str: ...
+    def skin(self) -> _Skin: ...
     @property
     def friction(self) -> float: ...
     @property
@@ -179,9 +188,9 @@ class Body:
     @property
     def self_contact(self) -> bool | None: ...
     @property
-    def volume_options(self) -> dict[str, Any]: ...
+    def volume_options(self) -> _VolumeOptions: ...
     @volume_options.setter
-    def volume_options(self, value: str | Mapping[str, Any]) -> None: ...
+    def volume_options(self, value: _Volume | _VolumeOptions) -> None: ...
     @property
     def stiffness(self) -> float | None: ...
     @stiffness.setter

@@ -86,7 +86,7 @@ def screenshot(
     parts = [(part, _COLORS[index % len(_COLORS)], smooth_of[index]) for index, part in enumerate(surfaces)]
     if colliders and isinstance(target, Simulation):
         drawn = (collider for collider in target.colliders if not _is_wall(collider, up))
-        parts += [(_collider(collider, box), _COLLIDER, smooth) for collider in drawn]
+        parts += [(_collider(collider, box, target.time), _COLLIDER, smooth) for collider in drawn]
     for (points, triangles), color, blended in parts:
         corners = ((points @ axes.T - middle) * scale + offset)[triangles]
         fill(picture, depth, corners, color, shades(points, triangles, axes, blended))
@@ -160,15 +160,15 @@ def _fans(quads: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def _collider(collider: shapes.Collider, box: NDArray[np.float64]) -> _Triangles:
+def _collider(collider: shapes.Collider, box: NDArray[np.float64], time: float) -> _Triangles:
     """Return the surface of a collider of a simulation at its current pose."""
-    points, triangles, center = _shape(collider, box)
+    points, triangles, center = _shape(collider, box, time)
     pose = rotation_matrix(collider.rotation)
     return (points - center) @ pose.T + center + collider.translation, triangles
 
 
 def _shape(
-    collider: shapes.Collider, box: NDArray[np.float64]
+    collider: shapes.Collider, box: NDArray[np.float64], time: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
     """Return the surface of a collider at its given place, and the center of its rotations."""
     if isinstance(collider, shapes.Plane):
@@ -195,7 +195,7 @@ def _shape(
         mesh, turn = collider.mesh, collider.scale * rotation_matrix(collider.rotate)
         shift = np.asarray(collider.translate, dtype=float)
         # Keyframes turn a mesh about the middle of its bounding box.
-        return mesh.vertices @ turn.T + shift, mesh.faces, mesh.bounds.mean(axis=0) @ turn.T + shift
+        return _at(collider, time) @ turn.T + shift, mesh.faces, mesh.bounds.mean(axis=0) @ turn.T + shift
     assert isinstance(collider, shapes.Box)
     center = np.asarray(collider.center, dtype=float)
     signs = np.array([[k & 1, k >> 1 & 1, k >> 2 & 1] for k in range(8)]) * 2 - 1
@@ -203,6 +203,18 @@ def _shape(
     quads = np.array([[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]])
     # Corners of their own for each side, so that the edges are sharp.
     return corners[quads.ravel()], _fans(np.arange(24).reshape(6, 4)), center
+
+
+def _at(collider: shapes.MeshCollider, time: float) -> NDArray[np.float64]:
+    """Return the vertices of the mesh of a collider at a time: linear between two frames."""
+    if collider.frames is None:
+        return collider.mesh.vertices
+    frames = np.asarray(collider.frames, dtype=float)
+    phase = np.clip((time - collider.start) * collider.fps, 0, len(frames) - 1)
+    before = int(phase)
+    after = min(before + 1, len(frames) - 1)
+    between: NDArray[np.float64] = frames[before] + (phase - before) * (frames[after] - frames[before])
+    return between
 
 
 def _round(a: NDArray[np.float64], b: NDArray[np.float64], radius: float) -> _Triangles:

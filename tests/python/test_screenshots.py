@@ -86,6 +86,21 @@ def test_colliders_are_drawn_at_their_poses(cube):
     assert columns(supple.Plane((0, 0, 0), (1, 0, 0)), view=(1, 1, 1)).any()
 
 
+def test_animated_meshes_are_drawn_at_the_time(cube):
+    flat = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    plate = supple.MeshCollider(supple.Mesh(flat, [[0, 1, 2, 3]]), frames=[flat, flat + [1, 0, 0]], fps=30)
+    sim = supple.Simulation(
+        supple.Body(cube, lattice_vertices=100, translate=(0, 30, 0), half_width=1), dt=1 / 60, colliders=plate
+    )
+    columns = []
+    for _ in range(2):
+        picture = supple.screenshot(sim, view=(0, 0, 1), bounds=[(-2, -2, -2), (2, 2, 2)], size=(200, 200))
+        columns.append(np.flatnonzero(_covered(picture).any(axis=0)).mean())
+        sim.step()
+    # After half a frame the plate is half a unit to the right.
+    assert columns[1] - columns[0] == pytest.approx(0.5 * 0.92 * 200 / 4, abs=1)
+
+
 def test_a_bare_lattice_is_drawn_as_its_cells():
     cells = np.ones((3, 3, 1), bool)
     cells[1, 1] = False
