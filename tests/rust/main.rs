@@ -43,6 +43,7 @@ mod rooms;
 mod rotations;
 mod run;
 mod same_bits;
+mod saved_state;
 mod scene;
 mod scene_input;
 mod shapes;
