@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from . import _core
 from ._core import Simulation
@@ -13,7 +13,8 @@ from .reports import Progress, RunReport
 
 __all__ = ["load_scene", "run"]
 
-FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "usd", "html"]
+if TYPE_CHECKING:
+    _FrameFormat: TypeAlias = Literal["obj", "ply", "pc2", "usd", "html"]
 
 
 def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | None = None) -> Simulation:
@@ -35,7 +36,7 @@ def load_scene(path: str | os.PathLike[str], *, overrides: Mapping[str, Any] | N
 def run(
     path: str | os.PathLike[str],
     output: str | os.PathLike[str] | None = None,
-    format: FrameFormat | Sequence[FrameFormat] | None = None,
+    format: _FrameFormat | Sequence[_FrameFormat] | None = None,
     frames: int | None = None,
     progress: Callable[[Progress], object] | None = None,
     *,

@@ -44,6 +44,7 @@ mod rotations;
 mod run;
 mod run_files;
 mod same_bits;
+mod saved_state;
 mod scene;
 mod scene_input;
 mod shapes;

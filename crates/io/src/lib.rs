@@ -8,6 +8,7 @@
 //! * [`scene`] reads and writes scenes in TOML.
 //! * [`run`] runs a scene and writes its frames, statistics and checkpoints.
 //! * [`pages`] joins the pages of several runs.
+//! * [`saved_state`] converts the state of a simulation to bytes.
 //!
 //! Each module may use only the modules above it in this list.
 
@@ -20,6 +21,7 @@ pub mod obj;
 pub mod pages;
 mod path;
 pub mod run;
+pub mod saved_state;
 pub mod scene;
 mod space;
 mod usd;

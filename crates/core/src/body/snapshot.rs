@@ -153,8 +153,13 @@ impl Body {
         if self.state.touches.samples().next().is_some() {
             self.create_contact_surface();
         }
+        let constrained = self.constraints.as_ref().map_or(&[][..], Constraints::constrained);
+        let is_tracked =
+            constrained == snapshot.constraints.as_ref().map_or(&[][..], Constraints::constrained);
         self.constraints = snapshot.constraints.clone();
-        self.track_constraints();
+        if !is_tracked {
+            self.track_constraints();
+        }
         self.forces = snapshot.forces.clone();
         if let Some(contacts) = &mut self.contacts {
             contacts.set_displacements(&snapshot.displacements);

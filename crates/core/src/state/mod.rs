@@ -19,7 +19,7 @@ mod placement;
 mod supports;
 mod touches;
 
-pub use angles::{euler_degrees, sin_cos_degrees};
+pub use angles::{euler_degrees, euler_degrees_near, sin_cos_degrees};
 pub(crate) use escapes::Escapes;
 pub(crate) use frame::Frame;
 pub use frame::{BodyFrame, BodyState, Interval};

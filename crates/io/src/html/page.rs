@@ -93,7 +93,7 @@ fn summary(run: &mut Run<'_>) -> io::Result<String> {
         }
     }
     let header = &run.header;
-    let (frames, bodies) = (counted(header.frames, "frame"), counted_bodies(header.bodies.len()));
+    let (frames, bodies) = (counted(header.frames, "frame"), counted(header.bodies.len(), "body"));
     let seconds = header.frames.saturating_sub(1) as f64 * header.every as f64 / header.fps;
     let mut text = format!(
         "<section><h2>{}</h2>\n<p>{bodies}, {frames} at {} frames per second, {seconds:.2} seconds.</p>\n<ul>\n",
@@ -112,10 +112,6 @@ fn summary(run: &mut Run<'_>) -> io::Result<String> {
     }
     text.push_str("</ul></section>");
     Ok(text)
-}
-
-fn counted_bodies(count: usize) -> String {
-    if count == 1 { "1 body".to_owned() } else { format!("{count} bodies") }
 }
 
 /// Escapes the characters of a text that have a meaning in HTML.

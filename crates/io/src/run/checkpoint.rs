@@ -17,8 +17,8 @@ pub const CHECKPOINT: &str = "supple.checkpoint";
 
 /// First bytes of every checkpoint file.
 const MAGIC: [u8; 8] = *b"SUPPLECK";
-/// Version of the format; files of other versions are rejected.
-const VERSION: u32 = 11;
+/// Version of the format of checkpoints and of the states in them; other versions are rejected.
+pub const CHECKPOINT_VERSION: u32 = 11;
 /// Size of the header, in bytes: magic, version, length and checksum.
 const HEADER: usize = 8 + 4 + 8 + 8;
 
@@ -119,7 +119,7 @@ fn path(directory: &Path) -> PathBuf {
 fn write(path: &Path, payload: &[u8]) -> Result<(), RunError> {
     let save = |file: &mut std::fs::File| {
         file.write_all(&MAGIC)?;
-        file.write_all(&VERSION.to_le_bytes())?;
+        file.write_all(&CHECKPOINT_VERSION.to_le_bytes())?;
         file.write_all(&(payload.len() as u64).to_le_bytes())?;
         file.write_all(&Record::of(payload).hash.to_le_bytes())?;
         file.write_all(payload)
@@ -143,8 +143,10 @@ fn read(path: &Path) -> Result<Option<Vec<u8>>, RunError> {
         bytes[range].iter().rev().fold(0_u64, |number, &byte| number << 8 | u64::from(byte))
     };
     let version = number(8..12);
-    if version != u64::from(VERSION) {
-        return Err(damaged(&format!("its format is version {version}, this program reads {VERSION}")));
+    if version != u64::from(CHECKPOINT_VERSION) {
+        return Err(damaged(&format!(
+            "its format is version {version}, this program reads {CHECKPOINT_VERSION}"
+        )));
     }
     let payload = &bytes[HEADER..];
     if payload.len() as u64 != number(12..20) {

@@ -30,7 +30,7 @@ mod settings;
 mod start;
 mod stats;
 
-pub use checkpoint::CHECKPOINT;
+pub use checkpoint::{CHECKPOINT, CHECKPOINT_VERSION};
 pub use deviation::{Softened, UnkeptVolume, VOLUME_THRESHOLD};
 pub use error::RunError;
 pub use fingerprint::{difference, fingerprint};

@@ -18,8 +18,8 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
 use supple::{
-    FieldKind, Placement, Preservation, Preset, Resolution, SkinKind, TouchingOptions, VolumeOptions,
-    VolumeScope,
+    FieldKind, Interpolation, Placement, Preservation, Preset, Resolution, SkinKind, TouchingOptions,
+    VolumeOptions, VolumeScope,
 };
 
 pub(super) use material::MaterialKeys;
@@ -176,4 +176,5 @@ words! {
     field: FieldKind;
     preset: Preset;
     skin: SkinKind;
+    interpolation: Interpolation;
 }
