@@ -52,6 +52,11 @@ fn totals(sim: &Simulation) -> (Vector3<f64>, Vector3<f64>, f64, f64, f64) {
     sums
 }
 
+/// All vertices.
+fn everything() -> Selection {
+    Selection::Box { min: [-10.0; 3], max: [10.0; 3] }
+}
+
 /// The number of contacts between bodies.
 fn contacts_between(sim: &Simulation) -> usize {
     sim.contacts().iter().filter(|contact| matches!(contact.other, Touched::Body(_))).count()
@@ -241,6 +246,63 @@ fn slow_bodies_touch_before_they_are_deep_in_each_other() {
         assert!(deepest <= limit, "step {step}: {deepest} of {limit}");
     }
     assert!(touched);
+}
+
+#[test]
+fn bodies_that_slide_on_another_one_bounce_off_each_other() {
+    // Each moves by 0.008 cells in a step, so that only bodies that bounce need a search in each step.
+    for phase in 0..4 {
+        let mut sim = Simulation::builder().dt(1.0 / 600.0).sleep(false);
+        let mut floor = boxed([12, 1, 6], 0.25).restitution(0.0).friction(0.0).build().unwrap();
+        floor.pin(&Pin { selection: everything(), window: TimeWindow::default() }).unwrap();
+        sim = sim.body(floor);
+        for side in [-1.0, 1.0] {
+            let x = side * (0.56 + f64::from(phase) / 600.0);
+            let body = cube(5).youngs_modulus(1e6).restitution(1.0).friction(0.0).damping_ratio(1.0);
+            let body = body.translate([x, 0.626, 0.0]).velocity([-side, 0.0, 0.0]);
+            sim = sim.body(body.build().unwrap());
+        }
+        let mut sim = sim.build().unwrap();
+        sim.steps(120);
+        let speed = |body: usize| sim.bodies()[body].linear_momentum().x / sim.bodies()[body].mass();
+        // The damping leaves no elastic bounce: without that of the contact, they would move together.
+        let apart = speed(2) - speed(1);
+        assert!(apart > 0.2, "phase {phase}: {apart}");
+    }
+}
+
+#[test]
+fn bodies_that_are_woken_keep_their_contacts() {
+    let mut sim = on_ground().fps(60.0).substeps(Substeps::Fixed(4));
+    for k in 0..3 {
+        let height = [0.5, 1.501, 4.0][k];
+        let mut body = cube(5).youngs_modulus(2e6).translate([0.0, height, 0.0]).build().unwrap();
+        if k == 2 {
+            let window = TimeWindow { start: 0.0, end: 5.0 };
+            body.pin(&Pin { selection: everything(), window }).unwrap();
+        }
+        sim = sim.body(body);
+    }
+    let mut sim = sim.build().unwrap();
+    sim.advance(299);
+    let asleep = |sim: &Simulation| [0, 1].map(|body| sim.bodies()[body].is_asleep());
+    let lower = |sim: &Simulation| {
+        let all = sim.contacts();
+        let pressing = all.iter().filter(|c| c.body == 0 && c.other == Touched::Body(1));
+        (pressing.clone().count(), pressing.map(|c| c.force.norm()).sum::<f64>())
+    };
+    assert_eq!(asleep(&sim), [true; 2]);
+    let (count, force) = lower(&sim);
+    // The third body falls on the second one, which wakes up, and in the next step the first one.
+    let mut steps = 0;
+    while asleep(&sim) != [false; 2] {
+        sim.step();
+        steps += 1;
+        assert!(steps < 400, "nothing wakes the bodies");
+    }
+    let (awake_count, awake_force) = lower(&sim);
+    assert!(awake_count >= count / 2, "{awake_count} contacts of {count}");
+    assert!(awake_force > 0.9 * force, "{awake_force} of {force}");
 }
 
 #[test]

@@ -5,13 +5,13 @@ use nalgebra::Vector3;
 use super::{Body, StepContext};
 use crate::contact::Pressure;
 use crate::contact::bodies::{
-    BodyContact, BodyView, Bounds, ContactSurface, Island, SEARCH_DISTANCE, SurfaceProperties,
+    BodyContact, BodyContacts, BodyView, Bounds, ContactSurface, Island, SEARCH_DISTANCE, SurfaceProperties,
 };
 use crate::dynamics::{Constraints, CoupledComponent, add_rigid};
 use crate::error::Error;
 use crate::parallel::Executor;
 use crate::range::in_range;
-use crate::state::{ContactImpulse, ContactKey, SampleTouch, Touches};
+use crate::state::{ContactForce, ContactKey, Touches};
 use crate::volume::Limit;
 
 /// How a body touches other bodies. Colliders have [a friction and a restitution of their own](crate::Collider).
@@ -58,13 +58,19 @@ impl Body {
 
     /// Creates or removes the data of contact with bodies.
     pub(crate) fn set_body_contact(&mut self, enabled: bool) {
+        // The touches of another simulation would name other bodies.
+        self.state.touches = Touches::default();
         if !enabled {
             self.body_contact = None;
-            self.state.touches = Touches::default();
         } else if self.body_contact.is_none() {
             self.body_contact = Some(BodyContact::new());
             self.measure_contact_bounds();
         }
+    }
+
+    /// Lets the contacts of the next step begin without impulses: the colliders are others.
+    pub(crate) fn forget_contact_forces(&mut self) {
+        self.state.touches.forget_forces();
     }
 
     /// Creates the surface for contact with bodies, if it does not exist. A body whose surface has no area touches no
@@ -210,15 +216,16 @@ impl Body {
         }
     }
 
-    /// Applies the impulses and pushes of an island, of which the body is the `member`-th one. `touches`: the samples of
-    /// the body that touch bodies.
+    /// Applies the impulses and pushes of an island of `between_bodies`, of which the body is the `member`-th one. `index` is
+    /// that of the body.
     pub(super) fn apply_island(
         &mut self,
         context: &StepContext,
         (island, member, index): (&Island, usize, u32),
-        touches: impl Iterator<Item = SampleTouch>,
+        between_bodies: &BodyContacts,
         executor: &Executor,
     ) {
+        let was_asleep = self.is_asleep();
         self.wake_in_contact();
         let dt = context.interval.dt;
         self.add_momenta(island, index, executor);
@@ -251,16 +258,18 @@ impl Body {
         });
         let touched = touched.filter(|(body, ..)| *body == index);
         let between = island.pairs().iter().filter(|pair| pair.bodies[0] == index);
-        let between = between.map(|pair| ContactImpulse { key: pair.key, impulse: pair.impulse.into() });
-        let unit = cell_mass * state.frame.cell_size();
+        let between = between.map(|pair| ContactForce { key: pair.key, force: (pair.impulse / dt).into() });
+        let unit = cell_mass * state.frame.cell_size() / dt;
         let pressures = contacts.iter().flat_map(|contacts| contacts.pressures());
         let with_colliders =
             pressures.map(|&Pressure { collider, vertex, normal, impulse, friction, .. }| {
                 let key = ContactKey::Collider { collider, vertex };
-                ContactImpulse { key, impulse: ((normal * impulse + friction) * unit).into() }
+                ContactForce { key, force: ((normal * impulse + friction) * unit).into() }
             });
         let bodies = touched.map(|(_, component, other)| (component, other));
-        state.touches.set(touches, bodies, between.chain(with_colliders));
+        // The bodies that the body touched when it fell asleep, and that still sleep, are not searched in this step.
+        let keep = |other: u32| was_asleep && !between_bodies.is_pair(index, other);
+        state.touches.set(keep, between_bodies.touches(index), bodies, between.chain(with_colliders));
     }
 
     /// Adds the rigid motions to the velocities that restore the tracked momenta: impulses act at the positions before they

@@ -127,7 +127,12 @@ impl Body {
     /// A state that does not match the body. The body is then unchanged.
     pub fn restore(&mut self, snapshot: &BodySnapshot) -> Result<(), Error> {
         self.check_snapshot(snapshot)?;
-        self.apply_snapshot(snapshot)
+        self.apply_snapshot(snapshot)?;
+        // The other bodies may be elsewhere than when the state was saved.
+        if self.body_contact.is_some() {
+            self.state.touches.forget();
+        }
+        Ok(())
     }
 
     /// Restores a state that passed [`check_snapshot`](Self::check_snapshot).

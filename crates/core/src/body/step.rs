@@ -115,7 +115,7 @@ impl Body {
     pub(crate) fn finish_step(&mut self, context: &StepContext, part: &BodyContactPart, executor: &Executor) {
         match part {
             BodyContactPart::InIsland { contacts, island, member, index } => {
-                self.apply_island(context, (island, *member, *index), contacts.touches(*index), executor);
+                self.apply_island(context, (island, *member, *index), contacts, executor);
                 self.finish_contacts(context);
                 self.apply_constraints(context);
             }

@@ -69,8 +69,7 @@ impl SurfacePoint {
     ///   because this adds no energy, but not so fast that it enters the collider.
     /// * For any other point the target is 0.
     ///
-    /// `min_bounce` is the least speed of
-    /// approach that bounces, in cells per second.
+    /// `min_bounce` is the least speed of approach that bounces, in cells per second.
     pub(super) fn contact(&self, collider: &PosedCollider<'_>, dt: f64, min_bounce: f64) -> Contact {
         let velocity = wide(&self.velocity);
         let nearest = || PatchSide {

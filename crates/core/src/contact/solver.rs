@@ -149,7 +149,8 @@ impl Solver {
         let Self { constraints, links, changes, .. } = self;
         for (constraint, impulse) in constraints.iter_mut().zip(impulses) {
             let Contact { slip_before, limit, .. } = &constraint.contact;
-            if dot(slip_before, slip_before) + limit * limit >= slow * slow {
+            let is_fast = dot(slip_before, slip_before) + limit * limit >= slow * slow;
+            if is_fast || !impulse.iter().all(|x| x.is_finite()) {
                 continue;
             }
             constraint.set_impulse(impulse);

@@ -26,7 +26,7 @@ pub use frame::{BodyFrame, BodyState, Interval};
 pub(crate) use pair_supports::{PairSupport, PairSupports};
 pub use placement::Placement;
 pub(crate) use supports::{Deflection, Support, Supports};
-pub(crate) use touches::{ContactImpulse, ContactKey, Foot, SampleTouch, Touches};
+pub(crate) use touches::{ContactForce, ContactKey, Foot, SampleTouch, Touches};
 
 use nalgebra::{Point3, Vector3};
 
@@ -134,7 +134,7 @@ impl State {
     pub(crate) fn bytes(&self) -> usize {
         let Self { positions, compensation, velocities, rotations, .. } = self;
         let lanes = positions.bytes() + compensation.bytes() + velocities.bytes() + rotations.bytes();
-        lanes + self.touches.position_bytes()
+        lanes + self.touches.bytes()
     }
 
     /// Sets the velocities of an undeformed lattice from the velocity and the spin of its placement. `masses` has the

@@ -11,13 +11,14 @@ use crate::simd::lanes::Lanes;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Touches {
     /// Whether the positions were set since the last step, so that no side is known.
-    pub(crate) all_count: bool,
+    pub(crate) sides_unknown: bool,
     /// The samples that touched, in increasing order of the other body, then of the sample.
     samples: Vec<SampleTouch>,
     /// The touched bodies: pairs of connected component and body, in increasing order.
     bodies: Vec<(u32, u32)>,
-    /// The impulses of the contacts, in increasing order of the keys. The next step begins with them.
-    impulses: Vec<ContactImpulse>,
+    /// The forces of the contacts, in increasing order of the keys. The next step begins with them.
+    forces: Vec<ContactForce>,
+    /// The positions in the last search.
     searched: SearchedPositions,
 }
 
@@ -31,13 +32,13 @@ struct SearchedPositions {
     shift: [f64; 3],
 }
 
-/// The impulse on the body by a contact in the last step.
+/// The force on the body by a contact in the last step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct ContactImpulse {
+pub(crate) struct ContactForce {
     pub(crate) key: ContactKey,
     /// In scene units.
-    pub(crate) impulse: [f64; 3],
+    pub(crate) force: [f64; 3],
 }
 
 /// What a contact of one step has in common with the same contact in the next step.
@@ -83,7 +84,7 @@ pub(crate) struct Foot {
 impl Default for Touches {
     fn default() -> Self {
         let searched = SearchedPositions::default();
-        Self { all_count: true, samples: Vec::new(), bodies: Vec::new(), impulses: Vec::new(), searched }
+        Self { sides_unknown: true, samples: Vec::new(), bodies: Vec::new(), forces: Vec::new(), searched }
     }
 }
 
@@ -127,16 +128,21 @@ impl Touches {
         &self.bodies
     }
 
-    /// Returns the impulse of a contact in the last step; zero if there was no such contact.
-    pub(crate) fn impulse(&self, key: ContactKey) -> Vector3<f64> {
-        let found = self.impulses.binary_search_by_key(&key, |impulse| impulse.key);
-        found.map_or_else(|_| Vector3::zeros(), |index| self.impulses[index].impulse.into())
+    /// Returns the force of a contact in the last step; zero if there was no such contact.
+    pub(crate) fn force(&self, key: ContactKey) -> Vector3<f64> {
+        let found = self.forces.binary_search_by_key(&key, |force| force.key);
+        found.map_or_else(|_| Vector3::zeros(), |index| self.forces[index].force.into())
     }
 
     /// Forgets all contacts: the positions were set.
     pub(crate) fn forget(&mut self) {
         self.clear();
-        self.all_count = true;
+        self.sides_unknown = true;
+    }
+
+    /// Forgets the forces: the next step begins without them.
+    pub(crate) fn forget_forces(&mut self) {
+        self.forces.clear();
     }
 
     /// Lets the next step search all contacts.
@@ -145,8 +151,8 @@ impl Touches {
     }
 
     /// Returns an upper bound of the distance in cells by which a vertex of the body moved since its contacts were searched;
-    /// infinity if they have to be searched because that is more than `limit`. In this case it is taken that they are searched
-    /// now. `positions` are in cells from the origin, which is displaced by `shift` cells; `occupied` has the bit mask of the
+    /// infinity if that is more than `limit`, so that they have to be searched. The positions are then stored as the searched
+    /// ones. `positions` are in cells from the origin, which is displaced by `shift` cells; `occupied` has the bit mask of the
     /// lanes with a vertex, for each block.
     pub(super) fn search_distance(
         &mut self,
@@ -163,9 +169,11 @@ impl Touches {
         f64::INFINITY
     }
 
-    /// Returns the memory of the positions in bytes.
-    pub(super) fn position_bytes(&self) -> usize {
-        self.searched.positions.bytes()
+    /// Returns the memory in bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let Self { samples, bodies, forces, searched, .. } = self;
+        let lists = size_of_val(&**samples) + size_of_val(&**bodies) + size_of_val(&**forces);
+        lists + searched.positions.bytes()
     }
 
     /// Removes all contacts: nothing touches.
@@ -175,44 +183,105 @@ impl Touches {
     }
 
     fn remove_all(&mut self) {
-        self.all_count = false;
+        self.sides_unknown = false;
         self.samples.clear();
         self.bodies.clear();
-        self.impulses.clear();
+        self.forces.clear();
     }
 
-    /// Replaces the touches by those of a step, each in any order. `bodies`: pairs of connected component and body.
+    /// Replaces the touches by those of a step, each in any order, except those of the bodies that `keep` selects. `bodies`:
+    /// pairs of connected component and body.
     pub(crate) fn set(
         &mut self,
+        keep: impl Fn(u32) -> bool,
         samples: impl Iterator<Item = SampleTouch>,
         bodies: impl Iterator<Item = (u32, u32)>,
-        impulses: impl Iterator<Item = ContactImpulse>,
+        forces: impl Iterator<Item = ContactForce>,
     ) {
-        self.remove_all();
+        self.sides_unknown = false;
+        self.samples.retain(|touch| keep(touch.other));
+        self.bodies.retain(|(_, other)| keep(*other));
+        self.forces.retain(|force| matches!(force.key, ContactKey::Body { other, .. } if keep(other)));
         self.samples.extend(samples);
         self.samples.sort_unstable_by_key(|touch| (touch.other, touch.sample));
         self.bodies.extend(bodies);
         self.bodies.sort_unstable();
         self.bodies.dedup();
-        self.impulses.extend(impulses);
-        self.impulses.sort_unstable_by_key(|impulse| impulse.key);
+        self.forces.extend(forces);
+        self.forces.sort_unstable_by_key(|force| force.key);
     }
 
     /// Returns whether the touches can belong to a body with this number of blocks of positions and connected components.
     pub(super) fn is_valid(&self, blocks: usize, components: usize) -> bool {
         let sorted = self.samples.is_sorted_by_key(|touch| (touch.other, touch.sample))
-            && self.impulses.is_sorted_by_key(|impulse| impulse.key);
-        let is_finite_touch = |touch: &SampleTouch| {
+            && self.forces.is_sorted_by_key(|force| force.key);
+        let is_valid_touch = |touch: &SampleTouch| {
             let Foot { local, normal, shell, .. } = touch.foot;
-            let vectors = [touch.normal, normal, local].into_iter().flatten();
-            vectors.chain([shell]).all(f32::is_finite)
+            let is_unit = |vector: [f32; 3]| (0.5..2.0).contains(&Vector3::from(vector).norm());
+            let is_inside = local.iter().all(|u| (0.0..=1.0).contains(u)) && (0.0..=1.0).contains(&shell);
+            is_inside && is_unit(touch.normal) && is_unit(normal)
         };
-        let is_finite = self.samples.iter().all(is_finite_touch)
-            && self.impulses.iter().all(|impulse| impulse.impulse.iter().all(|x| x.is_finite()));
+        let are_valid = self.samples.iter().all(is_valid_touch)
+            && self.forces.iter().all(|force| force.force.iter().all(|x| x.is_finite()));
         let searched = self.searched.positions.blocks().len();
         sorted
-            && is_finite
+            && are_valid
             && (searched == 0 || searched == blocks)
             && self.bodies.iter().all(|(component, _)| (*component as usize) < components)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn touch(other: u32, sample: u32) -> SampleTouch {
+        let foot = Foot { cell: 0, local: [0.5; 3], normal: [0.0, 1.0, 0.0], shell: 0.0 };
+        SampleTouch { other, sample, is_touching: true, normal: [0.0, 1.0, 0.0], foot }
+    }
+
+    fn force(other: u32) -> ContactForce {
+        let key = ContactKey::Body { other, component: 0, node: [0; 3], axis: 1 };
+        ContactForce { key, force: [0.0, f64::from(other), 0.0] }
+    }
+
+    #[test]
+    fn touches_of_kept_bodies_remain_and_those_of_other_bodies_are_replaced() {
+        let none = |_: u32| false;
+        let mut touches = Touches::default();
+        let samples = [touch(7, 3), touch(2, 5), touch(2, 1)].into_iter();
+        touches.set(none, samples, [(0, 2), (0, 7)].into_iter(), [force(7), force(2)].into_iter());
+        assert!(touches.is_valid(0, 1));
+        // The next step finds body 4, does not search body 7, and no longer touches body 2.
+        touches.set(
+            |other| other == 7,
+            [touch(4, 9)].into_iter(),
+            [(0, 4)].into_iter(),
+            [force(4)].into_iter(),
+        );
+        assert!(touches.is_valid(0, 1));
+        let samples: Vec<_> = touches.samples().map(|touch| (touch.other, touch.sample)).collect();
+        assert_eq!(samples, [(4, 9), (7, 3)]);
+        assert_eq!(touches.bodies(), [(0, 4), (0, 7)]);
+        let forces = [2, 4, 7].map(|other| touches.force(force(other).key).y);
+        assert_eq!(forces, [0.0, 4.0, 7.0]);
+        touches.set(none, std::iter::empty(), std::iter::empty(), std::iter::empty());
+        assert_eq!(touches.samples().count() + touches.bodies().len(), 0);
+    }
+
+    #[test]
+    fn invalid_touches_are_found() {
+        let valid = |change: fn(&mut SampleTouch)| {
+            let mut touch = touch(1, 2);
+            change(&mut touch);
+            let mut touches = Touches::default();
+            touches.set(|_| false, [touch].into_iter(), std::iter::empty(), std::iter::empty());
+            touches.is_valid(0, 1)
+        };
+        assert!(valid(|_| {}));
+        assert!(!valid(|touch| touch.foot.local[1] = 1.5));
+        assert!(!valid(|touch| touch.foot.normal = [f32::NAN, 0.0, 0.0]));
+        assert!(!valid(|touch| touch.normal = [0.0; 3]));
+        assert!(!valid(|touch| touch.foot.shell = f32::INFINITY));
     }
 }

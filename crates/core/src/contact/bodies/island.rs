@@ -151,7 +151,7 @@ impl Island {
         searches: impl Iterator<Item = &'b Search>,
         (dt, gravity): (f64, f64),
     ) {
-        self.begin_problem(&view);
+        self.begin_problem(&view, dt);
         for search in searches {
             self.add_search(&view, search, (dt, gravity));
         }
@@ -164,7 +164,7 @@ impl Island {
     }
 
     /// Numbers the rows, and adds the contacts with colliders.
-    fn begin_problem<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>) {
+    fn begin_problem<'a>(&mut self, view: &impl Fn(u32) -> BodyView<'a>, dt: f64) {
         let Self { members, solver, begin, .. } = self;
         let bodies = || members.iter().map(|member| view(member.body));
         let length = bodies().map(|body| body.lattice.cell_size()).fold(f64::INFINITY, f64::min);
@@ -190,7 +190,7 @@ impl Island {
                 solver.append(contacts.solver(), row, member.scale);
                 begin.extend(contacts.pressures().iter().map(|&Pressure { collider, vertex, .. }| {
                     let key = ContactKey::Collider { collider, vertex };
-                    narrow(body.state.touches.impulse(key) / (length * mass))
+                    narrow(body.state.touches.force(key) * (dt / (length * mass)))
                 }));
             }
             for vertex in 0..body.lattice.len() as u32 {
@@ -304,7 +304,7 @@ impl Island {
             })
         });
         self.solver.add(contact, rows);
-        self.begin.push(narrow(body.state.touches.impulse(key) / (length * mass)));
+        self.begin.push(narrow(body.state.touches.force(key) * (dt / (length * mass))));
         self.pairs.push(PairContact {
             bodies: [search.body, search.other],
             components,

@@ -38,29 +38,30 @@ use nalgebra::Vector3;
 use self::search::{Search, Touch};
 use self::view::MotionBounds;
 use super::SKIN;
+use super::stage::MIN_BOUNCE_STEPS;
 use crate::mesh::UnionFind;
 use crate::parallel::Executor;
 use crate::state::SampleTouch;
 
-/// Greatest motion of two bodies relative to each other between two looks, in cells, up to [`MAX_LOOKS`], at the
+/// Greatest motion of two bodies relative to each other between two searches, in cells, up to [`MAX_SEARCHES`], at the
 /// velocities before the step.
-const LOOK_WAY: f64 = 0.5;
+const SEARCH_WAY: f64 = 0.5;
 
-/// As [`LOOK_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices that
+/// As [`SEARCH_WAY`], at the velocities at the end of the step without contacts. They include those with which vertices that
 /// contacts press inwards spring back, and which the contacts take away again. This motion is fast, but short: it ends at
 /// the surface from which it began.
 const REBOUND_WAY: f64 = 1.0;
 
 /// Distance in cells by which a body may move before its contacts are searched again. In the steps before, the samples that
 /// touched at the last search follow their points of the other surface. Samples that begin to touch are so noticed up to
-/// this deep.
+/// three times as deep: both bodies move, and one of them may have moved before the last search.
 pub(crate) const SEARCH_DISTANCE: f64 = 0.02;
 
 /// Depth in cells of the smaller cell size from which bodies count as overlapping.
 const OVERLAP: f64 = 0.1;
 
-/// Greatest number of looks in a step: a power of two.
-const MAX_LOOKS: u32 = 16;
+/// Greatest number of searches of a pair in a step: a power of two.
+const MAX_SEARCHES: u32 = 16;
 
 /// Pairs of bodies that can touch.
 #[derive(Clone, Debug, Default)]
@@ -83,8 +84,8 @@ pub(crate) struct BodyContacts {
     order: Vec<u32>,
     /// Box in which each body is searched; empty if it is in no pair.
     regions: Vec<Bounds>,
-    /// Greatest number of looks of the searches of each body.
-    looks: Vec<u32>,
+    /// Greatest number of times in a step at which each body is searched.
+    times: Vec<u32>,
     /// Whether each body is searched in this step.
     is_searched: Vec<bool>,
     /// The searches of this step are the first `search_count` ones.
@@ -112,7 +113,7 @@ impl BodyContacts {
             bounds,
             order,
             regions,
-            looks,
+            times,
             is_searched,
             searches,
             pairs,
@@ -125,7 +126,7 @@ impl BodyContacts {
             + size_of_val(&**is_searched)
             + size_of_val(&**order)
             + size_of_val(&**regions)
-            + size_of_val(&**looks)
+            + size_of_val(&**times)
             + searches.iter().map(Search::bytes).sum::<usize>()
             + size_of_val(&**searches)
             + size_of_val(&**pairs)
@@ -143,7 +144,7 @@ impl BodyContacts {
         is_asleep: impl Fn(u32) -> bool,
         dt: f64,
     ) -> bool {
-        let Self { filter, bounds, order, regions, looks, pairs, places, .. } = self;
+        let Self { filter, bounds, order, regions, times, pairs, places, .. } = self;
         self.island_count = 0;
         self.search_count = 0;
         let motion = |index: u32| {
@@ -191,8 +192,8 @@ impl BodyContacts {
         regions.resize(count as usize, Bounds::EMPTY);
         places.clear();
         places.resize(count as usize, None);
-        looks.clear();
-        looks.resize(count as usize, 1);
+        times.clear();
+        times.resize(count as usize, 1);
         for &(a, b) in &*pairs {
             let overlap = bounds[a as usize].intersection(&bounds[b as usize]);
             for body in [a, b] {
@@ -206,33 +207,33 @@ impl BodyContacts {
             let [first, second] = [a, b].map(motion);
             let unit = cell_size(a).min(cell_size(b)) / dt;
             let part = |way: f64, limit: f64| way / (limit * unit);
-            let looks =
-                part(first.velocities_before.greatest_difference(&second.velocities_before), LOOK_WAY)
+            let times =
+                part(first.velocities_before.greatest_difference(&second.velocities_before), SEARCH_WAY)
                     .max(part(first.velocities.greatest_difference(&second.velocities), REBOUND_WAY));
-            let looks = (looks.clamp(1.0, MAX_LOOKS.into()).ceil() as u32).next_power_of_two();
+            let times = (times.clamp(1.0, MAX_SEARCHES.into()).ceil() as u32).next_power_of_two();
             for body in [a, b] {
-                self.looks[body as usize] = self.looks[body as usize].max(looks);
+                self.times[body as usize] = self.times[body as usize].max(times);
             }
-            self.add_search(a, b, looks);
+            self.add_search(a, b, times);
             if a != b {
-                self.add_search(b, a, looks);
+                self.add_search(b, a, times);
             }
         }
         !self.pairs.is_empty()
     }
 
-    fn add_search(&mut self, body: u32, other: u32, looks: u32) {
+    fn add_search(&mut self, body: u32, other: u32, times: u32) {
         if self.search_count == self.searches.len() {
             self.searches.push(Search::default());
         }
-        self.searches[self.search_count].begin(body, other, looks);
+        self.searches[self.search_count].begin(body, other, times);
         self.search_count += 1;
     }
 
-    /// Returns the times of the looks, as parts of the step before its end: decreasing, the last one 0.
-    pub(crate) fn looks(&self) -> impl Iterator<Item = f64> + use<> {
-        let looks = self.looks.iter().copied().max().unwrap_or(1);
-        (1..=looks).map(move |look| 1.0 - f64::from(look) / f64::from(looks))
+    /// Returns the times of the searches, as parts of the step before its end: decreasing, the last one 0.
+    pub(crate) fn search_times(&self) -> impl Iterator<Item = f64> + use<> {
+        let times = self.times.iter().copied().max().unwrap_or(1);
+        (1..=times).map(move |time| 1.0 - f64::from(time) / f64::from(times))
     }
 
     /// Returns the box in which a body is searched, or `None` if it is in no pair.
@@ -240,12 +241,16 @@ impl BodyContacts {
         self.regions.get(body as usize).copied().filter(|region| !region.is_empty())
     }
 
-    /// Decides which pairs are searched, and for which the contacts of the last search are followed. All bodies of pairs
-    /// know their search distance.
-    pub(crate) fn follow<'a>(&mut self, view: impl Fn(u32) -> Option<BodyView<'a>>) {
-        let Self { searches, search_count, is_searched, looks, .. } = self;
+    /// Decides which pairs are searched in a step of `dt` seconds, and for which the contacts of the last search are followed.
+    /// All bodies of pairs know their search distance. `gravity` is the magnitude of gravity.
+    pub(crate) fn choose_searches<'a>(
+        &mut self,
+        view: impl Fn(u32) -> Option<BodyView<'a>>,
+        (dt, gravity): (f64, f64),
+    ) {
+        let Self { searches, search_count, is_searched, times, .. } = self;
         is_searched.clear();
-        is_searched.resize(looks.len(), false);
+        is_searched.resize(times.len(), false);
         for search in &mut searches[..*search_count] {
             let both = [search.body, search.other].map(&view);
             let cell_size = |body: &Option<BodyView>| body.map_or(0.0, |body| body.lattice.cell_size());
@@ -253,7 +258,8 @@ impl BodyContacts {
                 body.map_or(f64::INFINITY, |body| body.contact.search_distance * body.lattice.cell_size())
             };
             let limit = 2.0 * SEARCH_DISTANCE * cell_size(&both[0]).min(cell_size(&both[1]));
-            search.follows = distance(&both[0]) + distance(&both[1]) <= limit;
+            let is_near = distance(&both[0]) + distance(&both[1]) <= limit;
+            search.follows = is_near && !can_bounce(&both, MIN_BOUNCE_STEPS * gravity * dt);
             for body in [search.body, search.other] {
                 is_searched[body as usize] |= !search.follows;
             }
@@ -263,12 +269,12 @@ impl BodyContacts {
     /// Returns the box in which a body is searched at the time `past`, a part of the step before its end, or `None` if it
     /// is not searched then.
     pub(crate) fn region_at(&self, body: u32, past: f64) -> Option<Bounds> {
-        let is_searched = |body: usize| self.is_searched[body] && is_look(past, self.looks[body]);
+        let is_searched = |body: usize| self.is_searched[body] && is_search_time(past, self.times[body]);
         self.region(body).filter(|_| is_searched(body as usize))
     }
 
     /// Searches the touching samples at the time `past`, a part of the step of `dt` seconds before its end. All bodies of
-    /// pairs are posed at this time. Samples that touched at an earlier look are not searched again.
+    /// pairs are posed at this time. Samples that touched at an earlier time are not searched again.
     pub(crate) fn search<'a>(
         &mut self,
         view: impl Fn(u32) -> Option<BodyView<'a>> + Sync + Send,
@@ -276,10 +282,11 @@ impl BodyContacts {
         executor: &Executor,
     ) {
         executor.for_each_mut(&mut self.searches[..self.search_count], |search| {
-            let is_look = if search.follows { past == 0.0 } else { is_look(past, search.looks) };
-            if let (true, Some(body), Some(other)) = (is_look, view(search.body), view(search.other)) {
+            let is_search_time =
+                if search.follows { past == 0.0 } else { is_search_time(past, search.times) };
+            if let (true, Some(body), Some(other)) = (is_search_time, view(search.body), view(search.other)) {
                 match search.follows {
-                    true => search.follow(&body, &other),
+                    true => search.update_touches(&body, &other),
                     false => search.run(&body, &other, past * dt, dt),
                 }
             }
@@ -336,6 +343,11 @@ impl BodyContacts {
     pub(crate) fn island_of(&self, body: u32) -> Option<(&Island, usize)> {
         let (island, member) = (*self.places.get(body as usize)?)?;
         Some((&self.islands[island as usize], member as usize))
+    }
+
+    /// Returns whether two bodies are a pair of this step.
+    pub(crate) fn is_pair(&self, body: u32, other: u32) -> bool {
+        self.pairs.binary_search(&(body.min(other), body.max(other))).is_ok()
     }
 
     /// Returns the samples of a body that touch bodies.
@@ -397,9 +409,17 @@ impl BodyContacts {
     }
 }
 
-/// Returns whether the time `past`, a part of the step before its end, is one of `looks` looks.
-fn is_look(past: f64, looks: u32) -> bool {
-    (past * f64::from(looks)).fract() == 0.0
+/// Returns whether the time `past`, a part of the step before its end, is one of `times` evenly spaced ones.
+fn is_search_time(past: f64, times: u32) -> bool {
+    (past * f64::from(times)).fract() == 0.0
+}
+
+/// Returns whether two bodies may bounce off each other: one of them bounces, and they move faster than `speed` relative to
+/// each other. A contact that is noticed late does not bounce.
+fn can_bounce(bodies: &[Option<BodyView>; 2], speed: f64) -> bool {
+    let [Some(first), Some(second)] = bodies else { return false };
+    let [a, b] = [first, second].map(|body| &body.contact.motion.velocities_before);
+    first.properties.restitution.max(second.properties.restitution) > 0.0 && a.greatest_difference(b) > speed
 }
 
 /// Returns the island of a body that touches another one.

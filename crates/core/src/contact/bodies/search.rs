@@ -37,7 +37,7 @@ const MAX_DEPTH: f64 = 8.0;
 const MAX_SHELL_DEPTH: f64 = 1.0;
 
 /// Distance in cells from an open surface at which a sample touches it. A sample moves by at most 0.5 cells between two
-/// looks, up to a limit of looks in a step, so that it is seen before it is far on the other side.
+/// searches, up to a limit of searches in a step, so that it is seen before it is far on the other side.
 const SHELL: f64 = 0.1;
 
 /// Least product of the normals of a contact in two consecutive steps, if the sample did not change the side.
@@ -76,29 +76,29 @@ pub(super) struct Search {
     pub(super) body: u32,
     pub(super) other: u32,
     /// Number of times in a step at which the bodies are searched: a power of two.
-    pub(super) looks: u32,
+    pub(super) times: u32,
     /// The samples that touch, in increasing order.
     pub(super) touches: Vec<Touch>,
     /// Whether the step follows the samples that touched at the last search, and does not search.
     pub(super) follows: bool,
     /// Samples that touched at the last search and do not touch now.
     pub(super) lifted: Vec<Touch>,
-    /// The samples that touch at the current look.
+    /// The samples that touch at the current time.
     found: Vec<Touch>,
     cells: CellCache,
 }
 
 impl Search {
     /// Begins a search. Keeps the buffer.
-    pub(super) fn begin(&mut self, body: u32, other: u32, looks: u32) {
+    pub(super) fn begin(&mut self, body: u32, other: u32, times: u32) {
         self.touches.clear();
         self.lifted.clear();
         self.follows = false;
-        (self.body, self.other, self.looks) = (body, other, looks);
+        (self.body, self.other, self.times) = (body, other, times);
     }
 
     /// Finds the samples that touch `past` seconds before the end of a step of `dt` seconds, among those that did not touch
-    /// at an earlier look of the step.
+    /// at an earlier time of the step.
     pub(super) fn run(&mut self, body: &BodyView, other: &BodyView, past: f64, dt: f64) {
         let remembered = body.state.touches.of(self.other);
         let pair = Pair { body, other, is_same: self.body == self.other, past, dt };
@@ -133,7 +133,7 @@ impl Search {
 
     /// Follows the samples that touched at the last search: each is compared with the point of the other surface that it
     /// touched. In the time since, the bodies moved by a small part of a cell.
-    pub(super) fn follow(&mut self, body: &BodyView, other: &BodyView) {
+    pub(super) fn update_touches(&mut self, body: &BodyView, other: &BodyView) {
         let surface = body.contact.surface();
         let mut groups = surface.cells.iter().peekable();
         let mut own: Option<(u32, DeformedCell)> = None;
@@ -244,7 +244,7 @@ impl Pair<'_> {
             return None;
         }
         let is_known = memory.is_some_and(|before| before.dot(&normal) > SAME_SIDE);
-        let are_new = body.state.touches.all_count || other.state.touches.all_count;
+        let are_new = body.state.touches.sides_unknown || other.state.touches.sides_unknown;
         let counts =
             is_known || are_new || -gap <= FIRST_WAY * way().dot(&normal).abs() + FIRST_DEPTH * cell_size;
         let rest_normal = rest_normal.map(|x| x as f32).into();
