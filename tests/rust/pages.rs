@@ -14,7 +14,7 @@ use supple_io::run::{Flow, Input, Job, Note, Observer, Outcome, Progress};
 use supple_io::scene::Scene;
 
 use crate::page_reader::{data, runs};
-use crate::run_files::{CopyAfter, StopAfter, written};
+use crate::run_files::{BLOCK, CopyAfter, StopAfter, written};
 
 /// Two bodies, one of which is turned by a handle, a plane whose point needs all digits, a ball that moves, and a mesh
 /// that is animated.
@@ -53,9 +53,6 @@ mesh = "sheet.obj"
 animation = "sheet.pc2"
 scale = 2
 "#;
-
-const BLOCK: &str = "o Block\nv -1 0 -1\nv 1 0 -1\nv 1 3 -1\nv -1 3 -1\nv -1 0 1\nv 1 0 1\nv 1 3 1\nv -1 3 1\n\
-                     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 const SHEET: &str = "v -9 -9 -9\nv 9 -9 -9\nv 0 -9 9\nf 1 2 3\n";
 

@@ -6,6 +6,11 @@ use std::path::{Path, PathBuf};
 
 use supple_io::run::{Flow, Observer, Progress};
 
+/// An OBJ file with a box of eight points.
+pub(crate) const BLOCK: &str = "o Block\n\
+                                v -1 0 -1\nv 1 0 -1\nv 1 3 -1\nv -1 3 -1\nv -1 0 1\nv 1 0 1\nv 1 3 1\nv -1 3 1\n\
+                                f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
 /// Stops a job after a frame.
 pub(crate) struct StopAfter(pub(crate) u32);
 

@@ -13,7 +13,7 @@ use supple_io::run::{Job, Note, Observer, Outcome, Recording, RecordingOptions};
 use supple_io::scene::{Scene, Up};
 
 use crate::page_reader::runs;
-use crate::run_files::{CopyAfter, StopAfter, written};
+use crate::run_files::{BLOCK, CopyAfter, StopAfter, written};
 
 /// Two bodies, one of which is turned by a handle, and a ball that moves.
 const SCENE: &str = r#"
@@ -45,9 +45,6 @@ plane = { point = [0, 0, 0], normal = [0, 1, 0] }
 sphere = { center = [4, -1, 0], radius = 1.5 }
 keys = [{ time = 0 }, { time = 0.5, translate = [0, 0.6, 0], rotate = [0, 0, 90] }]
 "#;
-
-const BLOCK: &str = "o Block\nv -1 0 -1\nv 1 0 -1\nv 1 3 -1\nv -1 3 -1\nv -1 0 1\nv 1 0 1\nv 1 3 1\nv -1 3 1\n\
-                     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 /// Points of the block.
 const POINTS: usize = 8;

@@ -68,8 +68,7 @@ pub(crate) fn finish(sequence: &Sequence, records: &[Record]) -> Result<(), Outp
 /// Returns an error if the existing file of a sequence is a link, which would have to be followed to continue it.
 pub(crate) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
     match sequence.format {
-        Format::Pc2 => pc2::check_link(sequence),
-        Format::Usd => stage::check_link(sequence),
+        Format::Pc2 | Format::Usd => sequence.check_continued_path(),
         Format::Html => page::check_link(sequence),
         Format::Obj | Format::Ply => Ok(()),
     }

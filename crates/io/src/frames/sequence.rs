@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{Format, OutputError};
-use crate::file::{PART, part_path};
+use crate::file::{PART, is_link, part_path};
 
 /// Suffix of the file with the data of a page that is not written yet.
 pub(super) const PAGE_DATA: &str = ".data";
@@ -38,6 +38,24 @@ impl Sequence {
             Format::Pc2 | Format::Usd | Format::Html => format!("{name}.{format}"),
             Format::Obj | Format::Ply => format!("{name}_{frame:0width$}.{format}"),
         })
+    }
+
+    /// Returns the path of the file of a point cache or a stage that a run continues: of the unfinished one if there is
+    /// one, or else of the finished one.
+    pub(super) fn continued_path(&self) -> PathBuf {
+        let path = self.path(0);
+        let part = part_path(&path);
+        if part.symlink_metadata().is_ok() { part } else { path }
+    }
+
+    /// Returns an error if the file at [`continued_path`](Self::continued_path) is a link, which would have to be
+    /// followed.
+    pub(super) fn check_continued_path(&self) -> Result<(), OutputError> {
+        let path = self.continued_path();
+        if is_link(&path) {
+            return Err(OutputError::Link { path });
+        }
+        Ok(())
     }
 
     /// Returns how many frames are written before frame number `frame`.

@@ -12,7 +12,7 @@ use super::normal_transform::NormalTransform;
 use super::record::{Compare, Record};
 use super::{OutputError, Sequence, Source};
 use crate::count::counted;
-use crate::file::{create_part, is_link, part_path};
+use crate::file::{create_part, part_path};
 use crate::usd::{BodyInput, CONTENTS, FRAMES, Stage, StageDescription, head};
 
 /// Size of the beginning of a file that does not depend on its end, in bytes.
@@ -52,11 +52,11 @@ impl StageWriter {
         let mut file = match kept {
             None => create_part(&path),
             Some(frames) => {
-                check_link(sequence)?;
+                sequence.check_continued_path()?;
                 if let Some(reason) = problem(sequence, stage.frame_bytes(), frames)? {
                     return Err(OutputError::Cache { path, reason });
                 }
-                let (existing, part) = (existing(sequence), part_path(&path));
+                let (existing, part) = (sequence.continued_path(), part_path(&path));
                 let rename = || if existing == part { Ok(()) } else { fs::rename(&existing, &part) };
                 rename().and_then(|()| File::options().write(true).open(&part))
             }
@@ -164,13 +164,6 @@ fn truncate(file: &mut File, frame_bytes: u64, frames: u64) -> std::io::Result<(
     file.seek(SeekFrom::End(0)).map(drop)
 }
 
-/// Returns the path of an existing stage: of the unfinished one, or else of the finished one.
-fn existing(sequence: &Sequence) -> PathBuf {
-    let path = sequence.path(0);
-    let part = part_path(&path);
-    if part.symlink_metadata().is_ok() { part } else { path }
-}
-
 /// Returns whether a stage with the frames of `records` has its final name and its structure.
 pub(crate) fn is_complete(
     sequence: &Sequence,
@@ -178,7 +171,7 @@ pub(crate) fn is_complete(
     compare: Compare,
 ) -> Result<bool, OutputError> {
     let path = sequence.path(0);
-    if existing(sequence) != path {
+    if sequence.continued_path() != path {
         return Ok(false);
     }
     let mut found = [0; FRAMES as usize];
@@ -204,18 +197,9 @@ pub(crate) fn is_complete(
     Ok(found == head(contents, after.hash))
 }
 
-/// Returns an error if an existing stage is a link, which would have to be followed to continue the stage.
-pub(super) fn check_link(sequence: &Sequence) -> Result<(), OutputError> {
-    let path = existing(sequence);
-    if is_link(&path) {
-        return Err(OutputError::Link { path });
-    }
-    Ok(())
-}
-
 /// Returns why an existing stage cannot be continued after `frames` frames of `frame_bytes` bytes; `None` if it can.
 fn problem(sequence: &Sequence, frame_bytes: u64, frames: u64) -> Result<Option<String>, OutputError> {
-    let path = existing(sequence);
+    let path = sequence.continued_path();
     let failed = |error| OutputError::io("read", &path)(error);
     let mut file = match File::open(&path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Some("it is missing".to_owned())),
@@ -242,7 +226,7 @@ pub(super) fn check(
     compare: Compare,
 ) -> Result<Option<String>, OutputError> {
     let Some(first) = records.first() else { return Ok(None) };
-    let path = existing(sequence);
+    let path = sequence.continued_path();
     let text = path.display();
     if let Some(reason) = problem(sequence, first.bytes, records.len() as u64)? {
         return Ok(Some(format!("cannot continue {text}: {reason}")));
