@@ -246,6 +246,28 @@ test('colliders are drawn, and can be hidden', async (t) => {
   assert.ok(changed > 1000, `${changed} values differ`);
 });
 
+test('the ground is as large as the bodies and their shadows need', async (t) => {
+  const { page } = await opened(t, kept);
+  const scenes = [
+    [3, 1, 2],
+    [1, 20, 1],
+    [1e-4, 2e-4, 1e-4],
+    [3e4, 1e3, 3e4],
+  ];
+  const found = await page.evaluate((scenes) => {
+    const up = new THREE.Vector3(0, 1, 0),
+      { key } = player.views.views[0].lights,
+      light = key.position.clone().sub(key.target.position);
+    const tilt = Math.hypot(light.x, light.z) / light.y;
+    return scenes.map(([x, y, z]) => {
+      const box = new THREE.Box3(new THREE.Vector3(-x, 0, -z), new THREE.Vector3(x, y, z));
+      return [planeRadius(box, up, false), Math.hypot(x, z) + tilt * y];
+    });
+  }, scenes);
+  // At the edge of the ground nothing is seen, at its half a quarter.
+  for (const [radius, needed] of found) assert.ok(radius > needed && radius <= 2 * needed, `${radius}, ${needed}`);
+});
+
 test('without scripts the page says what it contains', async (t) => {
   const { page } = await opened(t, kept, { javaScriptEnabled: false });
   const text = await page.innerText('#summary');

@@ -69,6 +69,21 @@ function roundLength(length) {
   return power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
 }
 
+// Returns the radius of the part of a plane that is drawn around the bounding box of the bodies. That of a floor is twice
+// as wide as the bodies, and has room for their shadows, which are 0.72 times as long as the bodies are high.
+function planeRadius(box, normal, isWall) {
+  const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+  let across = 0,
+    along = 0;
+  for (let k = 0; k < 4; k++) {
+    const corner = half.clone().multiply(new THREE.Vector3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, 1)),
+      height = corner.dot(normal);
+    along = Math.max(along, Math.abs(height));
+    across = Math.max(across, corner.addScaledVector(normal, -height).length());
+  }
+  return isWall ? 1.2 * across + 0.1 * along : 2 * across + 1.6 * along;
+}
+
 // Returns a plane with a grid, which fades around the origin; its free side is +z. Walls have a grid only.
 function planeObject(radius, isWall, materials) {
   const group = new THREE.Group();
@@ -113,7 +128,7 @@ class ColliderObject {
     switch (collider.shape) {
       case "plane": {
         const { normal } = this,
-          radius = (this.isFloor ? 4 : 1.6) * extent.radius;
+          radius = planeRadius(extent.box, normal, !this.isFloor);
         const plane = towards(
           planeObject(radius, !this.isFloor, materials),
           new THREE.Vector3(0, 0, 1),

@@ -63,7 +63,7 @@ class View {
     const heights = corners.flatMap((a) =>
       corners.flatMap((b) => corners.map((c) => new THREE.Vector3(a.x, b.y, c.z).dot(up))),
     );
-    const ground = planeObject(4 * extent.radius, false, this.materials);
+    const ground = planeObject(planeRadius(extent.box, up, false), false, this.materials);
     ground.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), up);
     ground.position
       .copy(extent.center)
