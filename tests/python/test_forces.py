@@ -160,20 +160,40 @@ def test_an_exception_of_a_function_passes_and_the_step_is_not_made(sim):
         field.remove()
 
 
-def test_a_field_of_zero_lets_a_body_sleep_and_wakes_it_later():
+def test_a_field_that_does_not_change_lets_a_body_sleep_and_wakes_it_later():
     lattice = supple.Lattice.from_cells(np.ones((3, 3, 3), bool), cell_size=0.3)
-    sim = supple.Simulation(supple.Body(lattice), fps=30, colliders=supple.Plane((0, 0, 0), (0, 1, 0)))
-    wind = {"force": 0.0}
-    sim.bodies[0].add_force_field(lambda x, v, time: (wind["force"], 0, 0))
-    for _ in range(40):
-        sim.advance(5)
-        if sim.bodies[0].is_asleep:
-            break
-    assert sim.bodies[0].is_asleep
-    wind["force"] = 2.0 * 9.81 * sim.bodies[0].mass
-    sim.advance(1)
+    ground = supple.Plane((0, 0, 0), (0, 1, 0))
+
+    def asleep(sim, frames):
+        for _ in range(frames):
+            sim.advance()
+            if sim.bodies[0].is_asleep:
+                return True
+        return False
+
+    wind = {"share": 0.0}
+    # Below the friction coefficient of 0.5 the body leans against it; above it, it slides.
+    for share in (0.0, 0.3):
+        sim = supple.Simulation(supple.Body(lattice), fps=30, colliders=ground)
+        body = sim.bodies[0]
+        weights = 9.81 * body.masses[:, None] * [1, 0, 0]
+        wind["share"] = share
+        body.add_force_field(lambda x, v, time, weights=weights: wind["share"] * weights)
+        assert asleep(sim, 200)
+        wind["share"] = 2.0
+        sim.advance(1)
+        assert not body.is_asleep
+        assert body.velocities[:, 0].mean() > 0
+
+    sim = supple.Simulation(supple.Body(lattice), fps=30, colliders=ground)
+    field = sim.bodies[0].add_force_field((0.3 * 9.81 * sim.bodies[0].mass, 0, 0))
+    assert asleep(sim, 200)
+    calm = sim.bodies[0].positions
+    sim.advance(10)
+    assert np.array_equal(sim.bodies[0].positions, calm)
+    field.remove()
+    sim.step()
     assert not sim.bodies[0].is_asleep
-    assert sim.bodies[0].velocities[:, 0].mean() > 0
 
 
 @pytest.mark.parametrize("make", [copy.deepcopy, lambda sim: pickle.loads(pickle.dumps(sim))])

@@ -146,6 +146,56 @@ fn a_body_at_rest_sleeps_without_motion_until_something_moves_it() {
     }
 }
 
+/// Steps a simulation, with a force on each vertex that `force` returns for the time and the velocity. Returns the number
+/// of the step after which the body sleeps, from 1.
+fn sleeps_in_step(
+    simulation: &mut Simulation,
+    steps: usize,
+    force: impl Fn(f64, Vector3<f64>) -> Vector3<f64>,
+) -> Option<usize> {
+    (1..=steps).find(|_| {
+        let (time, velocities) = (simulation.time(), simulation.bodies()[0].velocities());
+        let forces: Vec<_> = (0..).zip(velocities).map(|(i, v)| (i, force(time, v).into())).collect();
+        simulation.body_mut(0).apply_forces(&forces).unwrap();
+        simulation.step();
+        simulation.bodies()[0].is_asleep()
+    })
+}
+
+/// The forces on a vertex: a third of its mean weight sideways, which friction holds, and a drag towards a wind.
+#[test]
+fn forces_that_do_not_change_let_a_body_sleep() {
+    let mut simulation = resting();
+    let body = &simulation.bodies()[0];
+    let mass = body.mass() / body.lattice().len() as f64;
+    let (before, push) = (body.center_of_mass(), Vector3::new(3.0 * mass, 0.0, 0.0));
+    let wind = Vector3::new(0.0, 2.0, 0.0);
+    let constant = |_: f64, _: Vector3<f64>| push;
+    let drag = |_: f64, velocity: Vector3<f64>| (wind - velocity) * mass;
+    let rising = |time: f64, _: Vector3<f64>| push * time;
+
+    assert!(sleeps_in_step(&mut simulation, 2000, constant).is_some_and(|step| step > 10));
+    let leaning = simulation.bodies()[0].center_of_mass();
+    assert!(leaning.x > before.x + 1e-4, "{leaning} after {before}");
+    // Asleep, it stays where it is, and the forces of the steps are not summed up.
+    for _ in 0..30 {
+        assert_eq!(sleeps_in_step(&mut simulation, 1, constant), Some(1));
+    }
+    assert_eq!(simulation.bodies()[0].center_of_mass(), leaning);
+    let restored = simulation.state();
+    simulation.step();
+    assert!(!simulation.bodies()[0].is_asleep(), "without the force that it leans against");
+    simulation.restore(&restored).unwrap();
+    assert_eq!(sleeps_in_step(&mut simulation, 1, constant), Some(1), "a restored state");
+    simulation.body_mut(0).apply_forces(&[(5, [0.0, 0.0, 1e-6 * mass])]).unwrap();
+    simulation.step();
+    assert!(!simulation.bodies()[0].is_asleep(), "other forces");
+
+    assert!(sleeps_in_step(&mut resting(), 2000, drag).is_some());
+    // It grows by 0.3 times the weight per second, so that every half second of rest has changes.
+    assert_eq!(sleeps_in_step(&mut resting(), 400, rising), None);
+}
+
 #[test]
 fn a_collider_wakes_a_body_only_when_it_comes_near() {
     let mut simulation = resting();

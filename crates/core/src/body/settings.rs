@@ -173,7 +173,8 @@ impl Body {
     }
 
     /// Applies forces to single lattice vertices in the next step. `forces` contains pairs of vertex and
-    /// force, in kg x length / s^2. Several forces add up.
+    /// force, in kg x length / s^2. Several forces add up. Forces that are the same in every step let a body fall asleep,
+    /// and a change wakes it.
     ///
     /// # Errors
     ///

@@ -13,7 +13,11 @@
 //! another one touches wakes up.
 //!
 //! A sleeping body wakes up when something could move it: a handle or a near collider that moves, a pin or handle
-//! that begins or ends, a force, an assigned position or velocity, and every changed setting.
+//! that begins or ends, a force that changes, an assigned position or velocity, and every changed setting.
+//!
+//! A force that is the same in every step lets a body sleep, as gravity does. So does one that changes by less than a
+//! thousandth of the weight under the gravity max(g, 8 L/s²) at each vertex, such as a drag that the noise of the velocities
+//! varies. Any force on a vertex without one counts as a change.
 
 use nalgebra::{Point3, Vector3};
 
@@ -29,6 +33,9 @@ const REST_TIME: f64 = 0.5;
 
 /// Limit of the speed, as a fraction of √(L max(g, 8 L/s²)).
 const REST_SPEED: f64 = 1e-3;
+
+/// Limit of the change of a force on a vertex, as a fraction of m max(g, 8 L/s²).
+const REST_FORCE: f64 = 1e-3;
 
 /// Largest velocity of a vertex by rounding errors, in standard deviations: 5 for the largest of 10^6 numbers, times 3 for
 /// the rounding errors of the sums over the regions.
@@ -198,7 +205,9 @@ impl Body {
     /// Returns whether something may move a body at rest in this step.
     fn is_disturbed(&self, context: &StepContext) -> bool {
         let Self { constraints, forces, .. } = self;
-        forces.as_ref().is_some_and(|forces| forces.acts_in_next_step())
+        let acceleration = REST_FORCE * effective_gravity(self.size, context.gravity.norm());
+        let tolerance = |vertex: u32| acceleration * self.mass_of(vertex);
+        forces.as_ref().is_some_and(|forces| forces.move_a_body_at_rest(tolerance))
             || constraints.as_ref().is_some_and(|constraints| !constraints.is_static(context.interval))
             || self.is_near_moving_collider(context.colliders, context.interval)
     }

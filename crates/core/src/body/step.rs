@@ -100,6 +100,8 @@ impl Body {
         self.complete_elasticity(context.gravity.norm(), context.interval.dt);
         if !self.is_asleep() {
             self.run_all(&STEP[..FIRST_STAGE_AFTER_DAMPING], context, executor);
+        } else if let Some(forces) = &mut self.forces {
+            forces.discard();
         }
     }
 

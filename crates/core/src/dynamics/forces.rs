@@ -7,13 +7,16 @@ use nalgebra::Vector3;
 use crate::lattice::Lattice;
 use crate::state::{Interval, State};
 
-/// The external-force stage: the forces of the next step, and the displacements that the forces of the
-/// current frame have caused. Both lists are sorted by lattice vertex and have no duplicate vertices.
+/// The external-force stage: the forces of the next step, those with which the body came to rest, and the displacements
+/// that the forces of the current frame have caused. All lists are sorted by lattice vertex and have no duplicate vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Forces {
     /// Lattice vertices and the forces on them in the next step, in scene units of mass × length / s².
     next: Vec<(u32, [f64; 3])>,
+    /// The forces of the last step in which the body was not at rest. While it rests, they are what holds it in place
+    /// together with gravity.
+    at_rest: Vec<(u32, [f64; 3])>,
     /// Lattice vertices and their velocity change times dt, in cells. This is f of Eq. (2) in
     /// `volume::external_forces`.
     displacements: Vec<(u32, [f32; 3])>,
@@ -27,9 +30,29 @@ impl Forces {
         sum_duplicates(&mut self.next);
     }
 
-    /// Returns whether there are forces on vertices in the next step.
-    pub(crate) fn acts_in_next_step(&self) -> bool {
-        !self.next.is_empty()
+    /// Returns whether the forces of the next step differ from those with which the body came to rest: by more than
+    /// `tolerance`, a force, at a vertex, or at all at a vertex without a force.
+    pub(crate) fn move_a_body_at_rest(&self, tolerance: impl Fn(u32) -> f64) -> bool {
+        let (mut next, mut at_rest) = (&self.next[..], &self.at_rest[..]);
+        while let Some(vertex) = [next, at_rest].into_iter().filter_map(|list| Some(list.first()?.0)).min() {
+            let [now, before] = [&mut next, &mut at_rest].map(|list| match list.split_first() {
+                Some((&(other, force), rest)) if other == vertex => {
+                    *list = rest;
+                    Vector3::from(force)
+                }
+                _ => Vector3::zeros(),
+            });
+            let is_new = before == Vector3::zeros() && now != Vector3::zeros();
+            if is_new || (now - before).norm() > tolerance(vertex) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Discards the forces of the next step of a body that sleeps.
+    pub(crate) fn discard(&mut self) {
+        self.next.clear();
     }
 
     /// Applies the forces f of the next step: v += h f/m, with the step length h and the `mass` m of a
@@ -44,6 +67,9 @@ impl Forces {
     ) {
         if is_frame_start {
             self.displacements.clear();
+        }
+        if state.rest.time == 0.0 {
+            self.at_rest.clone_from(&self.next);
         }
         if self.next.is_empty() {
             return;
@@ -68,21 +94,21 @@ impl Forces {
         self.displacements.iter().copied()
     }
 
-    /// Returns whether there are neither forces nor displacements.
+    /// Returns whether all lists are empty.
     pub(crate) fn is_empty(&self) -> bool {
-        self.next.is_empty() && self.displacements.is_empty()
+        self.next.is_empty() && self.at_rest.is_empty() && self.displacements.is_empty()
     }
 
     /// Returns the memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        self.next.capacity() * size_of::<(u32, [f64; 3])>()
+        (self.next.capacity() + self.at_rest.capacity()) * size_of::<(u32, [f64; 3])>()
             + self.displacements.capacity() * size_of::<(u32, [f32; 3])>()
     }
 
     /// Checks deserialized data. Returns whether all vertex indices are less than `vertices`.
     pub(crate) fn is_valid(&self, vertices: usize) -> bool {
         let in_range = |vertex: u32| (vertex as usize) < vertices;
-        self.next.iter().all(|&(vertex, _)| in_range(vertex))
+        self.next.iter().chain(&self.at_rest).all(|&(vertex, _)| in_range(vertex))
             && self.displacements.iter().all(|&(vertex, _)| in_range(vertex))
     }
 }

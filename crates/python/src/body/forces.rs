@@ -87,7 +87,7 @@ fn part<'py>(
     arrays::frozen(arrays::from_vectors(py, rows))
 }
 
-/// Applies a force in the next step. Forces of zero do not wake a body.
+/// Applies a force in the next step. Leaves out vertices with a force of zero.
 fn apply(body: &mut supple::Body, (force, vertices): NextForce) -> Result<(), supple::Error> {
     let vertices = vertices.unwrap_or_else(|| (0..body.lattice().len() as u32).collect());
     match force {
@@ -167,9 +167,9 @@ impl Body {
     /// box, sphere, plane, vertices
     ///     Selection of a part, as for pin. Default: the whole body. It is made once, now.
     ///
-    /// Several fields add up, with apply_force too. A body with a force that is not zero does not fall asleep, and a
-    /// force of zero does not wake it. A function is called from step and advance, which let an exception pass: the step
-    /// then is not made. Each step with fields takes some microseconds more, with a function some tens of microseconds
+    /// Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a thousandth
+    /// of the weight on each vertex, and wakes when they change. A function is called from step and advance, which let an
+    /// exception pass: the step then is not made. Each step with fields takes some microseconds more, with a function some tens of microseconds
     /// for 1,000 lattice vertices. Pickles and copies contain fields, states of save_state do not.
     #[pyo3(
         signature = (force, **options),
