@@ -84,6 +84,13 @@ impl<'a> BodyRef<'a> {
         self.body.lattice()
     }
 
+    /// Returns a reference that evaluates the displayed surface on the threads of another executor. A program that evaluates
+    /// several bodies at once gives each of them [`Executor::sequential`], because handing out the parts of one body costs
+    /// more than it gains then.
+    pub fn with_executor(self, executor: &'a Executor) -> Self {
+        Self { context: self.context.map(|context| DisplayContext { executor, ..context }), ..self }
+    }
+
     /// Evaluates the displayed surface: the mesh, deformed by the lattice after the volume correction. For
     /// many frames, reusing one [`Display`] is faster.
     pub fn surface(self) -> DisplayedSurface {

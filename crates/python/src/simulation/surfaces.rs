@@ -4,7 +4,7 @@ use numpy::{Element, PyArray2, PyArrayMethods, PyReadwriteArray2, PyUntypedArray
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
-use supple::Coordinate;
+use supple::{Coordinate, Executor};
 
 use super::Simulation;
 use crate::argument::conversion_error;
@@ -86,10 +86,14 @@ impl Simulation {
                 None => others.push(index),
             }
         }
+        let sequential = Executor::sequential();
         self.shared.with(py, |simulation| {
-            simulation.executor().for_each(tasks.into_iter(), |(index, body, rows)| {
+            // With fewer bodies than threads, the threads share the work on each body.
+            let all = simulation.executor();
+            let of_body = if tasks.len() < all.threads() { all } else { &sequential };
+            all.for_each(tasks.into_iter(), |(index, body, rows)| {
                 let mut display = body.display();
-                let mut displayed = display.evaluate(simulation.body(index));
+                let mut displayed = display.evaluate(simulation.body(index).with_executor(of_body));
                 match rows {
                     Rows::Single(rows) => displayed.surface_into(rows, None),
                     Rows::Double(rows) => displayed.surface_into(rows, None),
