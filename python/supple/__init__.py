@@ -29,7 +29,8 @@ Contents:
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
     save_usd, save_html, Recorder           a live simulation as a USD stage, or as a page for browsers
-    screenshot                              picture of a simulation, without a display
+    screenshot                              picture of a simulation, without a display; notebooks show one of simulations
+                                            and bodies, and the page of a Recorder
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view
     rotations, reference.goals              rotations of matrices; goal positions by naive sums
@@ -50,7 +51,7 @@ The GIL is released while Rust code runs, and Ctrl-C interrupts between steps. R
 of threads. Bodies and simulations can be pickled and deep-copied; a copy continues bit-identically.
 """
 
-from . import edits, errors, pictures, plots, recorder, reference, reports, viewer
+from . import edits, errors, notebook, pictures, plots, recorder, reference, reports, viewer
 from ._core import Body, ForceField, Hold, Lattice, Mesh, Simulation, __version__, read_obj, rotations, simd_level
 from .colliders import Box, Capsule, Collider, MeshCollider, Plane, Sphere
 from .errors import ContactWarning, LatticeError, MaterialWarning, MeshError, OutputError, SceneError, SuppleError
@@ -95,6 +96,7 @@ __all__ = [
     "edits",
     "errors",
     "load_scene",
+    "notebook",
     "pictures",
     "plot_study",
     "plot_volume",

@@ -698,15 +698,16 @@ class Body:
         box, sphere, plane, vertices
             Selection of a part, as for pin. Default: the whole body. It is made once, now.
 
-        Several fields add up, with apply_force too. A body with a force that is not zero does not fall asleep, and a
-        force of zero does not wake it. A function is called from step and advance, which let an exception pass: the step
-        then is not made. Each step with fields takes some microseconds more, with a function some tens of microseconds
+        Several fields add up, with apply_force too. A body falls asleep under forces that stay the same, to a thousandth
+        of the weight on each vertex, and wakes when they change. A function is called from step and advance, which let an
+        exception pass: the step then is not made. Each step with fields takes some microseconds more, with a function some tens of microseconds
         for 1,000 lattice vertices. Pickles and copies contain fields, states of save_state do not.
         """
     @property
     def force_fields(self) -> tuple[ForceField, ...]:
         """Force fields that were not removed, in the order in which they were added: tuple of ForceField."""
     def __len__(self) -> int: ...
+    def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     def _set_state(self, positions: ArrayLike | None, velocities: ArrayLike | None) -> None: ...
     @staticmethod
@@ -1020,6 +1021,7 @@ class Simulation:
         Other Python threads continue to run. Ctrl-C interrupts between two steps, and warnings are as for step.
         Raises ValueError without fps.
         """
+    def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @classmethod
     def _restore(cls, shapes: list[Mesh | Lattice], data: bytes) -> Simulation: ...

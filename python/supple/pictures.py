@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["fill", "shades", "write_png"]
+__all__ = ["fill", "png", "shades"]
 
 #: Number of pixels that are computed at a time, which bounds the memory.
 _BATCH = 1 << 19
@@ -117,8 +115,8 @@ def _batches(counts: NDArray[Any]) -> Iterator[NDArray[Any]]:
     return iter(np.split(np.arange(len(counts)), np.flatnonzero(np.diff(np.cumsum(counts) // _BATCH)) + 1))
 
 
-def write_png(picture: NDArray[np.uint8], path: str | os.PathLike[str]) -> None:
-    """Write a picture, (height, width, 3), to a PNG file."""
+def png(picture: NDArray[np.uint8]) -> bytes:
+    """Return a picture, (height, width, 3), as the contents of a PNG file."""
     height, width, _ = picture.shape
     # Every row begins with its filter: none.
     rows = np.concatenate([np.zeros((height, 1), np.uint8), picture.reshape(height, -1)], axis=1)
@@ -127,4 +125,4 @@ def write_png(picture: NDArray[np.uint8], path: str | os.PathLike[str]) -> None:
     parts = (
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks
     )
-    Path(path).write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(parts)

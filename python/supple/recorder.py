@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from types import TracebackType
 from typing import Literal
 
 from . import _core
 from ._core import Simulation
+from .notebook import page_html
 
 __all__ = ["Recorder", "save_html", "save_usd"]
 
@@ -35,6 +37,8 @@ class Recorder:
     meters_per_unit : float, default 1
         Meters per unit of length of the file, > 0, which USD stages state.
 
+    In a notebook, the closed recorder of a page shows the page: `recorder` as the last line of a cell.
+
     Raises ValueError for another extension, a number out of range, or a body without a mesh, and OutputError if the
     file cannot be written.
     """
@@ -50,6 +54,7 @@ class Recorder:
         meters_per_unit: float = 1.0,
     ) -> None:
         """Start the file."""
+        self._path = Path(path).absolute()
         self._recording = _core.Recording(sim, path, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)
 
     @property
@@ -64,6 +69,16 @@ class Recorder:
     def close(self) -> None:
         """Complete the file. Closing twice does nothing."""
         self._recording.close()
+
+    def __repr__(self) -> str:
+        """Return a line with the file and the number of frames."""
+        state = "closed" if self.frames is None else f"open, frames: {self.frames}"
+        return f"<supple.Recorder of {self._path}: {state}>"
+
+    def _repr_html_(self) -> str | None:
+        """Return the page for a notebook; None for a stage, and for a page that is not complete."""
+        is_page = self._path.suffix == ".html" and self.frames is None and self._path.is_file()
+        return page_html(self._path) if is_page else None
 
     def __enter__(self) -> Recorder:
         """Return the recorder."""
@@ -88,7 +103,7 @@ def save_usd(
     scale: float = 1.0,
     fps: float | None = None,
     meters_per_unit: float = 1.0,
-) -> None:
+) -> Recorder:
     """Advance a simulation by a number of frames and save it as a USD stage.
 
     sim : Simulation
@@ -101,9 +116,9 @@ def save_usd(
         As for Recorder.
 
     For runs of scenes, which are resumed and which keep texture coordinates, materials and groups of OBJ files, use
-    `run(..., format="usd")`. Raises the errors of Recorder, and ValueError without fps.
+    `run(..., format="usd")`. Returns the closed Recorder. Raises its errors, and ValueError without fps.
     """
-    _save(sim, path, ".usd", frames, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)
+    return _save(sim, path, ".usd", frames, up=up, scale=scale, fps=fps, meters_per_unit=meters_per_unit)
 
 
 def save_html(
@@ -114,7 +129,7 @@ def save_html(
     up: Literal["y", "z"] | None = None,
     scale: float = 1.0,
     fps: float | None = None,
-) -> None:
+) -> Recorder:
     """Advance a simulation by a number of frames and save it as a page for browsers.
 
     sim : Simulation
@@ -126,9 +141,9 @@ def save_html(
     up, scale, fps : optional
         As for Recorder.
 
-    Raises the errors of Recorder, and ValueError without fps.
+    Returns the closed Recorder, which shows the page in a notebook. Raises its errors, and ValueError without fps.
     """
-    _save(sim, path, ".html", frames, up=up, scale=scale, fps=fps)
+    return _save(sim, path, ".html", frames, up=up, scale=scale, fps=fps)
 
 
 def _save(
@@ -141,7 +156,7 @@ def _save(
     scale: float,
     fps: float | None,
     meters_per_unit: float = 1.0,
-) -> None:
+) -> Recorder:
     """Record the present state and a number of further frames."""
     if not os.fspath(path).endswith(ending):
         raise ValueError(f"path is {os.fspath(path)!r}; it must end in {ending}")
@@ -151,3 +166,4 @@ def _save(
         for _ in range(frames):
             sim.advance()
             recorder.record()
+    return recorder

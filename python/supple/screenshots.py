@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import colliders as shapes
 from ._core import Body, Simulation, rotation_matrix
-from .pictures import fill, shades, write_png
+from .pictures import fill, png, shades
 
 __all__ = ["screenshot"]
 
@@ -93,7 +93,7 @@ def screenshot(
     averaged = picture.reshape(height, _SAMPLES, width, _SAMPLES, 3).mean(axis=(1, 3))
     result: NDArray[np.uint8] = np.round(255 * averaged).astype(np.uint8)
     if path is not None:
-        write_png(result, path)
+        Path(path).write_bytes(png(result))
     return result
 
 

@@ -169,6 +169,11 @@ impl Body {
         shape.cast::<Mesh>().ok()?.get().visual.as_ref().map(|visual| visual.clone_ref(py))
     }
 
+    /// Return a picture and a table for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.notebook")?.call_method1("picture_html", (slf,))
+    }
+
     /// Open a viewer window with the simulation of the body, or with only the body if it is not in a
     /// simulation: see supple.view.
     fn show<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -247,6 +247,11 @@ impl Simulation {
         })
     }
 
+    /// Return a picture and a table for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.notebook")?.call_method1("picture_html", (slf,))
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let (py, this) = (slf.py(), slf.get());
         let (shapes, bodies): (Vec<_>, Vec<_>) =
