@@ -29,8 +29,8 @@ Contents:
     Plane, Sphere, Box, Capsule, MeshCollider    colliders; sim.colliders[i].move_to moves one
     load_scene, run, sweep                  TOML scenes: load as a simulation, run to frames on disk, vary parameters
     save_usd, save_html, Recorder           a live simulation as a USD stage, or as a page for browsers
-    screenshot                              picture of a simulation, without a display; notebooks show one of simulations
-                                            and bodies, and the page of a Recorder
+    screenshot                              picture of a simulation, without a display; notebooks show simulations,
+                                            bodies and the page of a Recorder
     plot_volume, plot_study, view           plots of volumes and studies, viewer with controls; they need the optional
                                             packages of the extras plot and view
     rotations, reference.goals              rotations of matrices; goal positions by naive sums

@@ -268,6 +268,25 @@ test('the ground is as large as the bodies and their shadows need', async (t) =>
   for (const [radius, needed] of found) assert.ok(radius > needed && radius <= 2 * needed, `${radius}, ${needed}`);
 });
 
+test('a page runs in the frame of a notebook', async (t) => {
+  const text = readFileSync(kept, 'utf8').replaceAll('&', '&amp;').replaceAll('"', '&quot;'),
+    notebook = join(folder, 'notebook.html');
+  writeFileSync(
+    notebook,
+    `<!doctype html><html lang="en" data-state="ready"><meta charset="utf-8"><title>Notebook</title>
+<iframe srcdoc="${text}" sandbox="allow-scripts" width="900" height="560" title="Animation"></iframe></html>`,
+  );
+  const { page, messages } = await opened(t, notebook);
+  const frame = page.frames()[1];
+  await frame.waitForFunction(() => document.documentElement.dataset.state, null, { timeout: 120_000 });
+  assert.equal((await state(frame)).state, 'ready');
+  await frame.click('#last');
+  assert.equal((await state(frame)).frame, LAST);
+  await frame.click('#help');
+  assert.ok(await frame.isVisible('#keys'));
+  assert.deepEqual(messages, []);
+});
+
 test('without scripts the page says what it contains', async (t) => {
   const { page } = await opened(t, kept, { javaScriptEnabled: false });
   const text = await page.innerText('#summary');
