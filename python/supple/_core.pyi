@@ -549,16 +549,22 @@ class Body:
         """
     def volume_report(self) -> VolumeReport:
         """Return a VolumeReport: the volume by each measure at rest, before and after the correction."""
-    def to_trimesh(self) -> Trimesh:
+    def to_trimesh(self, *, uv: bool = False) -> Trimesh:
         """Return the displayed surface as a trimesh.Trimesh.
 
-        Vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
-        trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors. Needs
-        trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has
-        no mesh.
+        uv : bool, default False
+            Whether the mesh has the texture coordinates and materials of the OBJ file from which the body was read. A
+            vertex with several texture coordinates is then several vertices, as in trimesh itself, and the vertex
+            attribute "input_vertex" of the result is the index of each vertex in input order. The file is read again.
+
+        Without uv, vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
+        trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors, and ignores uv.
+        Needs trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has no mesh, and MeshError if uv
+        needs a file that has changed.
         """
     @property
     def _visual(self) -> Any: ...
+    def _appearance(self) -> tuple[Any, ...] | None: ...
     def show(self) -> None:
         """Open a viewer window with the simulation of the body, or with only the body if it is not in a
         simulation: see supple.view.

@@ -3,6 +3,7 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `appearance` | reads the texture coordinates and materials of meshes |
 //! | `argument` | checks numbers, strings and keyword arguments |
 //! | `arrays` | converts numpy arrays |
 //! | `error` | converts Rust errors to the exceptions of `supple.errors` |
@@ -16,6 +17,7 @@
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
 //! | `functions` | defines functions on arrays |
 
+mod appearance;
 mod argument;
 mod arrays;
 mod body;

@@ -8,8 +8,9 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyTuple, PyType};
 use supple::{ColliderFault, CollisionMesh};
-use supple_io::counted;
+use supple_io::{counted, obj};
 
+use crate::appearance::Source;
 use crate::argument::{self, is_from_python, wrong_type};
 use crate::arrays::{self, Axis};
 use crate::error::{self, Exception};
@@ -33,6 +34,8 @@ pub(crate) struct Mesh {
     faces: PyOnceLock<Py<PyArray2<i64>>>,
     /// The `visual` of the `trimesh.Trimesh` from which the mesh was made: texture coordinates, materials, colors.
     pub(crate) visual: Option<Py<PyAny>>,
+    /// The OBJ file of the mesh.
+    source: Option<Source>,
     /// The mesh as the shape of colliders.
     collision: PyOnceLock<Result<CollisionMesh, ColliderFault>>,
 }
@@ -40,12 +43,23 @@ pub(crate) struct Mesh {
 impl Mesh {
     pub(crate) fn from_core(mesh: supple::Mesh) -> Self {
         let (vertices, faces, collision) = (PyOnceLock::new(), PyOnceLock::new(), PyOnceLock::new());
-        Self { mesh, vertices, faces, visual: None, collision }
+        Self { mesh, vertices, faces, visual: None, source: None, collision }
     }
 
     /// Attaches the `visual` of a `trimesh.Trimesh` with the same triangles.
     fn with_visual(self, visual: Option<Py<PyAny>>) -> Self {
         Self { visual, ..self }
+    }
+
+    /// Returns the mesh of an OBJ file, or of its object or group with the name `object`.
+    pub(crate) fn from_file(mesh: supple::Mesh, path: &Path, object: Option<&str>) -> Self {
+        let source = Source::new(path, object);
+        Self { source: Some(source), ..Self::from_core(mesh) }
+    }
+
+    /// Reads the texture coordinates and materials of the file of the mesh; `None` without a file.
+    pub(crate) fn appearance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyTuple>>> {
+        self.source.as_ref().map(|source| source.appearance(py, &self.mesh)).transpose()
     }
 
     /// Returns the mesh of a collider.
@@ -131,7 +145,7 @@ impl Mesh {
         let vertices: Vec<[f64; 3]> = mesh.vertices().iter().map(|&p| p.into()).collect();
         let faces: Vec<&[u32]> = mesh.faces().collect();
         let restore = py.get_type::<Self>().getattr("_restore")?;
-        let data = encode(py, &(vertices, faces))?;
+        let data = encode(py, &(vertices, faces, &slf.get().source))?;
         match &slf.get().visual {
             Some(visual) => (restore, (data, visual)).into_pyobject(py),
             None => (restore, (data,)).into_pyobject(py),
@@ -142,9 +156,10 @@ impl Mesh {
     #[classmethod]
     #[pyo3(signature = (data, visual=None))]
     fn _restore(class: &Bound<'_, PyType>, data: &[u8], visual: Option<Py<PyAny>>) -> PyResult<Self> {
-        let (vertices, faces): (Vec<[f64; 3]>, Vec<Vec<u32>>) = decode(class.py(), data)?;
+        type Data = (Vec<[f64; 3]>, Vec<Vec<u32>>, Option<Source>);
+        let (vertices, faces, source): Data = decode(class.py(), data)?;
         let mesh = supple::Mesh::new(vertices, &faces).map_err(error::from_core)?;
-        Ok(Self::from_core(mesh).with_visual(visual))
+        Ok(Self { source, ..Self::from_core(mesh).with_visual(visual) })
     }
 }
 
@@ -165,8 +180,8 @@ pub(crate) fn read_obj(path: &Bound<'_, PyAny>, object: Option<&Bound<'_, PyAny>
 
 /// Reads a mesh from an OBJ file: all of it, or only the object or group with the name `object`.
 fn read_mesh(py: Python<'_>, path: &Path, object: Option<&str>) -> PyResult<Mesh> {
-    let mesh = py.detach(|| supple_io::obj::read_object(path, object));
-    mesh.map(Mesh::from_core).map_err(error::from_obj)
+    let mesh = py.detach(|| obj::read_object(path, object)).map_err(error::from_obj)?;
+    Ok(Mesh::from_file(mesh, path, object))
 }
 
 /// Endings of files that trimesh reads.

@@ -54,7 +54,9 @@ fn to_python<'py>(
     };
     let shared = Arc::new(SharedSimulation::new(simulation, scene.simulation.threads));
     let bodies = scene.bodies.iter().zip(inputs).enumerate().map(|(index, (data, input))| {
-        let shape = Bound::new(py, Mesh::from_core(input.part.mesh().clone()))?.into_any();
+        let path = scene.base.join(&data.mesh);
+        let mesh = Mesh::from_file(input.part.mesh().clone(), &path, data.object.as_deref());
+        let shape = Bound::new(py, mesh)?.into_any();
         let arguments = (shape, settings(py, data)?);
         Ok(Arc::new(SharedBody::new(Storage::In(shared.clone(), index), arguments)))
     });

@@ -7,16 +7,17 @@ use super::corner;
 use super::lines::{Statements, Words, decode};
 use super::{Document, Part};
 
-/// Texture coordinates and materials of the faces of a body.
+/// Texture coordinates and materials of the faces of a part.
 #[derive(Debug, Default)]
-pub(crate) struct Appearance {
+#[non_exhaustive]
+pub struct Appearance {
     /// The `vt` that corners use: u and v. The origin is at the lower left of the image.
-    pub(crate) coordinates: Vec<[f32; 2]>,
+    pub coordinates: Vec<[f32; 2]>,
     /// For each corner of the faces in their order, its index in `coordinates`; empty if no corner has a `vt`. A
     /// corner without a `vt` has coordinates of its own, (0, 0).
-    pub(crate) corners: Vec<u32>,
+    pub corners: Vec<u32>,
     /// Materials that faces use, by the names in `usemtl` statements, each with its faces in the body, in order.
-    pub(crate) materials: Vec<(String, Vec<u32>)>,
+    pub materials: Vec<(String, Vec<u32>)>,
 }
 
 /// Marks a face that is not part of the body.
@@ -24,7 +25,7 @@ const OTHER: u32 = u32::MAX;
 
 impl Document {
     /// Returns the texture coordinates and materials of a part of the file.
-    pub(crate) fn appearance(&self, part: &Part) -> Appearance {
+    pub fn appearance(&self, part: &Part) -> Appearance {
         let mut face_of = vec![OTHER; self.face_count()];
         for (face, in_file) in (0..).zip(part.faces()) {
             face_of[in_file as usize] = face;

@@ -9,13 +9,14 @@ use crate::file;
 
 /// Color of a material.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct MaterialColor {
+#[non_exhaustive]
+pub struct MaterialColor {
     /// Diffuse color (`Kd`), linear, each component in [0, 1].
-    pub(crate) diffuse: [f32; 3],
+    pub diffuse: [f32; 3],
     /// Opacity (`d`, or 1 - `Tr`), in [0, 1].
-    pub(crate) opacity: f32,
+    pub opacity: f32,
     /// Image of the diffuse color (`map_Kd`), if the file exists.
-    pub(crate) image: Option<PathBuf>,
+    pub image: Option<PathBuf>,
 }
 
 impl Default for MaterialColor {
@@ -31,7 +32,7 @@ const MAX_SIZE: u64 = 32 << 20;
 impl Document {
     /// Returns the materials of the libraries, by name. The first definition of a name counts. Libraries that cannot
     /// be read have no materials: colors are not needed to run a scene.
-    pub(crate) fn material_colors(&self) -> BTreeMap<String, MaterialColor> {
+    pub fn material_colors(&self) -> BTreeMap<String, MaterialColor> {
         let mut materials = BTreeMap::new();
         for library in self.libraries().into_iter().filter(|library| library.exists) {
             let Ok(bytes) = file::read(&library.path, MAX_SIZE) else { continue };

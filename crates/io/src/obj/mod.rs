@@ -26,11 +26,12 @@ mod part;
 
 use std::path::Path;
 
+pub use appearance::Appearance;
 pub use document::Document;
 pub use error::{ObjError, ObjProblem};
 pub use groups::Group;
 pub use library::Library;
-pub(crate) use material::MaterialColor;
+pub use material::MaterialColor;
 pub use parse::IgnoredStatement;
 pub use part::Part;
 

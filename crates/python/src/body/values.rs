@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use numpy::{Element, PyArray1, PyArray2, PyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 use supple::Coordinate;
 
 use super::build::{read_volume, volume_settings};
@@ -154,12 +154,24 @@ impl Body {
 
     /// Return the displayed surface as a trimesh.Trimesh.
     ///
-    /// Vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
-    /// trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors. Needs
-    /// trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has
-    /// no mesh.
-    fn to_trimesh<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf,))
+    /// uv : bool, default False
+    ///     Whether the mesh has the texture coordinates and materials of the OBJ file from which the body was read. A
+    ///     vertex with several texture coordinates is then several vertices, as in trimesh itself, and the vertex
+    ///     attribute "input_vertex" of the result is the index of each vertex in input order. The file is read again.
+    ///
+    /// Without uv, vertices are in input order. Faces with more than three corners are fanned into triangles. A body of a
+    /// trimesh.Trimesh or of a file that trimesh reads keeps texture coordinates, materials and colors, and ignores uv.
+    /// Needs trimesh (`pip install trimesh`). Raises ValueError for a bare lattice, which has no mesh, and MeshError if uv
+    /// needs a file that has changed.
+    #[pyo3(signature = (*, uv=false))]
+    fn to_trimesh<'py>(slf: &Bound<'py, Self>, uv: bool) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("supple.interchange")?.call_method1("to_trimesh", (slf, uv))
+    }
+
+    /// The texture coordinates and materials of the OBJ file of the body, or None; see `Mesh::appearance`.
+    fn _appearance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyTuple>>> {
+        let (shape, _) = self.build_arguments(py);
+        shape.cast::<Mesh>().map_or(Ok(None), |mesh| mesh.get().appearance(py))
     }
 
     /// The `visual` of the trimesh.Trimesh from which the body was built, or None.
