@@ -59,7 +59,8 @@ def _textured(
         faces=faces,
         visual=visual,
         process=False,
-        vertex_attributes={"input_vertex": vertex},
+        # GLB files have no 64-bit integers.
+        vertex_attributes={"input_vertex": vertex.astype(np.uint32)},
     )
     return result
 

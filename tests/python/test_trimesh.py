@@ -141,7 +141,7 @@ def seam(tmp_path):
     return tmp_path / "seam.obj"
 
 
-def test_texture_coordinates_of_an_obj_file_split_vertices_at_seams(seam):
+def test_texture_coordinates_of_an_obj_file_split_vertices_at_seams(seam, tmp_path):
     body = supple.Body(seam, cell_size=0.25, translate=(0, 2, 0))
     plain = body.to_trimesh()
     assert np.array_equal(plain.vertices, body.surface())
@@ -159,6 +159,9 @@ def test_texture_coordinates_of_an_obj_file_split_vertices_at_seams(seam):
     assert shown.visual.face_materials.tolist() == [0, 0, 1, 1]
     pytest.importorskip("PIL")
     assert red.image.size == (2, 1)
+    shown.export(tmp_path / "seam.glb")
+    # trimesh turns v of GLB files over, in float32.
+    assert np.allclose(trimesh.load(tmp_path / "seam.glb", force="mesh").visual.uv, shown.visual.uv, atol=1e-6)
 
 
 def test_an_obj_file_has_as_many_vertices_as_trimesh_gives_it(bust):
