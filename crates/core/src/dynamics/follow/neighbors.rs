@@ -10,7 +10,7 @@ const NEAREST: usize = 16;
 /// increasing order.
 ///
 /// Of each eighth of a cell at most one mesh vertex is used, so that the neighbors of a lattice vertex surround it however
-/// fine the mesh is. The neighbors are found by steps from cell to cell, so that a lattice vertex does not follow a part of
+/// fine the mesh is. The neighbors are found along the links of the lattice, so that a lattice vertex does not follow a part of
 /// the mesh beyond a gap.
 pub(super) fn neighbors(
     (lattice, mesh, embedding): (&Lattice, &Mesh, &Embedding),
@@ -56,7 +56,7 @@ fn spread(mesh: &Mesh, embedding: &Embedding, part: &[u32]) -> Vec<u32> {
     points
 }
 
-/// Returns, for each lattice vertex, the points that reach it in the fewest steps from cell to cell, at least [`NEAREST`]
+/// Returns, for each lattice vertex, the points that reach it from the corners of their cells along the fewest links, at least [`NEAREST`]
 /// for the vertices in `held` if their components have as many.
 fn reach(lattice: &Lattice, embedding: &Embedding, points: &[u32], held: &[u32]) -> Vec<Vec<u32>> {
     let mut found = vec![Vec::new(); lattice.len()];
@@ -78,7 +78,7 @@ fn reach(lattice: &Lattice, embedding: &Embedding, points: &[u32], held: &[u32])
         }
         wave.clear();
         for arrivals in accepted.chunk_by(|a, b| a.0 == b.0) {
-            for next in around(lattice, arrivals[0].0) {
+            for next in lattice.neighbors(arrivals[0].0).into_iter().flatten() {
                 if found[next as usize].len() < NEAREST {
                     wave.extend(arrivals.iter().map(|&(_, point)| (next, point)));
                 }
@@ -86,19 +86,4 @@ fn reach(lattice: &Lattice, embedding: &Embedding, points: &[u32], held: &[u32])
         }
     }
     found
-}
-
-/// Returns the lattice vertices that have a cell in common with a vertex, in increasing order, without this vertex.
-fn around(lattice: &Lattice, vertex: u32) -> Vec<u32> {
-    let index = lattice.indices()[vertex as usize];
-    let cell = |corner: i32| {
-        let offset = [corner & 1, corner >> 1 & 1, corner >> 2 & 1];
-        lattice.cell_at([0, 1, 2].map(|axis| index[axis] - offset[axis]))
-    };
-    let mut vertices: Vec<u32> =
-        (0..8).filter_map(cell).flat_map(|cell| lattice.cell_corners(cell)).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices.retain(|&other| other != vertex);
-    vertices
 }
