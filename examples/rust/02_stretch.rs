@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use supple::{Body, Handle, Interpolation, Key, Pin, Selection, Simulation, Substeps, TimeWindow};
+use supple::{Body, Handle, Key, Pin, Selection, Simulation, Substeps, TimeWindow};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bust = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes/bust.obj");
@@ -24,9 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .lattice_vertices(1000)
         .pin(Pin { selection: base, window: TimeWindow::default() })
         .handle(Handle {
-            interpolation: Interpolation::Linear,
             selection: crown,
-            keys: vec![Key::default(), up],
+            motion: vec![Key::default(), up].into(),
             window: TimeWindow::default(),
         })
         .build()?;

@@ -604,8 +604,11 @@ class Body:
     def handle(
         self,
         *,
-        keys: Iterable[Key],
+        keys: Iterable[Key] | None = None,
         interpolation: _Interpolation = "linear",
+        follow: ArrayLike | _Path | None = None,
+        follow_fps: float = 30.0,
+        follow_start: float | None = None,
         box: _Box | None = None,
         sphere: _Sphere | None = None,
         plane: _Plane | None = None,
@@ -613,7 +616,8 @@ class Body:
         start: float = 0.0,
         end: float | None = None,
     ) -> Hold:
-        """Move a part of the body along keyframes. Returns a Hold.
+        """Move a part of the body along keyframes, or with an animated mesh. Returns a Hold. Exactly one of keys and follow is
+        given.
 
         keys : list of (time, translate, rotate), or of dicts with these names
             Keyframes, relative to the pose that the part has at `start`. time: seconds, strictly increasing.
@@ -624,7 +628,19 @@ class Body:
             How translations and angles go from one keyframe to the next: "linear", with constant velocity; "smooth",
             from rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
 
-        The other arguments and the errors are the same as for pin.
+        follow : (f, n, 3) float, or path of a PC2 file
+            Positions of the n vertices of the body's mesh at f times: the animation replaces the coordinates of the mesh
+            that the body was built from, so that its scale, rotate and translate apply to the animation also. The selected
+            lattice vertices move rigidly with the mesh vertices around them that a shape contains, or with those of the
+            whole mesh if `vertices` selects the part. Between two frames the mesh moves linearly, before the first and
+            after the last frame it is at rest. The part is at the animation's place at any time: it jumps at `start` if
+            the body is elsewhere then.
+        follow_fps : float, > 0, default 30
+            Frames per second of the animation.
+        follow_start : float, default 0, or the time of the first sample in the PC2 file
+            Time of the first frame in seconds.
+
+        The other arguments and the errors are the same as for pin. Raises ValueError for an animation of another shape.
         """
     @property
     def holds(self) -> tuple[Hold, ...]:
@@ -763,6 +779,15 @@ class Hold:
     def interpolation(self) -> _Interpolation | None:
         """Interpolation between the keyframes of a handle: "linear", "smooth" or "cubic". None for a pin."""
     @property
+    def follow(self) -> NDArray[np.float32] | None:
+        """Positions of the animation that a handle follows: (f, n, 3) float32, read-only. None for a pin and for keyframes."""
+    @property
+    def follow_fps(self) -> float | None:
+        """Frames per second of the animation that a handle follows, or None."""
+    @property
+    def follow_start(self) -> float | None:
+        """Time in seconds of the first frame of the animation that a handle follows, or None."""
+    @property
     def active(self) -> bool:
         """Whether the pin or handle acted in the last step."""
     @property
@@ -797,7 +822,8 @@ class Hold:
         A released pin or handle takes no memory and no time. One whose window has ended does.
         """
     def set_keys(self, keys: Iterable[Key], interpolation: _Interpolation | None = None) -> None:
-        """Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle.
+        """Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle. A handle that followed an
+        animation moves along them from the pose that the part has before the next step.
 
         keys : list of (time, translate, rotate), as for Body.handle
             Relative to the pose that the part had when the pin or handle became active.
@@ -991,7 +1017,7 @@ class Simulation:
         The state has positions, velocities, rotations, pins and handles with the poses that they captured, forces of the
         next step, contacts, who sleeps, the motion of driven colliders, time, gravity, the length and number of steps,
         and the settings of the bodies that can change between steps. It has neither sleep, threads, the shapes and
-        keyframes of colliders, nor force fields.
+        keyframes of colliders, the animations that handles follow, nor force fields.
         """
     def restore_state(self, state: ReadableBuffer) -> None:
         """Restore a state that save_state returned. The simulation then continues bit-identically, and bodies that slept
@@ -999,7 +1025,8 @@ class Simulation:
 
         state : bytes-like
             A state of this simulation, or of one that was built with the same bodies, number of colliders, and fps. Pins
-            and handles that were added after the state was saved no longer exist.
+            and handles that were added after the state was saved no longer exist. A body must still have the handles that
+            follow an animation, or others with the same selection and animation.
 
         contacts() is empty until the next step. Raises ValueError for the state of another simulation, of another
         version of supple, and for damaged data; the simulation is then unchanged.

@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 use supple::{
-    Body, BodyBuilder, Collider, Display, Handle, Interpolation, Key, Lattice, Material, Mesh, Pin,
-    Preservation, Selection, Simulation, SkinKind, Substeps, TimeWindow, Touched, VolumeMeasure,
+    Body, BodyBuilder, Collider, Display, Handle, HandleMotion, Key, Lattice, Material, Mesh, MeshAnimation,
+    Pin, Preservation, Selection, Simulation, SkinKind, Substeps, TimeWindow, Touched, VolumeMeasure,
     VolumeOptions, VolumeScope,
 };
 use supple_tests::counting_allocator::{CountingAllocator, allocations, thread_allocations, thread_bytes};
@@ -42,9 +42,8 @@ fn full_simulation(n: i32, threads: usize) -> Simulation {
         .region_damping(0.1)
         .pin(Pin { selection: corner, window: TimeWindow::default() })
         .handle(Handle {
-            interpolation: Interpolation::Linear,
             selection: top,
-            keys: vec![key(0.0, 0.0), key(9.0, 90.0)],
+            motion: vec![key(0.0, 0.0), key(9.0, 90.0)].into(),
             window: TimeWindow::default(),
         })
         .build()
@@ -80,6 +79,22 @@ fn steady_steps_and_evaluations_allocate_nothing_and_the_plan_counts_all_memory(
     let mut free = Simulation::builder().body(block(6).build().unwrap()).threads(1).build().unwrap();
     free.steps(3);
     assert_eq!(thread_allocations(|| free.steps(200)), 0, "a free body");
+
+    // The animation has a sample every three steps.
+    let turning = |sample: i32| {
+        let (sin, cos) = (0.02 * f64::from(sample)).sin_cos();
+        let turn =
+            move |p: &Point3<f64>| [p.x, cos * p.y - sin * p.z, sin * p.y + cos * p.z].map(|x| x as f32);
+        cube().vertices().iter().map(turn).collect::<Vec<_>>()
+    };
+    let animation = MeshAnimation::new((0..200).flat_map(turning).collect(), 8, 0.0, 0.05).unwrap();
+    let selection = Selection::Plane { point: [0.5, 0.0, 0.0], normal: [1.0, 0.0, 0.0] };
+    let motion = HandleMotion::Follow(animation);
+    let following = Body::builder(cube()).lattice_vertices(500).material(Material::fast_lsm());
+    let following = following.handle(Handle { selection, motion, window: TimeWindow::default() });
+    let mut following = Simulation::builder().body(following.build().unwrap()).threads(1).build().unwrap();
+    following.steps(60);
+    assert_eq!(thread_allocations(|| following.steps(200)), 0, "a handle that follows an animation");
 
     let mut driven = full_simulation(6, 1);
     driven.collider_mut(0).move_to([0.0; 3], [0.0; 3]).unwrap();

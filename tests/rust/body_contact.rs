@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, BodyBuilder, Collider, Handle, Interpolation, Key, Lattice, Mesh, Pin, Selection, Simulation,
-    SimulationBuilder, Substeps, TimeWindow, Touched,
+    Body, BodyBuilder, Collider, Handle, Key, Lattice, Mesh, Pin, Selection, Simulation, SimulationBuilder,
+    Substeps, TimeWindow, Touched,
 };
 
 use crate::common::{block, surface_of};
@@ -223,13 +223,7 @@ fn slow_bodies_touch_before_they_are_deep_in_each_other() {
     let held = |body: BodyBuilder, [low, high]: [f64; 2], keys: Vec<Key>| {
         let mut body = body.build().unwrap();
         let selection = Selection::Box { min: [-1.0, low, -1.0], max: [1.0, high, 1.0] };
-        body.handle(&Handle {
-            selection,
-            keys,
-            interpolation: Interpolation::Linear,
-            window: TimeWindow::default(),
-        })
-        .unwrap();
+        body.handle(&Handle { selection, motion: keys.into(), window: TimeWindow::default() }).unwrap();
         body
     };
     let end = Key { time: 2.0, translate: [0.0, -2.0 * speed, 0.0], ..Key::default() };
@@ -315,13 +309,8 @@ fn held_bodies_that_overlap_stay_stable() {
         body.pin(&Pin { selection: at(-0.6, -0.3), window: TimeWindow::default() }).unwrap();
         let end = Key { time: 1.0, translate: [0.0, 0.5, 0.0], ..Key::default() };
         let keys = vec![Key::default(), end];
-        body.handle(&Handle {
-            selection: at(0.3, 0.6),
-            keys,
-            interpolation: Interpolation::Linear,
-            window: TimeWindow::default(),
-        })
-        .unwrap();
+        body.handle(&Handle { selection: at(0.3, 0.6), motion: keys.into(), window: TimeWindow::default() })
+            .unwrap();
         sim = sim.body(body);
     }
     let mut sim = sim.build().unwrap();
@@ -424,13 +413,8 @@ fn parts_of_a_body_touch_each_other_only_if_enabled() {
         body.pin(&Pin { selection: lower, window: TimeWindow::default() }).unwrap();
         let upper = Selection::Box { min: [0.75, 0.39, -1.0], max: [1.1, 0.41, 1.0] };
         let keys = vec![Key::default(), Key { time: 1.0, translate: [0.0, -0.28, 0.0], ..Key::default() }];
-        body.handle(&Handle {
-            interpolation: Interpolation::Linear,
-            selection: upper,
-            keys,
-            window: TimeWindow::default(),
-        })
-        .unwrap();
+        body.handle(&Handle { selection: upper, motion: keys.into(), window: TimeWindow::default() })
+            .unwrap();
         let mut sim = Simulation::builder().body(body).gravity([0.0; 3]).dt(1.0 / 240.0).build().unwrap();
         sim.steps(10);
         assert_eq!(sim.contacts().len(), 0, "nothing touches at rest");

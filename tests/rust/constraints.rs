@@ -3,7 +3,9 @@
 use nalgebra::{Point3, Vector3};
 use supple::euler_degrees;
 use supple::internals::{BodyFrame, BodyState, Constraint, Constraints, Interval, Lanes, Motion};
-use supple::{ConstraintError, Interpolation, Key, MotionError, Selection, SelectionError, TimeWindow};
+use supple::{
+    ConstraintError, Executor, Interpolation, Key, MotionError, Selection, SelectionError, TimeWindow,
+};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -163,7 +165,7 @@ impl Body {
     fn step(&mut self, constraints: &mut Constraints, count: u64) {
         let step = Interval::of_step(count, DT);
         let slots = self.slots.clone();
-        constraints.begin(step, &self.state(), &slots);
+        constraints.begin(step, (&self.state(), &slots), &Executor::sequential());
         for (v, &slot) in self.slots.iter().enumerate() {
             self.compensation.set(slot, [1e-7, 0.0, -1e-7]);
             let [x, y, z] = self.positions.get(slot);

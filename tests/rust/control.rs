@@ -4,9 +4,8 @@
 use crate::common::{half_cells, momentum, without_gravity};
 use nalgebra::{Point3, Vector3};
 use supple::{
-    Body, ConstraintError, Elasticity, Error, Handle, Interpolation, Key, LatticeError, Material,
-    RegionDamping, RegionSize, Selection, Simulation, Stiffness, TimeWindow, VolumeError, VolumeMeasure,
-    VolumeOptions,
+    Body, ConstraintError, Elasticity, Error, Handle, Key, LatticeError, Material, RegionDamping, RegionSize,
+    Selection, Simulation, Stiffness, TimeWindow, VolumeError, VolumeMeasure, VolumeOptions,
 };
 
 #[test]
@@ -131,13 +130,7 @@ fn handles_follow_new_keys_and_are_released() {
     let mut body = Body::from_lattice(half_cells()).material(Material::fast_lsm()).build().unwrap();
     let all = Selection::Vertices((0..60).collect());
     let keys = vec![Key::default()];
-    body.handle(&Handle {
-        interpolation: Interpolation::Linear,
-        selection: all,
-        keys,
-        window: TimeWindow::default(),
-    })
-    .unwrap();
+    body.handle(&Handle { selection: all, motion: keys.into(), window: TimeWindow::default() }).unwrap();
     let rest = body.positions();
     let mut simulation = without_gravity(body);
     simulation.steps(5);

@@ -2,7 +2,7 @@
 
 use crate::common::{half_cells, momentum, without_gravity};
 use nalgebra::Vector3;
-use supple::{Body, Error, Handle, Interpolation, Key, Material, Selection, Simulation, TimeWindow};
+use supple::{Body, Error, Handle, Key, Material, Selection, Simulation, TimeWindow};
 
 #[test]
 fn a_force_on_any_selection_gives_its_impulse_once() {
@@ -96,12 +96,7 @@ fn forces_and_keys_beyond_the_limits_are_errors_and_within_them_results_stay_fin
     let keys = |height| vec![Key { time: 0.0, translate: [0.0, height, 0.0], rotate: [0.0; 3] }];
     let handle = |height| {
         let selection = Selection::Vertices(vec![0, 1]);
-        Handle {
-            interpolation: Interpolation::Linear,
-            selection,
-            keys: keys(height),
-            window: TimeWindow::default(),
-        }
+        Handle { selection, motion: keys(height).into(), window: TimeWindow::default() }
     };
     body.handle(&handle(-5e14)).unwrap();
     let error = body.handle(&handle(1e39)).unwrap_err().to_string();

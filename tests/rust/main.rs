@@ -14,6 +14,8 @@ mod display;
 mod driven_collider;
 mod embedding;
 mod energy;
+mod follow;
+mod follow_scenes;
 mod forces;
 mod frames;
 mod free_body;

@@ -214,6 +214,34 @@ fn bounds_are_in_the_world() {
 }
 
 #[test]
+fn a_handle_names_the_animation_that_it_follows() {
+    let workspace = Workspace::new();
+    workspace
+        .supple(&["run", "scene.toml", "--format", "pc2", "-o", "cache", "--frames", "3", "--quiet"])
+        .expect(0, &[]);
+    let follow = "\n[[body.handle]]\nplane = { point = [0, 3.9, 0], normal = [0, 1, 0] }\n\
+                  follow = \"cache/block.pc2\"\n\n[[collider]]";
+    let workspace_scene = SCENE.replace("\n[[collider]]", follow);
+    std::fs::write(workspace.path("scene.toml"), workspace_scene).unwrap();
+    let value = inspect(&workspace, &[]);
+    let handle = &value["bodies"][0]["handles"][0];
+    assert_eq!(handle["mesh_vertices"], 6);
+    let follow = &handle["follow"];
+    assert!(follow["file"].as_str().unwrap().ends_with("block.pc2"));
+    assert_eq!(
+        (&follow["samples"], &follow["first"], &follow["last"]),
+        (&4.into(), &0.0.into(), &0.1.into())
+    );
+    // The frames are in world space, and the placement of the body moves them again.
+    let distance = follow["distance_at_start"].as_f64().unwrap();
+    assert!((distance - 1.0).abs() < 1e-6, "{distance}");
+    let text = workspace.supple(&["inspect", "scene.toml"]).out;
+    assert!(text.contains("block.pc2: 4 samples from 0.000000 to 0.1000 s"), "{text}");
+    assert!(text.contains("up to 1.000 from its rest pose"), "{text}");
+    assert!(value["bodies"][0]["pins"][0].get("follow").is_none());
+}
+
+#[test]
 fn pins_and_handles_list_what_they_select() {
     let second = "\n[[body.pin]]\nvertices = [0]\n\n[[body.handle]]\nplane = { point = [0, 3.9, 0], normal = [0, 1, 0] }\n\
                   keys = [{ time = 0 }]\n\n[[collider]]";

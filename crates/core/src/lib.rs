@@ -62,7 +62,8 @@
 //!    Bodies that touch each other form an island, whose impulses are computed together with those of its colliders
 //!    (module `contact::bodies`).
 //! 7. **Constraints** ([`Pin`], [`Handle`], module `dynamics::constraints`): constrained vertices get the
-//!    position and the velocity of their pin or handle.
+//!    position and the velocity of their pin or handle. A handle moves along keyframes, or follows an animated mesh
+//!    ([`HandleMotion::Follow`], module `dynamics::follow`) by rigid moving least squares (Schaefer et al. 2006).
 //!
 //! alpha and the size of the regions follow from Young's modulus ([`Elasticity`], [`ElasticLaw`]) and the step length.
 //! A body at rest sleeps: it is not stepped ([`Body::is_asleep`]).
@@ -112,6 +113,7 @@
 //!   2007.
 //! * M. Müller, B. Heidelberger, M. Teschner, M. Gross: Meshless Deformations Based on Shape Matching,
 //!   SIGGRAPH 2005.
+//! * S. Schaefer, T. McPhail, J. Warren: Image Deformation Using Moving Least Squares, SIGGRAPH 2006.
 //! * W. von Funck, H. Theisel, H.-P. Seidel: Volume-Preserving Mesh Skinning, VMV 2008.
 
 // The feature `internals` exports internals of the stages. Some of them are unused without this feature.
@@ -139,20 +141,18 @@ pub use body::{
     ArrayError, Body, BodyBuilder, BodyRef, BodySnapshot, Display, DisplayTimes, Displayed, DisplayedSurface,
     HoldForce, Softened, StateError, TouchingOptions,
 };
-pub use contact::{
-    Collider, ColliderError, ColliderFault, CollisionMesh, MeshAnimation, Shape, SignedDistance,
-};
+pub use contact::{Collider, ColliderError, ColliderFault, CollisionMesh, Shape, SignedDistance};
 pub use dynamics::{
-    Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, Interpolation, Key, Material,
-    MotionError, Pin, Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness, TimeWindow,
-    Zone,
+    Constraint, ConstraintError, Damping, ElasticLaw, Elasticity, Handle, HandleMotion, Interpolation, Key,
+    Material, MotionError, Pin, Preset, RegionDamping, RegionSize, Selection, SelectionError, Stiffness,
+    TimeWindow, Zone,
 };
 pub use error::Error;
 pub use lattice::{
     Components, FloatingPart, Lattice, LatticeError, LatticeOptions, LatticeReport, Resolution,
 };
 pub use matching::rotations;
-pub use mesh::{Mesh, MeshError};
+pub use mesh::{AnimationError, Mesh, MeshAnimation, MeshError};
 pub use parallel::Executor;
 pub use plan::{BodyPlan, CONTACT_OF_BODIES, Plan, PlannedStage, When};
 pub use range::RangeError;

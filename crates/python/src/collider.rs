@@ -3,19 +3,21 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use numpy::PyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple, PyType};
-use supple::{Collider, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Shape, Touched};
+use supple::{
+    Collider, ColliderFault, ColliderRef, CollisionMesh, Interpolation, Key, MeshAnimation, Shape, Touched,
+};
 
 use crate::argument::{choice, conversion_error, number, wrong_type};
 use crate::arrays::{self, vector};
 use crate::body::SharedSimulation;
 use crate::mesh::Mesh;
 use crate::rotation::rotate_once;
-use crate::{constraint, error, rotation};
+use crate::{animation, constraint, error, rotation};
 
 /// Reads the `colliders` argument, a list or one collider, and returns the Python objects as a tuple.
 pub(crate) fn as_tuple<'py>(colliders: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
@@ -99,35 +101,15 @@ fn read_mesh(collider: &Bound<'_, PyAny>, name: &str) -> PyResult<CollisionMesh>
     if frames.is_none() {
         return mesh.get().collision_mesh(mesh.py()).map_err(fault);
     }
-    let (fps, start) =
-        (number(&collider.getattr("fps")?, "fps")?, number(&collider.getattr("start")?, "start")?);
-    if !(fps.is_finite() && fps > 0.0) {
-        return Err(PyValueError::new_err(format!("{name}: fps is {fps}; it must be greater than 0")));
-    }
+    let fps = animation::fps(&collider.getattr("fps")?, &format!("{name}: fps"))?;
+    let start = number(&collider.getattr("start")?, "start")?;
     let core = mesh.get().mesh.clone();
     let vertices = core.vertices().len();
-    let array = frames_array(&frames)?;
-    let array = array.readonly();
-    let view = array.as_array();
-    if view.shape()[0] == 0 || view.shape()[1..] != [vertices, 3] {
-        let shape = view.shape();
-        return Err(PyValueError::new_err(format!(
-            "frames has the shape ({}, {}, {}); it must be (frames, {vertices}, 3), with at least one frame",
-            shape[0], shape[1], shape[2]
-        )));
-    }
-    let numbers: Vec<f32> = view.iter().copied().collect();
-    let positions = numbers.as_chunks::<3>().0.to_vec();
+    let positions = animation::positions(&frames, "frames", vertices)?;
     MeshAnimation::new(positions, vertices, start, 1.0 / fps)
+        .map_err(ColliderFault::from)
         .and_then(|animation| CollisionMesh::animated(core, animation))
         .map_err(fault)
-}
-
-/// Converts the `frames` of a `MeshCollider` to an array.
-fn frames_array<'py>(frames: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-    let numpy = frames.py().import("numpy")?;
-    let array = numpy.call_method1("array", (frames, "float32"))?;
-    array.cast_into().map_err(|_| PyValueError::new_err("frames must have the shape (frames, vertices, 3)"))
 }
 
 /// Converts a collider to its Python object.
@@ -153,10 +135,7 @@ fn fields<'py>(py: Python<'py>, collider: &Collider) -> PyResult<(&'static str, 
     if let Shape::Mesh { mesh, .. } = &collider.shape {
         fields.set_item("mesh", Bound::new(py, Mesh::from_collision(py, mesh))?)?;
         if let Some(animation) = mesh.animation() {
-            let shape = [animation.samples(), animation.vertices(), 3];
-            let frames = PyArray1::from_slice(py, animation.positions().as_flattened()).reshape(shape)?;
-            frames.call_method1("setflags", (false,))?;
-            fields.set_item("frames", frames)?;
+            fields.set_item("frames", animation::array(py, animation)?)?;
             fields.set_item("fps", 1.0 / animation.interval())?;
             fields.set_item("start", animation.start())?;
         }

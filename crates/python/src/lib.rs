@@ -10,6 +10,7 @@
 //! | `forked` | locks mutexes without a deadlock after a fork |
 //! | `mesh`, `lattice`, `body`, `simulation` | define the classes of the same names |
 //! | `constraint` | reads the descriptions of pins and handles |
+//! | `animation` | reads the positions of animated meshes |
 //! | `collider` | reads the descriptions of colliders, and moves the colliders of a simulation |
 //! | `rotation` | reads angles, quaternions and matrices |
 //! | `scene` | loads and runs scenes |
@@ -17,6 +18,7 @@
 //! | `report` | converts reports to the dataclasses of `supple.reports` |
 //! | `functions` | defines functions on arrays |
 
+mod animation;
 mod appearance;
 mod argument;
 mod arrays;

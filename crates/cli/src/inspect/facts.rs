@@ -1,7 +1,7 @@
 //! Collects facts about a scene that has not run. `--json` prints them; the field names are the JSON keys.
 
 use serde::Serialize;
-use supple::{Body, Lattice, Plan, Preservation, Selection, Shape, StepReason};
+use supple::{Body, Lattice, Plan, Preservation, Shape, StepReason};
 use supple_io::counted;
 use supple_io::frames::{Format, count_shared_normals};
 use supple_io::run::{Input, Prepared};
@@ -224,15 +224,15 @@ fn body(scene: &Scene, prepared: &Prepared, plan: &Plan, index: usize) -> BodyFa
     let body = prepared.simulation.body(index);
     let source = input.source();
     let placed = Placed::new(data, &body);
-    let selections = |first: usize, selections: &mut dyn Iterator<Item = &Selection>| {
-        (first..).zip(selections).map(|(index, selection)| placed.selection(index, selection)).collect()
-    };
     BodyFacts {
         name: data.name.clone(),
         mesh: mesh(scene, data, input, &placed),
         zones: data.zones.iter().map(|zone| placed.zone(zone)).collect(),
-        pins: selections(0, &mut data.pins.iter().map(|pin| &pin.selection)),
-        handles: selections(data.pins.len(), &mut data.handles.iter().map(|handle| &handle.selection)),
+        pins: (0..).zip(&data.pins).map(|(index, pin)| placed.selection(index, &pin.selection)).collect(),
+        handles: (data.pins.len()..)
+            .zip(&data.handles)
+            .map(|(index, handle)| placed.handle(index, scene, (data, handle)))
+            .collect(),
         lattice: lattice(body.lattice(), &body),
         material: MaterialFacts::new(body),
         touching: touching(scene, &body, &plan.bodies[index]),

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 use supple::{Body, Selection, Zone};
-use supple_io::scene::BodyData;
+use supple_io::scene::{BodyData, HandleData, Scene};
 
 /// Surface of a body in world space at frame 0.
 pub(super) struct Placed<'a> {
@@ -23,6 +23,23 @@ pub(super) struct SelectionFacts {
     pub(super) low: [f64; 3],
     /// Largest coordinates of the selected mesh vertices, or of the listed lattice vertices.
     pub(super) high: [f64; 3],
+    /// The animation that a handle follows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) follow: Option<FollowFacts>,
+}
+
+/// Facts about the animation that a handle follows.
+#[derive(Debug, Serialize)]
+pub(super) struct FollowFacts {
+    /// PC2 file.
+    pub(super) file: String,
+    pub(super) samples: usize,
+    /// Time of the first sample in seconds.
+    pub(super) first: f64,
+    /// Time of the last sample in seconds.
+    pub(super) last: f64,
+    /// Greatest distance of a mesh vertex from its rest position when the handle becomes active.
+    pub(super) distance_at_start: f64,
 }
 
 /// Facts about a zone.
@@ -84,7 +101,35 @@ impl<'a> Placed<'a> {
         };
         let (low, high) = bounds(selected.iter().copied());
         let mesh_vertices = (!is_list).then_some(selected.len());
-        SelectionFacts { mesh_vertices, lattice_vertices: held.len(), low, high }
+        SelectionFacts { mesh_vertices, lattice_vertices: held.len(), low, high, follow: None }
+    }
+
+    /// Returns facts about a handle: see [`selection`](Self::selection).
+    pub(super) fn handle(
+        &self,
+        index: usize,
+        scene: &Scene,
+        (data, handle): (&BodyData, &HandleData),
+    ) -> SelectionFacts {
+        let facts = self.selection(index, &handle.selection);
+        let followed = self.body.constraint(index).ok().and_then(|constraint| constraint.followed());
+        let (Some(file), Some((animation, _)), Some(mesh)) = (&handle.follow, followed, self.body.mesh())
+        else {
+            return facts;
+        };
+        let mut positions = Vec::new();
+        animation.positions_at_time(handle.window.start, &mut positions);
+        let pairs = positions.iter().zip(mesh.vertices());
+        let distances = pairs.map(|(position, rest)| (position * data.scale - rest).norm());
+        let (first, last) = (animation.start(), animation.samples() - 1);
+        let follow = FollowFacts {
+            file: scene.resolve(file).display().to_string(),
+            samples: animation.samples(),
+            first,
+            last: first + last as f64 * animation.interval(),
+            distance_at_start: distances.fold(0.0, f64::max),
+        };
+        SelectionFacts { follow: Some(follow), ..facts }
     }
 
     /// Returns facts about a zone, whose shape selects lattice vertices.

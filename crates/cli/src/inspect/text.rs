@@ -6,7 +6,7 @@ use supple_io::counted;
 
 use super::contact::{ContactFacts, OverlapFacts, TouchingFacts};
 use super::facts::{BodyFacts, ColliderMeshFacts, Facts, LatticeFacts, MeshFacts};
-use super::placed::{SelectionFacts, ZoneFacts};
+use super::placed::{FollowFacts, SelectionFacts, ZoneFacts};
 use crate::terminal::{self, number};
 
 /// Formats the facts as lines with two columns, a key and a value. If `plan` is set, adds the stages of the
@@ -148,6 +148,15 @@ impl Page {
             None => format!("{lattice_vertices} from {low} to {high}"),
         };
         self.entry(key, &text);
+        if let Some(FollowFacts { file, samples, first, last, distance_at_start }) = &selection.follow {
+            let (first, last, distance) = (number(*first), number(*last), number(*distance_at_start));
+            let samples = counted(*samples, "sample");
+            self.entry("", &format!("follows {file}: {samples} from {first} to {last} s"));
+            self.entry(
+                "",
+                &format!("the mesh is up to {distance} from its rest pose when the handle begins"),
+            );
+        }
     }
 
     fn mesh(&mut self, mesh: &MeshFacts) {

@@ -332,6 +332,7 @@ impl BodyBuilder {
             volume: self.volume,
             correction: Correction::new(&lattice, volume_surface, &self.volume)?,
             measures: OnceLock::new(),
+            scale: self.scale,
             model_to_world: self.placement.isometry(),
             state,
             workspace: matching.cascade.workspace(&matching.layout),

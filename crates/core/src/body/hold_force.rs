@@ -71,7 +71,8 @@ impl Body {
         let goals = matching.goals(&workspace, executor);
         let stiffness = self.alpha(dt) * self.cell_mass() * self.lattice.cell_size() / (dt * dt);
         let step = Interval { start: time, end: time + dt, dt };
-        let moved = constraint.targets(step).filter(|&(vertex, ..)| self.is_moved_by(constraint, vertex));
+        let in_step = constraint.in_step(step, executor);
+        let moved = in_step.targets(step).filter(|&(vertex, ..)| self.is_moved_by(constraint, vertex));
         for (vertex, _, motion) in moved {
             let slot = slots[vertex as usize];
             let mass = self.mass_of(vertex);

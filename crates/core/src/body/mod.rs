@@ -83,6 +83,8 @@ pub struct Body {
     correction: Option<Correction>,
     /// Built by the first volume report.
     measures: OnceLock<VolumeMeasures>,
+    /// Factor by which the given mesh or lattice was scaled.
+    scale: f64,
     /// Transform from the model's frame to world space at frame 0.
     model_to_world: Isometry3<f64>,
     state: State,

@@ -8,7 +8,7 @@ use crate::volume::VolumeMeasures;
 
 impl Body {
     /// Returns the memory of the body in bytes: lattice, state and stages. The mesh and the buffers of a
-    /// [`Display`](crate::Display) are not included. The data that the first volume report builds are
+    /// [`Display`](crate::Display) are not included, nor are the animations that handles follow. The data that the first volume report builds are
     /// included only if the body has a volume correction.
     pub fn memory(&self) -> usize {
         self.plan().bytes()
@@ -74,7 +74,7 @@ impl Body {
     /// Returns the name, the parameters and the memory of a stage.
     fn describe(&self, stage: Stage) -> PlannedStage {
         let (detail, bytes) = match stage {
-            Stage::BeginConstraints => ("captures positions".to_owned(), 0),
+            Stage::BeginConstraints => ("captured positions, animated targets".to_owned(), 0),
             Stage::Constraints => self.constraints.as_ref().map_or_else(Default::default, |constraints| {
                 let list = constraints.list();
                 let count: usize = list.iter().map(|constraint| constraint.vertices().len()).sum();

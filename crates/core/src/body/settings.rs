@@ -4,10 +4,11 @@ use nalgebra::Point3;
 
 use super::{Body, Surface};
 use crate::dynamics::{
-    Constraint, ConstraintError, Constraints, Handle, Interpolation, Key, Motion, Pin, Selection,
-    SelectionError, TimeWindow,
+    BodyMesh, Constraint, ConstraintError, Constraints, Handle, HandleMotion, Interpolation, Key, Motion,
+    Pin, Selection, SelectionError, TimeWindow,
 };
 use crate::error::Error;
+use crate::mesh::MeshAnimation;
 use crate::range::in_range;
 use crate::volume::{Correction, VolumeError, VolumeOptions};
 
@@ -43,9 +44,10 @@ impl Body {
     }
 
     /// Replaces the keyframes of a handle, from the next step on. Keyframes are relative to the pose that the
-    /// selected part had when the handle became active. A pin that gets keyframes becomes a handle.
+    /// selected part had when the handle became active. A pin that gets keyframes becomes a handle. A handle that
+    /// followed an animation moves along the keyframes from the pose that the part has before the next step.
     ///
-    /// * `interpolation`: `None` for that of the handle before; linear for a pin.
+    /// * `interpolation`: `None` for that of the keyframes before; linear if there were none.
     /// * `index`: as for [`Body::release`].
     ///
     /// # Errors
@@ -103,33 +105,58 @@ impl Body {
     ///
     /// An empty or invalid selection, or an empty time window.
     pub fn pin(&mut self, pin: &Pin) -> Result<(), Error> {
-        self.constrain(&pin.selection, pin.window, None, Interpolation::Linear)
+        self.add(Constraint::new(self.select(&pin.selection)?, pin.window, None)?)
     }
 
-    /// Adds a handle, which moves the selected part of the body along keyframes, relative to the pose that
-    /// the part has when the time window of the handle begins. For selections see [`Body::select`].
+    /// Adds a handle, which moves the selected part of the body: along keyframes, relative to the pose that the part has
+    /// when the time window of the handle begins, or with an animated mesh. For selections see [`Body::select`].
     ///
     /// # Errors
     ///
-    /// The errors of [`Body::pin`], invalid keyframes, or a displacement of more than 10^15 cells.
+    /// The errors of [`Body::pin`], invalid keyframes, a displacement of more than 10^15 cells, an animation that has
+    /// another number of vertices than the mesh of the body, or a body without a mesh.
     pub fn handle(&mut self, handle: &Handle) -> Result<(), Error> {
-        self.constrain(&handle.selection, handle.window, Some(&handle.keys), handle.interpolation)
+        let Handle { selection, motion, window } = handle;
+        let constraint = match motion {
+            HandleMotion::Keys(keys, interpolation) => {
+                Constraint::new(self.select(selection)?, *window, Some(keys))?.interpolated(*interpolation)
+            }
+            HandleMotion::Follow(animation) => self.following(selection, *window, animation)?,
+        };
+        constraint.check_limit(self.coordinate_limit()).map_err(ConstraintError::from)?;
+        self.add(constraint)
     }
 
-    /// Adds a handle if there are `keys`, otherwise a pin.
-    fn constrain(
-        &mut self,
-        selection: &Selection,
-        window: TimeWindow,
-        keys: Option<&[Key]>,
-        interpolation: Interpolation,
-    ) -> Result<(), Error> {
-        let constraint = Constraint::new(self.select(selection)?, window, keys)?.interpolated(interpolation);
-        constraint.check_limit(self.coordinate_limit()).map_err(ConstraintError::from)?;
+    /// Adds a pin or a handle.
+    fn add(&mut self, constraint: Constraint) -> Result<(), Error> {
         self.wake();
         let vertices = self.lattice.len();
         self.constraints.get_or_insert_with(|| Constraints::new(vertices, Vec::new())).add(constraint);
         Ok(())
+    }
+
+    /// Returns a handle that follows an animated mesh.
+    fn following(
+        &self,
+        selection: &Selection,
+        window: TimeWindow,
+        animation: &MeshAnimation,
+    ) -> Result<Constraint, Error> {
+        let Some(Surface { mesh, embedding, .. }) = &self.surface else {
+            return Err(ConstraintError::NoMesh.into());
+        };
+        let (value, limit) = (animation.greatest_coordinate() * self.scale, self.coordinate_limit());
+        if value > limit {
+            return Err(ConstraintError::AnimationTooFar { value, limit }.into());
+        }
+        let vertices = self.select(selection)?;
+        let part = match selection {
+            Selection::Vertices(_) => (0..mesh.vertices().len() as u32).collect(),
+            shape => shape.points_inside(mesh.vertices().iter().map(|point| self.model_to_world * point))?,
+        };
+        let &Self { ref lattice, scale, model_to_world, .. } = self;
+        let body = BodyMesh { lattice, mesh, embedding, scale, model_to_world };
+        Ok(Constraint::following((selection, &part, vertices), window, (&body, animation))?)
     }
 
     /// Returns the lattice vertices of a selection, in increasing order.

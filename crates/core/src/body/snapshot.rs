@@ -90,6 +90,17 @@ pub enum StateError {
         /// `pins and handles` or `forces`.
         what: &'static str,
     },
+    /// A handle follows an animation that the body does not have.
+    #[error(
+        "body {body:?}: handle {index} of the state follows an animation, which a state does not contain; add a handle with \
+         the same selection and animation before the state is restored"
+    )]
+    Animation {
+        /// Name of the body.
+        body: String,
+        /// Index of the handle.
+        index: usize,
+    },
     /// Settings that are invalid for the body.
     #[error("body {body:?}: {source}")]
     Settings {
@@ -161,7 +172,10 @@ impl Body {
         let constrained = self.constraints.as_ref().map_or(&[][..], Constraints::constrained);
         let is_tracked =
             constrained == snapshot.constraints.as_ref().map_or(&[][..], Constraints::constrained);
-        self.constraints = snapshot.constraints.clone();
+        let before = std::mem::replace(&mut self.constraints, snapshot.constraints.clone());
+        if let (Some(constraints), Some(before)) = (&mut self.constraints, &before) {
+            constraints.resolve(before);
+        }
         if !is_tracked {
             self.track_constraints();
         }
@@ -190,6 +204,10 @@ impl Body {
         let vertices = self.lattice.len();
         if !snapshot.constraints.as_ref().is_none_or(|constraints| constraints.is_valid(vertices)) {
             return Err(StateError::Vertices { body: body(), what: "pins and handles" });
+        }
+        let unresolved = |constraints: &Constraints| constraints.unresolved(self.constraints.as_ref());
+        if let Some(index) = snapshot.constraints.as_ref().and_then(unresolved) {
+            return Err(StateError::Animation { body: body(), index });
         }
         if !snapshot.forces.as_ref().is_none_or(|forces| forces.is_valid(vertices)) {
             return Err(StateError::Vertices { body: body(), what: "forces" });

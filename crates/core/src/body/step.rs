@@ -169,8 +169,8 @@ impl Body {
     fn run(&mut self, stage: Stage, context: &StepContext, executor: &Executor) {
         match stage {
             // dynamics::constraints: pins and handles that become active capture the positions of their
-            // vertices.
-            Stage::BeginConstraints => self.begin_constraints(context),
+            // vertices. dynamics::follow: targets of handles that follow an animated mesh.
+            Stage::BeginConstraints => self.begin_constraints(context, executor),
             // dynamics::forces: v += h f/m.
             Stage::Forces => self.apply_external_forces(context),
             // dynamics::momentum: P = Σ m v and L = Σ m (x - x̄) × v, in f64, of each free component whose
@@ -210,9 +210,10 @@ impl Body {
     }
 
     /// Activates and deactivates pins and handles according to their time windows.
-    fn begin_constraints(&mut self, context: &StepContext) {
+    fn begin_constraints(&mut self, context: &StepContext, executor: &Executor) {
         let Self { constraints: Some(constraints), matching, state, .. } = self else { return };
-        if constraints.begin(context.interval, &state.body_state(), matching.layout.slots()) {
+        let state_slots = (&state.body_state(), matching.layout.slots());
+        if constraints.begin(context.interval, state_slots, executor) {
             self.track_constraints();
         }
     }

@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::animation::MeshAnimation;
 use super::distance::SignedDistance;
 use super::fault::ColliderFault;
-use crate::mesh::{ClosestPoint, Mesh, SurfaceTree};
+use crate::mesh::{ClosestPoint, Mesh, MeshAnimation, SurfaceTree};
 
 /// Half of the thickness of a shell, in cells: samples stay at this distance from an open mesh.
 ///
@@ -52,11 +51,7 @@ impl CollisionMesh {
     /// # Errors
     /// As [`new`](Self::new). Also if the animation has another number of vertices.
     pub fn animated(mesh: Mesh, animation: MeshAnimation) -> Result<Self, ColliderFault> {
-        let (vertices, found) = (mesh.vertices().len(), animation.vertices());
-        if vertices != found {
-            let problem = format!("it has {found} vertices, and the mesh has {vertices}");
-            return Err(ColliderFault::Animation(problem));
-        }
+        animation.check_vertices(mesh.vertices().len())?;
         Self::with(mesh, Some(animation))
     }
 

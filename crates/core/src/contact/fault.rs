@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::dynamics::MotionError;
+use crate::mesh::AnimationError;
 
 /// An invalid collider of a scene.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -40,7 +41,7 @@ pub enum ColliderFault {
     },
     /// The animation of a mesh is invalid.
     #[error("the animation is invalid: {0}")]
-    Animation(String),
+    Animation(#[from] AnimationError),
     /// The keyframes are invalid.
     #[error(transparent)]
     Motion(#[from] MotionError),

@@ -6,7 +6,6 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `animation` | positions of the vertices of a mesh at several times |
 //! | `deformation` | the surface of an animated mesh during a step, and its velocity |
 //! | `distance` | the signed distance from a shape |
 //! | `fault` | errors of colliders |
@@ -49,7 +48,6 @@
 //! * Impulses are computed up to a tolerance, so that a resting body sinks slightly until the push-out lifts
 //!   it. The tolerance therefore determines the residual motion of a resting body.
 
-mod animation;
 pub(crate) mod bodies;
 mod collider;
 mod colliders;
@@ -75,7 +73,6 @@ mod swept;
 mod vec4;
 mod way_out;
 
-pub use self::animation::MeshAnimation;
 pub use self::collider::Collider;
 pub use self::colliders::Colliders;
 pub(crate) use self::colliders::DrivenCollider;

@@ -3,51 +3,12 @@
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
+use super::follow::{BodyMesh, Follow};
+use super::handle::TimeWindow;
 use super::{Interpolation, Key, Motion, MotionError, Pose, Selection};
+use crate::mesh::{AnimationError, MeshAnimation};
+use crate::parallel::Executor;
 use crate::state::{BodyState, Interval};
-
-/// A constraint that fixes selected lattice vertices at the positions that they have when it becomes active.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pin {
-    /// The vertices to fix.
-    pub selection: Selection,
-    /// Time window in which the constraint is active. Default: from 0 s on, without end.
-    pub window: TimeWindow,
-}
-
-/// A constraint that moves selected lattice vertices along keyframes. The motion is relative to the positions
-/// that the vertices have when the constraint becomes active: the captured positions.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Handle {
-    /// The vertices to move.
-    pub selection: Selection,
-    /// Keyframes: displacements from the captured positions, and rotations about the mean of the captured
-    /// positions.
-    pub keys: Vec<Key>,
-    /// Interpolation between the keyframes. Default: linear.
-    pub interpolation: Interpolation,
-    /// Time window in which the constraint is active. Default: from 0 s on, without end.
-    pub window: TimeWindow,
-}
-
-/// Time window in which a pin or a handle is active, in seconds.
-///
-/// The constraint captures the positions of its vertices at the start of the first step that starts at or
-/// after `start`. It releases the vertices after the last step that ends at or before `end`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct TimeWindow {
-    /// Start of the window, finite. Default 0.
-    pub start: f64,
-    /// End of the window, greater than `start`. Default infinity.
-    pub end: f64,
-}
-
-impl Default for TimeWindow {
-    fn default() -> Self {
-        Self { start: 0.0, end: f64::INFINITY }
-    }
-}
 
 /// A pin or a handle of a body, resolved to lattice vertices, with the positions that it captured.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +18,9 @@ pub struct Constraint {
     pub(super) index: usize,
     vertices: Vec<u32>,
     pub(super) window: TimeWindow,
-    pub(super) motion: Option<Motion>,
+    motion: Option<Motion>,
+    /// Present if the constraint follows an animated mesh. It then has neither a motion nor captured positions.
+    follow: Option<Follow>,
     capture: Option<Capture>,
     /// Whether the constraint is active in the current step.
     active: bool,
@@ -90,7 +53,23 @@ impl Constraint {
             return Err(ConstraintError::TimeWindow { start, end });
         }
         let motion = keys.map(|keys| Motion::new(keys.to_vec())).transpose()?;
-        Ok(Self { index: 0, vertices, window, motion, capture: None, active: false })
+        Ok(Self { index: 0, vertices, window, motion, follow: None, capture: None, active: false })
+    }
+
+    /// Creates a handle on `vertices` that follows the mesh vertices `part` of an animation. Both are in increasing order,
+    /// without duplicates and not empty.
+    ///
+    /// # Errors
+    /// An invalid time window, or an animation with another number of vertices than the mesh.
+    pub(crate) fn following(
+        (selection, part, vertices): (&Selection, &[u32], Vec<u32>),
+        window: TimeWindow,
+        (body, animation): (&BodyMesh<'_>, &MeshAnimation),
+    ) -> Result<Self, ConstraintError> {
+        animation.check_vertices(body.mesh.vertices().len())?;
+        let constraint = Self::new(vertices, window, None)?;
+        let follow = Follow::new(body, animation, selection, part, &constraint.vertices);
+        Ok(Self { follow: Some(follow), ..constraint })
     }
 
     /// Returns the constraint with another interpolation between the keyframes. It changes no pin.
@@ -120,9 +99,29 @@ impl Constraint {
         self.motion.as_ref().map(Motion::keys)
     }
 
-    /// Returns the motion of a handle, or `None` for a pin.
-    pub(crate) fn motion(&self) -> Option<&Motion> {
-        self.motion.as_ref()
+    /// Returns the animation that a handle follows, and the selection that it was created with; `None` for a pin and for a
+    /// handle with keyframes.
+    pub fn followed(&self) -> Option<(&MeshAnimation, &Selection)> {
+        self.follow.as_ref().and_then(Follow::source)
+    }
+
+    /// Replaces the motion by keyframes. If the constraint followed an animation, it captures positions in the next step.
+    pub(super) fn set_motion(&mut self, motion: Motion) {
+        self.motion = Some(motion);
+        self.follow = None;
+    }
+
+    /// Returns the greatest speed of a vertex, in scene units per second. `radius` is that of the body.
+    pub(crate) fn greatest_speed(&self, radius: f64) -> f64 {
+        let keys = self.motion.as_ref().map_or(0.0, |motion| motion.greatest_speed(radius));
+        self.follow.as_ref().map_or(keys, Follow::greatest_speed)
+    }
+
+    /// Returns the greatest displacement of the vertices along a direction.
+    pub(crate) fn greatest_displacement(&self, direction: &Vector3<f64>) -> f64 {
+        let keys = self.keys().into_iter().flatten();
+        let keys = keys.map(|key| Vector3::from(key.translate).dot(direction)).fold(0.0, f64::max);
+        self.follow.as_ref().map_or(keys, |follow| follow.greatest_displacement(direction))
     }
 
     /// Returns the interpolation between the keyframes of a handle, or `None` for a pin.
@@ -149,7 +148,7 @@ impl Constraint {
     /// Returns the memory of the lists in bytes.
     pub(super) fn bytes(&self) -> usize {
         let captured = self.capture.as_ref().map_or(0, |capture| size_of_val(capture.positions.as_slice()));
-        size_of_val(self.vertices.as_slice()) + captured
+        size_of_val(self.vertices.as_slice()) + captured + self.follow.as_ref().map_or(0, Follow::bytes)
     }
 
     /// Checks deserialized data. Returns whether all indices and lengths are valid for a lattice of
@@ -159,9 +158,22 @@ impl Constraint {
             && self.capture.as_ref().is_none_or(|capture| capture.positions.len() == self.vertices.len())
     }
 
+    /// Takes the animation of a serialized constraint from a constraint that follows the same one.
+    pub(super) fn resolve(&mut self, other: &Self) {
+        if let (Some(own), Some(other)) = (&mut self.follow, &other.follow) {
+            own.resolve(other);
+        }
+    }
+
+    /// Returns whether the constraint has the animation that it follows, if it follows one.
+    pub(super) fn is_resolved(&self) -> bool {
+        self.follow.as_ref().is_none_or(|follow| follow.is_resolved(self.vertices.len()))
+    }
+
     /// Returns whether the constraint does not move, begin or end in a step, and was not released.
     pub(super) fn is_static(&self, step: Interval) -> bool {
-        let moves = || self.pose(step.start) != self.pose(step.end);
+        let follows = || self.follow.as_ref().is_some_and(|follow| follow.moves(step));
+        let moves = || self.pose(step.start) != self.pose(step.end) || follows();
         !self.is_released() && self.acts_in(step) == self.active && !(self.active && moves())
     }
 
@@ -174,18 +186,35 @@ impl Constraint {
         step.start >= self.window.start - slack && step.end <= self.window.end + slack
     }
 
-    /// Begins a step: captures positions if the constraint becomes active for the first time. Returns whether
-    /// the constraint becomes active or inactive.
-    pub(super) fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
+    /// Begins a step: captures positions if the constraint becomes active for the first time, or computes the targets of
+    /// an animation. Returns whether the constraint becomes active or inactive.
+    pub(super) fn begin(
+        &mut self,
+        step: Interval,
+        (state, slots): (&BodyState<'_>, &[u32]),
+        executor: &Executor,
+    ) -> bool {
         let active = self.acts_in(step);
-        if active && self.capture.is_none() {
+        if active && let Some(follow) = &mut self.follow {
+            follow.begin(step, executor);
+        } else if active && self.capture.is_none() {
             self.capture = Some(Capture::new(&self.vertices, state, slots));
         }
         active != std::mem::replace(&mut self.active, active)
     }
 
+    /// Returns the constraint at the beginning of another step, for [`targets`](Self::targets).
+    pub(crate) fn in_step(&self, step: Interval, executor: &Executor) -> Self {
+        let mut constraint = self.clone();
+        if let Some(follow) = &mut constraint.follow {
+            follow.begin(step, executor);
+        }
+        constraint
+    }
+
     /// Returns, for each vertex, its index, its target position at the end of a step, in world space, and the change of
-    /// the target position during the step. Nothing without captured positions.
+    /// the target position during the step. Nothing without captured positions. If the constraint follows an animation,
+    /// the step must be the one that began last.
     pub(crate) fn targets(&self, step: Interval) -> impl Iterator<Item = (u32, Point3<f64>, Vector3<f64>)> {
         let (start, end) = (self.pose(step.start), self.pose(step.end));
         // The change is computed from differences of poses, because differences of positions lose digits far from the
@@ -196,10 +225,12 @@ impl Constraint {
             let center = Point3::from(capture.center);
             capture.positions.iter().map(move |&captured| (center, Point3::from(captured)))
         });
-        self.vertices.iter().zip(captures).map(move |(&vertex, (center, captured))| {
+        let captured = captures.map(move |(center, captured)| {
             let target = if self.motion.is_some() { end.apply(&center, &captured) } else { captured };
-            (vertex, target, rotation_change * (captured - center) + translation_change)
-        })
+            (target, rotation_change * (captured - center) + translation_change)
+        });
+        let targets = captured.chain(self.follow.iter().flat_map(Follow::targets));
+        self.vertices.iter().zip(targets).map(|(&vertex, (target, change))| (vertex, target, change))
     }
 
     /// Ends a step: moves the vertices to their target positions at the end of the step. Their velocity is
@@ -216,7 +247,7 @@ impl Constraint {
         }
     }
 
-    /// Returns the pose at `time`, in seconds. For a pin, it is the identity.
+    /// Returns the pose at `time`, in seconds. Without keyframes, it is the identity.
     fn pose(&self, time: f64) -> Pose {
         self.motion.as_ref().map_or_else(Pose::identity, |motion| motion.pose(time))
     }
@@ -251,6 +282,23 @@ pub enum ConstraintError {
     /// The keyframes are invalid.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// A handle follows an animation, and the body has no mesh.
+    #[error(
+        "the handle follows an animated mesh, and the body is a bare lattice without a mesh; build the body from the mesh, \
+         or give keys"
+    )]
+    NoMesh,
+    /// The animation that a handle follows is invalid for the body.
+    #[error("the animation is invalid: {0}")]
+    Animation(#[from] AnimationError),
+    /// A position of the animation is so far away that the positions of neighboring vertices would round to the same number.
+    #[error("the animation has a coordinate of {value:e}, too far: the limit is {limit:.3e}, 10^15 cells")]
+    AnimationTooFar {
+        /// The coordinate.
+        value: f64,
+        /// Largest valid magnitude.
+        limit: f64,
+    },
     /// The index of a pin or handle is out of range.
     #[error("there is no pin or handle {index}: the body has {count}")]
     NoSuchConstraint {

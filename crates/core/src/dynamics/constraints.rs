@@ -2,6 +2,7 @@
 
 use super::Motion;
 use super::constraint::{Constraint, ConstraintError};
+use crate::parallel::Executor;
 use crate::state::{BodyState, Interval};
 
 /// The constraint stage: the pins and handles of one body. Of the active constraints that have a vertex in
@@ -69,7 +70,7 @@ impl Constraints {
     /// If the index is out of range, or the constraint was released.
     pub fn set_motion(&mut self, index: usize, motion: Motion) -> Result<(), ConstraintError> {
         let place = self.find(index)?;
-        self.constraints[place].motion = Some(motion);
+        self.constraints[place].set_motion(motion);
         Ok(())
     }
 
@@ -102,6 +103,24 @@ impl Constraints {
             && self.constraints.iter().all(|constraint| constraint.is_valid(vertex_count))
     }
 
+    /// Takes the animations of serialized constraints from the constraints of a body.
+    pub(crate) fn resolve(&mut self, others: &Self) {
+        for constraint in self.constraints.iter_mut().filter(|constraint| !constraint.is_resolved()) {
+            others.constraints.iter().for_each(|other| constraint.resolve(other));
+        }
+    }
+
+    /// Returns the index of a constraint that follows an animation that neither it nor a constraint of a body has.
+    pub(crate) fn unresolved(&self, others: Option<&Self>) -> Option<usize> {
+        let is_in_body = |constraint: &Constraint| {
+            let mut constraint = constraint.clone();
+            others.into_iter().flat_map(Self::list).for_each(|other| constraint.resolve(other));
+            constraint.is_resolved()
+        };
+        let missing = |constraint: &&Constraint| !constraint.is_resolved() && !is_in_body(constraint);
+        self.constraints.iter().find(missing).map(Constraint::index)
+    }
+
     /// Returns the constraints in the order in which they were added, also released ones until the next step
     /// begins.
     pub fn list(&self) -> &[Constraint] {
@@ -125,10 +144,15 @@ impl Constraints {
     /// step begins.
     ///
     /// `slots` has the slot of each lattice vertex: its index in the storage order.
-    pub fn begin(&mut self, step: Interval, state: &BodyState<'_>, slots: &[u32]) -> bool {
+    pub fn begin(
+        &mut self,
+        step: Interval,
+        (state, slots): (&BodyState<'_>, &[u32]),
+        executor: &Executor,
+    ) -> bool {
         let mut changed = false;
         for constraint in &mut self.constraints {
-            changed |= constraint.begin(step, state, slots);
+            changed |= constraint.begin(step, (state, slots), executor);
         }
         self.constraints.retain(|constraint| !constraint.is_released());
         if changed {

@@ -8,6 +8,8 @@
 //! | `interpolation` | interpolation between keyframes |
 //! | `motion` | keyframed rigid motion of handles and colliders |
 //! | `drive` | motion of a driven collider to a target pose |
+//! | `handle` | descriptions of pins and handles |
+//! | `follow` | handles that follow an animated mesh |
 //! | `constraint` | a pin or a handle: prescribed positions and velocities |
 //! | `constraints` | all pins and handles of a body |
 //! | `forces` | external forces, applied for one step |
@@ -30,7 +32,9 @@ mod drive;
 mod elastic_damping;
 mod elastic_law;
 mod energy;
+mod follow;
 mod forces;
+mod handle;
 mod integration;
 mod interpolation;
 mod lowest_mode;
@@ -40,7 +44,7 @@ mod motion;
 mod selection;
 mod stiffness_factors;
 
-pub use constraint::{Constraint, ConstraintError, Handle, Pin, TimeWindow};
+pub use constraint::{Constraint, ConstraintError};
 pub use constraints::Constraints;
 pub(crate) use coupling::{CoupledComponent, Coupling};
 pub(crate) use damping::RegionDamper;
@@ -49,7 +53,9 @@ pub(crate) use elastic_damping::ElasticDamper;
 pub use elastic_law::ElasticLaw;
 pub(crate) use elastic_law::half_width_of;
 pub(crate) use energy::EnergyLimiter;
+pub(crate) use follow::BodyMesh;
 pub(crate) use forces::Forces;
+pub use handle::{Handle, HandleMotion, Pin, TimeWindow};
 pub(crate) use integration::{Accelerate, Advance, add_rigid};
 pub use interpolation::Interpolation;
 pub(crate) use lowest_mode::lowest_eigenvalue;

@@ -8,6 +8,7 @@ use thiserror::Error;
 /// A selection of lattice vertices: a shape in world space at frame 0, or a list of indices. Points on the
 /// boundary of a shape are selected.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Selection {
     /// A box with faces perpendicular to the world axes. `min <= max` along each axis.
     Box {
@@ -177,7 +178,7 @@ impl Selection {
 
     /// Returns the indices of the points inside the shape, in increasing order. Returns an error if no point
     /// is inside.
-    fn points_inside(
+    pub(crate) fn points_inside(
         &self,
         points: impl IntoIterator<Item: Borrow<Point3<f64>>>,
     ) -> Result<Vec<u32>, SelectionError> {

@@ -23,6 +23,7 @@ pub(crate) use goals::{Means, PotentialSums, scale};
 pub(crate) use regions::Regions;
 pub(crate) use rotation::columns;
 pub use rotation::rotations;
+pub(crate) use rotation::{ROTATIONS, rotations_near};
 pub(crate) use windows::Weighted;
 
 use std::sync::atomic::AtomicUsize;

@@ -5,8 +5,10 @@
 //! * `weld`: finds vertices at equal positions.
 //! * `topology`: describes a mesh. `duplicates` counts repeated faces; `measure` computes volume and area.
 //! * `surface_tree`: closest points on a mesh.
+//! * `animation`: positions of the vertices at several times.
 //! * `csr`, `union_find`: data structures, also for the modules that depend on this module.
 
+mod animation;
 mod csr;
 mod duplicates;
 mod error;
@@ -20,6 +22,8 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point3;
 
+pub(crate) use animation::mix;
+pub use animation::{AnimationError, MeshAnimation};
 pub(crate) use csr::Csr;
 pub use error::MeshError;
 pub(crate) use measure::{RelativeMeasure, signed_volume};

@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::body::Body;
 use crate::contact::{Collider, Colliders, Shape};
-use crate::dynamics::{Key, Motion, Stiffness, half_width_of};
+use crate::dynamics::{Motion, Stiffness, half_width_of};
 
 /// Greatest number of steps per frame that is chosen automatically.
 const MAX_STEPS: f64 = 1000.0;
@@ -118,11 +118,11 @@ impl Needs {
     fn of(body: &Body, colliders: &Colliders, gravity: Vector3<f64>) -> Self {
         let (low, high) = body.bounds();
         let radius = (high - low).norm() / 2.0;
-        let handles = || body.constraints().filter_map(|constraint| constraint.keys());
-        let motions = body.constraints().filter_map(|constraint| constraint.motion());
-        let handle_speed = motions.map(|motion| motion.greatest_speed(radius)).fold(0.0, f64::max);
-        let lift = |key: &Key| -Vector3::from(key.translate).dot(&gravity) / gravity.norm();
-        let lifted = handles().flatten().map(lift).fold(0.0, f64::max);
+        let speeds = body.constraints().map(|constraint| constraint.greatest_speed(radius));
+        let handle_speed = speeds.fold(0.0, f64::max);
+        let up = -gravity / gravity.norm();
+        let lifts = body.constraints().map(|constraint| constraint.greatest_displacement(&up));
+        let lifted = lifts.fold(0.0, f64::max);
         let center = nalgebra::center(&low, &high);
         let initial_speed = body.velocities().iter().map(|velocity| velocity.norm()).fold(0.0, f64::max);
         let fall_speed = if gravity == Vector3::zeros() {

@@ -7,7 +7,7 @@ use crate::escape::Escaped;
 use crate::frames::OutputError;
 use crate::obj::ObjError;
 use crate::scene::SceneError;
-use supple::ColliderFault;
+use supple::{AnimationError, ColliderFault};
 
 /// Error of a job.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +16,7 @@ pub enum RunError {
     /// The scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The mesh file of a body cannot be read.
+    /// A file of a body or a collider cannot be read.
     #[error(
         "`{}`: cannot read {}: {source}; the path is relative to the scene file",
         Escaped(key),
@@ -25,7 +25,7 @@ pub enum RunError {
     MeshFile {
         /// Key of the file in the scene, such as `body.bust.mesh`.
         key: String,
-        /// OBJ file.
+        /// OBJ or PC2 file.
         path: PathBuf,
         /// Cause.
         source: io::Error,
@@ -59,9 +59,19 @@ pub enum RunError {
         /// Cause.
         source: ColliderFault,
     },
-    /// The animation of a collider cannot be read.
+    /// The animation of a handle does not fit its body, or has invalid positions.
+    #[error("`{}`, {}: the animation is invalid: {source}", Escaped(key), Escaped(path.display()))]
+    HandleAnimation {
+        /// Key of the file in the scene: `body.bust.handle.0.follow`.
+        key: String,
+        /// PC2 file.
+        path: PathBuf,
+        /// Cause.
+        source: AnimationError,
+    },
+    /// The animation of a collider or a handle cannot be read.
     #[error("`{}`: cannot read {}: {source}", Escaped(key), Escaped(path.display()))]
-    ColliderAnimation {
+    Animation {
         /// Key of the file in the scene: `collider.0.animation`.
         key: String,
         /// PC2 file.

@@ -9,12 +9,12 @@ use crate::file;
 use crate::frames::Record;
 use crate::scene::{OutputData, Scene};
 
-/// Returns the fingerprint of a scene: its TOML text, in which a hash of the bytes of each mesh file replaces
+/// Returns the fingerprint of a scene: its TOML text, in which a hash of the bytes of each mesh and animation replaces
 /// its path, and the settings that do not affect the motion (frames, threads, output) have fixed values.
 ///
 /// # Errors
 ///
-/// If a mesh file cannot be read.
+/// If a file cannot be read.
 pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
     let mut scene = scene.clone();
     let base = scene.clone();
@@ -31,7 +31,10 @@ pub fn fingerprint(scene: &Scene) -> Result<String, RunError> {
         Ok::<_, RunError>(())
     };
     for body in &mut scene.bodies {
-        replace(&mut body.mesh, format!("body.{}.mesh", body.name))?;
+        let name = body.name.clone();
+        for (key, file) in body.files_mut() {
+            replace(file, format!("body.{name}.{key}"))?;
+        }
     }
     for (index, collider) in scene.colliders.iter_mut().enumerate() {
         for (key, file) in collider.files_mut() {
@@ -57,7 +60,9 @@ pub fn difference(before: &str, now: &str) -> Option<String> {
         if old != new {
             return Some(match (key(old), key(new)) {
                 (Some("mesh"), Some("mesh")) => format!("{table}: the mesh file has changed"),
-                (Some("animation"), Some("animation")) => format!("{table}: the animation file has changed"),
+                (Some("animation"), Some("animation")) | (Some("follow"), Some("follow")) => {
+                    format!("{table}: the animation file has changed")
+                }
                 (None, Some(_)) if old.is_empty() => format!("{table}: `{new}` was added"),
                 (Some(_), None) if new.is_empty() => format!("{table}: `{old}` was removed"),
                 (Some(_), Some(_)) => format!("{table}: `{old}` changed to `{new}`"),

@@ -38,8 +38,8 @@ pub struct Job {
     /// Whether a job that continues compares the contents of the frames with the hashes in the checkpoint;
     /// default false. Their sizes are always compared.
     pub verify: bool,
-    /// Scene file, which no output may replace; default `None`. The meshes of the scene are protected in any
-    /// case.
+    /// Scene file, which no output may replace; default `None`. The meshes and animations of the scene are
+    /// protected in any case.
     pub scene_file: Option<PathBuf>,
     /// Smallest wall-clock time between checkpoints; default 10 s.
     pub checkpoint_interval: Duration,
@@ -125,8 +125,8 @@ impl Job {
         }
         let sequences = self.sequences();
         sequences.iter().try_for_each(Sequence::check_length)?;
-        let meshes = self.scene.bodies.iter().map(|body| self.scene.resolve(&body.mesh));
-        let inputs: BTreeSet<PathBuf> = meshes.chain(self.scene_file.clone()).collect();
+        let inputs: BTreeSet<PathBuf> =
+            self.scene.files().into_iter().chain(self.scene_file.clone()).collect();
         check_inputs(&sequences, &[CHECKPOINT, LOCK], inputs.iter().map(PathBuf::as_path))?;
         if let Some(path) = &self.stats
             && let Some(input) = inputs.into_iter().find(|input| is_same_file(path, input))

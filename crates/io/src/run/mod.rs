@@ -13,6 +13,7 @@
 //! are implementations of [`Observer`].
 
 mod advance;
+mod animations;
 mod checkpoint;
 mod deviation;
 mod error;

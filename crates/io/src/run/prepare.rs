@@ -5,12 +5,13 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::animations::Animations;
 use super::error::RunError;
 use super::overlap::Overlap;
-use crate::frames::{Source, read_pc2};
+use crate::frames::Source;
 use crate::obj::{Document, Part};
 use crate::scene::{BodyData, ColliderData, Scene};
-use supple::{Body, Collider, CollisionMesh, MeshAnimation, Simulation};
+use supple::{Body, Collider, CollisionMesh, Simulation};
 
 /// A scene that is ready to run: the simulation at time 0, and the inputs of its bodies.
 #[derive(Debug)]
@@ -48,15 +49,15 @@ impl Input {
 /// If a mesh cannot be read or is invalid, a lattice does not fit in memory, a pin or a handle selects no
 /// vertices, or the volume measure does not apply to a mesh.
 pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
-    let mut documents = HashMap::new();
+    let (mut documents, mut animations) = (HashMap::new(), Animations::new(scene));
     let mut bodies = Vec::new();
     let mut inputs = Vec::new();
     for data in &scene.bodies {
         let document = read(&mut documents, &scene.resolve(&data.mesh))?;
         let part = document.part(data.object.as_deref())?;
-        let body = build(data, &part)?;
-        bodies.push(body);
-        inputs.push(Input { document, part });
+        let input = Input { document, part };
+        bodies.push(build(data, &input, &mut animations)?);
+        inputs.push(input);
     }
     let mut builder = Simulation::builder()
         .gravity(scene.simulation.gravity)
@@ -69,7 +70,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
     for body in bodies {
         builder = builder.body(body);
     }
-    for collider in read_colliders(scene, &mut documents)? {
+    for collider in read_colliders(scene, (&mut documents, &mut animations))? {
         builder = builder.collider(collider);
     }
     let mut simulation = builder.build().map_err(RunError::Simulation)?;
@@ -84,11 +85,14 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, RunError> {
 ///
 /// If a mesh cannot be read, is invalid or has no surface.
 pub fn colliders(scene: &Scene) -> Result<Vec<Collider>, RunError> {
-    read_colliders(scene, &mut HashMap::new())
+    read_colliders(scene, (&mut HashMap::new(), &mut Animations::new(scene)))
 }
 
 /// Returns the colliders of a scene. Colliders of one file share their mesh.
-fn read_colliders(scene: &Scene, documents: &mut Documents) -> Result<Vec<Collider>, RunError> {
+fn read_colliders(
+    scene: &Scene,
+    (documents, animations): (&mut Documents, &mut Animations<'_>),
+) -> Result<Vec<Collider>, RunError> {
     let mut meshes: HashMap<PathBuf, CollisionMesh> = HashMap::new();
     let mut mesh = |index: usize, path: &PathBuf| {
         let path = scene.resolve(path);
@@ -108,35 +112,16 @@ fn read_colliders(scene: &Scene, documents: &mut Documents) -> Result<Vec<Collid
         meshes.insert(path, mesh.clone());
         Ok(mesh)
     };
-    let read = |(index, data): (usize, &ColliderData)| {
+    let mut read = |(index, data): (usize, &ColliderData)| {
         data.collider(|path| {
             let mesh = mesh(index, path)?;
             match &data.animation {
                 None => Ok(mesh),
-                Some(path) => animated(&mesh, scene, path, format!("collider.{index}.animation")),
+                Some(path) => animations.collider(&mesh, path, format!("collider.{index}.animation")),
             }
         })
     };
-    scene.colliders.iter().enumerate().map(read).collect()
-}
-
-/// Returns a mesh with the animation of a PC2 file. Its frames are those of the scene.
-fn animated(
-    mesh: &CollisionMesh,
-    scene: &Scene,
-    path: &Path,
-    key: String,
-) -> Result<CollisionMesh, RunError> {
-    let path = scene.resolve(path);
-    let cache = match read_pc2(&path) {
-        Ok(cache) => cache,
-        Err(source) => return Err(RunError::ColliderAnimation { key, path, source }),
-    };
-    let seconds = |frames: f64| frames / scene.simulation.fps;
-    let (start, interval) = (seconds(cache.first_frame), seconds(cache.frames_per_sample));
-    MeshAnimation::new(cache.positions, cache.points, start, interval)
-        .and_then(|animation| CollisionMesh::animated(mesh.mesh().clone(), animation))
-        .map_err(|source| RunError::ColliderMesh { key, path, source })
+    scene.colliders.iter().enumerate().map(&mut read).collect()
 }
 
 /// Documents by their paths.
@@ -153,10 +138,10 @@ fn read(documents: &mut Documents, path: &Path) -> Result<Arc<Document>, RunErro
 }
 
 /// Builds a body, and adds its zones, pins and handles.
-fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
+fn build(data: &BodyData, input: &Input, animations: &mut Animations<'_>) -> Result<Body, RunError> {
     let key = format!("body.{}", data.name);
     let failed = |source| RunError::Body { key: key.clone(), source };
-    let mut body = Body::builder(part.mesh().clone())
+    let mut body = Body::builder(input.part.mesh().clone())
         .name(&data.name)
         .scale(data.scale)
         .resolution(data.resolution)
@@ -177,8 +162,12 @@ fn build(data: &BodyData, part: &Part) -> Result<Body, RunError> {
         body.pin(pin).map_err(failed)?;
     }
     for (index, handle) in data.handles.iter().enumerate() {
-        let failed = |source| RunError::Body { key: format!("{key}.handle.{index}"), source };
-        body.handle(handle).map_err(failed)?;
+        let key = format!("{key}.handle.{index}");
+        let file = (&*input.document, &input.part);
+        let follow =
+            |path: &PathBuf| animations.handle((data, handle), file, (path, format!("{key}.follow")));
+        let handle = handle.handle(follow)?;
+        body.handle(&handle).map_err(|source| RunError::Body { key, source })?;
     }
     Ok(body)
 }

@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::collider::ColliderData;
+use super::handle::HandleData;
 use super::keys::{self, MaterialKeys, PlacementKeys, ResolutionKeys, TouchingKeys, VolumeKeys};
 use crate::frames::Formats;
 use crate::space::Up;
 use supple::{
-    Handle, LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, TouchingOptions, VolumeOptions,
-    Zone,
+    LatticeOptions, Material, Pin, Placement, Resolution, SkinKind, TouchingOptions, VolumeOptions, Zone,
 };
 
 /// Largest number of frames: almost four days at 30 frames per second.
@@ -148,11 +148,19 @@ pub struct BodyData {
     #[serde(rename = "pin", with = "keys::pins")]
     pub pins: Vec<Pin>,
     /// `[[body.handle]]`, in the order of the file.
-    #[serde(rename = "handle", with = "keys::handles")]
-    pub handles: Vec<Handle>,
+    #[serde(rename = "handle")]
+    pub handles: Vec<HandleData>,
 }
 
 impl BodyData {
+    /// Returns the keys and the paths of the files, to change them.
+    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = (String, &mut PathBuf)> {
+        let follow = self.handles.iter_mut().enumerate().filter_map(|(index, handle)| {
+            handle.follow.as_mut().map(|path| (format!("handle.{index}.follow"), path))
+        });
+        std::iter::once(("mesh".to_owned(), &mut self.mesh)).chain(follow)
+    }
+
     /// Creates a body with a name and a mesh, and defaults for all other keys.
     pub fn new(name: impl Into<String>, mesh: impl Into<PathBuf>) -> Self {
         let LatticeOptions { resolution, join, .. } = LatticeOptions::default();

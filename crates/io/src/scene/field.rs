@@ -99,6 +99,11 @@ impl<'a> Field<'a> {
         SceneError::Missing { place: self.value.place.clone(), key: self.key_of(key), hint: hint.to_owned() }
     }
 
+    /// Returns the error that `key` and `other` of this table exclude each other.
+    pub(super) fn exclusive(&self, key: &str, other: &str) -> SceneError {
+        SceneError::Exclusive { place: self.place_of(key), key: self.key_of(key), other: other.to_owned() }
+    }
+
     /// Returns the error that the value is out of range.
     pub(super) fn out_of_range(&self, range: &str) -> SceneError {
         SceneError::OutOfRange {

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::collider::ColliderData;
 use super::data::{BodyData, Scene};
 use super::error::{Place, SceneError};
 use super::field::Field;
@@ -99,6 +100,14 @@ impl Scene {
         self.base.join(path)
     }
 
+    /// Returns the input files of the scene: meshes and animations. An absolute path is unchanged, and others are resolved.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        let mut scene = self.clone();
+        let bodies = scene.bodies.iter_mut().flat_map(BodyData::files_mut).map(|(_, path)| path);
+        let colliders = scene.colliders.iter_mut().flat_map(ColliderData::files_mut).map(|(_, path)| path);
+        bodies.chain(colliders).map(|path| self.resolve(path)).collect()
+    }
+
     /// Returns the directory of the frames: the resolved `output.directory`.
     pub fn output_directory(&self) -> PathBuf {
         self.resolve(&self.output.directory)
@@ -119,7 +128,7 @@ fn check_ignored(bodies: &[BodyData], root: &Field<'_>) -> Result<(), SceneError
     Ok(())
 }
 
-/// Checks the boxes of zones, and the boxes, time windows and keyframe times of pins and handles.
+/// Checks the boxes of zones, the boxes, time windows and keyframe times of pins and handles, and the motions of handles.
 fn check_parts(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
     for (index, zone) in body.zones.iter().enumerate() {
         check_box(&zone.selection, &field.at(&format!("zone.{index}")))?;
@@ -128,6 +137,9 @@ fn check_parts(body: &BodyData, field: &Field<'_>) -> Result<(), SceneError> {
         let no_keys: &[Key] = &[];
         (format!("pin.{index}"), &pin.selection, pin.window, no_keys)
     });
+    for (index, handle) in body.handles.iter().enumerate() {
+        handle.check(&field.at(&format!("handle.{index}")))?;
+    }
     let handles = body.handles.iter().enumerate().map(|(index, handle)| {
         (format!("handle.{index}"), &handle.selection, handle.window, &handle.keys[..])
     });

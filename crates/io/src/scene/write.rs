@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::collider::ColliderData;
-use super::data::{Fields, Scene, fields};
+use super::data::{BodyData, Fields, Scene, fields};
 use super::error::SceneError;
 use crate::path::{relative, resolve, resolve_directory};
 
@@ -39,8 +39,8 @@ impl Scene {
         let mut scene = self.clone();
         scene.base = directory.unwrap_or(Path::new("")).to_owned();
         scene.output.directory = moved(&self.output.directory)?;
-        for body in &mut scene.bodies {
-            body.mesh = moved(&body.mesh)?;
+        for (_, path) in scene.bodies.iter_mut().flat_map(BodyData::files_mut) {
+            *path = moved(path)?;
         }
         for (_, path) in scene.colliders.iter_mut().flat_map(ColliderData::files_mut) {
             *path = moved(path)?;

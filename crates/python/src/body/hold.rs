@@ -6,13 +6,14 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use supple::{Constraint, ConstraintError, HoldForce, Interpolation};
+use supple::{Constraint, ConstraintError, HoldForce, Interpolation, MeshAnimation};
+use supple_io::counted;
 
 use super::Body;
 use super::quantities::need_simulation;
 use crate::argument::choice;
 use crate::pickle::{decode, encode};
-use crate::{arrays, constraint, error};
+use crate::{animation, arrays, constraint, error};
 
 /// A keyframe as a tuple: time, translate, rotate.
 type KeyTuple = (f64, (f64, f64, f64), (f64, f64, f64));
@@ -46,6 +47,11 @@ impl Hold {
     /// Calls `read` with the pin or handle.
     fn read<R: Send>(&self, py: Python<'_>, read: impl FnOnce(&Constraint) -> R + Send) -> PyResult<R> {
         self.body.get().read(py, |body| body.constraint(self.index).map(read))?.map_err(hold_error)
+    }
+
+    /// Returns the animation that a handle follows.
+    fn animation(&self, py: Python<'_>) -> PyResult<Option<MeshAnimation>> {
+        self.read(py, |hold| hold.followed().map(|(animation, _)| animation.clone()))
     }
 
     /// Returns a vector of the force of the pin or handle as an array. `name` is that of the property.
@@ -101,6 +107,24 @@ impl Hold {
         self.read(py, |hold| hold.interpolation().map(Interpolation::name))
     }
 
+    /// Positions of the animation that a handle follows: (f, n, 3) float32, read-only. None for a pin and for keyframes.
+    #[getter]
+    fn follow<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.animation(py)?.map(|animation| animation::array(py, &animation)).transpose()
+    }
+
+    /// Frames per second of the animation that a handle follows, or None.
+    #[getter]
+    fn follow_fps(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        Ok(self.animation(py)?.map(|animation| 1.0 / animation.interval()))
+    }
+
+    /// Time in seconds of the first frame of the animation that a handle follows, or None.
+    #[getter]
+    fn follow_start(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        Ok(self.animation(py)?.map(|animation| animation.start()))
+    }
+
     /// Whether the pin or handle acted in the last step.
     #[getter]
     fn active(&self, py: Python<'_>) -> PyResult<bool> {
@@ -152,7 +176,8 @@ impl Hold {
         self.body.get().with(py, |body| body.release(self.index))?.map_err(hold_error)
     }
 
-    /// Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle.
+    /// Replace the keyframes, from the next step on. A pin that gets keyframes becomes a handle. A handle that followed an
+    /// animation moves along them from the pose that the part has before the next step.
     ///
     /// keys : list of (time, translate, rotate), as for Body.handle
     ///     Relative to the pose that the part had when the pin or handle became active.
@@ -210,9 +235,12 @@ impl Hold {
 
 /// Describes a pin or handle: kind, part, time window, and whether it is active.
 fn describe(hold: &Constraint) -> String {
-    let kind = match hold.keys() {
-        Some(keys) => format!("handle with {} {}", keys.len(), if keys.len() == 1 { "key" } else { "keys" }),
-        None => "pin".to_owned(),
+    let kind = match (hold.keys(), hold.followed()) {
+        (Some(keys), _) => format!("handle with {}", counted(keys.len(), "key")),
+        (None, Some((animation, _))) => {
+            format!("handle that follows {}", counted(animation.samples(), "frame"))
+        }
+        (None, None) => "pin".to_owned(),
     };
     let window = match hold.window() {
         window if window.end.is_finite() => format!("from {} to {} s", window.start, window.end),

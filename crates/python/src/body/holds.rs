@@ -3,14 +3,29 @@
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use supple::{Handle, Pin};
+use supple::{ConstraintError, Handle, HandleMotion, Pin};
 
 use super::{Body, Hold};
 use crate::argument::Settings;
-use crate::constraint;
+use crate::{animation, constraint, error};
 
-/// Keyword arguments of `handle`. All except the first two are also the keyword arguments of `pin`.
-const ARGUMENTS: [&str; 8] = ["keys", "interpolation", "box", "sphere", "plane", "vertices", "start", "end"];
+/// Keyword arguments of `handle`. All except the first five are also the keyword arguments of `pin`.
+const ARGUMENTS: [&str; 11] = [
+    "keys",
+    "interpolation",
+    "follow",
+    "follow_fps",
+    "follow_start",
+    "box",
+    "sphere",
+    "plane",
+    "vertices",
+    "start",
+    "end",
+];
+
+/// Keyword arguments of `handle` that may be `None`.
+const OPTIONAL: [&str; 8] = ["keys", "follow", "follow_start", "box", "sphere", "plane", "vertices", "end"];
 
 #[pymethods]
 impl Body {
@@ -40,13 +55,14 @@ impl Body {
         text_signature = "($self, *, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn pin(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let settings = Settings::from_call(options, "pin()", &ARGUMENTS[2..], &constraint::OPTIONAL)?;
+        let settings = Settings::from_call(options, "pin()", &ARGUMENTS[5..], &constraint::OPTIONAL)?;
         let selection = constraint::selection(&settings, "pin()", slf.get().count(slf.py())?)?;
         let pin = Pin { selection, window: constraint::window(&settings)? };
         Hold::add(slf, |body| body.pin(&pin))
     }
 
-    /// Move a part of the body along keyframes. Returns a Hold.
+    /// Move a part of the body along keyframes, or with an animated mesh. Returns a Hold. Exactly one of keys and follow is
+    /// given.
     ///
     /// keys : list of (time, translate, rotate), or of dicts with these names
     ///     Keyframes, relative to the pose that the part has at `start`. time: seconds, strictly increasing.
@@ -57,19 +73,28 @@ impl Body {
     ///     How translations and angles go from one keyframe to the next: "linear", with constant velocity; "smooth",
     ///     from rest to rest; "cubic", through the keyframes with a continuous velocity and without overshoot.
     ///
-    /// The other arguments and the errors are the same as for pin.
+    /// follow : (f, n, 3) float, or path of a PC2 file
+    ///     Positions of the n vertices of the body's mesh at f times: the animation replaces the coordinates of the mesh
+    ///     that the body was built from, so that its scale, rotate and translate apply to the animation also. The selected
+    ///     lattice vertices move rigidly with the mesh vertices around them that a shape contains, or with those of the
+    ///     whole mesh if `vertices` selects the part. Between two frames the mesh moves linearly, before the first and
+    ///     after the last frame it is at rest. The part is at the animation's place at any time: it jumps at `start` if
+    ///     the body is elsewhere then.
+    /// follow_fps : float, > 0, default 30
+    ///     Frames per second of the animation.
+    /// follow_start : float, default 0, or the time of the first sample in the PC2 file
+    ///     Time of the first frame in seconds.
+    ///
+    /// The other arguments and the errors are the same as for pin. Raises ValueError for an animation of another shape.
     #[pyo3(
         signature = (**options),
-        text_signature = "($self, *, keys, interpolation='linear', box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
+        text_signature = "($self, *, keys=None, interpolation='linear', follow=None, follow_fps=30.0, follow_start=None, box=None, sphere=None, plane=None, vertices=None, start=0.0, end=None)"
     )]
     fn handle(slf: &Bound<'_, Self>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Hold> {
-        let settings = Settings::from_call(options, "handle()", &ARGUMENTS, &constraint::OPTIONAL)?;
+        let settings = Settings::from_call(options, "handle()", &ARGUMENTS, &OPTIONAL)?;
         let selection = constraint::selection(&settings, "handle()", slf.get().count(slf.py())?)?;
-        let keys = settings.get("keys")?.ok_or_else(|| PyTypeError::new_err("handle() needs keys="))?;
         let window = constraint::window(&settings)?;
-        let keys = constraint::keys(&keys)?;
-        let interpolation = constraint::interpolation(&settings)?.unwrap_or_default();
-        let handle = Handle { selection, keys, interpolation, window };
+        let handle = Handle { selection, motion: Self::motion(slf, &settings)?, window };
         Hold::add(slf, |body| body.handle(&handle))
     }
 
@@ -81,5 +106,34 @@ impl Body {
         let indices: Vec<usize> =
             slf.get().read(slf.py(), |body| body.constraints().map(supple::Constraint::index).collect())?;
         PyTuple::new(slf.py(), indices.into_iter().map(|index| Hold::new(slf, index)))
+    }
+}
+
+impl Body {
+    /// Reads the motion of a handle.
+    fn motion(slf: &Bound<'_, Self>, settings: &Settings<'_>) -> PyResult<HandleMotion> {
+        settings.exclusive("keys", "follow")?;
+        let unused = |names: &[&str], owner: &str| -> PyResult<()> {
+            match names.iter().find_map(|name| Some((name, settings.get(name).transpose()?))) {
+                Some((name, _)) => {
+                    Err(PyTypeError::new_err(format!("handle() has {name} only together with {owner}")))
+                }
+                None => Ok(()),
+            }
+        };
+        if let Some(keys) = settings.get("keys")? {
+            unused(&animation::TIMES, "follow")?;
+            let interpolation = constraint::interpolation(settings)?.unwrap_or_default();
+            return Ok(HandleMotion::Keys(constraint::keys(&keys)?, interpolation));
+        }
+        let Some(follow) = settings.get("follow")? else {
+            return Err(PyTypeError::new_err("handle() needs keys= or follow="));
+        };
+        unused(&["interpolation"], "keys")?;
+        let vertices = slf.get().read(slf.py(), |body| body.mesh().map(|mesh| mesh.vertices().len()))?;
+        let Some(vertices) = vertices else {
+            return Err(error::value(ConstraintError::NoMesh));
+        };
+        Ok(HandleMotion::Follow(animation::followed(&follow, settings, vertices)?))
     }
 }

@@ -2,6 +2,7 @@
 
 mod build;
 mod fields;
+mod follow;
 mod forces;
 mod hold;
 mod holds;
@@ -13,6 +14,7 @@ mod values;
 mod zones;
 
 pub(crate) use build::{body_keys, volume_settings};
+pub(crate) use follow::{Arrays, Restored};
 pub(crate) use forces::{ForceField, add_fields};
 pub(crate) use hold::Hold;
 pub(crate) use storage::{SharedBody, SharedSimulation, Storage};
@@ -200,7 +202,8 @@ impl Body {
         let snapshot = slf.get().read(py, supple::Body::snapshot)?;
         let (shape, settings) = slf.get().build_arguments(py);
         let fields = slf.get().field_arguments(py)?;
-        let arguments = pickle::dumps((settings, fields).into_pyobject(py)?.as_any())?;
+        let follows = Arrays::default().of(py, slf.get())?;
+        let arguments = pickle::dumps((settings, fields, follows).into_pyobject(py)?.as_any())?;
         let data = (pickle::shape_checksum(&shape)?, arguments, snapshot);
         (class.getattr("_restore")?, (shape, encode(py, &data)?)).into_pyobject(py)
     }
@@ -218,8 +221,10 @@ impl Body {
         let py = shape.py();
         let (checksum, arguments, snapshot): (_, Vec<u8>, BodySnapshot) = decode(py, data)?;
         pickle::check_shape(shape, checksum)?;
-        let (settings, fields): (Bound<'py, PyDict>, _) = pickle::loads(py, &arguments)?.extract()?;
+        let (settings, fields, follows): (Bound<'py, PyDict>, _, _) =
+            pickle::loads(py, &arguments)?.extract()?;
         let body = Bound::new(py, Self::new(shape, Some(&settings))?)?;
+        Restored::default().add(&body, follows)?;
         body.get().with(py, |body| body.restore(&snapshot))?.map_err(error::from_core)?;
         add_fields(&body, fields)?;
         Ok(body)

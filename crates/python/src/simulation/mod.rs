@@ -29,7 +29,7 @@ use supple::{SimulationState, Softened, Substeps};
 use supple_io::run::Overlap;
 
 use crate::argument::{self, Settings};
-use crate::body::{Body, SharedBody, SharedSimulation, add_fields};
+use crate::body::{Arrays, Body, Restored, SharedBody, SharedSimulation, add_fields};
 use crate::pickle::{self, decode, encode};
 use crate::{arrays, collider, error};
 
@@ -270,7 +270,10 @@ impl Simulation {
         settings.set_item("self_contact", self_contact)?;
         settings.set_item("sleep", this.sleep(py)?)?;
         let fields = this.bodies.iter().map(|body| body.field_arguments(py)).collect::<PyResult<Vec<_>>>()?;
-        let settings = pickle::dumps((bodies, settings, fields).into_pyobject(py)?.as_any())?;
+        let mut arrays = Arrays::default();
+        let follows = this.bodies.iter().map(|body| arrays.of(py, body));
+        let follows = follows.collect::<PyResult<Vec<_>>>()?;
+        let settings = pickle::dumps((bodies, settings, fields, follows).into_pyobject(py)?.as_any())?;
         let state = this.shared.with(py, |simulation| simulation.state())?;
         let data = encode(py, &(checksums, settings, state))?;
         (py.get_type::<Self>().getattr("_restore")?, (shapes, data)).into_pyobject(py)
@@ -285,8 +288,9 @@ impl Simulation {
     ) -> PyResult<Bound<'py, Self>> {
         let py = class.py();
         let (checksums, settings, state): (Vec<_>, Vec<u8>, SimulationState) = decode(py, data)?;
-        let (settings_of, settings, fields): (Vec<Bound<'py, PyDict>>, Bound<'py, PyDict>, Vec<Vec<_>>) =
+        let (settings_of, settings, fields, follows): (Vec<Bound<'py, PyDict>>, _, Vec<Vec<_>>, Vec<Vec<_>>) =
             pickle::loads(py, &settings)?.extract()?;
+        let settings: Bound<'py, PyDict> = settings;
         if shapes.len() != checksums.len() {
             return Err(PyValueError::new_err(format!(
                 "the pickle is damaged: it has {} bodies and {} shapes; save it again",
@@ -294,11 +298,14 @@ impl Simulation {
                 shapes.len()
             )));
         }
-        let mut bodies = Vec::new();
-        let settings_of = settings_of.iter().zip(fields);
-        for ((shape, checksum), (settings, fields)) in shapes.into_iter().zip(checksums).zip(settings_of) {
+        let (mut bodies, mut animations) = (Vec::new(), Restored::default());
+        let settings_of = settings_of.iter().zip(fields.into_iter().zip(follows));
+        for ((shape, checksum), (settings, (fields, follows))) in
+            shapes.into_iter().zip(checksums).zip(settings_of)
+        {
             pickle::check_shape(&shape, checksum)?;
             let body = py.get_type::<Body>().call((shape,), Some(settings))?.cast_into()?;
+            animations.add(&body, follows)?;
             add_fields(&body, fields)?;
             bodies.push(body);
         }

@@ -45,14 +45,8 @@ impl<'a> Motion<'a> {
             let (dt, simulation) = (motion.simulation.dt(), &model.simulation);
             let colliders = (0..simulation.collider_count()).map(|index| simulation.collider(index));
             let colliders: Vec<_> = colliders.map(|collider| collider.description().clone()).collect();
-            for (body, data) in simulation.bodies().iter().zip(&scene.bodies) {
-                motion.naive.push(NaiveBody::new(
-                    body,
-                    data,
-                    (scene.simulation.gravity, &colliders),
-                    dt,
-                    regions,
-                )?);
+            for body in simulation.bodies() {
+                motion.naive.push(NaiveBody::new(body, (scene.simulation.gravity, &colliders), dt, regions)?);
             }
         }
         Ok(motion)

@@ -8,8 +8,7 @@ use supple::internals::{
     hold_factors,
 };
 use supple::reference::{Mass, Momenta, Naive, RegionMotion, Regions};
-use supple::{Body, Collider, Error, SkinKind};
-use supple_io::scene::BodyData;
+use supple::{Body, Collider, Error, Executor, SkinKind};
 
 use crate::elasticity::{alpha, relative_masses};
 
@@ -44,7 +43,6 @@ impl<'a> NaiveBody<'a> {
     /// Returns an error if a collider, pin or handle is invalid, as the library does.
     pub(super) fn new(
         body: &'a Body,
-        data: &BodyData,
         (gravity, colliders): ([f64; 3], &[Collider]),
         dt: f64,
         regions: Regions,
@@ -67,7 +65,7 @@ impl<'a> NaiveBody<'a> {
             gravity: gravity.into(),
             dt,
             steps: 0,
-            stages: Stages::new(body, data, colliders)?,
+            stages: Stages::new(body, colliders)?,
         })
     }
 
@@ -217,17 +215,9 @@ impl SingleState {
 
 impl Stages {
     /// Creates constraints and contacts. Returns `None` if there are neither constraints nor colliders.
-    fn new(body: &Body, data: &BodyData, colliders: &[Collider]) -> Result<Option<Self>, Error> {
+    fn new(body: &Body, colliders: &[Collider]) -> Result<Option<Self>, Error> {
         let lattice = body.lattice();
-        let mut constraints = Vec::new();
-        for pin in &data.pins {
-            constraints.push(Constraint::new(body.select(&pin.selection)?, pin.window, None)?);
-        }
-        for handle in &data.handles {
-            let vertices = body.select(&handle.selection)?;
-            let constraint = Constraint::new(vertices, handle.window, Some(&handle.keys))?;
-            constraints.push(constraint.interpolated(handle.interpolation));
-        }
+        let constraints: Vec<Constraint> = body.constraints().cloned().collect();
         let colliders = Colliders::new(colliders)?;
         if constraints.is_empty() && colliders.is_empty() {
             return Ok(None);
@@ -254,7 +244,8 @@ impl Stages {
 
     /// Begins the constraints of a step. Returns whether a constraint began or ended.
     fn begin(&mut self, interval: Interval, positions: &[Vector3<f64>], velocities: &[Vector3<f64>]) -> bool {
-        self.constraints.begin(interval, &self.state.set(positions, velocities), &self.slots)
+        let state = (&self.state.set(positions, velocities), &self.slots[..]);
+        self.constraints.begin(interval, state, &Executor::sequential())
     }
 
     /// Returns whether a vertex is constrained in the current step.

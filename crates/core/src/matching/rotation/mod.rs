@@ -37,27 +37,39 @@ pub(crate) fn columns<S: Simd, V: SimdFloat<S, Element = f32>>(simd: S, [x, y, z
 /// Entries of A that are not finite count as zero.
 pub fn rotations(matrices: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
     let mut out = Vec::with_capacity(matrices.len());
-    for chunk in matrices.chunks(2 * LANES) {
-        let mut a = [[0.0; 2 * LANES]; 9];
-        for (lane, matrix) in chunk.iter().enumerate() {
-            let largest = matrix.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
-            let scale = if largest > 0.0 { largest } else { 1.0 };
-            for (row, x) in a.iter_mut().zip(matrix.iter()) {
-                row[lane] = if x.is_finite() { (x / scale) as f32 } else { 0.0 };
-            }
-        }
-        let mut quaternions = [[0.0; 2 * LANES]; 4];
-        let active = (1_u32 << chunk.len()) - 1;
-        dispatch!(level(), simd => {
-            let rows = a.map(|row| f32x16::load_array(simd, row));
-            let identity = [0.0, 0.0, 0.0, 1.0].map(|x| f32x16::splat(simd, x));
-            let (q, _) = newton::solve(simd, rows, identity, active as u16, 0);
-            quaternions = q.map(f32x16::to_array);
-        });
-        out.extend((0..chunk.len()).map(|lane| {
-            let [x, y, z, w] = quaternions.map(|row| f64::from(row[lane]));
-            UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
-        }));
+    for chunk in matrices.chunks(ROTATIONS) {
+        out.extend_from_slice(&rotations_near(chunk, &UnitQuaternion::identity())[..chunk.len()]);
     }
     out
+}
+
+/// Greatest number of matrices of [`rotations_near`].
+pub(crate) const ROTATIONS: usize = 2 * LANES;
+
+/// Computes the rotations of up to [`ROTATIONS`] matrices as [`rotations`] does. A rotation that is not unique is the one
+/// nearest to `near`.
+pub(crate) fn rotations_near(
+    matrices: &[Matrix3<f64>],
+    near: &UnitQuaternion<f64>,
+) -> [Matrix3<f64>; ROTATIONS] {
+    let mut a = [[0.0; ROTATIONS]; 9];
+    for (lane, matrix) in matrices.iter().enumerate() {
+        let largest = matrix.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        for (row, x) in a.iter_mut().zip(matrix.iter()) {
+            row[lane] = if x.is_finite() { (x / scale) as f32 } else { 0.0 };
+        }
+    }
+    let mut quaternions = [[0.0; ROTATIONS]; 4];
+    let active = (1_u32 << matrices.len()) - 1;
+    dispatch!(level(), simd => {
+        let rows = a.map(|row| f32x16::load_array(simd, row));
+        let start = [near.i, near.j, near.k, near.w].map(|x| f32x16::splat(simd, x as f32));
+        let (q, _) = newton::solve(simd, rows, start, active as u16, 0);
+        quaternions = q.map(f32x16::to_array);
+    });
+    std::array::from_fn(|lane| {
+        let [x, y, z, w] = quaternions.map(|row| f64::from(row[lane]));
+        UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
+    })
 }

@@ -23,9 +23,10 @@ use supple::{
 };
 
 pub(super) use material::MaterialKeys;
-pub(super) use parts::{handles, keyframes, pins, zones};
+pub(super) use parts::{SelectionKeys, WindowKeys, keyframes, pins, zones};
 pub(super) use ranges::{
-    count, direction, directory, extents, fraction, mesh, name, not_negative, optional_positive, positive,
+    count, direction, directory, extents, fraction, mesh, name, not_negative, optional_finite,
+    optional_positive, point_cache, positive,
 };
 
 /// Largest number of lattice vertices. Their indices must fit in 32 bits.
@@ -40,13 +41,17 @@ const ALTERNATIVES: [[&str; 2]; 5] = [
     ["region_damping", "region_damping_rate"],
 ];
 
+/// The two motions of a handle, which exclude each other.
+const MOTIONS: [&str; 2] = ["keys", "follow"];
+
 /// The three ways to set the elasticity of a body. Keys of different ways exclude each other.
 pub(super) const ELASTICITY: [&[&str]; 3] =
     [&["material"], &["youngs_modulus"], &["half_width", "stiffness_radius", "stiffness", "frequency"]];
 
-/// Returns the keys of a body that exclude `key`.
+/// Returns the keys of a body or a handle that exclude `key`.
 pub fn exclusive_keys(key: &str) -> Vec<&'static str> {
-    let alternatives = ALTERNATIVES.iter().filter(|pair| pair.contains(&key)).flatten().copied();
+    let alternatives =
+        ALTERNATIVES.iter().chain([&MOTIONS]).filter(|pair| pair.contains(&key)).flatten().copied();
     let is_elasticity = ELASTICITY.iter().any(|way| way.contains(&key));
     let other_ways = ELASTICITY.iter().filter(|way| is_elasticity && !way.contains(&key));
     alternatives.chain(other_ways.copied().flatten().copied()).filter(|other| *other != key).collect()

@@ -4,9 +4,8 @@ use serde::de::{Deserializer, Error};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use super::interpolation;
 use super::ranges::{direction, finite, not_negative, positive, stiffness_factor};
-use supple::{Handle, Interpolation, Key, Pin, Selection, TimeWindow, Zone};
+use supple::{Key, Pin, Selection, TimeWindow, Zone};
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Pin")]
@@ -15,19 +14,6 @@ struct PinKeys {
     selection: Selection,
     #[serde(default, rename = "@window", with = "WindowKeys")]
     window: TimeWindow,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Handle")]
-struct HandleKeys {
-    #[serde(rename = "@selection", with = "SelectionKeys")]
-    selection: Selection,
-    #[serde(default, rename = "@window", with = "WindowKeys")]
-    window: TimeWindow,
-    #[serde(with = "keyframes")]
-    keys: Vec<Key>,
-    #[serde(default, with = "interpolation", skip_serializing_if = "Interpolation::is_linear")]
-    interpolation: Interpolation,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -41,7 +27,7 @@ struct ZoneKeys {
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Selection", rename_all = "snake_case", deny_unknown_fields)]
-enum SelectionKeys {
+pub(in crate::scene) enum SelectionKeys {
     Box {
         min: [f64; 3],
         max: [f64; 3],
@@ -61,7 +47,7 @@ enum SelectionKeys {
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "TimeWindow", default, bound = "")]
-struct WindowKeys {
+pub(in crate::scene) struct WindowKeys {
     #[serde(deserialize_with = "not_negative")]
     start: f64,
     #[serde(deserialize_with = "finite", skip_serializing_if = "is_infinite")]
@@ -111,7 +97,6 @@ macro_rules! lists {
 
 lists! {
     pins: Pin by "PinKeys", |_| Ok(());
-    handles: Handle by "HandleKeys", |_| Ok(());
     zones: Zone by "ZoneKeys", |_| Ok(());
     keyframes: Key by "KeyframeKeys", |list| match list.is_empty() {
         true => Err("at least one keyframe like { time = 1, translate = [0, 1, 0] }"),

@@ -30,6 +30,7 @@ ranges! {
         "made of letters, digits, `-`, `_` and `.` only, without a leading `.`, and of at most 200 bytes, because \
          it names files";
     mesh(PathBuf, path): !path.as_os_str().is_empty(), "the path of an OBJ file";
+    pc2(PathBuf, path): !path.as_os_str().is_empty(), "the path of a PC2 file";
     directory(PathBuf, path): !path.as_os_str().is_empty(), "a directory; \".\" is that of the scene file";
 }
 
@@ -38,6 +39,20 @@ pub(in crate::scene) fn optional_positive<'de, D: Deserializer<'de>>(
     value: D,
 ) -> Result<Option<f64>, D::Error> {
     positive(value).map(Some)
+}
+
+/// Deserializes an optional finite number.
+pub(in crate::scene) fn optional_finite<'de, D: Deserializer<'de>>(
+    value: D,
+) -> Result<Option<f64>, D::Error> {
+    finite(value).map(Some)
+}
+
+/// Deserializes the optional path of a PC2 file.
+pub(in crate::scene) fn point_cache<'de, D: Deserializer<'de>>(
+    value: D,
+) -> Result<Option<PathBuf>, D::Error> {
+    pc2(value).map(Some)
 }
 
 /// Deserializes a whole number in the range from `LOW` to `HIGH`.
