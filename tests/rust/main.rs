@@ -47,6 +47,7 @@ mod shapes;
 mod shipped;
 mod smooth_skin;
 mod swept;
+mod untangle;
 mod volume;
 mod volume_contact;
 mod volume_field;

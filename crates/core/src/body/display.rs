@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 use nalgebra::{Point3, Vector3};
 
 use super::elasticity::Softened;
+use super::untangling::{Surroundings, Untangling};
 use super::{Body, Surface};
-use crate::contact::{Colliders, Contacts};
+use crate::contact::Colliders;
 use crate::lattice::{Lattice, Slopes, Trust};
 use crate::matching::{Purpose, Workspace};
 use crate::mesh::Mesh;
@@ -20,9 +21,9 @@ use crate::simd::Coordinate;
 use crate::simd::lanes::Lanes;
 use crate::simd::xyzx::{Xyzx, xyzx};
 use crate::skin::{Outputs, Pose, SkinBuffers};
+use crate::untangle::may_be_inverted;
 use crate::volume::{
-    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, Obstacles, VolumeMeasures,
-    VolumeReport,
+    ComponentReport, Correction, CorrectionWorkspace, ExternalForce, Limit, VolumeMeasures, VolumeReport,
 };
 
 /// A reference to a body, with the data of its simulation that the displayed surface, the elasticity in force and the
@@ -187,8 +188,13 @@ pub struct Display {
     /// Limits of the correction at bodies that the body touches.
     contact_limits: Vec<Limit>,
     components: Vec<ComponentReport>,
+    /// Present after the first frame in which a cell of the lattice was inside out.
+    untangling: Option<Box<Untangling>>,
     times: DisplayTimes,
 }
+
+/// Greatest number of times that the corrected lattice is untangled, and corrected again.
+const ROUNDS: usize = 8;
 
 /// Run times of the two stages that evaluate the displayed surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -219,6 +225,12 @@ impl Display {
         self.deformed.clear();
         self.deformed.extend(slots.iter().map(|&slot| state.positions.get(slot)));
         self.times = DisplayTimes::default();
+        if let Some(untangling) = &mut self.untangling {
+            untangling.begin();
+        }
+        if may_be_inverted(&matching.layout, &state.positions) {
+            self.untangle_deformed(body, &executor);
+        }
         if let Some(smoothing) = body.body.smoothing() {
             smoothing.update_trust(&self.deformed, &mut self.trust);
         }
@@ -231,6 +243,7 @@ impl Display {
             self.rotations.clear();
             self.rotations.extend(slots.iter().map(|&slot| self.slot_rotations.get(slot)));
             self.correct(body, correction, &executor);
+            self.untangle_corrected(body, correction, &executor);
             self.times.volume = start.elapsed();
         }
         Displayed { display: self, body: body.body, executor }
@@ -256,19 +269,11 @@ impl Display {
         correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
         body.body.contact_limits(contact_limits);
-        let context =
-            body.context.filter(|context| !(context.colliders.is_empty() && contact_limits.is_empty()));
-        if let Some(DisplayContext { colliders, time, .. }) = context {
-            let obstacles = Obstacles { colliders, time, frame: body.state.frame.body_frame() };
-            // A body that has not yet been stepped in this simulation may have no contact stage.
-            let is_missing = body.contacts.is_none() && !colliders.is_empty();
-            let new_samples = is_missing.then(|| body.create_samples(1.0));
-            let samples = body.contacts.as_ref().map(Contacts::samples).or(new_samples.as_ref());
-            let surroundings = (samples, &obstacles);
+        if let Some(surroundings) = Surroundings::new(body, contact_limits) {
             correction.limit_at_obstacles(
                 workspace,
                 executor,
-                surroundings,
+                (surroundings.samples(), &surroundings.obstacles),
                 contact_limits,
                 deformed,
                 corrected,
@@ -276,6 +281,83 @@ impl Display {
         }
         self.components.clear();
         self.components.extend_from_slice(correction.write(workspace, deformed, corrected));
+    }
+
+    /// Untangles the deformed lattice, if a cell is inside out.
+    #[cold]
+    fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
+        let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
+        let untangling = untangling.get_or_insert_default();
+        untangling.prepare(body);
+        if !untangling.is_inverted(deformed) {
+            return;
+        }
+        if let Some(correction) = &body.body.correction {
+            if let Some(smoothing) = body.body.smoothing() {
+                smoothing.update_trust(deformed, trust);
+            }
+            untangling.set_volumes(correction.volumes(workspace, executor, deformed, trust.values()));
+        }
+        untangling.set_deformed(deformed);
+        body.body.contact_limits(contact_limits);
+        untangling.untangle(body, contact_limits, deformed);
+    }
+
+    /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out.
+    fn untangle_corrected(&mut self, body: BodyRef<'_>, correction: &Correction, executor: &Executor) {
+        for round in 1..=ROUNDS {
+            let layout = &body.matching.layout;
+            // The rotations by slot are not needed any more.
+            for (&slot, &[x, y, z]) in layout.slots().iter().zip(&self.corrected) {
+                self.slot_rotations.set(slot, [x, y, z, 0.0]);
+            }
+            if !may_be_inverted(layout, &self.slot_rotations) || !self.untangle_once(body) {
+                break;
+            }
+            if let Some(smoothing) = body.body.smoothing() {
+                smoothing.update_trust(&self.deformed, &mut self.trust);
+            }
+            if round < ROUNDS {
+                self.correct(body, correction, executor);
+            } else {
+                let (workspace, trust) = (&mut self.correction, self.trust.values());
+                self.components.clear();
+                self.components.extend_from_slice(correction.replace(
+                    workspace,
+                    executor,
+                    &self.deformed,
+                    trust,
+                ));
+            }
+        }
+        if let Some(untangling) = &self.untangling {
+            for (component, before) in self.components.iter_mut().zip(untangling.volumes()) {
+                component.before = *before;
+            }
+        }
+    }
+
+    /// Untangles the corrected lattice, and lets the next correction start from it. Returns whether a cell was inside out.
+    #[cold]
+    fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
+        let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
+        let untangling = untangling.get_or_insert_default();
+        untangling.prepare(body);
+        if !untangling.is_inverted(corrected) {
+            return false;
+        }
+        if !untangling.is_present() {
+            untangling.set_volumes(components.iter().map(|component| component.before));
+            untangling.set_deformed(deformed);
+        }
+        if untangling.is_inverted(deformed) {
+            body.body.contact_limits(contact_limits);
+            untangling.untangle(body, contact_limits, corrected);
+        } else {
+            untangling.shorten(deformed, corrected);
+        }
+        deformed.clone_from(corrected);
+        true
     }
 
     /// Returns the memory of the buffers, in bytes.
@@ -286,7 +368,8 @@ impl Display {
         let correction = self.correction.bytes() + size_of_val(&*self.external_forces);
         let correction = correction + size_of_val(&*self.contact_limits);
         let rotations = self.slot_rotations.bytes() + size_of_val(&*self.rotations);
-        lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes()
+        let untangling = self.untangling.as_ref().map_or(0, |untangling| untangling.bytes());
+        lattice + correction + self.matching_workspace.bytes() + rotations + self.skin.bytes() + untangling
     }
 }
 
@@ -369,10 +452,13 @@ impl Displayed<'_> {
         let Body { lattice, surface, measures, correction, .. } = self.body;
         let volume_surface = || surface.as_ref().map(Surface::volume_surface);
         let measures = measures.get_or_init(|| VolumeMeasures::new(lattice, volume_surface()));
-        let Display { deformed, corrected, components, .. } = &*self.display;
+        let Display { deformed: start, corrected, components, untangling, .. } = &*self.display;
+        let deformed = untangling.as_ref().and_then(|untangling| untangling.deformed()).unwrap_or(start);
         match correction {
-            None => measures.report(deformed),
-            Some(correction) => measures.report_corrected(correction, components, deformed, corrected),
+            None => measures.report_untangled(deformed, start),
+            Some(correction) => {
+                measures.report_corrected_from(correction, components, deformed, (start, corrected))
+            }
         }
     }
 
@@ -390,7 +476,7 @@ impl Displayed<'_> {
 
 impl Body {
     /// Returns the lattice vertices that pins and handles constrained in the last step.
-    fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
+    pub(super) fn constrained_vertices(&self) -> impl Iterator<Item = u32> + Clone {
         let constrained = self.constraints.as_ref().map_or(&[][..], |constraints| constraints.constrained());
         (0..).zip(constrained).filter(|(_, constrained)| **constrained).map(|(vertex, _)| vertex)
     }

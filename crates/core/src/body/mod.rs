@@ -16,6 +16,7 @@
 //! | `escape` | moves components that begin inside colliders out of them |
 //! | `sleep` | decides whether a body at rest is stepped |
 //! | `display` | evaluates the displayed surface: volume correction and mesh update |
+//! | `untangling` | untangles the displayed lattice where cells are inside out |
 
 mod body_contact;
 mod builder;
@@ -30,6 +31,7 @@ mod settings;
 mod sleep;
 mod snapshot;
 mod step;
+mod untangling;
 mod zones;
 
 pub use body_contact::TouchingOptions;
