@@ -70,6 +70,12 @@ impl<'a> BodyRef<'a> {
         self.context
     }
 
+    /// Returns the colliders around the body; `None` if there is neither a collider nor a limit at other bodies.
+    fn surroundings(self, contact_limits: &[Limit]) -> Option<Surroundings<'a>> {
+        let DisplayContext { colliders, time, .. } = self.context?;
+        Surroundings::new(self.body, (colliders, time), contact_limits)
+    }
+
     /// Returns the body, with the lifetime of the simulation's borrow.
     pub fn get(self) -> &'a Body {
         self.body
@@ -269,7 +275,7 @@ impl Display {
         correction.solve(workspace, executor, deformed, rotations, external_forces, trust.values());
         corrected.resize(deformed.len(), [0.0; 3]);
         body.body.contact_limits(contact_limits);
-        if let Some(surroundings) = Surroundings::new(body, contact_limits) {
+        if let Some(surroundings) = body.surroundings(contact_limits) {
             correction.limit_at_obstacles(
                 workspace,
                 executor,
@@ -288,7 +294,7 @@ impl Display {
     fn untangle_deformed(&mut self, body: BodyRef<'_>, executor: &Executor) {
         let Self { untangling, deformed, contact_limits, correction: workspace, trust, .. } = self;
         let untangling = untangling.get_or_insert_default();
-        untangling.prepare(body);
+        untangling.prepare(body.body);
         if !untangling.is_inverted(deformed) {
             return;
         }
@@ -300,7 +306,7 @@ impl Display {
         }
         untangling.set_deformed(deformed);
         body.body.contact_limits(contact_limits);
-        untangling.untangle(body, contact_limits, deformed);
+        untangling.untangle(body.surroundings(contact_limits), contact_limits, deformed);
     }
 
     /// Untangles the corrected lattice, if a cell is inside out, and corrects the volume again, until no cell is inside out.
@@ -342,7 +348,7 @@ impl Display {
     fn untangle_once(&mut self, body: BodyRef<'_>) -> bool {
         let Self { untangling, deformed, corrected, contact_limits, components, .. } = self;
         let untangling = untangling.get_or_insert_default();
-        untangling.prepare(body);
+        untangling.prepare(body.body);
         if !untangling.is_inverted(corrected) {
             return false;
         }
@@ -352,7 +358,7 @@ impl Display {
         }
         if untangling.is_inverted(deformed) {
             body.body.contact_limits(contact_limits);
-            untangling.untangle(body, contact_limits, corrected);
+            untangling.untangle(body.surroundings(contact_limits), contact_limits, corrected);
         } else {
             untangling.shorten(deformed, corrected);
         }

@@ -1,8 +1,7 @@
 //! Untangles the displayed lattice of a body, within limits at colliders and at bodies that it touches.
 
-use super::BodyRef;
-use super::display::DisplayContext;
-use crate::contact::{Contacts, SMOOTH_DISPLACEMENT, SampleCells};
+use super::Body;
+use crate::contact::{Colliders, Contacts, SMOOTH_DISPLACEMENT, SampleCells};
 use crate::untangle::Untangler;
 use crate::volume::{Limit, LimitSearch, Obstacles};
 
@@ -25,12 +24,14 @@ pub(super) struct Surroundings<'a> {
 
 impl<'a> Surroundings<'a> {
     /// Returns `None` if there is neither a collider nor a limit at other bodies.
-    pub(super) fn new(body: BodyRef<'a>, contact_limits: &[Limit]) -> Option<Self> {
-        let DisplayContext { colliders, time, .. } = body.context()?;
+    pub(super) fn new(
+        body: &'a Body,
+        (colliders, time): (&'a Colliders, f64),
+        contact_limits: &[Limit],
+    ) -> Option<Self> {
         if colliders.is_empty() && contact_limits.is_empty() {
             return None;
         }
-        let body = body.get();
         let is_missing = body.contacts.is_none() && !colliders.is_empty();
         Some(Self {
             obstacles: Obstacles { colliders, time, frame: body.state.frame.body_frame() },
@@ -64,8 +65,8 @@ impl Untangling {
     }
 
     /// Prepares the tables of the lattice, and the vertices that do not move.
-    pub(super) fn prepare(&mut self, body: BodyRef<'_>) {
-        self.untangler.prepare(body.lattice(), body.get().constrained_vertices());
+    pub(super) fn prepare(&mut self, body: &Body) {
+        self.untangler.prepare(&body.lattice, body.constrained_vertices());
     }
 
     /// Returns whether a cell is inside out.
@@ -106,12 +107,12 @@ impl Untangling {
     /// lattice is untangled again from its start with more limits.
     pub(super) fn untangle(
         &mut self,
-        body: BodyRef<'_>,
+        surroundings: Option<Surroundings<'_>>,
         contact_limits: &[Limit],
         positions: &mut [[f32; 3]],
     ) {
         let Self { untangler, search, .. } = self;
-        let Some(surroundings) = Surroundings::new(body, contact_limits) else {
+        let Some(surroundings) = surroundings else {
             untangler.untangle(&[], positions);
             return;
         };

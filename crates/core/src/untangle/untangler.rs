@@ -36,7 +36,7 @@ const GREATEST_STEP: f64 = 0.5;
 const SWEEPS: usize = 4;
 
 /// Maximum number of relaxations of one lattice. The part that is relaxed grows by a ring of cells with every second one.
-const RELAXATIONS: usize = 8;
+const RELAXATIONS: usize = 16;
 
 /// Maximum number of solutions for a vertex in a sweep: the solution determines which determinants are below their target.
 const SOLUTIONS: usize = 4;
